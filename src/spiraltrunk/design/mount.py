@@ -1,0 +1,57 @@
+"""What carries the trunk: the motor housing and the arm behind it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from spiraltrunk.design.checks import check_number, check_numbers, check_text
+from spiraltrunk.errors import DesignError
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class HousingDesign:
+    """Cylinder between the arm's flange and the trunk, with three GM6020 motors and a servo inside.
+
+    The paper shows it (figure 1b) and gives no measures: ours hold three motors of 66.7 mm at 120 deg.
+    """
+
+    radius: float = 0.075
+    """Outer radius [m] (ours)."""
+    length: float = 0.110
+    """Distance from flange to trunk base [m] (ours)."""
+    mass: float = 1.85
+    """Mass with motors [kg] (ours: three GM6020 of 0.468 kg, servo, printed shell)."""
+
+    def __post_init__(self) -> None:
+        check_number("housing.radius", self.radius, above=0.0, below=1.0)
+        check_number("housing.length", self.length, above=0.0, below=1.0)
+        check_number("housing.mass", self.mass, above=0.0, below=100.0)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class ArmDesign:
+    """The rigid arm that carries the housing."""
+
+    model: str = "panda"
+    """"panda", or the path of another arm's MJCF file (relative paths start at the design's file)."""
+    mount_site: str = "flange"
+    """Site of the arm that the housing is fixed to, its z axis along the trunk."""
+    base_height: float = 0.80
+    """Height of the arm's base above the floor [m] (ours: a pedestal, so that the trunk can hang)."""
+    roll: float = 0.0
+    """Turn of the trunk about the mount's z axis [rad]."""
+    home: tuple[float, ...] | None = None
+    """Joint positions where work starts [rad or m]; None takes the arm's own."""
+
+    def __post_init__(self) -> None:
+        check_text("arm.model", self.model, most=1000)
+        check_text("arm.mount_site", self.mount_site)
+        check_number("arm.base_height", self.base_height, least=0.0, below=10.0)
+        check_number("arm.roll", self.roll, above=-10.0, below=10.0)
+        if self.home is not None:
+            check_numbers("arm.home", self.home)
+            if not 1 <= len(self.home) <= 32:
+                raise DesignError("arm.home", got=f"{len(self.home)} numbers", allowed="1 to 32 numbers")

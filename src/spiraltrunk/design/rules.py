@@ -1,0 +1,155 @@
+"""The paper's three design principles: from a few wishes to one spiral, and what that spiral can grasp.
+
+Source: "Grasping by Spiraling", Methods, "Determining the Optimal Parameters", with two misprints corrected: with
+theta_min the end of the inner contour, GH = a exp(b theta_min) (exp(2 pi b) - 1) and
+HJ = a exp(b theta_min) (1 + exp(pi b)), so HJ = m GH gives m = 1 / (exp(pi b) - 1).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.gripper import GripperDesign
+from spiraltrunk.design.parts import CableDesign, JointDesign
+from spiraltrunk.design.spiral import Spiral, radius
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError
+
+GRAVITY = 9.81
+"""Acceleration of gravity [m/s^2]."""
+
+PAPER_M = 1.53
+"""Largest object of the tip gripper over its base width [-] (paper, Methods)."""
+
+_JOINT_RADIUS = 3.825 / 44.0
+"""Joint radius over base radius [-] (authors' code: 3.825 mm on 44 mm)."""
+
+_JOINT_LENGTH = 2.10 / 44.0
+"""Joint length over base radius [-] (authors' code: 2.10 mm on 44 mm)."""
+
+_PAPER_TIP_WIDTH = 0.0213
+"""Width of the authors' tip, which the default gripper fits [m]."""
+
+_PAYLOAD_COEFFICIENT = 1.81604
+"""Fits `payload` to the one published number, 4.89 kg at the smallest object of the authors' robot [-]."""
+
+
+class GraspableRange(NamedTuple):
+    """Widths of the objects that the trunk can wrap."""
+
+    minimum: float
+    """Smallest width [m]."""
+    maximum: float
+    """Largest width [m]."""
+
+
+def growth_from_overlap(m: float) -> float:
+    """Growth b = ln((1 + m) / m) / pi at which gripper and trunk ranges overlap (principle 2) [1/rad]."""
+    check_number("m", m, above=0.0, below=1e3)
+    return math.log((1 + m) / m) / math.pi
+
+
+def compactness(b: float) -> float:
+    """Compactness k = (1 + exp(-2 pi b)) / 2 at which successive turns touch without a gap (principle 1) [-]."""
+    return (1 + math.exp(-2 * math.pi * b)) / 2
+
+
+def design_from_rules(
+    *,
+    m: float | None = None,
+    b: float | None = None,
+    delta_theta: float = math.pi / 6,
+    arm_radius: float = 0.044,
+    turns: float = 1.5,
+    name: str = "from-rules",
+) -> TrunkDesign:
+    """The trunk that the paper's three principles give.
+
+    Args:
+        m: largest object of the tip gripper over its base width [-]; 1.53 unless ``b`` is given.
+        b: growth per radian [-], instead of ``m`` (the authors' code rounds it to 0.16).
+        delta_theta: angle per section [rad]; it divides ``turns``.
+        arm_radius: radius of the arm's last link, matched by section 1 (principle 3) [m].
+        turns: turns of the backbone's spiral from tip (theta = pi / 2) to base.
+        name: what to call it.
+
+    Raises:
+        DesignError: for a value out of range, for both ``m`` and ``b``, or turns that are not whole sections.
+    """
+    if m is not None and b is not None:
+        raise DesignError("m", got=m, allowed="m or b, not both (m = 1 / (exp(pi b) - 1))")
+    if b is None:
+        b = growth_from_overlap(PAPER_M if m is None else m)
+    check_number("b", b, above=0.0, below=2.0)
+    check_number("arm_radius", arm_radius, above=0.0, below=10.0)
+    n_section = _count_sections(delta_theta, turns)
+    unit = _build_bare(Spiral(a=1.0, b=b), delta_theta, n_section, name)
+    spiral = Spiral(a=arm_radius / unit.solid.radius, b=b)
+    return build_compact(spiral=spiral, delta_theta=delta_theta, n_section=n_section, name=name)
+
+
+def graspable_range(design: TrunkDesign) -> GraspableRange:
+    """Smallest and largest width that the trunk wraps.
+
+    The smallest is the room inside the tip's inner turn, HJ = GH / (exp(pi b) - 1) (paper, Methods). The largest is
+    the circle D that half a turn of the whole trunk goes round: the integral of ds / ((D + w) / 2) over the backbone's
+    arc equals pi, with w the local width; for a spiral that integral is closed.
+    """
+    b = design.spiral.b
+    minimum = design.tip_width / (math.exp(math.pi * b) - 1)
+    inner = float(radius(design.spiral, design.theta_tip))
+    outer = float(radius(design.spiral, design.theta_base))
+    half = design.k - math.exp(-2 * math.pi * b)
+    ratio = math.exp(math.pi * b * half / (design.k * math.sqrt(1 + b**2)))
+    return GraspableRange(minimum, 2 * half * (outer - ratio * inner) / (ratio - 1))
+
+
+def payload(design: TrunkDesign, width: float | None = None) -> float:
+    """Mass that the trunk holds by wrapping an object of ``width`` [m], smallest object by default [kg].
+
+    A calibrated coefficient, not a theory: no formula is published. The largest cable tension on the base joint's
+    lever against the object's weight on its own lever, (width + base width) / 2, times a factor that meets the paper's
+    4.89 kg at 33 mm. It has no other support; measured payloads are smaller.
+    """
+    width = graspable_range(design).minimum if width is None else width
+    check_number("width", width, above=0.0)
+    moment = design.cable.tension_max * float(design.hole_to_joint[0])
+    return _PAYLOAD_COEFFICIENT * moment / (GRAVITY * (width + design.base_width) / 2)
+
+
+def build_compact(
+    *, spiral: Spiral, delta_theta: float, n_section: int, name: str, cable: CableDesign | None = None
+) -> TrunkDesign:
+    """The compact trunk on one spiral, its joints and gripper in the paper's proportion to its base and tip.
+
+    The proportions of joint and gripper hold for the authors' robot; for other sizes they are a start, not a source.
+    """
+    bare = _build_bare(spiral, delta_theta, n_section, name)
+    joint = JointDesign(radius=_JOINT_RADIUS * bare.solid.radius, length=_JOINT_LENGTH * bare.solid.radius)
+    gripper = GripperDesign().scaled(bare.tip_width / _PAPER_TIP_WIDTH)
+    return replace(bare, joint=joint, gripper=gripper, cable=bare.cable if cable is None else cable)
+
+
+def _build_bare(spiral: Spiral, delta_theta: float, n_section: int, name: str) -> TrunkDesign:
+    """The sections alone, with joints too thin to matter: enough to read sizes off."""
+    joint = JointDesign(radius=1e-12, length=1e-12)
+    return TrunkDesign(
+        name=name, spiral=spiral, k=compactness(spiral.b), delta_theta=delta_theta, n_section=n_section, joint=joint
+    )
+
+
+def _count_sections(delta_theta: float, turns: float) -> int:
+    check_number("delta_theta", delta_theta, above=0.0, below=math.pi / 2)
+    check_number("turns", turns, above=0.0, below=10.0)
+    total = math.degrees(2 * math.pi * turns)
+    exact = total / math.degrees(delta_theta)
+    n_section = round(exact)
+    if abs(exact - n_section) > 1e-6 * exact or n_section < 2:
+        least = max(2, math.floor(exact))
+        near = ", ".join(f"{total / n:.6g} deg ({n} sections)" for n in (least, least + 1))
+        raise DesignError("delta_theta", got=f"{math.degrees(delta_theta):g} deg",
+                          allowed=f"an angle that divides {total:g} deg into whole sections, such as {near}")  # fmt: skip
+    return n_section

@@ -1,0 +1,52 @@
+"""One base error; each error is also the built-in error that a caller would expect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class SpiralTrunkError(Exception):
+    """Base of every error that this package raises on purpose."""
+
+
+class DesignError(SpiralTrunkError, ValueError):
+    """A design value that cannot be built: its name, the value given and what is allowed."""
+
+    def __init__(self, name: str, *, got: object, allowed: str) -> None:
+        self.name = name
+        self.got = got
+        self.allowed = allowed
+        super().__init__(f"{name} is {_short(got)}; allowed: {allowed}")
+
+
+class ShapeError(SpiralTrunkError, ValueError):
+    """An array whose shape or content does not fit the design."""
+
+
+class ModelError(SpiralTrunkError, ValueError):
+    """A request that the model cannot answer."""
+
+
+class UnknownName(SpiralTrunkError, KeyError):
+    """A name that is not in a catalogue; the message lists the names that are."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        self.name = name
+        self.known = tuple(known)
+        super().__init__(f"unknown {kind} {name!r}; known: {', '.join(self.known)}")
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class MissingPackage(SpiralTrunkError, ImportError):
+    """An optional package that is not installed; the message says how to install it."""
+
+
+class RunError(SpiralTrunkError, RuntimeError):
+    """A run that cannot start or cannot go on."""
+
+
+def _short(value: object, most: int = 80) -> str:
+    text = repr(value)
+    return text if len(text) <= most else text[: most - 3] + "..."
