@@ -1,0 +1,64 @@
+# `make` lists what there is. On a fresh machine Python >= 3.11, pip and make are enough; the rest goes into .venv.
+PYTHON ?= python3
+JOBS ?= auto
+OUT ?= out
+
+VENV := .venv
+STAMP := $(VENV)/.complete
+BIN := $(VENV)/bin
+PIP_INSTALL := -m pip install --quiet --disable-pip-version-check
+PYTEST := $(BIN)/python -m pytest -n $(JOBS) --maxprocesses=8
+
+.DEFAULT_GOAL := help
+.PHONY: help venv grasp test test-all check format bench docs clean distclean
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+
+venv: $(STAMP)  ## what the other targets need, in .venv (about 1 GB; minutes the first time, nothing after)
+
+# The stamp comes last, so that an interrupted installation starts afresh.
+$(STAMP): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "make: $(PYTHON) is $$($(PYTHON) --version 2>&1); Python 3.11 or newer is needed: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
+	@echo "Installing into $(VENV) ..." >&2
+	@clear=--clear; test ! -e $@ || clear=; rm -f $@; \
+	if $(PYTHON) -c 'import ensurepip' 2>/dev/null; then \
+	  $(PYTHON) -m venv $$clear $(VENV); \
+	else \
+	  $(PYTHON) -m venv $$clear --without-pip $(VENV) && $(PYTHON) -m pip --python $(BIN)/python install --quiet pip; \
+	fi || { echo "make: $(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; exit 2; }
+	@$(BIN)/python $(PIP_INSTALL) -c constraints.txt -e '.[dev]'
+	@touch $@
+
+grasp: $(STAMP)  ## one grasp in simulation: video, pictures and result.json in out/grasp
+	$(BIN)/spiraltrunk grasp --out $(OUT)/grasp
+
+test: $(STAMP)  ## the fast tests
+	$(PYTEST)
+
+test-all: $(STAMP)  ## every test
+	$(PYTEST) -m ""
+
+check: $(STAMP)  ## lint, format, types, import contracts
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: $(STAMP)  ## put the code into the house's format
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+bench: $(STAMP)  ## measure the performance claims
+	$(BIN)/spiraltrunk bench --out $(OUT)/bench
+
+docs: $(STAMP)  ## make the pictures of README and docs again
+	$(BIN)/python docs/make_pictures.py
+
+clean:  ## remove caches and build products; out and .venv stay
+	rm -rf build dist src/*.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+	find src tests benchmarks examples docs -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+distclean: clean  ## remove .venv as well
+	rm -rf $(VENV)

@@ -1,0 +1,102 @@
+"""The house's import rules hold, and a breach of each is noticed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import grimp
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+HEAVY = ("mujoco", "mink", "daqp", "qpsolvers", "matplotlib", "imageio", "imageio_ffmpeg", "rich", "gymnasium")
+"""Packages that cost time or a display, loaded only by the layer that uses them."""
+
+LIGHT = {"spiraltrunk", "numpy", "scipy", "numba", *sys.stdlib_module_names}
+"""All that design and model may import."""
+
+BREACHES = {
+    "design above model": ("design/spiral.py", "from spiraltrunk.model import cables", "layers"),
+    "errors above design": ("errors.py", "import spiraltrunk.design.spiral", "layers"),
+    "plant above sim": ("plant.py", "import spiraltrunk.sim.breach", "layers"),
+    "sim beside report": ("sim/breach.py", "import spiraltrunk.report.breach", "layers"),
+    "hidden in a function": ("design/spiral.py", "def f() -> None:\n    import spiraltrunk.model", "layers"),
+    "a folder that is no layer": ("utils/__init__.py", "", "layers"),
+    "mujoco in strategies": ("strategies/breach.py", "import mujoco", "dynamics"),
+    "mink in the command line": ("cli.py", "import mink", "dynamics"),
+    "mujoco in report": ("report/breach.py", "import mujoco", "dynamics"),
+    "matplotlib in sim": ("sim/breach.py", "import matplotlib.pyplot as plt", "pictures"),
+    "matplotlib in the loop": ("run.py", "import matplotlib", "pictures"),
+    "rich in design": ("design/spiral.py", "import rich", "light"),
+    "imageio in model": ("model/cables.py", "import imageio", "light"),
+}
+"""A file, the line put at its end, and the contract that forbids it."""
+
+CONTRACTS = {
+    "layers": "Imports run downwards only",
+    "dynamics": "MuJoCo and mink stay in sim and envs",
+    "pictures": "matplotlib stays in report",
+    "light": "design and model need NumPy, SciPy and Numba alone",
+}
+
+
+def lint_imports(folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()", "--no-cache"]
+    environment = {**os.environ, "PYTHONPATH": str(folder / "src"), "COLUMNS": "200"}
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture
+def house(tmp_path: Path) -> Path:
+    """A copy of the sources with every layer that a breach needs."""
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    package = tmp_path / "src" / "spiraltrunk"
+    shutil.copytree(ROOT / "src" / "spiraltrunk", package, ignore=shutil.ignore_patterns("__pycache__"))
+    for layer in ("sim", "report", "strategies"):
+        (package / layer).mkdir(exist_ok=True)
+        for name in ("__init__.py", "breach.py"):
+            (package / layer / name).touch()
+    return tmp_path
+
+
+def test_house_keeps_its_contracts() -> None:
+    lint = lint_imports(ROOT)
+    assert lint.returncode == 0, lint.stdout + lint.stderr
+    for name in CONTRACTS.values():
+        assert f"{name} KEPT" in lint.stdout
+
+
+@pytest.mark.parametrize("breach", BREACHES)
+def test_breach_is_noticed(house: Path, breach: str) -> None:
+    file, line, contract = BREACHES[breach]
+    path = house / "src" / "spiraltrunk" / file
+    path.parent.mkdir(exist_ok=True)
+    with path.open("a") as source:
+        source.write(f"\n{line}\n")
+    lint = lint_imports(house)
+    assert lint.returncode == 1, lint.stdout + lint.stderr
+    assert f"{CONTRACTS[contract]} BROKEN" in lint.stdout
+    assert "1 broken" in lint.stdout
+
+
+def test_design_and_model_import_nothing_else() -> None:
+    graph = grimp.build_graph("spiraltrunk", include_external_packages=True, cache_dir=None)
+    strangers = [
+        f"{module} imports {imported}"
+        for module in sorted(graph.modules)
+        if module.startswith(("spiraltrunk.design", "spiraltrunk.model", "spiraltrunk.errors", "spiraltrunk.plant"))
+        for imported in graph.find_modules_directly_imported_by(module)
+        if imported.split(".")[0] not in LIGHT
+    ]
+    assert strangers == []
+
+
+@pytest.mark.parametrize("module", ["spiraltrunk", "spiraltrunk.design", "spiraltrunk.model", "spiraltrunk.plant"])
+def test_import_stays_light(module: str) -> None:
+    program = f"import sys, {module}; print(*(name for name in {HEAVY!r} if name in sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    assert loaded.split() == []

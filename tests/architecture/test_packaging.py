@@ -1,0 +1,35 @@
+"""What pyproject.toml asks for is what constraints.txt pins."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+from packaging.version import Version
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+REQUIREMENTS = [
+    Requirement(line) for line in (*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["dev"])
+]  # fmt: skip
+
+
+def load_pins() -> dict[str, str]:
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pairs = [line.split("==") for line in lines if line and not line.startswith("#")]
+    return {canonicalize_name(name): version for name, version in pairs}
+
+
+@pytest.mark.parametrize("requirement", REQUIREMENTS, ids=lambda requirement: requirement.name)
+def test_requirement_is_pinned_within_its_range(requirement: Requirement) -> None:
+    assert requirement.specifier.contains(load_pins()[canonicalize_name(requirement.name)])
+
+
+def test_pins_are_plain_versions() -> None:
+    pins = load_pins()
+    assert len(pins) > len(REQUIREMENTS)
+    for version in pins.values():
+        assert str(Version(version)) == version
