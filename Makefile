@@ -17,16 +17,15 @@ help:  ## this list
 
 venv: $(STAMP)  ## what the other targets need, in .venv (about 1 GB; minutes the first time, nothing after)
 
-# The stamp comes last, so that an interrupted installation starts afresh.
+# The stamp comes last and goes first, so that an interrupted installation starts afresh; with a stamp, only what
+# changed is installed. Debian without python3-venv has venv but no ensurepip: there pip installs itself from outside.
 $(STAMP): pyproject.toml constraints.txt
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
-	  echo "make: $(PYTHON) is $$($(PYTHON) --version 2>&1); Python 3.11 or newer is needed: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo "make: Python 3.11 or newer is needed, and $(PYTHON) is not; try make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
 	@echo "Installing into $(VENV) ..." >&2
-	@clear=--clear; test ! -e $@ || clear=; rm -f $@; \
-	if $(PYTHON) -c 'import ensurepip' 2>/dev/null; then \
-	  $(PYTHON) -m venv $$clear $(VENV); \
-	else \
-	  $(PYTHON) -m venv $$clear --without-pip $(VENV) && $(PYTHON) -m pip --python $(BIN)/python install --quiet pip; \
+	@if test -e $@; then rm -f $@; \
+	elif $(PYTHON) -c 'import ensurepip' 2>/dev/null; then $(PYTHON) -m venv --clear $(VENV); \
+	else $(PYTHON) -m venv --clear --without-pip $(VENV) && $(PYTHON) -m pip --python $(BIN)/python install --quiet pip; \
 	fi || { echo "make: $(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; exit 2; }
 	@$(BIN)/python $(PIP_INSTALL) -c constraints.txt -e '.[dev]'
 	@touch $@
