@@ -48,5 +48,8 @@ class RunError(SpiralTrunkError, RuntimeError):
 
 
 def _short(value: object, most: int = 80) -> str:
-    text = repr(value)
-    return text if len(text) <= most else text[: most - 3] + "..."
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # A whole number with thousands of digits, a list of itself.
+        text = f"a {type(value).__name__} too large to print"
+    return text if len(text) <= most else f"{text[: most // 2 - 3]}...{text[-most // 2 :]}"

@@ -1,6 +1,7 @@
 """What the robot is: spiral, rules, trunk, gripper, files, presets."""
 
 from spiraltrunk.design import presets
+from spiraltrunk.design.files import format_design, load_design, write_design
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.mount import ArmDesign, HousingDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
@@ -23,7 +24,10 @@ __all__ = [
     "TrunkDesign",
     "design_from_rules",
     "design_from_sizes",
+    "format_design",
     "graspable_range",
+    "load_design",
     "payload",
     "presets",
+    "write_design",
 ]

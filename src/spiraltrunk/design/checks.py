@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from spiraltrunk.errors import DesignError
 
@@ -17,9 +16,8 @@ def check_number(
     Raises:
         DesignError: with the name, the value and the range.
     """
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    number: Any = value
-    if not (is_number and math.isfinite(number) and above < number < below and number >= least):
+    number = _to_float(value)
+    if not (math.isfinite(number) and above < number < below and number >= least):
         raise DesignError(name, got=value, allowed=_range(above, least, below))
 
 
@@ -67,6 +65,16 @@ def check_type(name: str, value: object, kinds: type | Sequence[type]) -> None:
     kinds = (kinds,) if isinstance(kinds, type) else tuple(kinds)
     if not isinstance(value, kinds):
         raise DesignError(name, got=value, allowed=" or ".join(kind.__name__ for kind in kinds))
+
+
+def _to_float(value: object) -> float:
+    """The number itself, nan for anything else and for whole numbers that no float holds."""
+    if not isinstance(value, (int, float)) or isinstance(value, bool):
+        return math.nan
+    try:
+        return float(value) if float(value) == value else math.nan
+    except OverflowError:
+        return math.nan
 
 
 def _range(above: float, least: float, below: float) -> str:

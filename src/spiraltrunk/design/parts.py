@@ -70,11 +70,11 @@ class MassDesign:
     """Masses of the sections."""
 
     density: float = 196.3
-    """Effective density over the revolved solid [kg/m^3]: the authors' 191.3 g over the solid volume of their 18 sections."""
+    """Effective density over the revolved solid [kg/m^3]: the authors' 191.3 g over the volume of their 18 sections."""
     sections: tuple[float, ...] | None = None
     """Mass section by section, base to tip [kg]; None follows the density. A real print rarely does."""
     center_fraction: float | None = None
-    """Centre of mass over the section's length, from its proximal joint [-]; None takes the uniform solid's centroid."""
+    """Centre of mass over the section's length, from its proximal joint [-]; None takes the solid's centroid."""
 
     def __post_init__(self) -> None:
         check_number("mass.density", self.density, above=0.0, below=3e4)

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
-from spiraltrunk.design.parts import CableDesign, MassDesign
+from spiraltrunk.design.gripper import GripperDesign
+from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
 from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.design.sizes import design_from_sizes
 from spiraltrunk.design.trunk import TrunkDesign
@@ -25,7 +26,8 @@ _PAPER_CENTER_FRACTION = 26.749 / 47.94
 def _build_paper() -> TrunkDesign:
     masses = tuple(float(f"{grams}e-3") for grams in _PAPER_SECTION_MASS_G)
     measured = MassDesign(sections=masses, center_fraction=_PAPER_CENTER_FRACTION)
-    return replace(design_from_rules(b=0.16, name="paper"), mass=measured)
+    joint = JointDesign(radius=3.825e-3, length=2.10e-3)
+    return replace(design_from_rules(b=0.16, name="paper"), joint=joint, mass=measured, gripper=GripperDesign())
 
 
 PAPER = _build_paper()
@@ -33,7 +35,7 @@ PAPER = _build_paper()
 
 
 def _build_spirob_15() -> TrunkDesign:
-    """Planar SpiRob: two cables, 25 cm, tip 5.5 mm, taper 15 deg (Wang et al., SpiRobs); joints scaled from the paper's."""
+    """Planar SpiRob: two cables, 25 cm, tip 5.5 mm, taper 15 deg (Wang et al., SpiRobs); joints like the paper's."""
     planar = CableDesign(angles=(0.0, math.pi))
     design = design_from_sizes(
         tip_width=5.5e-3, length=0.25, taper=math.radians(15.0), cable=planar, name="spirob-15"

@@ -150,6 +150,6 @@ def _count_sections(delta_theta: float, turns: float) -> int:
     if abs(exact - n_section) > 1e-6 * exact or n_section < 2:
         least = max(2, math.floor(exact))
         near = ", ".join(f"{total / n:.6g} deg ({n} sections)" for n in (least, least + 1))
-        raise DesignError("delta_theta", got=f"{math.degrees(delta_theta):g} deg",
-                          allowed=f"an angle that divides {total:g} deg into whole sections, such as {near}")  # fmt: skip
+        allowed = f"an angle that divides {total:g} deg into whole sections, such as {near}"
+        raise DesignError("delta_theta", got=f"{math.degrees(delta_theta):g} deg", allowed=allowed)
     return n_section

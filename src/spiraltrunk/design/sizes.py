@@ -1,4 +1,4 @@
-"""From wished sizes to a compact spiral: for the relatives of the paper's trunk, known by tip, length and base or taper.
+"""From wished sizes to a compact spiral: for relatives of the paper's trunk, known by tip, length and base or taper.
 
 For a contour of radius 1 at the base: half-width of the base face h = (1 - exp(-2 pi b)) / 2, backbone k, section
 chord k c with c^2 = 1 + k_p^2 - 2 k_p cos(delta_theta), slope of the cone through the face edges h (1 - k_p) / (k c).

@@ -1,8 +1,8 @@
 """The trunk: one frozen description, and every length, stiffness and mass that follows from it.
 
-Frames: a section's frame sits in its proximal joint centre, x along the straight axis towards the tip, y dorsal (cable 1
-of the paper), z to complete it. Section n = 1 is at the base, joint i lies between sections i and i + 1. Each size is
-the first one times k_p^(n-1), the spiral's self-similarity (paper, Results, "Soft Manipulator Design").
+Frames: a section's frame sits in its proximal joint centre, x along the straight axis towards the tip, y dorsal (the
+paper's cable 1), z to complete it. Section n = 1 is at the base, joint i lies between sections i and i + 1. Each size
+is the first one times k_p^(n-1), the spiral's self-similarity (paper, Results, "Soft Manipulator Design").
 """
 
 from __future__ import annotations
@@ -181,7 +181,7 @@ class TrunkDesign:
 
     @cached_property
     def joint_stiffness(self) -> np.ndarray:
-        """Bending stiffness E I / L or the override, base to tip, shape (n_joint,) [N m/rad]; the law goes with k_p^3."""
+        """Bending stiffness E I / L (with k_p^3 along the trunk) or the override, shape (n_joint,) [N m/rad]."""
         if self.joint.stiffness is not None:
             return np.array(self.joint.stiffness)
         return self.joint.base_stiffness * self.scale[:-1] ** 3
@@ -195,7 +195,7 @@ class TrunkDesign:
 
     @cached_property
     def hole_position(self) -> np.ndarray:
-        """Axial position and distance from the axis of the proximal and the distal hole, shape (n_section, 2, 2) [m]."""
+        """Axial and radial position of the proximal and the distal hole, shape (n_section, 2, 2) [m]."""
         part, solid = self.cable.hole_fraction, self.solid
         ring = part * solid.radius
         first = np.array([[part * solid.rim_start, ring], [solid.length - part * (solid.length - solid.rim_end), ring]])
@@ -219,7 +219,7 @@ class TrunkDesign:
 
     @cached_property
     def straight_gap(self) -> np.ndarray:
-        """Length of a cable across each gap of the straight trunk, 2 R_hole sin(delta_theta / 2), shape (n_joint,) [m]."""
+        """Cable across each gap of the straight trunk, 2 R_hole sin(delta_theta / 2), shape (n_joint,) [m]."""
         return 2 * self.hole_to_joint * math.sin(self.delta_theta / 2)
 
     @property

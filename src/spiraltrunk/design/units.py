@@ -1,0 +1,180 @@
+"""Values of a design file: each key, its unit and its kind, in one table that the reader and the writer share.
+
+Outside stand decimals in handy units, inside floats in SI. Both ways go through exact decimal arithmetic, so that
+what is written reads back as the very same float, and 30 deg written by hand is the float ``math.pi / 6``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import MISSING, fields
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, InvalidOperation
+from enum import Enum
+from typing import NamedTuple, final
+
+from spiraltrunk.design.gripper import GripperDesign
+from spiraltrunk.design.mount import ArmDesign, HousingDesign
+from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
+from spiraltrunk.design.spiral import Spiral
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError
+
+_EXACT = Context(prec=60, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
+
+ONE = Decimal(1)
+MILLI = Decimal("1e-3")
+MEGA = Decimal("1e6")
+DEGREE = _EXACT.divide(Decimal(math.pi), Decimal(180))
+"""pi / 180 with the float pi, so that degrees mean what ``math.pi / 6`` means in code."""
+
+
+class Kind(Enum):
+    """What a key holds; the value is what an error says is allowed."""
+
+    TEXT = "a text"
+    COUNT = "a whole number"
+    NUMBER = "a finite number"
+    NUMBERS = "an array of finite numbers"
+
+
+@final
+class Key(NamedTuple):
+    """One key of a design file and the field that it fills."""
+
+    name: str
+    owner: type
+    field: str
+    unit: Decimal = ONE
+    kind: Kind = Kind.NUMBER
+    follows_rule: bool = False
+    """A rule gives the value where the file does not, though the field has no default."""
+
+    @property
+    def is_required(self) -> bool:
+        """Whether the field has no default and no rule."""
+        own = next(field for field in fields(self.owner) if field.name == self.field)
+        return own.default is MISSING and own.default_factory is MISSING and not self.follows_rule
+
+
+TABLES: dict[str, tuple[Key, ...]] = {
+    "": (Key("name", TrunkDesign, "name", kind=Kind.TEXT),),
+    "spiral": (
+        Key("a_mm", Spiral, "a", MILLI),
+        Key("b", Spiral, "b"),
+        Key("k", TrunkDesign, "k", follows_rule=True),
+        Key("delta_theta_deg", TrunkDesign, "delta_theta", DEGREE),
+        Key("n_section", TrunkDesign, "n_section", kind=Kind.COUNT),
+        Key("theta_tip_deg", TrunkDesign, "theta_tip", DEGREE),
+    ),
+    "joint": (
+        Key("radius_mm", JointDesign, "radius", MILLI),
+        Key("length_mm", JointDesign, "length", MILLI),
+        Key("youngs_modulus_mpa", JointDesign, "youngs_modulus", MEGA),
+        Key("damping_time_s", JointDesign, "damping_time"),
+        Key("stiffness_nm_per_rad", JointDesign, "stiffness", kind=Kind.NUMBERS),
+    ),
+    "cable": (
+        Key("angles_deg", CableDesign, "angles", DEGREE, Kind.NUMBERS),
+        Key("hole_fraction", CableDesign, "hole_fraction"),
+        Key("tension_max_n", CableDesign, "tension_max"),
+    ),
+    "mass": (
+        Key("density_kg_per_m3", MassDesign, "density"),
+        Key("sections_g", MassDesign, "sections", MILLI, Kind.NUMBERS),
+        Key("center_fraction", MassDesign, "center_fraction"),
+    ),
+    "gripper": (
+        Key("n_finger", GripperDesign, "n_finger", kind=Kind.COUNT),
+        Key("b", GripperDesign, "b"),
+        Key("delta_theta_deg", GripperDesign, "delta_theta", DEGREE),
+        Key("n_phalanx", GripperDesign, "n_phalanx", kind=Kind.COUNT),
+        Key("finger_length_mm", GripperDesign, "finger_length", MILLI),
+        Key("finger_width_mm", GripperDesign, "finger_width", MILLI),
+        Key("mount_radius_mm", GripperDesign, "mount_radius", MILLI),
+        Key("mass_g", GripperDesign, "mass", MILLI),
+        Key("stiffness_nm_per_rad", GripperDesign, "stiffness"),
+        Key("tension_max_n", GripperDesign, "tension_max"),
+    ),
+    "housing": (
+        Key("radius_mm", HousingDesign, "radius", MILLI),
+        Key("length_mm", HousingDesign, "length", MILLI),
+        Key("mass_kg", HousingDesign, "mass"),
+    ),
+    "arm": (
+        Key("model", ArmDesign, "model", kind=Kind.TEXT),
+        Key("mount_site", ArmDesign, "mount_site", kind=Kind.TEXT),
+        Key("base_height_mm", ArmDesign, "base_height", MILLI),
+        Key("roll_deg", ArmDesign, "roll", DEGREE),
+        Key("home_deg", ArmDesign, "home", DEGREE, Kind.NUMBERS),
+    ),
+}
+"""Every key of a design file by table; a table is named after the field of `TrunkDesign` that it describes."""
+
+
+def parse_decimal(text: str) -> Decimal:
+    """The number that a TOML float spells, not a number where its exponent is beyond counting."""
+    try:
+        return Decimal(text)
+    except InvalidOperation:
+        return Decimal("nan")
+
+
+def read_value(name: str, value: object, key: Key) -> object:
+    """A parsed TOML value in SI, as the field of ``key`` wants it.
+
+    Raises:
+        DesignError: with ``name`` where the value is of another kind, or no finite number.
+    """
+    if key.kind is Kind.NUMBERS and isinstance(value, list):
+        return tuple(_to_si(f"{name}[{i}]", item, key.unit) for i, item in enumerate(value))
+    if key.kind is Kind.NUMBER:
+        return _to_si(name, value, key.unit)
+    wanted: dict[Kind, type] = {Kind.TEXT: str, Kind.COUNT: int}
+    if key.kind is Kind.NUMBERS or not isinstance(value, wanted[key.kind]) or isinstance(value, bool):
+        raise DesignError(name, got=describe(value), allowed=key.kind.value)
+    return value
+
+
+def format_value(value: object, key: Key) -> str:
+    """The value of a field as TOML text that `read_value` turns back into the same value."""
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_from_si(item, key.unit) for item in value) + "]"
+    if key.kind is Kind.COUNT:
+        return str(value)
+    return _from_si(float(value), key.unit)  # type: ignore[arg-type]
+
+
+def describe(value: object) -> object:
+    """A parsed TOML value for an error message: itself where it is short, else its kind."""
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list):
+        return f"an array of {len(value)}"
+    return float(value) if isinstance(value, Decimal) else value
+
+
+def _to_si(name: str, value: object, unit: Decimal) -> float:
+    """The float nearest to ``value`` times ``unit``; a number with thousands of digits counts as infinite."""
+    is_number = isinstance(value, (Decimal, int)) and not isinstance(value, bool)
+    is_short = not isinstance(value, int) or value.bit_length() < 1100
+    number = float(_EXACT.multiply(Decimal(value), unit)) if is_number and is_short else math.nan  # type: ignore[arg-type]
+    if not math.isfinite(number):
+        raise DesignError(name, got=describe(value), allowed=Kind.NUMBER.value)
+    return number
+
+
+def _from_si(value: float, unit: Decimal) -> str:
+    """The shortest decimal that reads back as ``value``; 17 digits tell all floats apart."""
+    exact = _EXACT.divide(Decimal(value), unit)
+    number = exact
+    for digits in (15, 16, 17):
+        number = Context(prec=digits, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[]).plus(exact)
+        if float(_EXACT.multiply(number, unit)) == value:
+            break
+    number = number.normalize(_EXACT)
+    if number and not -5 <= number.adjusted() < 16:
+        return f"{number:e}"
+    text = f"{number:f}"
+    return text if "." in text else text + ".0"
