@@ -48,8 +48,10 @@ class GripperDesign:
         check_count("gripper.n_phalanx", self.n_phalanx, least=1, most=8)
         check_number("gripper.b", self.b, above=0.0, below=2.0)
         check_number("gripper.delta_theta", self.delta_theta, above=0.0, below=math.pi / 2)
-        for name in ("finger_length", "finger_width", "mass", "stiffness"):
+        for name in ("finger_length", "finger_width"):
             check_number(f"gripper.{name}", getattr(self, name), above=0.0, below=10.0)
+        for name in ("mass", "stiffness"):
+            check_number(f"gripper.{name}", getattr(self, name), above=0.0, below=1e4)
         check_number("gripper.mount_radius", self.mount_radius, least=0.0, below=10.0)
         check_number("gripper.tension_max", self.tension_max, above=0.0, below=1e4)
 
@@ -66,7 +68,7 @@ class GripperDesign:
 
     @cached_property
     def phalanx_width(self) -> np.ndarray:
-        """Thicknesses of a finger's phalanges, base first, never under a quarter of the first, shape (n_phalanx,) [m]."""
+        """Thicknesses of a finger's phalanges, base first, at least a quarter of the first, shape (n_phalanx,) [m]."""
         return self.finger_width * np.maximum(self.k_p ** np.arange(self.n_phalanx), 0.25)
 
     @cached_property

@@ -35,8 +35,9 @@ class SectionSolid:
         for name in ("lean_proximal", "lean_distal"):
             check_number(f"section.{name}", getattr(self, name), above=-math.pi / 2, below=math.pi / 2)
         if self.rim_start >= self.rim_end:
-            wall = f"an outer surface of positive length (radius below {self.length / (self._t1 + self._t2):g} m)"
-            raise DesignError("section.radius", got=self.radius, allowed=wall)
+            slopes = self._t1 + self._t2  # Zero where the faces are parallel and the length is lost in rounding.
+            widest = f" (radius below {self.length / slopes:g} m)" if slopes else ""
+            raise DesignError("section.radius", got=self.radius, allowed=f"an outer surface of positive length{widest}")
 
     @property
     def _t1(self) -> float:

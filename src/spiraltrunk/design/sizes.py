@@ -19,7 +19,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError
 
 _B_RANGE = (1e-4, 1.0)
-_TURN_RANGE = (math.radians(10.0), math.radians(60.0))
+_USUAL_TURN = math.radians(30.0)
 
 
 class _Wish(NamedTuple):
@@ -69,8 +69,9 @@ def design_from_sizes(
     if taper is not None:
         check_number("taper", taper, above=0.0, below=math.pi / 2)
     wish = _Wish(tip_width, length, base_width, taper)
-    n_section = max(2, round(_fit(wish, math.radians(30.0)).n_section))
-    turn = _root(lambda angle: _fit(wish, angle).n_section - n_section, _TURN_RANGE, wish)
+    wanted = _fit(wish, _USUAL_TURN).n_section
+    n_section = max(2, round(wanted))
+    turn = _root(lambda angle: _fit(wish, angle).n_section - n_section, _turns_between(wanted, n_section), wish)
     fit = _fit(wish, turn)
     spiral = Spiral(a=_base_radius(fit, turn, n_section), b=fit.b)
     return build_compact(spiral=spiral, delta_theta=turn, n_section=n_section, name=name, cable=cable)
@@ -91,6 +92,15 @@ def _fit(wish: _Wish, turn: float) -> _Fit:
     b = _root(miss, _B_RANGE, wish)
     face = base_face(b)
     return _Fit(b, face, math.log(2 * face / wish.tip_width) / (b * turn))
+
+
+def _turns_between(wanted: float, n_section: int) -> tuple[float, float]:
+    """Angles around the one with ``n_section`` sections, whose number falls a little faster than 1 / angle.
+
+    No wider, because a wide angle may have no spiral where the one sought has.
+    """
+    reach = wanted / n_section
+    return 0.95 * _USUAL_TURN * min(1.0, reach), 1.05 * _USUAL_TURN * max(1.0, reach)
 
 
 def _slope(b: float, turn: float) -> float:

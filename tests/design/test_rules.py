@@ -1,0 +1,151 @@
+"""The three design principles, each against the geometry that it is about."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.design.rules import (
+    GRAVITY,
+    compactness,
+    design_from_rules,
+    graspable_range,
+    growth_from_overlap,
+    payload,
+)
+from spiraltrunk.design.spiral import points, radius
+from spiraltrunk.errors import DesignError
+
+OVERLAPS = st.floats(0.5, 3.0)
+
+
+@given(st.floats(0.01, 100.0))
+def test_growth_is_the_inverse_of_the_overlap(m):
+    assert 1 / math.expm1(math.pi * growth_from_overlap(m)) == pytest.approx(m, rel=1e-9)
+
+
+@given(st.floats(0.01, 1.0))
+def test_the_compact_backbone_is_midway_between_successive_turns(b):
+    """Principle 1: what lies inside the backbone of one turn is as wide as what lies outside it."""
+    inner = math.exp(-2 * math.pi * b)
+    assert compactness(b) - inner == pytest.approx(1 - compactness(b), rel=1e-12)
+
+
+@given(OVERLAPS)
+def test_smallest_object_is_m_times_the_tip(m):
+    """Principle 2: the trunk's smallest object is the gripper's largest, HJ = m GH."""
+    design = design_from_rules(m=m)
+    assert graspable_range(design).minimum == pytest.approx(m * design.tip_width, rel=1e-12)
+
+
+@given(OVERLAPS)
+def test_smallest_object_is_the_room_in_the_tips_inner_turn(m):
+    """GH and HJ as distances of points of the contour (paper, figure 4a), with theta_min = pi/2 - 2 pi."""
+    design = design_from_rules(m=m)
+    theta_min = math.pi / 2 - 2 * math.pi
+    end, half, full = points(design.spiral, theta_min + math.pi * np.arange(3))
+    assert np.linalg.norm(full - end) == pytest.approx(design.tip_width, rel=1e-12)
+    assert np.linalg.norm(half - end) == pytest.approx(graspable_range(design).minimum, rel=1e-12)
+
+
+@given(OVERLAPS, st.sampled_from([4, 6, 8, 12]), st.sampled_from([1.0, 1.5, 2.0]))
+def test_largest_object_takes_half_a_turn_of_the_whole_trunk(m, parts, turns):
+    design = design_from_rules(m=m, delta_theta=math.pi / parts, turns=turns)
+    largest = graspable_range(design).maximum
+    k, half = design.k, design.k - math.exp(-2 * math.pi * design.spiral.b)
+
+    def turn_per_angle(theta):
+        r = float(radius(design.spiral, theta))
+        return k * r * math.hypot(1.0, design.spiral.b) / ((largest + 2 * half * r) / 2)
+
+    turn, _ = quad(turn_per_angle, design.theta_tip, design.theta_base, epsabs=1e-12)
+    assert turn == pytest.approx(math.pi, rel=1e-9)
+
+
+@given(OVERLAPS, st.floats(0.005, 0.2), st.sampled_from([3, 4, 5, 6, 9, 12]))
+def test_section_one_matches_the_arm(m, arm_radius, parts):
+    """Principle 3."""
+    design = design_from_rules(m=m, arm_radius=arm_radius, delta_theta=math.pi / parts)
+    assert design.section_radius[0] == pytest.approx(arm_radius, rel=1e-12)
+    assert design.n_section == 3 * parts
+    assert design.theta_base - design.theta_tip == pytest.approx(3 * math.pi, rel=1e-12)
+
+
+@given(st.floats(0.2, 5.0))
+def test_the_graspable_range_grows_with_the_arm(factor):
+    small, large = design_from_rules(), design_from_rules(arm_radius=0.044 * factor)
+    assert graspable_range(large) == pytest.approx(np.multiply(factor, graspable_range(small)), rel=1e-9)
+    assert graspable_range(small).minimum < graspable_range(small).maximum
+
+
+def test_m_is_the_papers_unless_given():
+    assert design_from_rules().spiral.b == growth_from_overlap(1.53)
+    assert design_from_rules(b=0.16).spiral.b == 0.16
+
+
+def test_rules_and_preset_agree_on_the_paper():
+    design = design_from_rules(b=0.16)
+    assert design.spiral == PAPER.spiral
+    assert design.joint.radius == pytest.approx(PAPER.joint.radius, rel=1e-14)
+    assert design.joint.length == pytest.approx(PAPER.joint.length, rel=1e-14)
+    assert design.gripper.mass == pytest.approx(PAPER.gripper.mass, rel=1e-3)
+
+
+def test_payload_meets_the_published_number_and_falls_with_width():
+    """4.89 kg at the smallest object (paper, Results)."""
+    assert payload(PAPER) == pytest.approx(4.89, abs=0.005)
+    assert payload(PAPER) == payload(PAPER, graspable_range(PAPER).minimum)
+    widths = np.linspace(0.01, 0.3, 20)
+    assert (np.diff([payload(PAPER, width) for width in widths]) < 0).all()
+
+
+def test_payload_balances_tension_and_weight():
+    lever = (0.1 + PAPER.base_width) / 2
+    strongest = PAPER.cable.tension_max * PAPER.hole_to_joint[0]
+    ratio = payload(PAPER, 0.1) * GRAVITY * lever / strongest
+    assert ratio == pytest.approx(payload(PAPER, 0.2) * GRAVITY * (lever + 0.05) / strongest, rel=1e-12)
+
+
+@pytest.mark.parametrize("angle_deg", [31.0, 25.0, 50.0, 89.0])
+def test_an_angle_that_leaves_a_rest_is_refused_with_angles_that_do_not(angle_deg):
+    with pytest.raises(DesignError, match="divides 540 deg into whole sections") as caught:
+        design_from_rules(delta_theta=math.radians(angle_deg))
+    offered = [float(word) for word in str(caught.value).replace("(", "").split() if word.replace(".", "").isdigit()]
+    below, count = offered[-4], offered[-3]
+    assert below * count == pytest.approx(540.0, rel=1e-4)
+    assert caught.value.name == "delta_theta"
+
+
+@pytest.mark.parametrize(
+    ("name", "wish"),
+    [
+        ("m", {"m": 1.53, "b": 0.16}),
+        ("m", {"m": 0.0}),
+        ("m", {"m": math.nan}),
+        ("m", {"m": "1.53"}),
+        ("b", {"b": -0.16}),
+        ("b", {"b": 2.0}),
+        ("b", {"b": True}),
+        ("arm_radius", {"arm_radius": 0.0}),
+        ("arm_radius", {"arm_radius": math.inf}),
+        ("delta_theta", {"delta_theta": 0.0}),
+        ("delta_theta", {"delta_theta": math.pi}),
+        ("turns", {"turns": 0.0}),
+        ("turns", {"turns": 10**400}),
+        ("delta_theta", {"turns": 1 / 12}),
+    ],
+)
+def test_impossible_wishes_are_refused_by_name(name, wish):
+    with pytest.raises(DesignError) as caught:
+        design_from_rules(**wish)
+    assert caught.value.name == name
+
+
+@pytest.mark.parametrize("width", [0.0, -1.0, math.nan, math.inf, "wide"])
+def test_payload_refuses_impossible_widths(width):
+    with pytest.raises(DesignError, match="width"):
+        payload(PAPER, width)
