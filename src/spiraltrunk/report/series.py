@@ -1,0 +1,99 @@
+"""One run as arrays over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.errors import ShapeError
+
+_AXES = {
+    "time": 1,
+    "cable_pull": 2,
+    "cable_tension": 2,
+    "joint_bend": 2,
+    "object_height": 1,
+    "grip_force": 1,
+    "string_tension": 1,
+}
+"""Arrays and how many axes they have; time comes first."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Series:
+    """Quantities of one run at the same instants, copied and read-only.
+
+    Raises:
+        ShapeError: where an array does not fit the others, or holds what is not finite.
+    """
+
+    time: np.ndarray
+    """Instants, increasing, shape (n,) with n >= 2 [s]."""
+    phase_spans: tuple[tuple[str, float, float], ...]
+    """Name of each phase and the times at which it begins and ends [-, s, s]."""
+    cable_pull: np.ndarray
+    """Cable pulled in since the straight trunk, shape (n, n_cable) [m]."""
+    cable_tension: np.ndarray
+    """Tension of each cable, shape (n, n_cable) [N]."""
+    joint_bend: np.ndarray
+    """Bend of each joint, the base's first, shape (n, n_joint) [rad]."""
+    joint_limit: float
+    """Bend at which neighbouring sections touch [rad]."""
+    object_height: np.ndarray
+    """Height of the object's centre, shape (n,) [m]."""
+    target_height: float | None
+    """Height that it is to be lifted to; None where there is none [m]."""
+    grip_force: np.ndarray
+    """Sum of the normal forces between trunk and object, shape (n,) [N]."""
+    string_tension: np.ndarray
+    """Sum of the tensions of the strings that carry the object before the grasp, shape (n,) [N]."""
+    title: str
+    """What the run was, for the head of its pictures."""
+
+    def __post_init__(self) -> None:
+        for name, axes in _AXES.items():
+            object.__setattr__(self, name, _read(name, getattr(self, name), axes, n=len(np.atleast_1d(self.time))))
+        if len(self.time) < 2 or not (np.diff(self.time) > 0).all():
+            raise ShapeError(f"time has {len(self.time)} instants; allowed: at least 2, each later than the one before")
+        if self.cable_tension.shape != self.cable_pull.shape:
+            raise ShapeError(
+                f"cable_tension has shape {self.cable_tension.shape}; allowed: cable_pull's, {self.cable_pull.shape}"
+            )
+        if not (np.isfinite(self.joint_limit) and self.joint_limit > 0):
+            raise ShapeError(f"joint_limit is {self.joint_limit}; allowed: finite, > 0 rad")
+        if self.target_height is not None and not np.isfinite(self.target_height):
+            raise ShapeError(f"target_height is {self.target_height}; allowed: None or finite")
+        for phase, begin, end in self.phase_spans:
+            if not (np.isfinite([begin, end]).all() and begin <= end):
+                raise ShapeError(f"phase {phase} spans {begin} to {end} s; allowed: finite, begin <= end")
+
+    @property
+    def n_cable(self) -> int:
+        """Number of cables."""
+        return self.cable_pull.shape[1]
+
+    @property
+    def n_joint(self) -> int:
+        """Number of joints."""
+        return self.joint_bend.shape[1]
+
+
+def _read(name: str, values: object, axes: int, *, n: int) -> np.ndarray:
+    """A read-only copy in floating point, with its first axis as long as time."""
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ShapeError(f"{name} is not an array of numbers; allowed: {_shape(axes, n)}") from None
+    if array.ndim != axes or len(array) != n or 0 in array.shape:
+        raise ShapeError(f"{name} has shape {array.shape}; allowed: {_shape(axes, n)}")
+    if not np.isfinite(array).all():
+        raise ShapeError(f"{name} holds what is not finite; allowed: finite numbers")
+    array.setflags(write=False)
+    return array
+
+
+def _shape(axes: int, n: int) -> str:
+    return f"({n},), as time" if axes == 1 else f"({n}, at least 1), as time"
