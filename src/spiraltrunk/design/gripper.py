@@ -28,10 +28,10 @@ class GripperDesign:
     """Growth of the finger's spiral per radian [-] (paper: the golden ratio)."""
     delta_theta: float = math.pi / 3
     """Angle of the finger's spiral per phalanx, also the limit of each finger joint [rad] (paper: 60 deg)."""
-    n_phalanx: int = 3
-    """Phalanges a finger (ours; read off the human finger that the paper follows)."""
+    n_phalanx: int = 2
+    """Phalanges a finger (ours: two turns of 60 deg close a finger on itself)."""
     finger_length: float = 0.038
-    """Length of a straight finger [m] (ours: a quarter turn round 40 mm plus the last phalanx)."""
+    """Length of a straight finger [m] (ours: a quarter turn round 40 mm plus half the last phalanx)."""
     finger_width: float = 0.010
     """Thickness of a finger at its base [m] (ours)."""
     mount_radius: float = 0.0065
@@ -91,5 +91,5 @@ class GripperDesign:
 
     @property
     def grasp_width(self) -> float:
-        """Largest width that the fingers close round [m]: a quarter turn uses all but the last phalanx."""
-        return float(self.finger_length - self.phalanx_length[-1]) * 4 / math.pi
+        """Largest width that the fingers close round [m]: half the last phalanx reaches past a quarter turn."""
+        return float(self.finger_length - self.phalanx_length[-1] / 2) * 4 / math.pi

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import final
 
@@ -41,8 +42,9 @@ class ArmDesign:
     """Site of the arm that the housing is fixed to, its z axis along the trunk."""
     base_height: float = 0.80
     """Height of the arm's base above the floor [m] (ours: a pedestal, so that the trunk can hang)."""
-    roll: float = 0.0
-    """Turn of the trunk about the mount's z axis [rad]."""
+    roll: float = math.pi / 4
+    """Turn of the trunk about the mount's z axis, from the mount's x to dorsal [rad] (ours: the ventral side looks
+    left when the Panda stands ready)."""
     home: tuple[float, ...] | None = None
     """Joint positions where work starts [rad or m]; None takes the arm's own."""
 

@@ -65,6 +65,39 @@ def gap_vectors(design: TrunkDesign, joint_rotation: np.ndarray) -> np.ndarray:
     return np.einsum("...jkl,jcl->...jck", joint_rotation, distal) - proximal
 
 
+def planar_lever(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
+    """Moment about z per tension of each cable at each joint, in a trunk that bends about z alone.
+
+    A cable at height h above the joint spans the gap 2 (a cos(q / 2) - h sin(q / 2)), a being half its straight gap; the
+    lever is minus its derivative by q, a sin(q / 2) + h cos(q / 2).
+
+    Args:
+        design: the trunk.
+        bend: bend about z of each joint, shape (..., n_joint) [rad]; positive is dorsal.
+
+    Returns:
+        Levers, positive where the cable pulls the tip dorsal, shape (..., n_joint, n_cable) [m].
+    """
+    half = np.asarray(bend, float)[..., None] / 2
+    return _half_gap(design)[:, None] * np.sin(half) + _hole_height(design) * np.cos(half)
+
+
+def planar_gap(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
+    """Length of each cable across each gap of a trunk that bends about z alone, shape (..., n_joint, n_cable) [m]."""
+    half = np.asarray(bend, float)[..., None] / 2
+    return 2 * np.abs(_half_gap(design)[:, None] * np.cos(half) - _hole_height(design) * np.sin(half))
+
+
+def _half_gap(design: TrunkDesign) -> np.ndarray:
+    return design.straight_gap / 2
+
+
+def _hole_height(design: TrunkDesign) -> np.ndarray:
+    """Height of the holes above the joint on the dorsal side, shape (n_joint, n_cable) [m]."""
+    ring = design.hole_to_joint * np.cos(design.delta_theta / 2)
+    return ring[:, None] * design.cable_direction[:, 1]
+
+
 def _holes(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:
     """Holes beyond and before each joint, from its centre, shapes (n_joint, n_cable, 3) [m]."""
     axial, ring = design.hole_position[..., 0], design.hole_position[..., 1]

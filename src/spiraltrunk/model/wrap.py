@@ -1,0 +1,133 @@
+"""A trunk wrapped round a hanging object, in one vertical plane: what planning needs to know before it is tried.
+
+The trunk hangs from its base and bends ventral. Beyond the first joint that touches, joints follow the object's outline
+up to their limit; before it, each joint balances cable tension, its own elasticity and the weights beyond it. This is a
+planning model without friction or contact forces; what it predicts is checked against the simulated trunk in the tests.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.model.cables import planar_gap, planar_lever
+
+WRAP_TURN = math.radians(250.0)
+"""Turning of the part that follows the object [rad]: short of a full turn, since the tip tucks in under the trunk."""
+
+_ROUNDS = 30
+"""Rounds of the fixed-point iteration; each halves the change."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Wrap:
+    """Shape of a wrapped trunk; lengths in the bending plane, from the base: down along its axis, ahead to ventral."""
+
+    bend: np.ndarray
+    """Ventral bend of each joint, shape (n_joint,) [rad]."""
+    first: int
+    """Index of the first wrapped joint; n_joint where nothing is wrapped."""
+    center: np.ndarray
+    """Centre of the object (down, ahead), shape (2,) [m]."""
+    pull: np.ndarray
+    """Cable pulled in since the straight trunk, shape (n_cable,) [m]."""
+
+
+def ventral_cables(design: TrunkDesign) -> np.ndarray:
+    """Which cables pull ventral, shape (n_cable,) [bool]."""
+    return design.cable_direction[:, 1] < -1e-6
+
+
+def predict_wrap(design: TrunkDesign, width: float, mass: float, tension: float) -> Wrap:
+    """The trunk wrapped round an object of ``width`` [m] and ``mass`` [kg], all ventral cables at ``tension`` [N]."""
+    check_number("width", width, above=0.0)
+    check_number("mass", mass, least=0.0)
+    snug = _snug_bend(design, width)
+    turn = np.cumsum(snug[::-1])[::-1]
+    first = int(np.count_nonzero(turn > WRAP_TURN))
+    bend = snug.copy()
+    for _ in range(_ROUNDS):
+        center = _object_center(design, bend, first, width)
+        bend[:first] += 0.5 * (_balance(design, bend, tension, mass, center)[:first] - bend[:first])
+    return Wrap(bend=bend, first=first, center=_object_center(design, bend, first, width), pull=_pull(design, bend))
+
+
+def predict_empty(design: TrunkDesign, tension: float) -> Wrap:
+    """The trunk curled on nothing, all ventral cables at ``tension`` [N]."""
+    bend = np.zeros(design.n_joint)
+    nowhere = np.zeros(2)
+    for _ in range(_ROUNDS):
+        bend += 0.5 * (_balance(design, bend, tension, 0.0, nowhere) - bend)
+    return Wrap(bend=bend, first=design.n_joint, center=nowhere, pull=_pull(design, bend))
+
+
+def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: float) -> float:
+    """Tension of each ventral cable at which joint 1, carrying trunk and object, still bends by ``base_bend`` [rad] [N].
+
+    At most the motors' largest tension, where even that is not enough.
+    """
+    low, high = 0.0, design.cable.tension_max
+    for _ in range(12):
+        middle = (low + high) / 2
+        if predict_wrap(design, width, mass, middle).bend[0] < base_bend:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _snug_bend(design: TrunkDesign, width: float) -> np.ndarray:
+    """Bend of each joint round a circle that the sections' surfaces touch, up to the limit, shape (n_joint,) [rad]."""
+    half_turn = np.arctan(design.section_length / 2 / (width / 2 + design.section_radius))
+    return np.minimum(half_turn[:-1] + half_turn[1:], design.joint_limit)
+
+
+def _balance(design: TrunkDesign, bend: np.ndarray, tension: float, mass: float, center: np.ndarray) -> np.ndarray:
+    """Bends at which each joint's moments cancel, within the limits, shape (n_joint,) [rad]."""
+    moment = tension * _ventral_lever(design, bend) - _weight_moment(design, bend, mass, center)
+    return np.clip(moment / design.joint_stiffness, -design.joint_limit, design.joint_limit)
+
+
+def _ventral_lever(design: TrunkDesign, bend: np.ndarray) -> np.ndarray:
+    """Sum of the ventral cables' levers at each joint, shape (n_joint,) [m]."""
+    return -planar_lever(design, -bend)[:, ventral_cables(design)].sum(axis=1)
+
+
+def _weight_moment(design: TrunkDesign, bend: np.ndarray, mass: float, center: np.ndarray) -> np.ndarray:
+    """Moment about each joint of object and sections beyond it, opening positive, shape (n_joint,) [N m]."""
+    starts, heading = _backbone(design, bend)
+    centers = starts + design.section_center[:, None] * heading
+    ahead = centers[:, 1] - starts[1:, None, 1]
+    beyond = np.triu(np.ones((design.n_joint, design.n_section)), k=1)
+    own = (beyond * design.section_mass * ahead).sum(axis=1)
+    load = mass * (center[1] - starts[1:, 1]) if mass > 0 else 0.0
+    return GRAVITY * (own + load)
+
+
+def _backbone(design: TrunkDesign, bend: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Proximal joint centres and directions (down, ahead) of all sections, shapes (n_section, 2) [m], [-]."""
+    angle = np.concatenate([[0.0], np.cumsum(bend)])
+    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    ends = np.cumsum(design.section_length[:, None] * heading, axis=0)
+    return np.vstack([np.zeros(2), ends[:-1]]), heading
+
+
+def _object_center(design: TrunkDesign, bend: np.ndarray, first: int, width: float) -> np.ndarray:
+    """Centre of the circle that the first wrapped section touches with its middle (down, ahead), shape (2,) [m]."""
+    n = min(first, design.n_section - 1)
+    starts, heading = _backbone(design, bend)
+    down, ahead = heading[n]
+    room = design.section_length[n] / 2 / math.tan(design.joint_limit / 2)  # The tightest circle that joints allow.
+    away = max(width / 2 + design.section_radius[n], room)
+    return starts[n] + design.section_length[n] / 2 * heading[n] + away * np.array([-ahead, down])
+
+
+def _pull(design: TrunkDesign, bend: np.ndarray) -> np.ndarray:
+    return design.cable_stroke - planar_gap(design, -bend).sum(axis=0)

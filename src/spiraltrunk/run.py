@@ -1,0 +1,72 @@
+"""The only loop: a plant and a strategy, until the strategy is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, final
+
+from spiraltrunk.errors import RunError
+from spiraltrunk.plant import Command, Observation, Plant
+from spiraltrunk.strategies.base import Status, Strategy
+
+LONGEST = 300.0
+"""Time after which a run that has not ended is stopped [s]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class RunLog:
+    """Everything that went between plant and strategy."""
+
+    observations: tuple[Observation, ...]
+    """One more than there are commands: the first is from reset."""
+    commands: tuple[Command, ...]
+    """What the strategy asked for."""
+    statuses: tuple[Status, ...]
+    """Where the strategy stood with each command."""
+
+    @property
+    def gave_up(self) -> str | None:
+        """Why the strategy ended before its goal, if it did."""
+        return self.statuses[-1].gave_up if self.statuses else None
+
+    def span(self, phase: str, action: str | None = None) -> tuple[float, float] | None:
+        """First and last time of a phase, or of one action in it [s]; None where it never came."""
+        times = [
+            seen.time
+            for seen, status in zip(self.observations[1:], self.statuses, strict=True)
+            if status.phase == phase and action in (None, status.action)
+        ]
+        return (times[0], times[-1]) if times else None
+
+
+def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, Status], None] | None = None) -> RunLog:
+    """Reset the plant, let the strategy drive it, and return what happened.
+
+    Args:
+        plant: simulator or hardware.
+        strategy: what to do.
+        watch: called after every step, to show progress; what it raises ends the run.
+
+    Raises:
+        RunError: where the plant cannot go on or the strategy does not end in LONGEST seconds.
+    """
+    observation = plant.reset()
+    state = strategy.init(observation)
+    observations, commands, statuses = [observation], [], []
+    while True:
+        state, command = strategy.step(state, observation)
+        status = strategy.status(state)
+        if status.is_done:
+            break
+        observation = plant.step(command)
+        observations.append(observation)
+        commands.append(command)
+        statuses.append(status)
+        if watch is not None:
+            watch(observation, status)
+        if observation.time > LONGEST:
+            raise RunError(f"{strategy.name} did not end in {LONGEST:g} s")
+    statuses[-1] = status if status.gave_up else statuses[-1]
+    return RunLog(observations=tuple(observations), commands=tuple(commands), statuses=tuple(statuses))

@@ -1,0 +1,132 @@
+"""The simulated robot: the same commands and observations as the real one."""
+
+from __future__ import annotations
+
+from typing import final
+
+import mujoco
+import numpy as np
+
+from spiraltrunk.design import presets
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import RunError
+from spiraltrunk.plant import Command, Observation, Plant
+from spiraltrunk.sim.gripper_spec import GROUPS
+from spiraltrunk.sim.reach import ArmReach
+from spiraltrunk.sim.scene import SceneOptions, build_model, build_task
+from spiraltrunk.sim.trace import Probe, Sample
+from spiraltrunk.sim.trunk_spec import cable_name
+
+CONTROL_PERIOD = 0.02
+"""Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
+
+WATCH_STEPS = 10
+"""Physics steps between two looks at contacts and limits."""
+
+
+@final
+class SimPlant(Plant):
+    """A trunk on an arm in MuJoCo, with an object hung before it.
+
+    Args:
+        design: the robot as designed; the paper's by default.
+        options: the trial's world, and how its truth differs from the design.
+    """
+
+    def __init__(self, design: TrunkDesign | None = None, options: SceneOptions | None = None) -> None:
+        self.design = presets.PAPER if design is None else design
+        self.options = SceneOptions() if options is None else options
+        self.task = build_task(self.design, self.options)
+        self.model = build_model(self.design, self.options)
+        self.data = mujoco.MjData(self.model)
+        self.trace: list[Sample] = []
+        self._reach = ArmReach(self.design)
+        names = self._reach.joint_names
+        self._probe = Probe(model=self.model, design=self.design, arm_joints=names)
+        self._arm_q = np.array([self.model.joint(name).qposadr[0] for name in names])
+        self._arm_v = np.array([self.model.joint(name).dofadr[0] for name in names])
+        self._arm_motors = _actuators_of(self.model, names)
+        self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(self.design.n_cable)])
+        self._steps = round(CONTROL_PERIOD / self.model.opt.timestep)
+        self._arm_command = np.zeros(len(names))
+
+    @property
+    def control_period(self) -> float:
+        """Time between two commands [s]."""
+        return CONTROL_PERIOD
+
+    @property
+    def warnings(self) -> int:
+        """Warnings of the solver since reset."""
+        return int(sum(warning.number for warning in self.data.warning))
+
+    def reset(self) -> Observation:
+        """Object at rest on its strings, trunk straight and slack, arm still in its home posture."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.trace.clear()
+        self._arm_command = self._reach.home.copy()
+        self.data.qpos[self._arm_q] = self._arm_command
+        self.data.ctrl[self._arm_motors] = self._arm_command
+        self.model.actuator_forcerange[self._motors] = 0.0
+        mujoco.mj_forward(self.model, self.data)
+        self.trace.append(self._probe.sample(self.data, self._arm_command))
+        return self._observe()
+
+    def step(self, command: Command) -> Observation:
+        """Advance one control period; arm targets go through inverse kinematics, cables through their winders."""
+        _check_finite(command)
+        self._arm_command = self._reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD)
+        self.data.ctrl[self._arm_motors] = self._arm_command
+        self._pull(command)
+        for _ in range(self._steps // WATCH_STEPS):
+            mujoco.mj_step(self.model, self.data, WATCH_STEPS)
+            self._probe.watch(self.data)
+        if not np.isfinite(self.data.qpos).all():
+            raise RunError(f"the simulation diverged at {self.data.time:.2f} s")
+        self.trace.append(self._probe.sample(self.data, self._arm_command))
+        return self._observe()
+
+    def _pull(self, command: Command) -> None:
+        """Each winder pulls to its length with its tension at most, and never pushes."""
+        ceiling = np.clip(command.cable_tension, 0.0, self.design.cable.tension_max)
+        self.model.actuator_forcerange[self._motors, 0] = -ceiling
+        pull = np.inf if command.cable_pull is None else command.cable_pull
+        straight = self._probe.straight_length
+        self.data.ctrl[self._motors] = np.maximum(straight - np.minimum(pull, straight), 0.0)
+        if self.design.gripper is not None:
+            grip = float(np.clip(command.gripper, -1.0, 1.0)) * self.design.gripper.tension_max
+            for name, tension in zip(GROUPS, (grip, -grip), strict=True):
+                self.data.actuator(name).ctrl[0] = max(0.0, tension)
+
+    def _observe(self) -> Observation:
+        arm_position = self.data.qpos[self._arm_q].copy()
+        return Observation(
+            time=float(self.data.time),
+            task=self.task,
+            T_world_base=self._reach.T_base(arm_position),
+            arm_position=arm_position,
+            arm_velocity=self.data.qvel[self._arm_v].copy(),
+            cable_pull=self._probe.cable_pull(self.data),
+            cable_tension=self._probe.cable_tension(self.data),
+            base_force=self._reach.base_force(
+                arm_position,
+                self.data.qvel[self._arm_v],
+                self.data.qacc[self._arm_v],
+                self.data.qfrc_actuator[self._arm_v],
+            ),
+        )
+
+
+def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
+    """The position actuator on each joint, in the joints' order."""
+    driven = {int(model.actuator_trnid[i, 0]): i for i in range(model.nu) if model.actuator_trntype[i] == 0}
+    return np.array([driven[model.joint(name).id] for name in joints])
+
+
+def _check_finite(command: Command) -> None:
+    values = {"T_world_base": command.T_world_base, "cable_tension": command.cable_tension, "gripper": command.gripper}
+    for name, value in values.items():
+        if not np.isfinite(value).all():
+            raise RunError(f"command.{name} is not finite; allowed: finite numbers")
+    if command.cable_pull is not None and np.isnan(command.cable_pull).any():
+        raise RunError("command.cable_pull is not a number; allowed: lengths in metres")

@@ -1,0 +1,150 @@
+"""Whether a grasp truly succeeded, from the simulator's record alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.plant import Task
+from spiraltrunk.sim.arm_spec import ArmLimits
+from spiraltrunk.sim.trace import Sample
+
+LIFT_TOLERANCE = 0.25
+"""Part of the commanded lift and carry by which the real ones may differ [-]."""
+
+PLACE_TOLERANCE = 0.05
+"""Distance from the target within which the object must rest at the end [m]."""
+
+BEND_MOST = math.radians(33.0)
+"""Largest bend that a joint of the paper's 30 deg may show; 10 % over the limit for other designs [rad]."""
+
+PENETRATION_MOST = 0.005
+"""Deepest overlap of two bodies that counts as contact and not as fault [m]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Moments:
+    """When the strategy lifted, carried and held [s]; None for what never came."""
+
+    lift: tuple[float, float] | None
+    """From where the lift begins to its end."""
+    carry: tuple[float, float] | None
+    """The carry aside."""
+    hold: tuple[float, float] | None
+    """The hold."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """Success, or the first reason against it, and the figures that it rests on."""
+
+    success: bool
+    """Whether every condition held."""
+    reason: str
+    """"success", or the first condition that failed."""
+    lift: float
+    """Rise of the object while the arm lifted [m]."""
+    carry: float
+    """Horizontal way of the object while the arm carried it aside [m]."""
+    hold: float
+    """Time that the trunk alone held the object still [s]."""
+    place_error: float
+    """Distance of the object from its target at the end [m]."""
+    penetration: float
+    """Deepest overlap of two bodies [m]."""
+    bend: float
+    """Largest joint bend [rad]."""
+
+
+def judge(
+    trace: Sequence[Sample], task: Task, moments: Moments, *, gave_up: str | None, warnings: int, limits: ArmLimits
+) -> Verdict:
+    """Weigh a whole trial; conditions are tried in the order in which a trial would fail."""
+    lift, carry = _rise(trace, moments.lift), _way(trace, moments.carry)
+    hold = _held(trace, moments.hold, task)
+    place_error = float(np.linalg.norm(trace[-1].object_position - task.goal.place))
+    penetration, bend = max(s.penetration for s in trace), max(s.bend_most for s in trace)
+    bend_most = task.design.joint_limit * BEND_MOST / math.radians(30.0)
+    aside = float(np.linalg.norm(task.goal.aside))
+    conditions = (
+        (warnings == 0, f"the solver warned {warnings} times"),
+        (gave_up is None, f"{gave_up}"),
+        (bend <= bend_most, f"a joint bent {math.degrees(bend):.1f} deg"),
+        (penetration <= PENETRATION_MOST, f"bodies overlapped by {penetration * 1e3:.1f} mm"),
+        (not any(s.touches_robot for s in trace), "the object touched housing or arm"),
+        (abs(lift / task.goal.lift - 1) <= LIFT_TOLERANCE, f"lifted {lift * 100:.0f} cm"),
+        (abs(carry / aside - 1) <= LIFT_TOLERANCE, f"carried {carry * 100:.0f} cm aside"),
+        (hold >= task.goal.hold - 0.05, f"held alone for {hold:.1f} s"),
+        (_is_released(trace), "not released at rest"),
+        (place_error <= PLACE_TOLERANCE, f"released {place_error * 100:.1f} cm from the target"),
+        *_arm_conditions(trace, limits),
+    )
+    reason = next((text for holds, text in conditions if not holds), "success")
+    return Verdict(
+        success=reason == "success", reason=reason, lift=lift, carry=carry, hold=hold, place_error=place_error,
+        penetration=penetration, bend=bend,
+    )  # fmt: skip
+
+
+def _between(trace: Sequence[Sample], span: tuple[float, float] | None) -> list[Sample]:
+    return [] if span is None else [s for s in trace if span[0] - 1e-9 <= s.time <= span[1] + 1e-9]
+
+
+def _rise(trace: Sequence[Sample], span: tuple[float, float] | None) -> float:
+    part = _between(trace, span)
+    return float(part[-1].object_position[2] - part[0].object_position[2]) if part else 0.0
+
+
+def _way(trace: Sequence[Sample], span: tuple[float, float] | None) -> float:
+    part = _between(trace, span)
+    return float(np.linalg.norm((part[-1].object_position - part[0].object_position)[:2])) if part else 0.0
+
+
+def _held(trace: Sequence[Sample], span: tuple[float, float] | None, task: Task) -> float:
+    """Longest time in the hold with strings slack, nothing else touched, and the object within 2 cm of its mean height."""
+    part = _between(trace, span)
+    if len(part) < 2:
+        return 0.0
+    mean = np.mean([s.object_position[2] for s in part])
+    slack = 0.02 * task.target.mass * 9.81
+    longest = run = 0
+    for s in part:
+        is_alone = s.string_tension <= slack and not s.touches_table and not s.touches_robot and s.grip_force > 0
+        run = run + 1 if is_alone and abs(s.object_position[2] - mean) <= 0.02 else 0
+        longest = max(longest, run)
+    return longest * (part[1].time - part[0].time)
+
+
+def _is_released(trace: Sequence[Sample]) -> bool:
+    """Whether the trunk has let go and the object lies still on table over the last 0.2 s."""
+    part = _between(trace, (trace[-1].time - 0.2, trace[-1].time))
+    moved = np.ptp([s.object_position for s in part], axis=0).max()
+    return moved <= 0.002 and part[-1].grip_force == 0.0 and part[-1].touches_table
+
+
+def _arm_conditions(trace: Sequence[Sample], limits: ArmLimits) -> list[tuple[bool, str]]:
+    """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands."""
+    dt = trace[1].time - trace[0].time
+    command = np.array([s.arm_command for s in trace])
+    measured = (
+        ("speed", np.array([s.arm_velocity for s in trace]), limits.velocity),
+        ("torque", np.array([s.arm_torque for s in trace]), limits.torque),
+        ("acceleration", np.diff(command, 2, axis=0) / dt**2, limits.acceleration),
+        ("jerk", np.diff(command, 3, axis=0) / dt**3, limits.jerk),
+    )
+    conditions = [
+        (bool((np.abs(values) <= most).all()), f"the arm passed its {name} limit")
+        for name, values, most in measured
+        if most is not None
+    ]
+    position = np.array([s.arm_position for s in trace])
+    if limits.position is not None:
+        low, high = limits.position
+        conditions.append((bool(((position >= low) & (position <= high)).all()), "the arm passed a joint range"))
+    return conditions

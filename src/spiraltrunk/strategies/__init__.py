@@ -1,0 +1,26 @@
+"""What to do: grasping strategies by name, pure and the same on every plant."""
+
+from typing import Any
+
+from spiraltrunk.errors import UnknownName
+from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.wrap_vertical import WrapVertical
+
+_STRATEGIES: dict[str, type[Strategy[Any]]] = {WrapVertical.name: WrapVertical}
+
+NAMES = tuple(_STRATEGIES)
+"""Names of the strategies."""
+
+
+def get(name: str) -> Strategy[Any]:
+    """The strategy called ``name``, with its default options.
+
+    Raises:
+        UnknownName: lists the names.
+    """
+    if name not in _STRATEGIES:
+        raise UnknownName("strategy", name, NAMES)
+    return _STRATEGIES[name]()
+
+
+__all__ = ["NAMES", "Status", "Strategy", "get"]

@@ -1,0 +1,46 @@
+"""What a strategy is: a pure function from what is seen and remembered to what is done."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Generic, TypeVar, final
+
+from spiraltrunk.plant import Command, Observation
+
+State = TypeVar("State")
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Status:
+    """Where a strategy stands."""
+
+    phase: str
+    """reach, prehension, transport or release."""
+    action: str
+    """What is being done within the phase."""
+    is_done: bool = False
+    """Whether the strategy has ended."""
+    gave_up: str | None = None
+    """Why it ended before its goal, if it did."""
+
+
+class Strategy(ABC, Generic[State]):
+    """A way to grasp. The state is passed in and out: the same inputs give the same outputs, on every plant."""
+
+    name: str
+    number: int
+    """Number in the paper's figure of nine strategies."""
+
+    @abstractmethod
+    def init(self, observation: Observation) -> State:
+        """Plan from the first observation."""
+
+    @abstractmethod
+    def step(self, state: State, observation: Observation) -> tuple[State, Command]:
+        """What to remember and what to do now."""
+
+    @abstractmethod
+    def status(self, state: State) -> Status:
+        """Where the strategy stands."""

@@ -1,0 +1,212 @@
+"""Strategy 1, distal wrap in the vertical plane of a suspended object, by bending alone.
+
+Source: "Grasping by Spiraling", figure 5, strategy 1. The arm reaches the object with the trunk hanging straight beside
+it; the ventral cables curl the trunk from the tip, and the curvature spreads towards the base as tension grows while the
+arm gives way downwards; the arm lifts, carries, holds, sets down; slackening the cables opens the trunk from its base.
+
+Limits: round or square-edged objects of one width within the graspable range, hung free, lighter than the payload; the
+trunk hangs at the start. It knows the object's nominal place and size, and afterwards feels with cables alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model.wrap import predict_wrap, ventral_cables, wrap_tension
+from spiraltrunk.plant import Command, Observation, Target
+from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.phases import (
+    Move,
+    Progress,
+    advance,
+    begin,
+    command_at,
+    fraction,
+    raise_tension,
+)
+
+_SMOOTHING = 0.2
+"""Share of a new reading in the smoothed weight, at 50 readings a second."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class WrapOptions:
+    """What the strategy chooses; lengths are parts of the trunk's own."""
+
+    contact: float = 0.30
+    """Height of the object above the hanging tip, over the trunk's length [-]."""
+    clearance: float = 0.16
+    """Gap to the object before the approach, over the trunk's length [-]."""
+    give_way: float = 0.30
+    """How far the arm goes down while the trunk curls, over the trunk's length [-]: the curl climbs by about as much."""
+    follow: float = 0.15
+    """How far the arm goes towards the object meanwhile, over the trunk's length [-]."""
+    base_bend: float = 0.40
+    """Bend that joint 1 keeps under the load, over its limit [-]; it sets the tension."""
+    back_off: float = 0.09
+    """How far the arm backs off while the trunk opens, over the trunk's length [-]: straightening, it pushes ahead."""
+    curl_time: float = 4.0
+    """Time to curl [s]: fast pulls shake the object."""
+    lead: float = 0.02
+    """How far one ventral cable may be pulled in beyond the other, over the stroke [-]: keeps the wrap in its plane."""
+    slip: float = 0.04
+    """Cable that pays out while lifting, over the stroke, that counts as unrolling [-]."""
+    touch: float = 0.5
+    """Part of the object's weight that tells, in the arm's torques, whether it is carried or set down [-]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class WrapState:
+    """What the strategy remembers."""
+
+    progress: Progress
+    """Moves done and to do."""
+    pull_held: float = 0.0
+    """Mean pull of the ventral cables when the present move began [m]."""
+    weight: float = 0.0
+    """What hangs on the trunk's base, smoothed [N]."""
+    weight_empty: float = 0.0
+    """The same before the trunk touched the object [N]."""
+    is_done: bool = False
+    """Whether all moves are done."""
+    gave_up: str | None = None
+    """Why the grasp was given up, if it was."""
+
+
+@final
+class WrapVertical(Strategy[WrapState]):
+    """Distal wrap of a suspended object in the vertical plane."""
+
+    name = "wrap-vertical"
+    number = 1
+
+    def __init__(self, options: WrapOptions | None = None) -> None:
+        self.options = WrapOptions() if options is None else options
+
+    def init(self, observation: Observation) -> WrapState:
+        """Plan places and tension from design and object.
+
+        Raises:
+            ModelError: where no cable pulls ventral.
+        """
+        return WrapState(progress=begin(_plan(observation, self.options), observation), weight=_weight(observation))
+
+    def step(self, state: WrapState, observation: Observation) -> tuple[WrapState, Command]:
+        """Follow the moves; feel for slip while lifting and for the table while lowering."""
+        weight = state.weight + _SMOOTHING * (_weight(observation) - state.weight)
+        state = self._feel(replace(state, weight=weight), observation)
+        if fraction(state.progress, observation.time) >= 1.0:
+            state = self._next(state, observation)
+        command = command_at(state.progress, observation.time)
+        pull = _in_step(observation, self.options.lead)
+        return state, replace(command, cable_pull=pull)
+
+    def status(self, state: WrapState) -> Status:
+        """Where the strategy stands."""
+        move = state.progress.move
+        return Status(phase=move.phase, action=move.action, is_done=state.is_done, gave_up=state.gave_up)
+
+    def _feel(self, state: WrapState, observation: Observation) -> WrapState:
+        progress, design = state.progress, observation.task.design
+        pull = _ventral_pull(observation)
+        if progress.move.action == "lift" and state.pull_held - pull > self.options.slip * design.cable_stroke:
+            tighter = raise_tension(progress, 1.25, 0.95 * design.cable.tension_max)
+            return replace(state, progress=tighter, pull_held=pull)
+        if progress.move.action == "lower" and not self._is_carried(state, observation):
+            return replace(state, progress=advance(progress, observation.time), pull_held=pull)
+        return state
+
+    def _next(self, state: WrapState, observation: Observation) -> WrapState:
+        action = state.progress.move.action
+        if action == "approach":
+            state = replace(state, weight_empty=state.weight)
+        if action == "lift" and not self._is_carried(state, observation):
+            return replace(state, is_done=True, gave_up="nothing was lifted: the arm feels no load")
+        if state.progress.is_last:
+            return replace(state, is_done=True)
+        progress = advance(state.progress, observation.time)
+        return replace(state, progress=progress, pull_held=_ventral_pull(observation))
+
+    def _is_carried(self, state: WrapState, observation: Observation) -> bool:
+        load = self.options.touch * observation.task.target.mass * GRAVITY
+        return state.weight - state.weight_empty > load
+
+
+def _plan(observation: Observation, options: WrapOptions) -> tuple[Move, ...]:
+    design, target = observation.task.design, observation.task.target
+    ventral = ventral_cables(design)
+    if not ventral.any():
+        raise ModelError("no cable pulls ventral; allowed: a design with a cable more than 90 deg from dorsal")
+    tension = wrap_tension(design, target.width, target.mass, options.base_bend * design.joint_limit)
+    wrap = predict_wrap(design, target.width, target.mass, tension)
+    return _moves(observation, options, tension * ventral, wrap.center)
+
+
+def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, center: np.ndarray) -> tuple[Move, ...]:
+    design, target, goal = observation.task.design, observation.task.target, observation.task.goal
+    down, ahead = observation.T_world_base[:3, 0], -observation.T_world_base[:3, 1]
+    length, slack = design.length, 0.0 * pull
+    beside = target.position + _beside(design, target, options, down, ahead)
+    wrapped = beside + options.give_way * length * down + options.follow * length * ahead
+    lifted = wrapped - goal.lift * down
+    over = lifted + goal.aside
+    placing = goal.place - center[0] * down - center[1] * ahead
+    above = placing + np.array([0.0, 0.0, (over - placing)[2]])
+    low = placing + 0.3 * length * down
+    clear = placing - options.back_off * length * ahead
+    opened = clear + np.dot(goal.place + _beside(design, target, options, down, ahead) - clear, down) * down
+
+    def move(phase: str, action: str, duration: float, position: np.ndarray, tension: np.ndarray) -> Move:
+        return Move(phase=phase, action=action, duration=duration, position=position, tension=tension)
+
+    return (
+        move("reach", "approach", 2.0, beside - options.clearance * length * ahead, slack),
+        move("reach", "touch", 1.0, beside, slack),
+        move("prehension", "curl", options.curl_time, wrapped, pull),
+        move("prehension", "settle", 1.0, wrapped, pull),
+        move("transport", "lift", 2.0, lifted, pull),
+        move("transport", "carry", 2.0, over, pull),
+        move("transport", "hold", goal.hold, over, pull),
+        move("release", "bring", 1.5, above, pull),
+        move("release", "lower", _lowering_time(above, low), low, pull),
+        move("release", "uncurl", 4.0, opened, slack),
+        move("release", "leave", 2.0, opened - options.clearance * length * ahead, slack),
+        move("release", "rest", 1.0, opened - options.clearance * length * ahead, slack),
+    )
+
+
+def _lowering_time(above: np.ndarray, low: np.ndarray, speed: float = 0.05) -> float:
+    return float(np.linalg.norm(low - above)) / speed
+
+
+def _beside(
+    design: TrunkDesign, target: Target, options: WrapOptions, down: np.ndarray, ahead: np.ndarray
+) -> np.ndarray:
+    """From the object to the place of the base at which the hanging trunk just touches it, shape (3,) [m]."""
+    along = (1 - options.contact) * design.length
+    radius = np.interp(along, np.cumsum(design.section_length) - design.section_length / 2, design.section_radius)
+    return -along * down - (target.width / 2 + radius) * ahead
+
+
+def _in_step(observation: Observation, lead: float) -> np.ndarray:
+    """Longest pulls that keep the ventral cables together, shape (n_cable,) [m]; the others are free."""
+    design = observation.task.design
+    ventral = ventral_cables(design)
+    behind = observation.cable_pull[ventral].min()
+    return np.where(ventral, behind + lead * design.cable_stroke, np.inf)
+
+
+def _weight(observation: Observation) -> float:
+    return -float(observation.base_force[2])
+
+
+def _ventral_pull(observation: Observation) -> float:
+    return float(observation.cable_pull[ventral_cables(observation.task.design)].mean())
