@@ -188,7 +188,10 @@ def _load_spec(arm: ArmDesign) -> mujoco.MjSpec:
         known = ", ".join(name for name in sites if name) or "none"
         raise DesignError("arm.mount_site", got=arm.mount_site, allowed=f"a site of {path.name}: {known}")
     driven = [int(j) for j, kind in zip(model.actuator_trnid[:, 0], model.actuator_trntype, strict=True) if kind == 0]
-    if model.nq != model.nv or model.nu != model.nv or sorted(driven) != list(range(model.nv)):
+    is_driven = model.nq == model.nv == model.nu and sorted(driven) == list(range(model.nv))
+    # A position actuator pulls back to its target with the stiffness that it pushes with.
+    if not (is_driven and (model.actuator_gainprm[:, 0] == -model.actuator_biasprm[:, 1]).all()
+            and (model.actuator_gainprm[:, 0] > 0).all()):  # fmt: skip
         allowed = "an arm of hinges and slides with one position actuator on each joint"
         raise DesignError("arm.model", got=f"{arm.model}: {model.nu} actuators, {model.nv} joints", allowed=allowed)
     return spec
