@@ -88,6 +88,7 @@ def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
     spec.compiler.degree = False
     spec.compiler.autolimits = True
     _set_options(spec)
+    _set_look(spec)
     _add_surroundings(spec, design)
     base = spec.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
     spec.attach(arm_spec(design.arm), prefix=ARM, frame=base)
@@ -115,22 +116,42 @@ def _set_options(spec: mujoco.MjSpec) -> None:
     spec.option.gravity = [0, 0, -9.81]
     # MuJoCo 4.0.0's sparse Cholesky factor is at fault in places; the dense one is not, and no slower here.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.visual.global_.offwidth, spec.visual.global_.offheight = 1280, 960
-    spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
-    spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
-    spec.visual.quality.shadowsize = 2048
-    spec.visual.map.znear = 0.02
+
+
+def _set_look(spec: mujoco.MjSpec) -> None:
+    """Light and image quality; pictures are drawn larger and shrunk, as multisampling is slow in software."""
+    visual = spec.visual
+    visual.global_.offwidth, visual.global_.offheight = 1920, 1440
+    visual.global_.fovy = 40.0
+    visual.headlight.ambient = [0.40, 0.40, 0.40]
+    visual.headlight.diffuse = [0.30, 0.30, 0.30]
+    visual.headlight.specular = [0.10, 0.10, 0.10]
+    visual.quality.offsamples = 0
+    visual.quality.shadowsize = 2048
+    visual.map.znear = 0.02
+    visual.map.shadowclip = 1.2
+    visual.map.haze = 0.6
+    visual.rgba.haze = [0.90, 0.92, 0.94, 1]
 
 
 def _add_surroundings(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
     world = spec.worldbody
     spec.add_texture(
         name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.92, 0.94, 0.97], rgb2=[0.72, 0.78, 0.86], width=64, height=384,
+        rgb1=[0.90, 0.92, 0.94], rgb2=[0.66, 0.74, 0.84], width=64, height=384,
     )  # fmt: skip
-    world.add_light(pos=[1.5, -1.5, 3.2], dir=[-0.4, 0.45, -1], castshadow=True, diffuse=[0.55, 0.55, 0.55])
+    spec.add_texture(
+        name="tiles", type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.86, 0.86, 0.85], rgb2=[0.80, 0.81, 0.81], width=256, height=256,
+    )  # fmt: skip
+    tiles = spec.add_material(name="tiles", texrepeat=[2, 2], texuniform=True, specular=0.0)
+    tiles.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
+    world.add_light(
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, pos=[1.3, -0.6, 3.0], dir=[-0.45, 0.30, -1], castshadow=True,
+        diffuse=[0.52, 0.51, 0.49], specular=[0.2, 0.2, 0.2],
+    )  # fmt: skip
     world.add_geom(
-        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], rgba=[0.80, 0.80, 0.78, 1],
+        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], material="tiles",
         solref=SOLREF, solimp=SOLIMP,
     )  # fmt: skip
     half = design.arm.base_height / 2

@@ -1,0 +1,268 @@
+"""What a trial leaves behind: result, design, plots, film strip and video, all of them or none."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+import secrets
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+import spiraltrunk
+from spiraltrunk.design.files import write_design
+from spiraltrunk.errors import MissingPackage
+from spiraltrunk.report import Series, write_filmstrip, write_overview, write_plots, write_video
+from spiraltrunk.run import RunLog
+from spiraltrunk.sim.render import View, render_frames
+from spiraltrunk.sim.trace import Sample
+from spiraltrunk.strategies.phases import PHASES
+from spiraltrunk.trial import Trial
+
+FPS = 10
+"""Frames per second of the video, which plays in real time."""
+
+FILES = (
+    "result.json", "trunk.toml", "grasp.mp4", "filmstrip.png", "overview.png", "cables.png", "joints.png", "object.png",
+    "force.png",
+)  # fmt: skip
+"""Everything that a trial can leave behind."""
+
+_MOMENTS = (
+    ("approach", "approach", 1.0),
+    ("touch", "touch", 1.0),
+    ("curling", "curl", 0.55),
+    ("wrapped", "settle", 1.0),
+    ("lifted", "lift", 1.0),
+    ("carried", "hold", 0.5),
+    ("set down", "lower", 1.0),
+    ("released", "rest", 1.0),
+)
+"""Telling moments of a film strip: caption, action, and how far into it."""
+
+Tell = Callable[[str, int, int], None]
+"""Called with what is being made, how much of it is done, and how much there is."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """What came of a trial and of writing it down."""
+
+    result: dict[str, Any]
+    """Verdict and figures, ready for JSON."""
+    missing: str | None = None
+    """Why there is no film strip or video, where they were asked for."""
+
+
+def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Verdict and figures of a trial with the object that was called ``name``, ready for JSON."""
+    verdict, options = trial.verdict, trial.options
+    figures = {
+        "strategy": trial.strategy,
+        "object": name,
+        "seed": trial.seed,
+        "success": verdict.success,
+        "reason": verdict.reason,
+        "phases": [
+            {"name": phase, "start_s": begin, "end_s": end} for phase, begin, end in compute_phase_spans(trial.log)
+        ],
+        "lift_m": verdict.lift,
+        "carry_m": verdict.carry,
+        "hold_s": verdict.hold,
+        "place_error_m": verdict.place_error,
+        "max_penetration_m": verdict.penetration,
+        "max_joint_deg": math.degrees(verdict.bend),
+        "real_time_factor": trial.real_time_factor,
+        "world": {
+            "offset_m": list(options.offset),
+            "friction": options.shape.friction,
+            "stiffness_factor": options.trunk.stiffness_factor,
+        },
+        "versions": _versions(),
+        "files": list(files),
+    }
+    return {key: _to_json(value) for key, value in figures.items()}
+
+
+def compute_phase_spans(log: RunLog) -> tuple[tuple[str, float, float], ...]:
+    """Name, begin and end of each phase that came, each lasting until the next begins [-, s, s]."""
+    spans = [(phase, log.span(phase)) for phase in PHASES]
+    come = [(phase, span) for phase, span in spans if span is not None]
+    ends = [span[0] for _, span in come[1:]] + [log.observations[-1].time]
+    return tuple((phase, span[0], end) for (phase, span), end in zip(come, ends, strict=True))
+
+
+@contextmanager
+def open_record(folder: str | Path) -> Iterator[Path]:
+    """A draft folder to write to; at the end of the block its files move to ``folder``, which is made where missing.
+
+    Files of an earlier trial go then; where the block raises, everything is as it was.
+
+    Raises:
+        OSError: where the folder cannot be made or written.
+    """
+    target = Path(folder)
+    made = [path for path in (target, *target.parents) if not path.exists()]
+    draft = target / f".{secrets.token_hex(8)}"
+    try:
+        draft.mkdir(parents=True)
+        yield draft
+        for name in FILES:
+            (target / name).unlink(missing_ok=True)
+        for path in sorted(draft.iterdir(), key=lambda path: path.name == "result.json"):
+            path.replace(target / path.name)
+        draft.rmdir()
+    except BaseException:
+        shutil.rmtree(draft, ignore_errors=True)
+        for path in made:
+            _remove_empty(path)
+        raise
+
+
+def write_record(
+    trial: Trial, name: str, folder: Path, *, video: bool = True, workers: int = 1, tell: Tell | None = None
+) -> Record:
+    """Write everything about a trial into a folder; without OpenGL, everything but film strip and video.
+
+    Args:
+        trial: a trial that has run.
+        name: what the object was called.
+        folder: an existing folder.
+        video: whether to draw film strip and video.
+        workers: processes that draw the video; more than one need a main module that can be imported.
+        tell: called as the work goes on.
+
+    Raises:
+        OSError: where a file cannot be written.
+    """
+    tell = tell or _tell_nobody
+    series, missing = compute_series(trial, name), None
+    write_design(trial.plant.design, folder / "trunk.toml")
+    tell("plots", 0, 1)
+    write_plots(series, folder)
+    write_overview(series, folder / "overview.png")
+    if video:
+        try:
+            write_pictures(trial, folder, title=series.title, workers=workers, tell=tell)
+        except MissingPackage as error:
+            missing = str(error)
+    files = tuple(sorted({*(path.name for path in folder.iterdir()), "result.json"}))
+    result = compute_result(trial, name, files)
+    (folder / "result.json").write_text(format_json(result) + "\n")
+    return Record(result=result, missing=missing)
+
+
+def write_pictures(trial: Trial, folder: Path, *, title: str = "", workers: int = 1, tell: Tell | None = None) -> None:
+    """Write film strip and video.
+
+    Raises:
+        MissingPackage: where there is no OpenGL or no encoder.
+        OSError: where a file cannot be written.
+    """
+    tell = tell or _tell_nobody
+    write_strip(trial, folder / "filmstrip.png", title=title)
+    trace, period = trial.plant.trace, trial.plant.control_period
+    shown = [sample.qpos for sample in trace[:: max(1, round(1 / (FPS * period)))]]
+
+    def frames() -> Iterator[np.ndarray]:
+        view = View(has_shadows=False)
+        for i, frame in enumerate(render_frames(trial.plant.model, shown, view, workers=workers)):
+            tell("video", i, len(shown))
+            yield frame
+
+    write_video(folder / "grasp.mp4", frames(), FPS)
+
+
+def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
+    """Write a sheet of eight telling moments, each with its phase and time.
+
+    Raises:
+        MissingPackage: where there is no OpenGL.
+        OSError: where the file cannot be written.
+    """
+    moments = find_moments(trial)
+    frames = list(render_frames(trial.plant.model, [sample.qpos for _, sample in moments]))
+    captions = [caption for caption, _ in moments]
+    write_filmstrip(path, frames, captions, title=title)
+
+
+def find_moments(trial: Trial, count: int = 8) -> list[tuple[str, Sample]]:
+    """Moments that tell the trial, in order of time: the known actions, else moments evenly apart."""
+    trace, log = trial.plant.trace, trial.log
+    named = {}
+    for caption, action, part in _MOMENTS:
+        ticks = [i + 1 for i, status in enumerate(log.statuses) if status.action == action]
+        if ticks:
+            named[ticks[round(part * (len(ticks) - 1))]] = caption
+    if len(named) < count:
+        spare = (int(i) for i in np.linspace(1, len(trace) - 1, 2 * count) if int(i) not in named)
+        named |= {i: log.statuses[i - 1].action for i, _ in zip(spare, range(count - len(named)), strict=False)}
+    return [
+        (f"{log.statuses[i - 1].phase}: {named[i]}, {trace[i].time:.1f} s", trace[i]) for i in sorted(named)
+    ]  # fmt: skip
+
+
+def compute_series(trial: Trial, name: str) -> Series:
+    """The trial's true quantities over time, for plots."""
+    trace, task = trial.plant.trace, trial.plant.task
+    shown = name if len(name) <= 40 else trial.options.shape.kind
+    return Series(
+        time=np.array([s.time for s in trace]),
+        phase_spans=compute_phase_spans(trial.log),
+        cable_pull=np.array([s.cable_pull for s in trace]),
+        cable_tension=np.array([s.cable_tension for s in trace]),
+        joint_bend=np.array([s.joint_bend for s in trace]),
+        joint_limit=task.design.joint_limit,
+        object_height=np.array([s.object_position[2] for s in trace]),
+        target_height=float(task.target.position[2] + task.goal.lift),
+        grip_force=np.array([s.grip_force for s in trace]),
+        string_tension=np.array([s.string_tension for s in trace]),
+        title=f"{trial.strategy}, {shown}, seed {trial.seed}: {trial.verdict.reason}",
+    )
+
+
+def format_json(value: object) -> str:
+    """Strict JSON, without NaN."""
+    return json.dumps(_to_json(value), indent=2, allow_nan=False)
+
+
+def _versions() -> dict[str, str | None]:
+    packages = {name: _version_of(name) for name in ("mujoco", "mink", "numpy")}
+    return {"spiraltrunk": spiraltrunk.__version__, "python": platform.python_version(), **packages}
+
+
+def _version_of(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _to_json(value: Any) -> Any:
+    """The value in JSON's types; null for what is not finite."""
+    if isinstance(value, dict):
+        return {str(key): _to_json(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_to_json(part) for part in value]
+    if isinstance(value, np.generic):
+        return _to_json(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def _remove_empty(folder: Path) -> None:
+    with suppress(OSError):  # Somebody else has put something there, or it was never made.
+        folder.rmdir()
+
+
+def _tell_nobody(what: str, done: int, total: int) -> None:
+    """Say nothing."""
