@@ -36,7 +36,7 @@ class View:
 
     lookat: tuple[float, float, float] = (0.32, 0.20, 1.11)
     """Point in the middle of the picture [m]."""
-    distance: float = 1.62
+    distance: float = 1.52
     """Distance to it [m]."""
     azimuth: float = 156.0
     """Direction of view about the vertical [deg]."""

@@ -1,0 +1,197 @@
+"""``spiraltrunk grasp`` and ``bench``: one real trial twice, and what comes of failures and interruptions."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import spiraltrunk.bench
+import spiraltrunk.record
+import spiraltrunk.trial
+from spiraltrunk import cli
+from spiraltrunk.bench import Claim
+from spiraltrunk.design import load_design, presets
+from spiraltrunk.errors import MissingPackage, RunError
+from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
+from spiraltrunk.trial import Trial, run_trial
+
+KEYS = {
+    "strategy", "object", "success", "reason", "phases", "lift_m", "hold_s", "max_penetration_m", "max_joint_deg",
+    "real_time_factor", "seed", "versions", "world", "place_error_m", "files",
+}  # fmt: skip
+PLAIN = {"result.json", "trunk.toml", "overview.png", "cables.png", "joints.png", "object.png", "force.png"}
+
+
+@pytest.fixture(scope="module")
+def trial() -> Trial:
+    return run_trial(presets.PAPER, parse_object(DEFAULT_OBJECT))
+
+
+@pytest.fixture
+def played(trial: Trial, monkeypatch: pytest.MonkeyPatch) -> Trial:
+    """The command line gets this trial without running it again."""
+    monkeypatch.setattr(spiraltrunk.trial, "run_trial", lambda *args, **options: trial)
+    return trial
+
+
+def strict(text: str) -> dict[str, Any]:
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is no JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_real_grasp_leaves_a_record_and_is_the_same_again(
+    trial: Trial, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "new" / "grasp"
+    code = cli.main(["grasp", "--no-video", "--json", "--out", str(out)])
+    printed = capsys.readouterr()
+    result = strict(printed.out)
+    assert code == (0 if result["success"] else 1)
+    assert set(result) >= KEYS
+    assert strict((out / "result.json").read_text()) == result
+    assert {path.name for path in out.iterdir()} == set(result["files"]) == PLAIN
+    assert load_design(out / "trunk.toml") == presets.PAPER
+    assert printed.err.splitlines() == [
+        f"spiraltrunk: {what}" for what in ("reach", "prehension", "transport", "release", "plots")
+    ]
+    expected = spiraltrunk.record.compute_result(trial, DEFAULT_OBJECT)
+    for key in KEYS - {"real_time_factor", "files"}:
+        assert result[key] == expected[key], key
+
+
+def test_default_grasp_succeeds(trial: Trial) -> None:
+    assert trial.verdict.reason == "success"
+
+
+def test_phases_follow_one_another(trial: Trial) -> None:
+    phases = spiraltrunk.record.compute_result(trial, DEFAULT_OBJECT)["phases"]
+    assert [phase["name"] for phase in phases] == ["reach", "prehension", "transport", "release"]
+    assert all(first["end_s"] == then["start_s"] for first, then in pairwise(phases))
+    assert phases[-1]["end_s"] == trial.plant.trace[-1].time
+
+
+def test_without_out_nothing_is_written(
+    played: Trial, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["grasp"]) == 0
+    assert "wrap-vertical, cylinder-60, seed 0: success" in capsys.readouterr().out
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failed_grasp_exits_1_with_its_reason(
+    trial: Trial, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lost = replace(trial, verdict=replace(trial.verdict, success=False, reason="lifted 0 cm", hold=math.nan))
+    monkeypatch.setattr(spiraltrunk.trial, "run_trial", lambda *args, **options: lost)
+    assert cli.main(["grasp", "--json"]) == 1
+    result = strict(capsys.readouterr().out)
+    assert (result["success"], result["reason"], result["hold_s"]) == (False, "lifted 0 cm", None)
+    assert cli.main(["grasp"]) == 1
+    assert "failed: lifted 0 cm" in capsys.readouterr().out
+
+
+def test_without_graphics_the_rest_is_written(
+    played: Trial, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(*args: object, **options: object) -> None:
+        raise MissingPackage("no OpenGL for pictures: install libegl1")
+
+    monkeypatch.setattr(spiraltrunk.record, "render_frames", refuse)
+    assert cli.main(["grasp", "--out", str(tmp_path)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == PLAIN
+    assert [line for line in capsys.readouterr().err.splitlines() if "libegl1" in line] == [
+        "spiraltrunk: no film strip and no video: no OpenGL for pictures: install libegl1"
+    ]
+
+
+def test_old_pictures_do_not_outlive_their_trial(played: Trial, tmp_path: Path) -> None:
+    (tmp_path / "grasp.mp4").write_text("of an earlier trial")
+    (tmp_path / "notes.txt").write_text("mine")
+    assert cli.main(["grasp", "--no-video", "--out", str(tmp_path)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == PLAIN | {"notes.txt"}
+
+
+CUTS = {
+    "interrupted": (KeyboardInterrupt(), 130),
+    "diverged": (RunError("diverged"), 1),
+    "full": (OSError(28, "full"), 2),
+}
+
+
+@pytest.mark.parametrize("cut", CUTS)
+@pytest.mark.parametrize("where", [(spiraltrunk.trial, "run_trial"), (spiraltrunk.record, "write_overview")])
+@pytest.mark.usefixtures("played")
+def test_what_is_cut_short_leaves_nothing(
+    cut: str,
+    where: tuple[Any, str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    error, code = CUTS[cut]
+
+    def fail(*args: object, **options: object) -> None:
+        raise error
+
+    monkeypatch.setattr(*where, fail)
+    assert cli.main(["grasp", "--no-video", "--out", str(tmp_path / "deep" / "out")]) == code
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert len([line for line in printed.err.splitlines() if line != "spiraltrunk: plots"]) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    claims = {"fast": lambda: Claim(ours=1.0, other=12.0, bar=10.0)}
+    monkeypatch.setattr(spiraltrunk.bench, "CLAIMS", claims)
+    assert cli.main(["bench", "--json", "--out", str(tmp_path)]) == 0
+    result = strict(capsys.readouterr().out)
+    assert result == {"claims": {"fast": {"ours": 1.0, "other": 12.0, "ratio": 12.0, "bar": 10.0, "holds": True}}}
+    assert strict((tmp_path / "result.json").read_text()) == result
+    claims["slow"] = lambda: Claim(ours=1.0, other=9.9, bar=10.0)
+    assert cli.main(["bench", "--peers"]) == 1
+    printed = capsys.readouterr()
+    assert "missed" in printed.out
+    assert "no peer comparison exists yet for these claims: fast, slow" in printed.err
+
+
+DRAWN = """
+import sys
+from spiraltrunk import cli
+cli.main(["--version"])  # Sets up the environment, as OpenGL is chosen when MuJoCo is imported.
+import spiraltrunk.record
+spiraltrunk.record.FPS = 1
+sys.exit(cli.main(["grasp", "--out", sys.argv[1]]))
+"""
+
+
+@pytest.mark.gl
+def test_pictures(tmp_path: Path) -> None:
+    """The whole verb in a fresh process, with a video of one frame a second."""
+    av = pytest.importorskip("av")
+    command = [sys.executable, "-c", DRAWN, str(tmp_path)]
+    ran = subprocess.run(command, env=os.environ, capture_output=True, text=True, check=False)
+    if "no OpenGL" in ran.stderr:
+        pytest.skip(ran.stderr.splitlines()[-1])
+    assert ran.returncode == 0, ran.stderr
+    assert {path.name for path in tmp_path.iterdir()} == PLAIN | {"grasp.mp4", "filmstrip.png"}
+    duration = strict((tmp_path / "result.json").read_text())["phases"][-1]["end_s"]
+    with av.open(str(tmp_path / "grasp.mp4")) as video:
+        frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
+    assert len(frames) == pytest.approx(duration, abs=1.0)
+    assert frames[0].shape == (480, 640, 3)
+    assert all(np.ptp(frame) > 150 for frame in frames)
+    assert np.abs(frames[0].astype(float) - frames[10]).max() > 100
