@@ -222,7 +222,7 @@ def test_a_users_arm_starts_at_the_designs_home(named):
 
 
 @pytest.mark.parametrize(
-    "text, match",
+    ("text", "match"),
     [
         (_mjcf(site="hand"), r"arm\.mount_site is 'tool'; allowed: a site of arm\.xml: hand"),
         (_mjcf(drive=(0, 1, 2, 3, 4)), "5 actuators, 6 joints.*one position actuator on each joint"),

@@ -1,0 +1,141 @@
+"""What every plant promises, simulated or real."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import RunError
+from spiraltrunk.plant import Command, Plant
+from spiraltrunk.sim import SimPlant
+
+PLANTS = {"simulation": lambda: SimPlant(PAPER)}
+"""Name and how to make one."""
+
+
+@pytest.fixture(scope="module", params=PLANTS)
+def plant(request):
+    return PLANTS[request.param]()
+
+
+def _arrays(observation):
+    values = {field.name: getattr(observation, field.name) for field in fields(observation)}
+    del values["task"]
+    return values
+
+
+def _assert_same(first, second):
+    for name, value in _arrays(first).items():
+        np.testing.assert_array_equal(value, getattr(second, name), err_msg=name)
+
+
+def _command(observation, tension=5.0):
+    T = observation.T_world_base.copy()
+    T[:3, 3] += [0.0, 0.01, 0.005]
+    pull = np.zeros(observation.cable_tension.shape)
+    pull[1:] = tension
+    return Command(T_world_base=T, cable_tension=pull)
+
+
+def test_it_is_a_plant(plant):
+    assert isinstance(plant, Plant)
+    assert 0.0 < plant.control_period <= 0.1
+
+
+def test_observations_are_complete_and_finite(plant):
+    first = plant.reset()
+    n_cable = first.task.design.n_cable
+    n_arm = len(first.arm_position)
+    shapes = {"T_world_base": (4, 4), "arm_position": (n_arm,), "arm_velocity": (n_arm,), "cable_pull": (n_cable,),
+              "cable_tension": (n_cable,), "base_force": (3,), "base_torque": (3,), "time": ()}  # fmt: skip
+    for observation in (first, plant.step(_command(first))):
+        values = _arrays(observation)
+        assert {name: np.shape(value) for name, value in values.items()} == shapes
+        assert all(np.isfinite(value).all() for value in values.values())
+        turn = observation.T_world_base[:3, :3]
+        np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-9)
+        assert np.linalg.det(turn) == pytest.approx(1.0)
+        np.testing.assert_array_equal(observation.T_world_base[3], [0, 0, 0, 1])
+
+
+def test_time_starts_at_zero_and_advances_by_the_period(plant):
+    observation = plant.reset()
+    assert observation.time == 0.0
+    for n in range(1, 6):
+        observation = plant.step(_command(observation))
+        assert observation.time == pytest.approx(n * plant.control_period, abs=1e-9)
+
+
+def test_the_trunk_starts_straight_and_slack(plant):
+    observation = plant.reset()
+    np.testing.assert_allclose(observation.cable_pull, 0.0, atol=1e-4)
+    np.testing.assert_array_equal(observation.cable_tension, 0.0)
+    np.testing.assert_allclose(observation.arm_velocity, 0.0, atol=1e-9)
+
+
+def test_reset_forgets_everything(plant):
+    first = plant.reset()
+    for _ in range(10):
+        plant.step(_command(first, tension=30.0))
+    _assert_same(plant.reset(), first)
+
+
+def test_the_same_commands_give_the_same_observations(plant):
+    runs = []
+    for _ in range(2):
+        observation = plant.reset()
+        commands = [_command(observation, tension) for tension in np.linspace(0, 20, 15)]
+        runs.append([observation, *(plant.step(command) for command in commands)])
+    for one, other in zip(*runs, strict=True):
+        _assert_same(one, other)
+
+
+def test_observations_are_not_overwritten(plant):
+    first = plant.reset()
+    kept = {name: np.copy(value) for name, value in _arrays(first).items()}
+    for _ in range(5):
+        plant.step(_command(first, tension=20.0))
+    for name, value in kept.items():
+        np.testing.assert_array_equal(getattr(first, name), value)
+
+
+def _broken(observation):
+    good = _command(observation)
+    for value in (np.nan, np.inf, -np.inf):
+        T, tension = good.T_world_base.copy(), good.cable_tension.copy()
+        T[0, 3], tension[1] = value, value
+        yield replace(good, T_world_base=T), "T_world_base"
+        yield replace(good, cable_tension=tension), "cable_tension"
+        yield replace(good, gripper=value), "gripper"
+    yield replace(good, cable_pull=np.array([0.0, np.nan, 0.0])), "cable_pull"
+    yield replace(good, cable_pull=np.array([0.0, -np.inf, 0.0])), "cable_pull"
+
+
+def test_a_command_that_is_not_finite_is_refused_and_changes_nothing(plant):
+    observation = plant.reset()
+    undisturbed = [plant.step(_command(observation)) for _ in range(2)][-1]
+    first = plant.reset()
+    plant.step(_command(first))
+    for command, name in _broken(first):
+        with pytest.raises(RunError, match=rf"command\.{name}"):
+            plant.step(command)
+    _assert_same(plant.step(_command(first)), undisturbed)
+
+
+def test_an_endless_pull_is_no_bound(plant):
+    """A winder told an infinite length pulls with its tension alone, as one that is told none."""
+    first = plant.reset()
+    free = [plant.step(_command(first)) for _ in range(3)][-1]
+    plant.reset()
+    endless = replace(_command(first), cable_pull=np.full(first.cable_pull.shape, np.inf))
+    _assert_same([plant.step(endless) for _ in range(3)][-1], free)
+
+
+def test_commands_are_not_modified(plant):
+    observation = plant.reset()
+    command = replace(_command(observation, tension=1e3), cable_pull=np.full(observation.cable_pull.shape, 5.0))
+    kept = {field.name: np.copy(getattr(command, field.name)) for field in fields(command)}
+    plant.step(command)
+    for name, value in kept.items():
+        np.testing.assert_array_equal(getattr(command, name), value)

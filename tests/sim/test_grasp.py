@@ -1,0 +1,103 @@
+"""Whole grasps: the default object is lifted, carried, held and released, by friction alone and the same each time."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk import strategies
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.model.wrap import predict_wrap
+from spiraltrunk.run import run
+from spiraltrunk.sim import SimPlant, parse_object
+from spiraltrunk.sim.objects import DEFAULT_OBJECT
+from spiraltrunk.trial import FRICTION_RANGE, PLACE_SPREAD, STIFFNESS_SPREAD, draw_scene, run_trial
+
+SHAPE = parse_object(DEFAULT_OBJECT)
+
+
+@pytest.fixture(scope="module")
+def trial():
+    return run_trial(PAPER, SHAPE, seed=0)
+
+
+def test_the_default_grasp_succeeds(trial):
+    assert trial.verdict.reason == "success"
+    assert trial.verdict.success
+    assert trial.plant.warnings == 0
+    assert trial.plant.model.neq == 0
+
+
+def test_the_object_went_where_the_verdict_says(trial):
+    """Height and place read off the trace directly."""
+    heights = np.array([sample.object_position[2] for sample in trial.plant.trace])
+    assert heights.max() - heights[0] > 0.14
+    np.testing.assert_allclose(trial.plant.trace[-1].object_position, trial.plant.task.goal.place, atol=0.05)
+    held = [s for s in trial.plant.trace if s.grip_force > 0 and s.string_tension == 0 and not s.touches_table]
+    assert len(held) * trial.plant.control_period > 3.0
+    assert trial.plant.trace[-1].grip_force == 0.0
+
+
+def _bytes(trace):
+    return [np.asarray(getattr(sample, field.name)).tobytes() for sample in trace for field in fields(sample)]
+
+
+def test_the_same_seed_gives_the_same_trace_to_the_bit(trial):
+    again = run_trial(PAPER, SHAPE, seed=0)
+    assert len(again.plant.trace) == len(trial.plant.trace)
+    assert _bytes(again.plant.trace) == _bytes(trial.plant.trace)
+    assert again.verdict == trial.verdict
+
+
+def test_another_seed_gives_another_world(trial):
+    other = run_trial(PAPER, SHAPE, seed=1)
+    assert other.options != trial.options
+    assert _bytes(other.plant.trace) != _bytes(trial.plant.trace)
+
+
+def test_worlds_are_drawn_within_their_bounds():
+    drawn = [draw_scene(SHAPE, seed) for seed in range(200)]
+    offset = np.array([scene.offset for scene in drawn])
+    friction = np.array([scene.shape.friction for scene in drawn])
+    stiffness = np.array([scene.trunk.stiffness_factor for scene in drawn])
+    assert (np.abs(offset) <= PLACE_SPREAD).all()
+    assert np.abs(offset).max() > 0.8 * PLACE_SPREAD
+    assert FRICTION_RANGE[0] <= friction.min() < 0.55 < 1.15 < friction.max() <= FRICTION_RANGE[1]
+    assert 1 - STIFFNESS_SPREAD <= stiffness.min() < 0.92 < 1.08 < stiffness.max() <= 1 + STIFFNESS_SPREAD
+    assert drawn[3] == draw_scene(SHAPE, 3)
+
+
+def test_nothing_slippery_is_carried():
+    """Friction holds the object: almost without any, the same grasp fails."""
+    scene = draw_scene(SHAPE, 0)
+    plant = SimPlant(PAPER, replace(scene, shape=replace(scene.shape, friction=0.02)))
+    log = run(plant, strategies.get("wrap-vertical"))
+    end = plant.trace[-1].object_position
+    is_placed = log.gave_up is None and np.linalg.norm(end - plant.task.goal.place) < 0.05
+    assert not is_placed
+
+
+class Reached(Exception):
+    """The action that was waited for has come."""
+
+
+@pytest.mark.parametrize("name", ["cylinder-33", "cylinder-60", "cylinder-90"])
+def test_the_object_settles_where_the_plan_expects_it(name):
+    """Relative to the base: within 30 mm ahead and 60 mm below."""
+    shape = parse_object(name)
+    plant = SimPlant(PAPER, replace(draw_scene(shape, 0), offset=(0.0, 0.0, 0.0), shape=shape))
+    seen = []
+
+    def watch(observation, status):
+        seen.append(observation)
+        if status.action == "hold":
+            raise Reached
+
+    with pytest.raises(Reached):
+        run(plant, strategies.get("wrap-vertical"), watch=watch)
+    last = seen[-1]
+    tension = float(last.cable_tension[1:].mean())
+    center = predict_wrap(PAPER, shape.width, shape.mass, tension).center
+    way = last.T_world_base[:3, :3].T @ (plant.trace[-1].object_position - last.T_world_base[:3, 3])
+    assert way[0] == pytest.approx(center[0], abs=0.060)
+    assert -way[1] == pytest.approx(center[1], abs=0.030)

@@ -1,0 +1,84 @@
+"""Moves in sequence: continuous in place, speed and tension, whenever a move is cut short."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spiraltrunk.strategies.phases import Move, Progress, advance, command_at, fraction, raise_tension
+
+ENDS = ([0.3, 0.0, 1.2], [0.4, 0.1, 1.0], [0.4, 0.3, 1.3])
+TENSIONS = ([0.0, 0.0, 0.0], [0.0, 20.0, 20.0], [0.0, 5.0, 5.0])
+
+
+def _progress():
+    moves = tuple(
+        Move(phase="reach", action=f"move {i}", duration=1.0 + i, position=np.array(end), tension=np.array(tension))
+        for i, (end, tension) in enumerate(zip(ENDS, TENSIONS, strict=True))
+    )
+    T = np.eye(4)
+    T[:3, 3] = [0.2, 0.0, 1.1]
+    return Progress(moves=moves, index=0, since=0.0, T_start=T, tension_start=np.zeros(3), velocity_start=np.zeros(3))
+
+
+def _place(progress, time):
+    return command_at(progress, time).T_world_base[:3, 3]
+
+
+def _velocity(progress, time, step=1e-5):
+    """One-sided, forwards: the start of a move has no past."""
+    return (-3 * _place(progress, time) + 4 * _place(progress, time + step) - _place(progress, time + 2 * step)) / (
+        2 * step
+    )
+
+
+def _velocity_before(progress, time, step=1e-5):
+    return (3 * _place(progress, time) - 4 * _place(progress, time - step) + _place(progress, time - 2 * step)) / (
+        2 * step
+    )
+
+
+@given(st.floats(0.05, 1.0), st.floats(0.05, 2.0))
+def test_place_speed_and_tension_are_continuous_wherever_moves_are_cut(first, second):
+    progress, time = _progress(), 0.0
+    for duration in (first, second):
+        time += duration
+        later = advance(progress, time)
+        np.testing.assert_allclose(_place(later, time), _place(progress, time), atol=1e-12)
+        np.testing.assert_allclose(_velocity(later, time), _velocity_before(progress, time), atol=1e-4)
+        before, after = command_at(progress, time), command_at(later, time)
+        np.testing.assert_allclose(after.cable_tension, before.cable_tension, atol=1e-12)
+        np.testing.assert_array_equal(after.T_world_base[:3, :3], before.T_world_base[:3, :3])
+        progress = later
+
+
+@given(st.floats(0.05, 1.0))
+def test_a_move_ends_at_rest_in_its_place_with_its_tension(cut):
+    later = advance(_progress(), cut)
+    end = cut + later.move.duration
+    for time in (end, end + 0.5):
+        np.testing.assert_allclose(_place(later, time), ENDS[1], atol=1e-12)
+        np.testing.assert_allclose(command_at(later, time).cable_tension, TENSIONS[1], atol=1e-12)
+    np.testing.assert_allclose(_velocity_before(later, end), 0.0, atol=1e-6)
+
+
+def test_a_move_from_rest_is_the_path_of_least_jerk():
+    """Halfway at half time, at 15/8 of the mean speed, without acceleration."""
+    progress = _progress()
+    way = np.array(ENDS[0]) - [0.2, 0.0, 1.1]
+    np.testing.assert_allclose(_place(progress, 0.5), np.array([0.2, 0.0, 1.1]) + way / 2, atol=1e-12)
+    np.testing.assert_allclose(_velocity(progress, 0.5), 15 / 8 * way, atol=1e-6)
+
+
+@pytest.mark.parametrize(("time", "part"), [(-1.0, 0.0), (0.0, 0.0), (0.25, 0.25), (1.0, 1.0), (9.0, 1.0)])
+def test_the_fraction_stays_within_its_bounds(time, part):
+    assert fraction(_progress(), time) == part
+
+
+def test_raised_tension_stops_at_the_ceiling_and_spares_what_is_done():
+    progress = advance(_progress(), 1.0)
+    raised = raise_tension(progress, 2.0, 30.0)
+    np.testing.assert_array_equal(raised.moves[0].tension, 0.0)
+    np.testing.assert_array_equal(raised.moves[1].tension, [0, 30, 30])
+    np.testing.assert_array_equal(raised.moves[2].tension, [0, 10, 10])
+    np.testing.assert_array_equal(progress.moves[1].tension, TENSIONS[1])

@@ -1,0 +1,166 @@
+"""Every strategy: pure, phases in order, smooth commands within the motors' tension, honest when it feels nothing."""
+
+import copy
+import dataclasses
+
+import numpy as np
+import pytest
+
+from spiraltrunk import strategies
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import UnknownName
+from spiraltrunk.plant import Command, Goal, Observation, Plant, Target, Task
+from spiraltrunk.run import run
+from spiraltrunk.strategies.phases import PHASES
+from spiraltrunk.strategies.wrap_vertical import WrapVertical
+
+DT = 0.02
+
+
+def _task(design=PAPER, scale=1.0, mass=0.25):
+    target = Target(kind="cylinder", width=0.06 * scale, length=0.24 * scale, mass=mass,
+                    position=scale * np.array([0.45, 0.10, 0.85]), axis=np.array([1.0, 0.0, 0.0]))  # fmt: skip
+    place = scale * np.array([0.45, 0.42, 0.93])
+    goal = Goal(lift=0.2 * scale, aside=scale * np.array([0.0, 0.2, 0.0]), place=place)
+    return Task(design=design, target=target, goal=goal)
+
+
+class Stub(Plant):
+    """A robot that does at once what it is told and whose arm feels the given load from a given time on [N]."""
+
+    def __init__(self, task, load=lambda time: 0.0):
+        self.task, self.load = task, load
+
+    @property
+    def control_period(self):
+        return DT
+
+    def reset(self):
+        T = np.eye(4)
+        T[:3, :3] = [[0, 0, -1], [0, -1, 0], [-1, 0, 0]]  # Hanging, ventral towards +y.
+        T[:3, 3] = self.task.target.position + np.array([0.0, -0.25, 0.43])
+        return self._observe(0.0, T, np.zeros(self.task.design.n_cable))
+
+    def step(self, command: Command):
+        return self._observe(self.time + DT, command.T_world_base, command.cable_tension)
+
+    def _observe(self, time, T, tension):
+        self.time = time
+        n, design = len(tension), self.task.design
+        weight = 9.81 * design.total_mass + self.load(time)
+        return Observation(
+            time=time, task=self.task, T_world_base=T, arm_position=np.zeros(7), arm_velocity=np.zeros(7),
+            cable_pull=np.zeros(n), cable_tension=tension, base_force=np.array([0, 0, -weight]),
+            base_torque=np.zeros(3),
+        )  # fmt: skip
+
+
+@pytest.fixture(params=strategies.NAMES)
+def strategy(request):
+    return strategies.get(request.param)
+
+
+def _carried(time):
+    """An object of 0.25 kg on the trunk between curl and table."""
+    return 0.25 * 9.81 if 6.0 < time < 20.0 else 0.0
+
+
+def test_strategies_are_got_by_name():
+    for name in strategies.NAMES:
+        assert strategies.get(name).name == name
+        assert 1 <= strategies.get(name).number <= 9
+
+
+def test_an_unknown_name_lists_the_known_ones():
+    with pytest.raises(UnknownName, match=r"unknown strategy 'juggle'; known: .*wrap-vertical"):
+        strategies.get("juggle")
+
+
+def _frozen(value):
+    """A value as something that can be compared, arrays by their bytes."""
+    if dataclasses.is_dataclass(value):
+        return tuple((f.name, _frozen(getattr(value, f.name))) for f in dataclasses.fields(value))
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    return tuple(map(_frozen, value)) if isinstance(value, tuple) else value
+
+
+def test_the_same_state_and_observation_give_the_same_and_stay_as_they_are(strategy):
+    plant = Stub(_task(), _carried)
+    observation = plant.reset()
+    assert _frozen(strategy.init(observation)) == _frozen(strategy.init(copy.deepcopy(observation)))
+    state = strategy.init(observation)
+    for _ in range(500):
+        before = _frozen((state, observation))
+        after, command = strategy.step(state, observation)
+        assert _frozen((state, observation)) == before
+        assert _frozen(strategy.step(copy.deepcopy(state), observation)) == _frozen((after, command))
+        state, observation = after, plant.step(command)
+
+
+def test_two_runs_of_one_instance_do_not_know_of_each_other(strategy):
+    first, second = (run(Stub(_task(), _carried), strategy) for _ in range(2))
+    assert _frozen(first.commands) == _frozen(second.commands)
+
+
+def test_phases_come_in_order(strategy):
+    log = run(Stub(_task(), _carried), strategy)
+    assert log.gave_up is None
+    phases = [status.phase for status in log.statuses]
+    order = [phase for i, phase in enumerate(phases) if i == 0 or phases[i - 1] != phase]
+    assert order == list(PHASES)
+
+
+def test_commands_are_smooth_and_within_the_motors_tension(strategy):
+    log = run(Stub(_task(), _carried), strategy)
+    place = np.array([command.T_world_base[:3, 3] for command in log.commands])
+    speed, tension = np.diff(place, axis=0) / DT, np.array([command.cable_tension for command in log.commands])
+    assert np.abs(speed).max() < 0.6
+    assert np.abs(np.diff(speed, axis=0) / DT).max() < 2.5
+    assert (tension >= 0.0).all()
+    assert (tension <= PAPER.cable.tension_max).all()
+    assert np.abs(np.diff(tension, axis=0)).max() < 1.0
+    np.testing.assert_array_equal(tension[-1], 0.0)
+
+
+def test_the_heaviest_object_takes_no_more_than_the_motors_have(strategy):
+    log = run(Stub(_task(mass=10.0), lambda time: 98.1 if 6.0 < time < 20.0 else 0.0), strategy)
+    tension = np.array([command.cable_tension for command in log.commands])
+    assert tension.max() <= PAPER.cable.tension_max
+
+
+def test_where_no_load_is_felt_it_gives_up(strategy):
+    log = run(Stub(_task()), strategy)
+    assert "lifted" in log.gave_up
+    assert log.statuses[-1].is_done
+    assert log.span("release") is None
+    assert log.observations[-1].time < 30.0
+
+
+def test_touching_down_early_cuts_the_lowering_short():
+    late = run(Stub(_task(), lambda time: 2.45 if time > 6 else 0.0), WrapVertical())
+    lowering = late.span("release", "lower")
+    touch = lowering[0] + 0.5
+    early = run(Stub(_task(), lambda time: 2.45 if 6 < time < touch else 0.0), WrapVertical())
+    assert touch <= early.span("release", "lower")[1] < touch + 0.5 < lowering[1]
+    place = np.array([command.T_world_base[:3, 3] for command in early.commands])
+    assert np.abs(np.diff(place, 2, axis=0) / DT**2).max() < 2.5
+
+
+def test_a_plan_scales_with_robot_and_object():
+    """Twice as large, weightless: every way is twice as long."""
+    spiral = dataclasses.replace(PAPER.spiral, a=2 * PAPER.spiral.a)
+    joint = dataclasses.replace(PAPER.joint, radius=2 * PAPER.joint.radius, length=2 * PAPER.joint.length)
+    mass = dataclasses.replace(PAPER.mass, sections=(1e-9,) * PAPER.n_section)
+    cable = dataclasses.replace(PAPER.cable, tension_max=4 * PAPER.cable.tension_max)
+    small = dataclasses.replace(PAPER, mass=mass, gripper=None)
+    large = dataclasses.replace(small, spiral=spiral, joint=joint, cable=cable)
+    places = []
+    for design, scale in ((small, 1.0), (large, 2.0)):
+        plant = Stub(_task(design, scale, mass=1e-9))
+        observation = plant.reset()
+        T = observation.T_world_base.copy()
+        T[:3, 3] = scale * np.array([0.45, -0.15, 1.28])
+        state = WrapVertical().init(dataclasses.replace(observation, T_world_base=T))
+        places.append(np.array([move.position for move in state.progress.moves]))
+    np.testing.assert_allclose(places[1], 2 * places[0], rtol=0, atol=2e-4)
