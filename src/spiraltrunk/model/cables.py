@@ -68,8 +68,10 @@ def gap_vectors(design: TrunkDesign, joint_rotation: np.ndarray) -> np.ndarray:
 def planar_lever(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
     """Moment about z per tension of each cable at each joint, in a trunk that bends about z alone.
 
-    A cable at height h above the joint spans the gap 2 (a cos(q / 2) - h sin(q / 2)), a being half its straight gap; the
-    lever is minus its derivative by q, a sin(q / 2) + h cos(q / 2).
+    Seen along z, the two holes at a joint lie at distances r and s from it and subtend the angle p, which shrinks as
+    the joint bends; the cable also runs w along z. Its length across the gap is the root of
+    (r - s)^2 + w^2 + 4 r s sin(p / 2)^2, the lever minus its derivative by the bend, r s sin(p) / length.
+    In a gap about to shut it tends to r cos(p / 2).
 
     Args:
         design: the trunk.
@@ -78,24 +80,34 @@ def planar_lever(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
     Returns:
         Levers, positive where the cable pulls the tip dorsal, shape (..., n_joint, n_cable) [m].
     """
-    half = np.asarray(bend, float)[..., None] / 2
-    return _half_gap(design)[:, None] * np.sin(half) + _hole_height(design) * np.cos(half)
+    product, rest, half = _planar_holes(design, bend)
+    away = rest > 0
+    gap = np.sqrt(np.where(away, rest + 4 * product * np.sin(half) ** 2, 1.0))
+    pull = np.where(away, product * np.sin(2 * half) / gap, np.sqrt(product) * np.cos(half))
+    return _planar_side(design) * pull
 
 
 def planar_gap(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
     """Length of each cable across each gap of a trunk that bends about z alone, shape (..., n_joint, n_cable) [m]."""
-    half = np.asarray(bend, float)[..., None] / 2
-    return 2 * np.abs(_half_gap(design)[:, None] * np.cos(half) - _hole_height(design) * np.sin(half))
+    product, rest, half = _planar_holes(design, bend)
+    return np.sqrt(rest + 4 * product * np.sin(half) ** 2)
 
 
-def _half_gap(design: TrunkDesign) -> np.ndarray:
-    return design.straight_gap / 2
+def _planar_holes(design: TrunkDesign, bend: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p / 2 [rad] of `planar_lever`, shape (..., n_joint, n_cable)."""
+    beyond, before = _holes(design)
+    r, s = np.hypot(beyond[..., 0], beyond[..., 1]), np.hypot(before[..., 0], before[..., 1])
+    side = _planar_side(design)
+    angle = np.arctan2(side * before[..., 1], before[..., 0]) - np.arctan2(side * beyond[..., 1], beyond[..., 0])
+    rest = (r - s) ** 2 + (beyond[..., 2] - before[..., 2]) ** 2
+    rest = np.where(rest > 1e-24 * r * s, rest, 0.0)  # In the plane the two distances are equal but for rounding.
+    half = (angle - side * np.asarray(bend, float)[..., None]) / 2
+    return np.broadcast_to(r * s, half.shape), np.broadcast_to(rest, half.shape), half
 
 
-def _hole_height(design: TrunkDesign) -> np.ndarray:
-    """Height of the holes above the joint on the dorsal side, shape (n_joint, n_cable) [m]."""
-    ring = design.hole_to_joint * np.cos(design.delta_theta / 2)
-    return ring[:, None] * design.cable_direction[:, 1]
+def _planar_side(design: TrunkDesign) -> np.ndarray:
+    """Which way each cable bends the trunk, 1 dorsal, -1 ventral, shape (n_cable,) [-]."""
+    return np.where(design.cable_direction[:, 1] < 0, -1.0, 1.0)
 
 
 def _holes(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:
