@@ -20,7 +20,7 @@ from spiraltrunk.trial import run_trial
 
 IMAGES = Path(__file__).parent / "images"
 
-WIDTH = {"filmstrip.png": 1400, "overview.png": 1000}
+WIDTH = {"filmstrip.png": 1240, "overview.png": 1000}
 """Width of each picture [pixels]."""
 
 
