@@ -113,8 +113,9 @@ def test_the_straight_trunk_lies_along_the_mounts_axis(design):
     model = trunk_spec(design).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
+    before = design.housing.length + design.housing.neck_length
     tip = data.site(f"end_{design.n_section:02d}").xpos
-    np.testing.assert_allclose(tip, [0, 0, design.housing.length + design.length], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(tip, [0, 0, before + design.length], rtol=0, atol=1e-9)
     dorsal = data.body(section_name(0)).xmat.reshape(3, 3)[:, 1]
     np.testing.assert_allclose(dorsal, [math.cos(design.arm.roll), math.sin(design.arm.roll), 0], rtol=0, atol=1e-9)
 
@@ -136,7 +137,8 @@ def test_masses_centres_and_inertias_are_the_designs(design):
 
 def test_nothing_weighs_but_what_the_design_says(design):
     model = trunk_spec(design).compile()
-    assert model.body_mass.sum() == pytest.approx(design.total_mass + design.housing.mass, rel=1e-9)
+    carried = design.housing.mass + design.housing.neck_mass
+    assert model.body_mass.sum() == pytest.approx(design.total_mass + carried, rel=1e-9)
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.8])

@@ -197,7 +197,9 @@ def test_a_users_arm_may_have_actuators_in_another_order(named):
     _follows(named(_mjcf(drive=(5, 3, 1, 0, 2, 4))))
 
 
-def test_a_users_arm_may_have_a_keyframe_and_options(named):
+@pytest.mark.filterwarnings("ignore:Attach conflict")
+def test_a_users_arm_may_have_a_keyframe_and_options(named, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes to a file there that the scene's options win.
     extra = '<option timestep="0.01" integrator="Euler"/><keyframe><key name="home" qpos="0 0 0 0 0 0"/></keyframe>'
     design = named(_mjcf(extra=extra))
     assert SimPlant(design).model.opt.timestep == 1e-3
