@@ -85,6 +85,8 @@ class Observation:
     """Tension estimates from the motor currents, shape (n_cable,) [N]."""
     base_force: np.ndarray
     """Force of all that hangs on the trunk's base, from the arm's joint torques, in the world, shape (3,) [N]."""
+    base_torque: np.ndarray
+    """Torque of the same about the trunk's base, in the world, shape (3,) [N m]."""
 
 
 @final

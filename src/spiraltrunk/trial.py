@@ -22,7 +22,7 @@ from spiraltrunk.sim.verdict import Moments, Verdict, judge
 from spiraltrunk.strategies.base import Status
 
 PLACE_SPREAD = 0.015
-"""Largest distance of the object's true place from the announced one, along each axis [m]."""
+"""Largest distance of the object's true place from the announced one, in any direction [m]."""
 
 FRICTION_RANGE = (0.5, 1.2)
 """Coefficient of friction between silicone and object [-]."""
@@ -55,11 +55,17 @@ class Trial:
 def draw_scene(shape: ObjectSpec, seed: int) -> SceneOptions:
     """A world whose object, friction and joints differ from what the robot is told, drawn from ``seed``."""
     rng = np.random.default_rng(seed)
-    x, y, z = (float(value) for value in rng.uniform(-PLACE_SPREAD, PLACE_SPREAD, 3))
+    x, y, z = (float(value) for value in _draw_in_ball(rng, PLACE_SPREAD))
     friction = float(rng.uniform(*FRICTION_RANGE))
     stiffness = float(rng.uniform(1 - STIFFNESS_SPREAD, 1 + STIFFNESS_SPREAD))
     trunk = TrunkOptions(stiffness_factor=stiffness)
     return SceneOptions(shape=replace(shape, friction=friction), offset=(x, y, z), trunk=trunk)
+
+
+def _draw_in_ball(rng: np.random.Generator, radius: float) -> np.ndarray:
+    """A point evenly drawn in a ball, shape (3,) [m]."""
+    direction = rng.normal(size=3)
+    return radius * float(rng.uniform()) ** (1 / 3) * direction / np.linalg.norm(direction)
 
 
 def run_trial(

@@ -21,14 +21,21 @@ class HousingDesign:
     radius: float = 0.075
     """Outer radius [m] (ours)."""
     length: float = 0.110
-    """Distance from flange to trunk base [m] (ours)."""
+    """Length from the flange to where the neck begins [m] (ours)."""
     mass: float = 1.85
-    """Mass with motors [kg] (ours: three GM6020 of 0.468 kg, servo, printed shell)."""
+    """Mass with motors, without neck [kg] (ours: three GM6020 of 0.468 kg, servo, printed shell)."""
+    neck_length: float = 0.060
+    """Length of the neck, as wide as section 1, between housing and trunk [m] (ours: keeps a wrapped object clear of the
+    housing; part of the trunk, not of the housing, and collides)."""
+    neck_mass: float = 0.060
+    """Mass of the neck [kg] (ours: a printed shell)."""
 
     def __post_init__(self) -> None:
         check_number("housing.radius", self.radius, above=0.0, below=1.0)
         check_number("housing.length", self.length, above=0.0, below=1.0)
         check_number("housing.mass", self.mass, above=0.0, below=100.0)
+        check_number("housing.neck_length", self.neck_length, above=0.0, below=1.0)
+        check_number("housing.neck_mass", self.neck_mass, above=0.0, below=100.0)
 
 
 @final

@@ -99,6 +99,8 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("radius_mm", HousingDesign, "radius", MILLI),
         Key("length_mm", HousingDesign, "length", MILLI),
         Key("mass_kg", HousingDesign, "mass"),
+        Key("neck_length_mm", HousingDesign, "neck_length", MILLI),
+        Key("neck_mass_kg", HousingDesign, "neck_mass"),
     ),
     "arm": (
         Key("model", ArmDesign, "model", kind=Kind.TEXT),

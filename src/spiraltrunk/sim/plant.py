@@ -99,21 +99,20 @@ class SimPlant(Plant):
                 self.data.actuator(name).ctrl[0] = max(0.0, tension)
 
     def _observe(self) -> Observation:
-        arm_position = self.data.qpos[self._arm_q].copy()
+        data = self.data
+        position, velocity = data.qpos[self._arm_q].copy(), data.qvel[self._arm_v].copy()
+        torque = data.qfrc_actuator[self._arm_v]
+        wrench = self._reach.base_wrench(position, velocity, data.qacc[self._arm_v], torque)
         return Observation(
-            time=float(self.data.time),
+            time=float(data.time),
             task=self.task,
-            T_world_base=self._reach.T_base(arm_position),
-            arm_position=arm_position,
-            arm_velocity=self.data.qvel[self._arm_v].copy(),
-            cable_pull=self._probe.cable_pull(self.data),
-            cable_tension=self._probe.cable_tension(self.data),
-            base_force=self._reach.base_force(
-                arm_position,
-                self.data.qvel[self._arm_v],
-                self.data.qacc[self._arm_v],
-                self.data.qfrc_actuator[self._arm_v],
-            ),
+            T_world_base=self._reach.T_base(position),
+            arm_position=position,
+            arm_velocity=velocity,
+            cable_pull=self._probe.cable_pull(data),
+            cable_tension=self._probe.cable_tension(data),
+            base_force=wrench[:3],
+            base_torque=wrench[3:],
         )
 
 
@@ -128,5 +127,6 @@ def _check_finite(command: Command) -> None:
     for name, value in values.items():
         if not np.isfinite(value).all():
             raise RunError(f"command.{name} is not finite; allowed: finite numbers")
-    if command.cable_pull is not None and np.isnan(command.cable_pull).any():
-        raise RunError("command.cable_pull is not a number; allowed: lengths in metres")
+    # Infinity alone has a meaning: no bound.
+    if command.cable_pull is not None and not (np.asarray(command.cable_pull) > -np.inf).all():
+        raise RunError("command.cable_pull is not a length; allowed: metres, or infinity for no bound")

@@ -47,18 +47,18 @@ class ArmReach:
         self._configuration.update(q)
         return np.asarray(self._configuration.get_transform_frame_to_world("trunk_base", "site").as_matrix())
 
-    def base_force(self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Force on the trunk's base that explains the torques beyond those that arm and housing need to move as they do.
+    def base_wrench(self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """Wrench on the trunk's base that explains the torques beyond those that arm and housing need to move as they do.
 
         Franka's controller offers the same estimate (O_F_ext_hat_K). Joint states and torques have shape (n_arm,)
-        [rad, rad/s, rad/s^2, N m]; the force has shape (3,) [N] in the world.
+        [rad, rad/s, rad/s^2, N m]; the wrench has shape (6,), force then torque [N, N m], in the world.
         """
         data = self._data
         data.qpos[:], data.qvel[:], data.qacc[:] = q, dq, ddq
         mujoco.mj_inverse(self._model, data)
         jacobian = np.zeros((6, self._model.nv))
         mujoco.mj_jacSite(self._model, data, jacobian[:3], jacobian[3:], self._site)
-        return np.asarray(np.linalg.lstsq(jacobian.T, data.qfrc_inverse - torque, rcond=None)[0][:3])
+        return np.asarray(np.linalg.lstsq(jacobian.T, data.qfrc_inverse - torque, rcond=None)[0])
 
     def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
         """Joint positions one period ``dt`` [s] later on the way from ``q`` to a frame."""

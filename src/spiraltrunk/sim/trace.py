@@ -157,7 +157,7 @@ def _geom_kinds(model: mujoco.MjModel) -> np.ndarray:
         name, body = model.geom(g).name, model.body(model.geom_bodyid[g]).name
         if name == "object":
             kinds[g] = _OBJECT
-        elif body.startswith(("section_", "finger_")):
+        elif body.startswith(("section_", "finger_", "neck")):
             kinds[g] = _TRUNK
         elif body == "housing" or body.startswith("arm/"):
             kinds[g] = _ROBOT

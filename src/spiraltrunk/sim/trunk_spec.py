@@ -134,24 +134,28 @@ def _tendon_jacobian(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) ->
 
 
 def add_housing(parent: mujoco.MjsBody, design: TrunkDesign, pos: np.ndarray, quat_wxyz: np.ndarray) -> mujoco.MjsBody:
-    """Add the motor housing alone, along +z of the mount frame; its end is the site "trunk_base"."""
-    housing = design.housing
+    """Add motor housing and neck, along +z of the mount frame; the neck's end is the site "trunk_base"."""
+    housing, radius = design.housing, float(design.section_radius[0])
     body = parent.add_body(name="housing", pos=pos, quat=trunk_quat_wxyz(quat_wxyz, design.arm.roll))
-    across = housing.mass * (3 * housing.radius**2 + housing.length**2) / 12
-    _set_inertia(body, housing.mass, housing.length / 2, (housing.mass * housing.radius**2 / 2, across))
-    body.gravcomp = 1.0  # The arm's controller is told this load (set_load).
-    body.add_geom(
-        name="housing", type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[0, 0, 0, housing.length, 0, 0],
-        size=[housing.radius, 0, 0], rgba=[0.16, 0.18, 0.21, 1], solref=SOLREF, solimp=SOLIMP,
-    )  # fmt: skip
-    body.add_site(name="trunk_base", group=4, pos=[housing.length, 0, 0])
-    return body
+    neck = body.add_body(name="neck", pos=[housing.length, 0, 0])
+    for part, mass, size, length, color in (
+        (body, housing.mass, housing.radius, housing.length, [0.16, 0.18, 0.21, 1]),
+        (neck, housing.neck_mass, radius, housing.neck_length, TRUNK_COLORS[1]),
+    ):
+        _set_inertia(part, mass, length / 2, (mass * size**2 / 2, mass * (3 * size**2 + length**2) / 12))
+        part.gravcomp = 1.0  # The arm's controller is told this load (set_load).
+        part.add_geom(
+            name=part.name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[0, 0, 0, length, 0, 0], size=[size, 0, 0],
+            rgba=color, solref=SOLREF, solimp=SOLIMP,
+        )  # fmt: skip
+    neck.add_site(name="trunk_base", group=4, pos=[housing.neck_length, 0, 0])
+    return neck
 
 
 def _add_section(
     spec: mujoco.MjSpec, parent: mujoco.MjsBody, design: TrunkDesign, n: int, options: TrunkOptions
 ) -> mujoco.MjsBody:
-    along = design.housing.length if n == 0 else design.section_length[n - 1]
+    along = design.housing.neck_length if n == 0 else design.section_length[n - 1]
     body = parent.add_body(name=section_name(n), pos=[along, 0, 0])
     axial, transverse = design.section_inertia[n]
     _set_inertia(body, design.section_mass[n], design.section_center[n], (axial, transverse))
@@ -233,7 +237,7 @@ def _add_cable(spec: mujoco.MjSpec, design: TrunkDesign, c: int, options: TrunkO
 
 
 def _exclude_neighbours(spec: mujoco.MjSpec, design: TrunkDesign, options: TrunkOptions) -> None:
-    chain = ["housing", *(section_name(n) for n in range(design.n_section))]
+    chain = ["housing", "neck", *(section_name(n) for n in range(design.n_section))]
     for i, first in enumerate(chain):
         for second in chain[i + 1 : i + 1 + options.neighbours]:
             spec.add_exclude(bodyname1=first, bodyname2=second)

@@ -52,12 +52,24 @@ class WrapOptions:
     """Bend that joint 1 keeps under the load, over its limit [-]; it sets the tension."""
     back_off: float = 0.09
     """How far the arm backs off while the trunk opens, over the trunk's length [-]: straightening, it pushes ahead."""
+    ease: float = 0.5
+    """Tension kept when the object touches down, over the tension that carried it [-]."""
+    ease_rise: float = 0.12
+    """How far the arm rises meanwhile, over the trunk's length [-]."""
     curl_time: float = 4.0
     """Time to curl [s]: fast pulls shake the object."""
     lead: float = 0.02
     """How far one ventral cable may be pulled in beyond the other, over the stroke [-]: keeps the wrap in its plane."""
     slip: float = 0.04
     """Cable that pays out while lifting, over the stroke, that counts as unrolling [-]."""
+    off_center: float = 0.024
+    """Lever of the load along its own axis at which the grasp is tried once more, over the trunk's length [-]."""
+    recenter: float = 0.5
+    """Part of that lever to move by [-]: in a single loop, an object held beside its centre slides on as it tilts."""
+    retries: int = 1
+    """How often to try again [-]."""
+    borne: float = 0.9
+    """Part of the object's weight from which the lever can be trusted: until then the strings bear one end [-]."""
     touch: float = 0.5
     """Part of the object's weight that tells, in the arm's torques, whether it is carried or set down [-]."""
 
@@ -75,6 +87,10 @@ class WrapState:
     """What hangs on the trunk's base, smoothed [N]."""
     weight_empty: float = 0.0
     """The same before the trunk touched the object [N]."""
+    lever: float = 0.0
+    """Where the load hangs beside the base along the object's axis, smoothed [m]."""
+    retries: int = 0
+    """How often the object was let go and grasped once more."""
     is_done: bool = False
     """Whether all moves are done."""
     gave_up: str | None = None
@@ -102,7 +118,8 @@ class WrapVertical(Strategy[WrapState]):
     def step(self, state: WrapState, observation: Observation) -> tuple[WrapState, Command]:
         """Follow the moves; feel for slip while lifting and for the table while lowering."""
         weight = state.weight + _SMOOTHING * (_weight(observation) - state.weight)
-        state = self._feel(replace(state, weight=weight), observation)
+        lever = state.lever + _SMOOTHING * (_lever(observation) - state.lever)
+        state = self._feel(replace(state, weight=weight, lever=lever), observation)
         if fraction(state.progress, observation.time) >= 1.0:
             state = self._next(state, observation)
         command = command_at(state.progress, observation.time)
@@ -117,12 +134,25 @@ class WrapVertical(Strategy[WrapState]):
     def _feel(self, state: WrapState, observation: Observation) -> WrapState:
         progress, design = state.progress, observation.task.design
         pull = _ventral_pull(observation)
+        if progress.move.action in ("curl", "settle") and self._is_off_center(state, observation):
+            return self._try_again(state, observation)
         if progress.move.action == "lift" and state.pull_held - pull > self.options.slip * design.cable_stroke:
             tighter = raise_tension(progress, 1.25, 0.95 * design.cable.tension_max)
             return replace(state, progress=tighter, pull_held=pull)
         if progress.move.action == "lower" and not self._is_carried(state, observation):
-            return replace(state, progress=advance(progress, observation.time), pull_held=pull)
+            return replace(state, progress=self._ease(progress, observation), pull_held=pull)
         return state
+
+    def _ease(self, progress: Progress, observation: Observation) -> Progress:
+        """Slacken and rise from wherever the object touched down: unloaded, a tight trunk would climb to the housing."""
+        now = command_at(progress, observation.time)
+        rise = self.options.ease_rise * observation.task.design.length * observation.T_world_base[:3, 0]
+        tension = self.options.ease * progress.move.tension
+        ease = replace(
+            progress.move, action="ease", duration=0.8, position=now.T_world_base[:3, 3] - rise, tension=tension
+        )
+        moves = (*progress.moves[: progress.index + 1], ease, *progress.moves[progress.index + 1 :])
+        return advance(replace(progress, moves=moves), observation.time)
 
     def _next(self, state: WrapState, observation: Observation) -> WrapState:
         action = state.progress.move.action
@@ -135,9 +165,34 @@ class WrapVertical(Strategy[WrapState]):
         progress = advance(state.progress, observation.time)
         return replace(state, progress=progress, pull_held=_ventral_pull(observation))
 
+    def _is_off_center(self, state: WrapState, observation: Observation) -> bool:
+        most = self.options.off_center * observation.task.design.length
+        is_borne = self._load(state, observation) > self.options.borne
+        return state.retries < self.options.retries and is_borne and abs(state.lever) > most
+
+    def _try_again(self, state: WrapState, observation: Observation) -> WrapState:
+        """Let the object back onto its strings, move along it, and wrap again; all that follows moves along as well."""
+        progress, axis = state.progress, observation.task.target.axis
+        shift = self.options.recenter * state.lever * axis
+        last = {move.action: i for i, move in enumerate(progress.moves)}
+        beside, curl, settle = (progress.moves[last[action]] for action in ("touch", "curl", "settle"))
+        slack = beside.tension
+        again = (
+            replace(curl, action="let go", duration=3.0, position=beside.position, tension=slack),
+            replace(beside, phase="prehension", action="touch", duration=2.0, position=beside.position + shift),
+            *(replace(move, position=move.position + shift) for move in (curl, settle)),
+        )
+        later = tuple(replace(move, position=move.position + shift) for move in progress.moves[last["settle"] + 1 :])
+        moves = (*progress.moves[: progress.index + 1], *again, *later)
+        progress = advance(replace(progress, moves=moves), observation.time)
+        return replace(state, progress=progress, retries=state.retries + 1)
+
     def _is_carried(self, state: WrapState, observation: Observation) -> bool:
-        load = self.options.touch * observation.task.target.mass * GRAVITY
-        return state.weight - state.weight_empty > load
+        return self._load(state, observation) > self.options.touch
+
+    def _load(self, state: WrapState, observation: Observation) -> float:
+        """Part of the object's weight that the arm feels [-]."""
+        return (state.weight - state.weight_empty) / (observation.task.target.mass * GRAVITY)
 
 
 def _plan(observation: Observation, options: WrapOptions) -> tuple[Move, ...]:
@@ -206,6 +261,13 @@ def _in_step(observation: Observation, lead: float) -> np.ndarray:
 
 def _weight(observation: Observation) -> float:
     return -float(observation.base_force[2])
+
+
+def _lever(observation: Observation) -> float:
+    """Distance along the object's axis at which a force alone would explain force and torque on the base [m]."""
+    force = observation.base_force
+    arm = np.cross(force, observation.base_torque) / max(float(force @ force), 1e-6)
+    return float(arm @ observation.task.target.axis)
 
 
 def _ventral_pull(observation: Observation) -> float:
