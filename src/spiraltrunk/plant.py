@@ -1,7 +1,8 @@
 """What simulator and hardware both are: something that takes commands and gives observations.
 
-A strategy sees nothing else. An observation holds what the real robot has (motor angles as cable lengths, motor currents
-as tension estimates, arm joints), and the task as it was given; where the object truly is, only a simulator knows.
+A strategy sees nothing else. An observation holds what the real robot has (motor angles as cable lengths, motor
+currents as tension estimates, arm joints), and the task as it was given; where the object truly is, only a simulator
+knows.
 """
 
 from __future__ import annotations

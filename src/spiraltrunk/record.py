@@ -96,7 +96,7 @@ def compute_phase_spans(log: RunLog) -> tuple[tuple[str, float, float], ...]:
     """Name, begin and end of each phase that came, each lasting until the next begins [-, s, s]."""
     spans = [(phase, log.span(phase)) for phase in PHASES]
     come = [(phase, span) for phase, span in spans if span is not None]
-    ends = [span[0] for _, span in come[1:]] + [log.observations[-1].time]
+    ends = [span[0] for _, span in come[1:]] + [log.observations[-1].time] * bool(come)
     return tuple((phase, span[0], end) for (phase, span), end in zip(come, ends, strict=True))
 
 
@@ -197,6 +197,8 @@ def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
 def find_moments(trial: Trial, count: int = 8) -> list[tuple[str, Sample]]:
     """Moments that tell the trial, in order of time: the known actions, else moments evenly apart."""
     trace, log = trial.plant.trace, trial.log
+    if not log.statuses:
+        return [(f"start, {trace[0].time:.1f} s", trace[0])]
     named = {}
     for caption, action, part in _MOMENTS:
         ticks = [i + 1 for i, status in enumerate(log.statuses) if status.action == action]

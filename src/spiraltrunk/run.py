@@ -26,10 +26,8 @@ class RunLog:
     statuses: tuple[Status, ...]
     """Where the strategy stood with each command."""
 
-    @property
-    def gave_up(self) -> str | None:
-        """Why the strategy ended before its goal, if it did."""
-        return self.statuses[-1].gave_up if self.statuses else None
+    gave_up: str | None
+    """Why the strategy ended before its goal, if it did."""
 
     def span(self, phase: str, action: str | None = None) -> tuple[float, float] | None:
         """First and last time of a phase, or of one action in it [s]; None where it never came."""
@@ -68,5 +66,8 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
             watch(observation, status)
         if observation.time > LONGEST:
             raise RunError(f"{strategy.name} did not end in {LONGEST:g} s")
-    statuses[-1] = status if status.gave_up else statuses[-1]
-    return RunLog(observations=tuple(observations), commands=tuple(commands), statuses=tuple(statuses))
+    if status.gave_up and statuses:
+        statuses[-1] = status
+    return RunLog(
+        observations=tuple(observations), commands=tuple(commands), statuses=tuple(statuses), gave_up=status.gave_up
+    )

@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 
-HEAVY = ("mujoco", "mink", "daqp", "qpsolvers", "matplotlib", "imageio", "imageio_ffmpeg", "rich", "gymnasium")
+HEAVY = ("mujoco", "mink", "daqp", "qpsolvers", "matplotlib", "av", "PIL", "rich", "gymnasium")
 """Packages that cost time or a display, loaded only by the layer that uses them."""
 
 LIGHT = {"spiraltrunk", "numpy", "scipy", "numba", *sys.stdlib_module_names}
@@ -32,7 +32,7 @@ BREACHES = {
     "matplotlib in sim": ("sim/breach.py", "import matplotlib.pyplot as plt", "pictures"),
     "matplotlib in the loop": ("run.py", "import matplotlib", "pictures"),
     "rich in design": ("design/spiral.py", "import rich", "light"),
-    "imageio in model": ("model/cables.py", "import imageio", "light"),
+    "av in model": ("model/cables.py", "import av", "light"),
 }
 """A file, the line put at its end, and the contract that forbids it."""
 

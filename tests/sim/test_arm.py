@@ -197,13 +197,25 @@ def test_a_users_arm_may_have_actuators_in_another_order(named):
     _follows(named(_mjcf(drive=(5, 3, 1, 0, 2, 4))))
 
 
-@pytest.mark.filterwarnings("ignore:Attach conflict")
-def test_a_users_arm_may_have_a_keyframe_and_options(named, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # MuJoCo writes to a file there that the scene's options win.
-    extra = '<option timestep="0.01" integrator="Euler"/><keyframe><key name="home" qpos="0 0 0 0 0 0"/></keyframe>'
+@pytest.mark.filterwarnings("error")
+def test_a_users_arm_may_have_a_keyframe_and_settings_of_its_own(named, tmp_path, monkeypatch, capfd):
+    """The world's settings win, without a word and without MuJoCo's log in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    extra = """
+      <option timestep="0.01" integrator="Euler" gravity="0 0 -1" jacobian="sparse" o_margin="0.1">
+        <flag contact="disable" energy="enable"/>
+      </option>
+      <size memory="3M" nuserdata="4" nuser_body="3"/>
+      <visual><global offwidth="320"/><map znear="0.5"/><rgba haze="1 0 0 1"/></visual>
+      <keyframe><key name="home" qpos="0 0 0 0 0 0"/></keyframe>"""
     design = named(_mjcf(extra=extra))
-    assert SimPlant(design).model.opt.timestep == 1e-3
-    _follows(design)
+    model, plain = SimPlant(design).model, SimPlant(named(_mjcf())).model
+    for name in ("timestep", "integrator", "gravity", "jacobian", "o_margin", "disableflags", "enableflags"):
+        np.testing.assert_array_equal(getattr(model.opt, name), getattr(plain.opt, name))
+    assert model.vis.map.znear == plain.vis.map.znear
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+    assert capfd.readouterr() == ("", "")
+    _follows(named(_mjcf(extra=extra)))
 
 
 def test_a_users_arm_may_bring_meshes_in_a_folder(named, tmp_path):

@@ -73,6 +73,20 @@ def test_unknown_names_list_the_known_ones(text):
         parse_object(text)
 
 
+@pytest.mark.parametrize(
+    ("kind", "size", "match"),
+    [
+        ("box", (0.1, 0.1), "2 numbers'; allowed: 3 numbers"),
+        ("box", [0.1, 0.1, 0.1], "a tuple of numbers"),
+        ("sphere", (0.1, 0.1, 0.2), "three equal extents for a sphere"),
+        ("cylinder", (0.2, 0.1, 0.11), "width equal to height for a cylinder"),
+    ],
+)
+def test_impossible_sizes_are_refused(kind, size, match):
+    with pytest.raises(DesignError, match=match):
+        ObjectSpec(kind=kind, size=size, mass=1.0)
+
+
 @pytest.mark.parametrize("friction", [0.0, -1.0, math.nan, math.inf])
 def test_impossible_friction_is_refused(friction):
     with pytest.raises(DesignError, match=r"object\.friction"):

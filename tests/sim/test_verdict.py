@@ -58,6 +58,11 @@ def _moved(*by):
     return lambda sample: sample.object_position + np.array(by)
 
 
+def test_a_record_of_one_instant_is_judged():
+    verdict = _judge(CLEAN[:1], Moments(lift=None, carry=None, hold=None), gave_up="out of reach")
+    assert verdict.reason == "out of reach"
+
+
 def test_a_clean_record_succeeds():
     verdict = _judge(CLEAN)
     assert verdict.success

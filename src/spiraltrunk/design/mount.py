@@ -25,8 +25,8 @@ class HousingDesign:
     mass: float = 1.85
     """Mass with motors, without neck [kg] (ours: three GM6020 of 0.468 kg, servo, printed shell)."""
     neck_length: float = 0.060
-    """Length of the neck, as wide as section 1, between housing and trunk [m] (ours: keeps a wrapped object clear of the
-    housing; part of the trunk, not of the housing, and collides)."""
+    """Length of the neck, as wide as section 1, between housing and trunk [m] (ours: keeps a wrapped object clear of
+    the housing; part of the trunk, not of the housing, and collides)."""
     neck_mass: float = 0.060
     """Mass of the neck [kg] (ours: a printed shell)."""
 

@@ -13,7 +13,7 @@ def bend_rotation(bend: ArrayLike) -> np.ndarray:
     """Rotation without torsion by the vector (0, b_y, b_z) in the section's frame (Rodrigues' formula).
 
     Args:
-        bend: bends about y and z, shape (..., 2) [rad]; +b_z alone turns the tip dorsal, as in the paper's equation for T.
+        bend: bends about y and z, shape (..., 2) [rad]; +b_z alone turns the tip dorsal, as in the paper's T.
 
     Returns:
         Matrices, shape (..., 3, 3) [-].

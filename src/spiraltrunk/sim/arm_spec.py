@@ -1,8 +1,9 @@
 """The rigid arm: Franka's Panda from published numbers, or any arm's MJCF.
 
-Kinematics: Denavit-Hartenberg table in Craig's convention, Franka Control Interface documentation. Inertias: Gaz, Cognetti,
-Oliva, Robuffo Giordano, De Luca, "Dynamic Identification of the Franka Emika Panda Robot with Retrieval of Feasible
-Parameters Using Penalty-Based Optimization", RA-L 2019, as published in franka_description. Meshes: gymnasium-robotics.
+Kinematics: Denavit-Hartenberg table in Craig's convention, Franka Control Interface documentation. Inertias: Gaz,
+Cognetti, Oliva, Robuffo Giordano, De Luca, "Dynamic Identification of the Franka Emika Panda Robot with Retrieval of
+Feasible Parameters Using Penalty-Based Optimization", RA-L 2019, as published in franka_description. Meshes:
+gymnasium-robotics.
 """
 
 from __future__ import annotations
@@ -41,6 +42,12 @@ _INERTIA = (
 
 _GAINS = ((4500, 450), (4500, 450), (3500, 350), (3500, 350), (2000, 200), (2000, 200), (2000, 200))
 """Stiffness [N m/rad] and damping [N m s/rad] of the joint position control (ours)."""
+
+_SIZES = (
+    "memory", "nconmax", "njmax", "nkey", "nstack", "nuserdata", "nuser_actuator", "nuser_body", "nuser_cam",
+    "nuser_geom", "nuser_jnt", "nuser_sensor", "nuser_site", "nuser_tendon",
+)  # fmt: skip
+"""Settings of MJCF's element size."""
 
 
 @final
@@ -194,4 +201,23 @@ def _load_spec(arm: ArmDesign) -> mujoco.MjSpec:
             and (model.actuator_gainprm[:, 0] > 0).all()):  # fmt: skip
         allowed = "an arm of hinges and slides with one position actuator on each joint"
         raise DesignError("arm.model", got=f"{arm.model}: {model.nu} actuators, {model.nv} joints", allowed=allowed)
+    _drop_settings(spec)
     return spec
+
+
+def _drop_settings(spec: mujoco.MjSpec) -> None:
+    """Put options, visuals and sizes back to MuJoCo's defaults: the world's win, and MuJoCo warns of all others."""
+    default = mujoco.MjSpec()
+    for name in ("option", "visual", "authored"):
+        _copy_fields(getattr(spec, name), getattr(default, name))
+    for name in _SIZES:
+        setattr(spec, name, getattr(default, name))
+
+
+def _copy_fields(to: Any, source: Any) -> None:
+    for name in (name for name in dir(source) if not name.startswith("_")):
+        value = getattr(source, name)
+        if isinstance(value, (int, float, np.ndarray)):
+            setattr(to, name, value)
+        elif not callable(value):
+            _copy_fields(getattr(to, name), value)

@@ -63,9 +63,9 @@ def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: flo
     body.ipos = [length / 2, 0, 0]
     body.inertia = [mass * radius**2 / 2] + [mass * (3 * radius**2 + length**2) / 12] * 2
     body.add_geom(
-        name=body.name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[radius * 0.3, 0, 0, max(length - radius, radius), 0, 0],
-        size=[radius, 0, 0], rgba=[0.85, 0.45, 0.40, 1], solref=SOLREF, solimp=SOLIMP, condim=3,
-        friction=[1.0, 0.005, 1e-4],
+        name=body.name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[radius, 0, 0],
+        fromto=[radius * 0.3, 0, 0, max(length - radius, radius), 0, 0], rgba=[0.85, 0.45, 0.40, 1],
+        solref=SOLREF, solimp=SOLIMP, condim=3, friction=[1.0, 0.005, 1e-4],
     )  # fmt: skip
 
 

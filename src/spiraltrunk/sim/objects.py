@@ -8,7 +8,7 @@ from typing import final
 
 import mujoco
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.checks import check_number, check_numbers
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
 
@@ -32,8 +32,14 @@ class ObjectSpec:
     def __post_init__(self) -> None:
         if self.kind not in _MEASURES:
             raise UnknownName("kind of object", self.kind, _MEASURES)
+        check_numbers("object.size", self.size, count=3)
         for name, extent in zip(("length", "width", "height"), self.size, strict=True):
             check_number(f"object.{name}", extent, least=0.005, below=1.0)
+        length, width, height = self.size
+        if self.kind == "sphere" and not length == width == height:
+            raise DesignError("object.size", got=self.size, allowed="three equal extents for a sphere")
+        if self.kind == "cylinder" and width != height:
+            raise DesignError("object.size", got=self.size, allowed="width equal to height for a cylinder")
         check_number("object.mass", self.mass, least=0.001, below=20.0)
         check_number("object.friction", self.friction, above=0.0, below=5.0)
 

@@ -12,6 +12,7 @@ import numpy as np
 from spiraltrunk.design import presets
 from spiraltrunk.design.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError
 from spiraltrunk.plant import Goal, Target, Task
 from spiraltrunk.sim.arm_spec import arm_spec
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
@@ -52,9 +53,9 @@ class SceneOptions:
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """True centre minus nominal, unknown to the robot, shape (3,) [m]."""
     aside: float = 0.20
-    """Carry along y [m]."""
+    """Carry along y, not 0 [m]."""
     lift: float = 0.20
-    """Height to lift by [m]."""
+    """Height to lift by, above 0 [m]."""
     place_aside: float = 0.32
     """Distance of the table's middle along y from where the object hangs [m]: clear of the curling trunk."""
     place_rise: float = 0.08
@@ -63,8 +64,11 @@ class SceneOptions:
     """The trunk's simulation."""
 
     def __post_init__(self) -> None:
-        for name in ("aside", "lift", "place_aside", "place_rise"):
+        for name in ("aside", "place_aside", "place_rise"):
             check_number(f"scene.{name}", getattr(self, name), above=-1.0, below=1.0)
+        check_number("scene.lift", self.lift, above=0.0, below=1.0)
+        if self.aside == 0:
+            raise DesignError("scene.aside", got=self.aside, allowed="any distance but 0")
         for name in ("position", "offset"):
             for i, value in enumerate(getattr(self, name)):
                 check_number(f"scene.{name}[{i}]", value, above=-3.0, below=3.0)
@@ -93,7 +97,7 @@ def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
     base = spec.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
     spec.attach(arm_spec(design.arm), prefix=ARM, frame=base)
     mount = spec.site(f"{ARM}{design.arm.mount_site}")
-    add_trunk(spec, mount.parent, design, options.trunk, mount.pos, mount.quat)
+    add_trunk(spec, mount.parent, design, options.trunk, pos=mount.pos, quat_wxyz=mount.quat)
     spec.add_exclude(bodyname1=mount.parent.name, bodyname2="housing")
     task = build_task(design, options)
     _add_hung_object(spec, options)

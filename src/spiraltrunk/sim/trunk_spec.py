@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.checks import check_count, check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.gripper_spec import add_gripper
 from spiraltrunk.sim.materials import SOLIMP, SOLREF, TRUNK_COLORS
@@ -26,7 +26,7 @@ N_SIDE = 16
 """Sides of the prism that stands for a round section."""
 
 LIMIT_ARM = 0.075
-"""Distance from a joint to the two points whose distance limits its bend [m]; virtual, sets the limit's softness alone."""
+"""Distance from a joint to the two points that limit its bend [m]; virtual, sets the limit's softness alone."""
 
 
 @final
@@ -35,7 +35,7 @@ class TrunkOptions:
     """Choices of the simulation that are no property of the robot."""
 
     hole_set_back: float = 0.08
-    """Holes lie this part of the face's half-width behind the face [-]: exactly on it a cable chatters when a gap shuts."""
+    """Holes lie this part of the face's half-width behind the face [-]: on it a cable chatters when a gap shuts."""
     neighbours: int = 4
     """Sections up to this far apart do not collide: the joint limits keep them apart, and stand for the faces."""
     cable_gain: float = 2e4
@@ -45,6 +45,7 @@ class TrunkOptions:
 
     def __post_init__(self) -> None:
         check_number("hole_set_back", self.hole_set_back, least=0.0, below=0.5)
+        check_count("neighbours", self.neighbours, least=0, most=200)
         check_number("cable_gain", self.cable_gain, above=0.0, below=1e7)
         check_number("stiffness_factor", self.stiffness_factor, above=0.0, below=100.0)
 
@@ -63,6 +64,7 @@ def add_trunk(
     parent: mujoco.MjsBody,
     design: TrunkDesign,
     options: TrunkOptions,
+    *,
     pos: ArrayLike = (0.0, 0.0, 0.0),
     quat_wxyz: ArrayLike = (1.0, 0.0, 0.0, 0.0),
 ) -> None:
@@ -111,8 +113,8 @@ def hinge_order(i: int) -> tuple[str, str]:
 def tune_joint_limits(model: mujoco.MjModel, design: TrunkDesign) -> None:
     """Give the joint limits their true inverse inertia, taken where they act.
 
-    MuJoCo takes it in the straight trunk, where the limited distance is stationary and its Jacobian zero: the limit would
-    be infinitely stiff, and a free curl diverges when the base is horizontal.
+    MuJoCo takes it in the straight trunk, where the limited distance is stationary and its Jacobian zero: the limit
+    would be infinitely stiff, and a free curl diverges when the base is horizontal.
     """
     data = mujoco.MjData(model)
     for i in range(design.n_joint):
@@ -171,7 +173,8 @@ def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, design: TrunkDesign, n:
     """What is seen is the section itself; what collides is a capsule through its outer surface.
 
     The capsule's round ends bridge the open side of the gaps as the silicone shell does; at half the cost of the
-    sharp-edged prism, its contacts also chatter less. The last section collides as it is: beyond it is the gripper's palm.
+    sharp-edged prism, its contacts also chatter less. The last section collides as it is: beyond it is the gripper's
+    palm.
     """
     mesh = spec.add_mesh(name=section_name(n), uservert=_section_vertices(design, n).ravel())
     is_last = n == design.n_section - 1
@@ -244,7 +247,7 @@ def _exclude_neighbours(spec: mujoco.MjSpec, design: TrunkDesign, options: Trunk
 
 
 def _section_vertices(design: TrunkDesign, n: int) -> np.ndarray:
-    """Corners of the prism that stands for section ``n``: two rims with the circle's area, and the two joint centres."""
+    """Corners of the prism for section ``n``: two rims with the circle's area, and the two joint centres."""
     solid = design.solid
     turn = 2 * math.pi / N_SIDE
     angle = turn * np.arange(N_SIDE)

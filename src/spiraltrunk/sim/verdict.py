@@ -107,7 +107,7 @@ def _way(trace: Sequence[Sample], span: tuple[float, float] | None) -> float:
 
 
 def _held(trace: Sequence[Sample], span: tuple[float, float] | None, task: Task) -> float:
-    """Longest time in the hold with strings slack, nothing else touched, and the object within 2 cm of its mean height."""
+    """Longest time of the hold with strings slack, nothing else touched, the object within 2 cm of its mean height."""
     part = _between(trace, span)
     if len(part) < 2:
         return 0.0
@@ -130,6 +130,8 @@ def _is_released(trace: Sequence[Sample]) -> bool:
 
 def _arm_conditions(trace: Sequence[Sample], limits: ArmLimits) -> list[tuple[bool, str]]:
     """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands."""
+    if len(trace) < 2:
+        return []
     dt = trace[1].time - trace[0].time
     command = np.array([s.arm_command for s in trace])
     measured = (

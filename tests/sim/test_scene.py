@@ -1,0 +1,31 @@
+"""The world's options: what no trial could be judged by is refused."""
+
+import pytest
+
+from spiraltrunk.errors import DesignError
+from spiraltrunk.sim.scene import SceneOptions
+from spiraltrunk.sim.trunk_spec import TrunkOptions
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"lift": 0.0}, r"scene\.lift is 0\.0; allowed: a finite number, above 0"),
+        ({"lift": -0.1}, r"scene\.lift"),
+        ({"aside": 0.0}, r"scene\.aside is 0\.0; allowed: any distance but 0"),
+        ({"aside": float("nan")}, r"scene\.aside"),
+    ],
+)
+def test_a_way_that_nothing_can_be_judged_by_is_refused(changes, match):
+    with pytest.raises(DesignError, match=match):
+        SceneOptions(**changes)
+
+
+def test_the_carry_may_go_either_way():
+    assert SceneOptions(aside=-0.2).aside == -0.2
+
+
+@pytest.mark.parametrize("neighbours", [-1, 1.5, True, 201, "4"])
+def test_neighbours_are_a_count(neighbours):
+    with pytest.raises(DesignError, match=r"neighbours.*a whole number from 0 to 200"):
+        TrunkOptions(neighbours=neighbours)
