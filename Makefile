@@ -10,7 +10,7 @@ PIP_INSTALL := -m pip install --quiet --disable-pip-version-check
 PYTEST := $(BIN)/python -m pytest -n $(JOBS) --maxprocesses=8
 
 .DEFAULT_GOAL := help
-.PHONY: help venv grasp test test-all check format bench docs clean distclean
+.PHONY: help venv grasp test test-all check format bench trials docs clean distclean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -51,6 +51,10 @@ format: $(STAMP)  ## put the code into the house's format
 
 bench: $(STAMP)  ## measure the performance claims
 	$(BIN)/spiraltrunk bench --out $(OUT)/bench
+	$(BIN)/python benchmarks/speed.py --out $(OUT)/bench
+
+trials: $(STAMP)  ## 50 drawn grasps, of which 48 are to succeed (minutes)
+	$(BIN)/python benchmarks/grasp_trials.py --out $(OUT)/trials
 
 docs: $(STAMP)  ## make the pictures of README and docs again
 	$(BIN)/python docs/make_pictures.py
