@@ -22,7 +22,7 @@ WRAP_TURN = math.radians(250.0)
 """Turning of the part that follows the object [rad]: short of a full turn, since the tip tucks in under the trunk."""
 
 _ROUNDS = 30
-"""Rounds of the fixed-point iteration; each halves the change."""
+"""Rounds of the damped iteration: enough where the cables carry the load; with less tension it need not settle."""
 
 
 @final
@@ -69,7 +69,7 @@ def predict_empty(design: TrunkDesign, tension: float) -> Wrap:
 
 
 def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: float) -> float:
-    """Tension of each ventral cable at which joint 1, carrying trunk and object, still bends by ``base_bend`` [rad] [N].
+    """Tension of each ventral cable at which joint 1, under trunk and object, still bends by ``base_bend`` [rad] [N].
 
     At most the motors' largest tension, where even that is not enough.
     """

@@ -6,6 +6,7 @@ from typing import final
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
@@ -19,6 +20,9 @@ from spiraltrunk.sim.trunk_spec import cable_name
 
 CONTROL_PERIOD = 0.02
 """Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
+
+TENSION_SLEW = 240.0
+"""Fastest change of a winder's tension [N/s]: a step to full pull would bend joints past their limit (ours)."""
 
 WATCH_STEPS = 10
 """Physics steps between two looks at contacts and limits."""
@@ -49,6 +53,8 @@ class SimPlant(Plant):
         self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(self.design.n_cable)])
         self._steps = round(CONTROL_PERIOD / self.model.opt.timestep)
         self._arm_command = np.zeros(len(names))
+        self._ceiling = np.zeros(self.design.n_cable)
+        self._grippers = [self.model.actuator(name).id for name in GROUPS] if self.design.gripper else []
 
     @property
     def control_period(self) -> float:
@@ -67,6 +73,7 @@ class SimPlant(Plant):
         self._arm_command = self._reach.home.copy()
         self.data.qpos[self._arm_q] = self._arm_command
         self.data.ctrl[self._arm_motors] = self._arm_command
+        self._ceiling = np.zeros(self.design.n_cable)
         self.model.actuator_forcerange[self._motors] = 0.0
         mujoco.mj_forward(self.model, self.data)
         self.trace.append(self._probe.sample(self.data, self._arm_command))
@@ -88,15 +95,16 @@ class SimPlant(Plant):
 
     def _pull(self, command: Command) -> None:
         """Each winder pulls to its length with its tension at most, and never pushes."""
-        ceiling = np.clip(command.cable_tension, 0.0, self.design.cable.tension_max)
-        self.model.actuator_forcerange[self._motors, 0] = -ceiling
+        wanted = np.minimum(np.maximum(command.cable_tension, 0.0), self.design.cable.tension_max)
+        step = TENSION_SLEW * CONTROL_PERIOD
+        self._ceiling = np.minimum(np.maximum(wanted, self._ceiling - step), self._ceiling + step)
+        self.model.actuator_forcerange[self._motors, 0] = -self._ceiling
         pull = np.inf if command.cable_pull is None else command.cable_pull
         straight = self._probe.straight_length
         self.data.ctrl[self._motors] = np.maximum(straight - np.minimum(pull, straight), 0.0)
         if self.design.gripper is not None:
-            grip = float(np.clip(command.gripper, -1.0, 1.0)) * self.design.gripper.tension_max
-            for name, tension in zip(GROUPS, (grip, -grip), strict=True):
-                self.data.actuator(name).ctrl[0] = max(0.0, tension)
+            grip = max(-1.0, min(1.0, float(command.gripper))) * self.design.gripper.tension_max
+            self.data.ctrl[self._grippers] = max(0.0, grip), max(0.0, -grip)
 
     def _observe(self) -> Observation:
         data = self.data
@@ -123,7 +131,9 @@ def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
 
 
 def _check_finite(command: Command) -> None:
-    values = {"T_world_base": command.T_world_base, "cable_tension": command.cable_tension, "gripper": command.gripper}
+    values: dict[str, ArrayLike] = {
+        "T_world_base": command.T_world_base, "cable_tension": command.cable_tension, "gripper": command.gripper,
+    }  # fmt: skip
     for name, value in values.items():
         if not np.isfinite(value).all():
             raise RunError(f"command.{name} is not finite; allowed: finite numbers")

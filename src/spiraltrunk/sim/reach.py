@@ -1,4 +1,4 @@
-"""The arm's inverse kinematics: from a frame of the trunk's base to joint positions, step by step, within its limits."""
+"""The arm's inverse kinematics: from a frame of the trunk's base to joint positions, step by step, within limits."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ import mink
 import mujoco
 import numpy as np
 
-from spiraltrunk.design.mount import ArmDesign
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.arm_spec import arm_home, arm_limits, arm_spec
 from spiraltrunk.sim.trunk_spec import add_housing
 
 SPEED_SHARE = 0.8
 """Share of the arm's speed that the inverse kinematics may use [-]."""
+
+_REGULAR = 1e-9
+"""Keeps the wrench finite in a singular posture, where the torques do not tell it [m^2]."""
 
 
 @final
@@ -30,7 +32,9 @@ class ArmReach:
         self._frame = mink.FrameTask("trunk_base", "site", position_cost=1.0, orientation_cost=0.5, lm_damping=1e-3)
         self._posture = mink.PostureTask(self._model, cost=1e-3)
         self._posture.set_target(self.home)
-        self._limits = _build_limits(self._model, design.arm)
+        self._limits: list[mink.Limit] = [mink.ConfigurationLimit(self._model, min_distance_from_limits=0.01)]
+        speed = arm_limits(design.arm).velocity
+        self._speed = None if speed is None else SPEED_SHARE * speed
 
     @property
     def n_joint(self) -> int:
@@ -48,7 +52,7 @@ class ArmReach:
         return np.asarray(self._configuration.get_transform_frame_to_world("trunk_base", "site").as_matrix())
 
     def base_wrench(self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Wrench on the trunk's base that explains the torques beyond those that arm and housing need to move as they do.
+        """Wrench on the trunk's base that explains the torques beyond those that arm and housing need themselves.
 
         Franka's controller offers the same estimate (O_F_ext_hat_K). Joint states and torques have shape (n_arm,)
         [rad, rad/s, rad/s^2, N m]; the wrench has shape (6,), force then torque [N, N m], in the world.
@@ -58,7 +62,8 @@ class ArmReach:
         mujoco.mj_inverse(self._model, data)
         jacobian = np.zeros((6, self._model.nv))
         mujoco.mj_jacSite(self._model, data, jacobian[:3], jacobian[3:], self._site)
-        return np.asarray(np.linalg.lstsq(jacobian.T, data.qfrc_inverse - torque, rcond=None)[0])
+        square = jacobian @ jacobian.T + _REGULAR * np.eye(6)
+        return np.asarray(np.linalg.solve(square, jacobian @ (data.qfrc_inverse - torque)))
 
     def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
         """Joint positions one period ``dt`` [s] later on the way from ``q`` to a frame."""
@@ -69,6 +74,8 @@ class ArmReach:
         self._frame.set_target(mink.SE3.from_matrix(T_world_base))
         tasks = [self._frame, self._posture]
         velocity = mink.solve_ik(self._configuration, tasks, dt, solver="daqp", damping=1e-6, limits=self._limits)
+        if self._speed is not None:  # Slower along the same way, so that the path is kept.
+            velocity = velocity / max(1.0, float((np.abs(velocity) / self._speed).max()))
         self._configuration.integrate_inplace(velocity, dt)
         return np.array(self._configuration.q)
 
@@ -82,12 +89,3 @@ def build_arm_model(design: TrunkDesign) -> mujoco.MjModel:
     mount = world.site(f"arm/{design.arm.mount_site}")
     add_housing(mount.parent, design, mount.pos, mount.quat)
     return world.compile()
-
-
-def _build_limits(model: mujoco.MjModel, arm: ArmDesign) -> list[mink.Limit]:
-    limits: list[mink.Limit] = [mink.ConfigurationLimit(model, min_distance_from_limits=0.01)]
-    speed = arm_limits(arm).velocity
-    if speed is not None:
-        names = [model.joint(i).name for i in range(model.njnt)]
-        limits.append(mink.VelocityLimit(model, dict(zip(names, SPEED_SHARE * speed, strict=True))))
-    return limits

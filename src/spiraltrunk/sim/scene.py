@@ -31,7 +31,7 @@ STRING = 1.0
 SLOT = 0.06
 """Half the width of the slot in the table, in which the trunk withdraws from under the object [m] (ours)."""
 
-TABLE_DEPTH = 0.20
+TABLE_DEPTH = 0.30
 """Depth of the table in the direction of the carry [m] (ours)."""
 
 GROOVE = math.radians(8.0)
@@ -56,7 +56,7 @@ class SceneOptions:
     """Carry along y, not 0 [m]."""
     lift: float = 0.20
     """Height to lift by, above 0 [m]."""
-    place_aside: float = 0.32
+    place_aside: float = 0.35
     """Distance of the table's middle along y from where the object hangs [m]: clear of the curling trunk."""
     place_rise: float = 0.08
     """Height of the place to set down above the object's start [m]; the strings stay slack there."""

@@ -60,7 +60,7 @@ class Probe:
     design: TrunkDesign
     arm_joints: tuple[str, ...]
     penetration: float = field(default=0.0, init=False)
-    bend_most: float = field(default=0.0, init=False)
+    cosine_least: float = field(default=1.0, init=False)
     touches_robot: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
@@ -71,7 +71,7 @@ class Probe:
         )
         self._cables = np.array([model.tendon(cable_name(c)).id for c in range(design.n_cable)])
         self._motors = np.array([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
-        self._strings = [model.tendon(f"string_{side}").id for side in ("left", "right")]
+        self._left, self._right = (model.tendon(f"string_{side}").id for side in ("left", "right"))
         self._object = model.body("object").id
         self._arm_q = np.array([model.joint(name).qposadr[0] for name in self.arm_joints])
         self._arm_v = np.array([model.joint(name).dofadr[0] for name in self.arm_joints])
@@ -79,17 +79,16 @@ class Probe:
 
     def watch(self, data: mujoco.MjData) -> None:
         """Take the extremes of this instant into account."""
-        bend = self.joint_bend(data)
-        self.bend_most = max(self.bend_most, float(bend.max()))
+        self.cosine_least = min(self.cosine_least, float(self._bend_cosine(data).min()))
         if data.ncon == 0:
             return
-        distance = data.contact.dist
-        self.penetration = max(self.penetration, float(-distance.min()))
-        touching = self._pairs(data)
-        self.touches_robot |= bool((touching == _OBJECT * _ROBOT).any())
+        contact = data.contact
+        self.penetration = max(self.penetration, float(-contact.dist.min()))
+        self.touches_robot |= bool((self._pairs(contact.geom) == _OBJECT * _ROBOT).any())
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
         """The truth now; the extremes begin anew."""
+        pairs = self._pairs(data.contact.geom)
         sample = Sample(
             time=data.time,
             qpos=data.qpos.copy(),
@@ -97,24 +96,28 @@ class Probe:
             joint_bend=self.joint_bend(data),
             cable_pull=self.cable_pull(data),
             cable_tension=self.cable_tension(data),
-            grip_force=self._grip_force(data),
+            grip_force=self._grip_force(data, pairs),
             string_tension=self._string_tension(data),
             penetration=self.penetration,
-            bend_most=self.bend_most,
+            bend_most=float(np.arccos(self.cosine_least)),
             touches_robot=self.touches_robot,
-            touches_table=bool((self._pairs(data) == _OBJECT * _GROUND).any()),
+            touches_table=bool((pairs == _OBJECT * _GROUND).any()),
             arm_torque=data.qfrc_actuator[self._arm_v].copy(),
             arm_position=data.qpos[self._arm_q].copy(),
             arm_velocity=data.qvel[self._arm_v].copy(),
             arm_command=arm_command.copy(),
         )
-        self.penetration, self.bend_most, self.touches_robot = 0.0, 0.0, False
+        self.penetration, self.cosine_least, self.touches_robot = 0.0, 1.0, False
         return sample
 
     def joint_bend(self, data: mujoco.MjData) -> np.ndarray:
-        """Angle between neighbouring axes: its cosine is the product of the hinges', in either order."""
-        cosine = np.cos(data.qpos[self._hinges]).prod(axis=1)
-        return np.arccos(np.clip(cosine, -1.0, 1.0))
+        """Angle between neighbouring axes, shape (n_joint,) [rad]."""
+        return np.asarray(np.arccos(self._bend_cosine(data)))
+
+    def _bend_cosine(self, data: mujoco.MjData) -> np.ndarray:
+        """Cosine of the angle between neighbouring axes: the product of the two hinges', in either order."""
+        cosine = np.cos(data.qpos[self._hinges])
+        return np.asarray(cosine[:, 0] * cosine[:, 1])
 
     def cable_pull(self, data: mujoco.MjData) -> np.ndarray:
         """Cable pulled in since the straight trunk [m]."""
@@ -124,28 +127,29 @@ class Probe:
         """Tension at the motors [N]."""
         return np.asarray(-data.actuator_force[self._motors])
 
-    def _pairs(self, data: mujoco.MjData) -> np.ndarray:
+    def _pairs(self, geoms: np.ndarray) -> np.ndarray:
         """Product of the two kinds of every contact, shape (n_contact,)."""
-        geoms = data.contact.geom
-        return self._kind[geoms[:, 0]] * self._kind[geoms[:, 1]]
+        return np.asarray(self._kind[geoms[:, 0]] * self._kind[geoms[:, 1]])
 
-    def _grip_force(self, data: mujoco.MjData) -> float:
+    def _grip_force(self, data: mujoco.MjData, pairs: np.ndarray) -> float:
         force, total = np.zeros(6), 0.0
-        for i in np.flatnonzero(self._pairs(data) == _OBJECT * _TRUNK):
+        for i in np.flatnonzero(pairs == _OBJECT * _TRUNK):
             mujoco.mj_contactForce(self.model, data, int(i), force)
             total += float(force[0])
         return total
 
     def _string_tension(self, data: mujoco.MjData) -> float:
-        limited = data.efc_type == int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
-        pulled = limited & np.isin(data.efc_id, self._strings)
-        return float(data.efc_force[pulled].sum())
+        limited = data.efc_type == _LIMIT_TENDON
+        ids = data.efc_id
+        return float(data.efc_force[limited & ((ids == self._left) | (ids == self._right))].sum())
 
     def _straight_lengths(self) -> np.ndarray:
         data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, data)
         return data.ten_length[self._cables].copy()
 
+
+_LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 
 # Primes, so that the product of two kinds names the pair.
 _OBJECT, _TRUNK, _ROBOT, _GROUND, _OTHER = 2, 3, 5, 7, 11

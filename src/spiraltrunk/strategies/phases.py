@@ -1,6 +1,6 @@
 """The four phases of a point-to-point grasp as moves of arm and cables in sequence.
 
-Source: "Grasping by Spiraling", figure 1e and Results, after Dagenais et al. 2021: reach, prehension, transport, release.
+Source: "Grasping by Spiraling", figure 1e and Results, after Dagenais et al. 2021.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Strategy 1, distal wrap in the vertical plane of a suspended object, by bending alone.
 
 Source: "Grasping by Spiraling", figure 5, strategy 1. The arm reaches the object with the trunk hanging straight beside
-it; the ventral cables curl the trunk from the tip, and the curvature spreads towards the base as tension grows while the
-arm gives way downwards; the arm lifts, carries, holds, sets down; slackening the cables opens the trunk from its base.
+it; the ventral cables curl the trunk from the tip, and the curvature spreads towards the base as tension grows while
+the arm gives way downwards; the arm lifts, carries, holds, sets down; slack cables open the trunk from its base.
 
 Limits: round or square-edged objects of one width within the graspable range, hung free, lighter than the payload; the
 trunk hangs at the start. It knows the object's nominal place and size, and afterwards feels with cables alone.
@@ -45,7 +45,7 @@ class WrapOptions:
     clearance: float = 0.16
     """Gap to the object before the approach, over the trunk's length [-]."""
     give_way: float = 0.30
-    """How far the arm goes down while the trunk curls, over the trunk's length [-]: the curl climbs by about as much."""
+    """How far the arm goes down while the trunk curls, over the trunk's length [-]: the curl climbs."""
     follow: float = 0.15
     """How far the arm goes towards the object meanwhile, over the trunk's length [-]."""
     base_bend: float = 0.40
@@ -143,8 +143,18 @@ class WrapVertical(Strategy[WrapState]):
             return replace(state, progress=self._ease(progress, observation), pull_held=pull)
         return state
 
+    def _aim(self, state: WrapState, observation: Observation) -> WrapState:
+        """Shift what follows so that the object, hanging beside the base along its axis, comes over its place."""
+        load = state.weight - state.weight_empty
+        beside = state.lever * state.weight / load if load > 0 else 0.0
+        progress, reach = state.progress, observation.task.target.length / 2
+        shift = -max(-reach, min(reach, beside)) * observation.task.target.axis
+        later = tuple(replace(move, position=move.position + shift) for move in progress.moves[progress.index + 1 :])
+        moves = (*progress.moves[: progress.index + 1], *later)
+        return replace(state, progress=replace(progress, moves=moves))
+
     def _ease(self, progress: Progress, observation: Observation) -> Progress:
-        """Slacken and rise from wherever the object touched down: unloaded, a tight trunk would climb to the housing."""
+        """Slacken and rise from wherever the object touched down: unloaded, a tight trunk climbs to the housing."""
         now = command_at(progress, observation.time)
         rise = self.options.ease_rise * observation.task.design.length * observation.T_world_base[:3, 0]
         tension = self.options.ease * progress.move.tension
@@ -160,6 +170,8 @@ class WrapVertical(Strategy[WrapState]):
             state = replace(state, weight_empty=state.weight)
         if action == "lift" and not self._is_carried(state, observation):
             return replace(state, is_done=True, gave_up="nothing was lifted: the arm feels no load")
+        if action == "hold":
+            state = self._aim(state, observation)
         if state.progress.is_last:
             return replace(state, is_done=True)
         progress = advance(state.progress, observation.time)
@@ -234,7 +246,7 @@ def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, cen
         move("release", "lower", _lowering_time(above, low), low, pull),
         move("release", "uncurl", 4.0, opened, slack),
         move("release", "leave", 2.0, opened - options.clearance * length * ahead, slack),
-        move("release", "rest", 1.0, opened - options.clearance * length * ahead, slack),
+        move("release", "rest", 2.5, opened - options.clearance * length * ahead, slack),
     )
 
 
@@ -265,9 +277,11 @@ def _weight(observation: Observation) -> float:
 
 def _lever(observation: Observation) -> float:
     """Distance along the object's axis at which a force alone would explain force and torque on the base [m]."""
-    force = observation.base_force
-    arm = np.cross(force, observation.base_torque) / max(float(force @ force), 1e-6)
-    return float(arm @ observation.task.target.axis)
+    fx, fy, fz = observation.base_force.tolist()
+    tx, ty, tz = observation.base_torque.tolist()
+    ax, ay, az = observation.task.target.axis.tolist()
+    triple = ax * (fy * tz - fz * ty) + ay * (fz * tx - fx * tz) + az * (fx * ty - fy * tx)
+    return float(triple / max(fx**2 + fy**2 + fz**2, 1e-6))
 
 
 def _ventral_pull(observation: Observation) -> float:
