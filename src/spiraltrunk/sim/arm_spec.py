@@ -137,9 +137,9 @@ def _panda_spec(arm: ArmDesign) -> mujoco.MjSpec:
         _add_link(spec, body, n, meshes)
         parent = body
     parent.add_site(name="flange", pos=[0, 0, _FLANGE_OFFSET])
-    # Links two apart touch in the published meshes (5 and 7 share the wrist).
-    for first, second in (("link0", "link2"), ("link3", "link5"), ("link5", "link7"), ("link4", "link6")):
-        spec.add_exclude(bodyname1=first, bodyname2=second)
+    # Neighbours touch by design (MuJoCo filters moving ones alone), links two apart share a joint's housing.
+    for first, second in ((0, 1), (0, 2), (1, 3), (2, 4), (3, 5), (4, 6), (5, 7)):
+        spec.add_exclude(bodyname1=f"link{first}", bodyname2=f"link{second}")
     return spec
 
 

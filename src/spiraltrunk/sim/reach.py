@@ -15,6 +15,9 @@ from spiraltrunk.sim.trunk_spec import add_housing
 SPEED_SHARE = 0.8
 """Share of the arm's speed that the inverse kinematics may use [-]."""
 
+_STILL = 1e-7
+"""Step of the joints below which the arm has arrived [rad]."""
+
 _REGULAR = 1e-9
 """Keeps the wrench finite in a singular posture, where the torques do not tell it [m^2]."""
 
@@ -29,6 +32,7 @@ class ArmReach:
         self._site = self._model.site("trunk_base").id
         self.home = arm_home(design.arm, self._model.nq)
         self._configuration = mink.Configuration(self._model, q=self.home)
+        self._arrived = (np.empty(0), np.empty(0))
         self._frame = mink.FrameTask("trunk_base", "site", position_cost=1.0, orientation_cost=0.5, lm_damping=1e-3)
         self._posture = mink.PostureTask(self._model, cost=1e-3)
         self._posture.set_target(self.home)
@@ -48,8 +52,12 @@ class ArmReach:
 
     def T_base(self, q: np.ndarray) -> np.ndarray:
         """Frame of the trunk's base for joint positions ``q``, in the world, shape (4, 4) [-, m]."""
-        self._configuration.update(q)
-        return np.asarray(self._configuration.get_transform_frame_to_world("trunk_base", "site").as_matrix())
+        self._data.qpos[:] = q
+        mujoco.mj_kinematics(self._model, self._data)
+        T = np.eye(4)
+        T[:3, :3] = self._data.site_xmat[self._site].reshape(3, 3)
+        T[:3, 3] = self._data.site_xpos[self._site]
+        return T
 
     def base_wrench(self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Wrench on the trunk's base that explains the torques beyond those that arm and housing need themselves.
@@ -67,8 +75,13 @@ class ArmReach:
 
     def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
         """Joint positions one period ``dt`` [s] later on the way from ``q`` to a frame."""
+        if np.array_equal(q, self._arrived[0]) and np.array_equal(T_world_base, self._arrived[1]):
+            return q  # Nothing moved at the last call with the same question.
         self._configuration.update(q)
-        return self._advance(T_world_base, dt)
+        reached = self._advance(T_world_base, dt)
+        if np.abs(reached - q).max() < _STILL:
+            self._arrived = (reached.copy(), T_world_base.copy())
+        return reached
 
     def _advance(self, T_world_base: np.ndarray, dt: float) -> np.ndarray:
         self._frame.set_target(mink.SE3.from_matrix(T_world_base))

@@ -267,8 +267,9 @@ def _in_step(observation: Observation, lead: float) -> np.ndarray:
     """Longest pulls that keep the ventral cables together, shape (n_cable,) [m]; the others are free."""
     design = observation.task.design
     ventral = ventral_cables(design)
-    behind = observation.cable_pull[ventral].min()
-    return np.where(ventral, behind + lead * design.cable_stroke, np.inf)
+    bound = np.full(ventral.shape, np.inf)
+    bound[ventral] = observation.cable_pull[ventral].min() + lead * design.cable_stroke
+    return bound
 
 
 def _weight(observation: Observation) -> float:
