@@ -111,14 +111,15 @@ class SimPlant(Plant):
         position, velocity = data.qpos[self._arm_q].copy(), data.qvel[self._arm_v].copy()
         torque = data.qfrc_actuator[self._arm_v]
         wrench = self._reach.base_wrench(position, velocity, data.qacc[self._arm_v], torque)
+        truth = self.trace[-1]
         return Observation(
             time=float(data.time),
             task=self.task,
             T_world_base=self._reach.T_base(position),
             arm_position=position,
             arm_velocity=velocity,
-            cable_pull=self._probe.cable_pull(data),
-            cable_tension=self._probe.cable_tension(data),
+            cable_pull=truth.cable_pull.copy(),
+            cable_tension=truth.cable_tension.copy(),
             base_force=wrench[:3],
             base_torque=wrench[3:],
         )

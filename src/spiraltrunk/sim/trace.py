@@ -67,7 +67,7 @@ class Probe:
         model, design = self.model, self.design
         self._kind = _geom_kinds(model)
         self._hinges = np.array(
-            [[model.joint(name).qposadr[0] for name in hinge_names(i)] for i in range(design.n_joint)]
+            [[model.joint(hinge_names(i)[k]).qposadr[0] for i in range(design.n_joint)] for k in range(2)]
         )
         self._cables = np.array([model.tendon(cable_name(c)).id for c in range(design.n_cable)])
         self._motors = np.array([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
@@ -84,7 +84,8 @@ class Probe:
             return
         contact = data.contact
         self.penetration = max(self.penetration, float(-contact.dist.min()))
-        self.touches_robot |= bool((self._pairs(contact.geom) == _OBJECT * _ROBOT).any())
+        if not self.touches_robot:
+            self.touches_robot = bool((self._pairs(contact.geom) == _OBJECT * _ROBOT).any())
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
         """The truth now; the extremes begin anew."""
@@ -117,7 +118,7 @@ class Probe:
     def _bend_cosine(self, data: mujoco.MjData) -> np.ndarray:
         """Cosine of the angle between neighbouring axes: the product of the two hinges', in either order."""
         cosine = np.cos(data.qpos[self._hinges])
-        return np.asarray(cosine[:, 0] * cosine[:, 1])
+        return np.asarray(cosine[0] * cosine[1])
 
     def cable_pull(self, data: mujoco.MjData) -> np.ndarray:
         """Cable pulled in since the straight trunk [m]."""

@@ -132,16 +132,22 @@ class WrapVertical(Strategy[WrapState]):
         return Status(phase=move.phase, action=move.action, is_done=state.is_done, gave_up=state.gave_up)
 
     def _feel(self, state: WrapState, observation: Observation) -> WrapState:
-        progress, design = state.progress, observation.task.design
-        pull = _ventral_pull(observation)
-        if progress.move.action in ("curl", "settle") and self._is_off_center(state, observation):
+        action = state.progress.move.action
+        if action in ("curl", "settle") and self._is_off_center(state, observation):
             return self._try_again(state, observation)
-        if progress.move.action == "lift" and state.pull_held - pull > self.options.slip * design.cable_stroke:
-            tighter = raise_tension(progress, 1.25, 0.95 * design.cable.tension_max)
-            return replace(state, progress=tighter, pull_held=pull)
-        if progress.move.action == "lower" and not self._is_carried(state, observation):
-            return replace(state, progress=self._ease(progress, observation), pull_held=pull)
+        if action == "lift":
+            return self._answer_slip(state, observation)
+        if action == "lower" and not self._is_carried(state, observation):
+            return replace(state, progress=self._ease(state.progress, observation))
         return state
+
+    def _answer_slip(self, state: WrapState, observation: Observation) -> WrapState:
+        """Pull harder where the load unrolls the trunk."""
+        design, pull = observation.task.design, _ventral_pull(observation)
+        if state.pull_held - pull <= self.options.slip * design.cable_stroke:
+            return state
+        tighter = raise_tension(state.progress, 1.25, 0.95 * design.cable.tension_max)
+        return replace(state, progress=tighter, pull_held=pull)
 
     def _aim(self, state: WrapState, observation: Observation) -> WrapState:
         """Shift what follows so that the object, hanging beside the base along its axis, comes over its place."""
