@@ -74,7 +74,13 @@ OUT_OF_RANGE = {
         "stiffness": (0.0, -1.0, 1e6),
         "tension_max": (0.0, -1.0, 1e4),
     },
-    HousingDesign: {"radius": (0.0, -1.0, 1.0), "length": (0.0, -1.0, 1.0), "mass": (0.0, -1.0, 100.0)},
+    HousingDesign: {
+        "radius": (0.0, -1.0, 1.0),
+        "length": (0.0, -1.0, 1.0),
+        "mass": (0.0, -1.0, 100.0),
+        "neck_length": (0.0, -1.0, 1.0),
+        "neck_mass": (0.0, -1.0, 100.0),
+    },
     ArmDesign: {
         "model": ("", "two\nlines", "x" * 1001),
         "mount_site": ("", "tab\t", "x" * 201),

@@ -9,6 +9,7 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.plant import Command
 from spiraltrunk.sim import SimPlant
+from spiraltrunk.sim.plant import CONTROL_PERIOD, TENSION_SLEW
 
 
 def _still(plant, seconds, seen=None, **changes):
@@ -63,8 +64,15 @@ def test_a_winder_pulls_no_harder_than_its_ceiling(plant):
 
 
 def test_no_command_pulls_harder_than_the_motors_or_pushes(plant):
-    seen = _still(plant, 0.2, cable_tension=np.array([1e6, -5.0, 0.0]))
+    seen = _still(plant, 0.3, cable_tension=np.array([1e6, -5.0, 0.0]))
     np.testing.assert_allclose(seen.cable_tension, [PAPER.cable.tension_max, 0.0, 0.0], atol=1e-9)
+
+
+def test_tension_rises_no_faster_than_a_winder_can(plant):
+    first = plant.reset()
+    command = Command(T_world_base=first.T_world_base, cable_tension=np.array([0.0, 60.0, 60.0]))
+    tensions = np.array([plant.step(command).cable_tension[1] for _ in range(5)])
+    np.testing.assert_allclose(np.diff(tensions), TENSION_SLEW * CONTROL_PERIOD, rtol=1e-9)
 
 
 def test_a_paid_out_cable_is_slack(plant):

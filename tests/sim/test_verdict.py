@@ -23,7 +23,7 @@ def _height(t):
 
 
 def _aside(t):
-    return np.interp(t, [3, 5, 8, 9.0], [0, 0.20, 0.20, 0.32])
+    return np.interp(t, [3, 5, 8, 9.0], [0, 0.20, 0.20, SceneOptions().place_aside])
 
 
 def _sample(t):
