@@ -34,7 +34,7 @@ _PARTS = tuple(table for table in TABLES if table)
 
 _HEAD = """\
 # A spiraltrunk design: what the robot is. `spiraltrunk design` writes such a file.
-# Each key wears its unit. A key or table that is left out takes its default; without [gripper] there is no gripper.
+# Each key wears its unit. What has a default may be left out; without [gripper] there is no gripper.
 """
 
 
