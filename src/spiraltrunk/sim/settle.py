@@ -1,0 +1,347 @@
+"""The trunk alone in MuJoCo, its base held at any orientation, loaded slowly and left to come to rest.
+
+What the equilibrium models are compared with: the same joints, masses and cables, found by moving there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import final
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.gripper import GripperDesign
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model.cables import lengths_from_rotations
+from spiraltrunk.model.shape import Shape, Status
+from spiraltrunk.sim.trunk_spec import (
+    TrunkOptions,
+    add_trunk,
+    cable_name,
+    hinge_names,
+    section_name,
+    trunk_quat_wxyz,
+    tune_joint_limits,
+)
+
+_WATCH_STEPS = 10
+"""Physics steps between two looks at the velocity."""
+
+_STILL_TIME = 0.05
+"""Time for which the velocity must stay below its bound [s]: at the turning point of a swing it does not."""
+
+_LOAD_RADIUS = 1e-3
+"""Radius of the ball that stands for a point mass [m]: MuJoCo wants some inertia."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """What the cables do next; nan is no command, and a cable with neither command hangs slack."""
+
+    pull: ArrayLike = math.nan
+    """Length to pull in since the straight trunk, shape (n_cable,) [m]."""
+    tension: ArrayLike = math.nan
+    """Tension to hold, or the largest one where a length is commanded too, shape (n_cable,) [N]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SettleOptions:
+    """How the trunk is brought to rest, and what of it is simulated."""
+
+    timestep: float = 1e-3
+    """Step of the physics [s]."""
+    pull_speed: float = 0.02
+    """Speed of the winders, infinity for at once [m/s]."""
+    tension_speed: float = 4.0
+    """Change of tension, infinity for at once [N/s]."""
+    damping_factor: float = 3.0
+    """Joint damping over the design's [-]; where the trunk rests does not depend on it, when does."""
+    armature_factor: float = 1.0
+    """Armature of the joints over that of the simulation [-]; likewise."""
+    still: float = 1e-5
+    """Largest speed of a hinge that counts as rest [rad/s]."""
+    time_most: float = 60.0
+    """Time after the end of a ramp in which rest must come [s]."""
+    has_gripper: bool = True
+    """Whether the tip carries the gripper's mass, its fingers straight and stiff."""
+    has_contact: bool = False
+    """Whether the trunk's sections collide; the models of equilibrium know joint limits alone."""
+    trunk: TrunkOptions = field(default_factory=TrunkOptions)
+    """The trunk's simulation."""
+
+    def __post_init__(self) -> None:
+        check_number("timestep", self.timestep, above=0.0, below=0.01)
+        for name in ("pull_speed", "tension_speed"):
+            if getattr(self, name) != math.inf:
+                check_number(name, getattr(self, name), above=0.0)
+        for name in ("damping_factor", "armature_factor"):
+            check_number(name, getattr(self, name), least=0.0, below=1e6)
+        check_number("still", self.still, above=0.0)
+        check_number("time_most", self.time_most, above=0.0, below=1e4)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Settled:
+    """Where the trunk came to rest, and with which forces."""
+
+    shape: Shape
+    """The shape in the frame that `Shape` describes, its cables through the true holes."""
+    cable_tension: np.ndarray
+    """Tension at the motors, shape (n_cable,) [N]."""
+    cable_pull: np.ndarray
+    """Cable pulled in as the simulation sees it, through its holes, shape (n_cable,) [m]."""
+    speed: float
+    """Largest speed of a hinge at the end [rad/s]."""
+    time: float
+    """Simulated time [s]."""
+
+
+@final
+class SettleRig:
+    """A trunk whose base is held, compiled once for any number of loadings.
+
+    Args:
+        design: the trunk.
+        theta_0: angle of the base axis below the horizontal [rad].
+        roll: turn of the trunk about its base axis from where its dorsal side lies in the plane z = 0 [rad].
+        loads: point mass at the end of each section, shape (n_section,) [kg].
+        options: how it is brought to rest.
+
+    Raises:
+        DesignError: for an angle or a load out of range.
+    """
+
+    def __init__(
+        self,
+        design: TrunkDesign,
+        *,
+        theta_0: float = math.pi / 2,
+        roll: float = 0.0,
+        loads: ArrayLike = 0.0,
+        options: SettleOptions | None = None,
+    ) -> None:
+        check_number("theta_0", theta_0)
+        check_number("roll", roll)
+        self.design = design
+        self.options = SettleOptions() if options is None else options
+        self.loads = np.broadcast_to(np.asarray(loads, float), design.n_section)
+        for n, load in enumerate(self.loads.tolist()):
+            check_number(f"loads[{n}]", load, least=0.0, below=1e3)
+        self.model = self._build(_base_quat_wxyz(theta_0, roll))
+        tune_joint_limits(self.model, design)
+        self.data = mujoco.MjData(self.model)
+        self._cables = np.array([self.model.tendon(cable_name(c)).id for c in range(design.n_cable)])
+        self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(design.n_cable)])
+        self._bodies = np.array([self.model.body(section_name(n)).id for n in range(design.n_section)])
+        self._hinges = np.array([self.model.joint(j).dofadr[0] for i in range(design.n_joint) for j in hinge_names(i)])
+        self._forward()
+        self._straight = self.data.ten_length[self._cables].copy()
+
+    @property
+    def section_mass(self) -> np.ndarray:
+        """Mass of each section with the gripper and the loads it carries, shape (n_section,) [kg]."""
+        mass = self.design.section_mass + self.loads
+        mass[-1] += self._gripper[0]
+        return mass
+
+    @property
+    def section_center(self) -> np.ndarray:
+        """Centre of these masses from each section's proximal joint, along its axis, shape (n_section,) [m]."""
+        length, (mass, beyond) = self.design.section_length, self._gripper
+        moment = self.design.section_mass * self.design.section_center + self.loads * length
+        moment[-1] += mass * (length[-1] + beyond)
+        return moment / self.section_mass
+
+    def settle(self, stages: Sequence[Stage] = ()) -> Settled:
+        """Let the trunk rest under gravity with slack cables, then load it stage by stage, at rest after each.
+
+        Raises:
+            ModelError: where a command is negative or not one number per cable.
+        """
+        commands = [self._read(stage) for stage in stages]
+        mujoco.mj_resetData(self.model, self.data)
+        self._command(np.zeros(self.design.n_cable), np.zeros(self.design.n_cable))
+        is_still = self._rest()
+        for pull, tension in commands:
+            self._ramp(pull, tension)
+            is_still = self._rest()
+        self._forward()
+        wanted = commands[-1][0] if commands else np.full(self.design.n_cable, math.nan)
+        return self._result(is_still, wanted)
+
+    # Building.
+
+    @property
+    def _gripper(self) -> tuple[float, float]:
+        """Mass of the gripper [kg] and its centre's distance beyond the last section's end [m]."""
+        gripper = self.design.gripper
+        if gripper is None or not self.options.has_gripper:
+            return 0.0, 0.0
+        return gripper.mass, _center(gripper)
+
+    def _build(self, quat_wxyz: np.ndarray) -> mujoco.MjModel:
+        design, options = replace(self.design, gripper=None), self.options
+        spec = mujoco.MjSpec()
+        spec.compiler.degree = False
+        spec.compiler.autolimits = True
+        spec.option.timestep = options.timestep
+        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # MuJoCo 4.0.0's sparse Cholesky factor is at fault.
+        spec.option.gravity = [0, -9.81, 0]
+        mount, turn = np.zeros(4), trunk_quat_wxyz((1.0, 0.0, 0.0, 0.0), design.arm.roll)
+        mujoco.mju_mulQuat(mount, quat_wxyz, turn * [1, -1, -1, -1])
+        add_trunk(spec, spec.worldbody, design, options.trunk, quat_wxyz=mount)
+        for joint in spec.joints:
+            joint.damping[0] *= options.damping_factor
+            joint.armature *= options.armature_factor
+        self._add_loads(spec)
+        model = spec.compile()
+        if not options.has_contact:
+            model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+        return model
+
+    def _add_loads(self, spec: mujoco.MjSpec) -> None:
+        end, (mass, beyond) = self.design.section_length, self._gripper
+        for n in range(self.design.n_section):
+            _add_point(spec.body(section_name(n)), f"load_{n + 1:02d}", float(self.loads[n]), float(end[n]))
+        _add_point(spec.body(section_name(self.design.n_section - 1)), "gripper", mass, float(end[-1]) + beyond)
+
+    # Moving.
+
+    def _read(self, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
+        out = []
+        for name in ("pull", "tension"):
+            value = np.asarray(getattr(stage, name), float)
+            if value.shape not in ((), (self.design.n_cable,)) or np.isinf(value).any() or (value < 0).any():
+                allowed = f"{self.design.n_cable} numbers, at least 0 or nan"
+                raise ModelError(f"{name} is {getattr(stage, name)!r}; allowed: {allowed}")
+            out.append(np.broadcast_to(value, self.design.n_cable))
+        return out[0], out[1]
+
+    def _ramp(self, pull: np.ndarray, tension: np.ndarray) -> None:
+        """Go from what the cables do to the commanded lengths and tensions, all arriving together."""
+        self._forward()
+        now_pull, now_tension = self._pull(), self._tension()
+        has_length, most = np.isfinite(pull), self.design.cable.tension_max
+        first = np.where(has_length, now_pull + now_tension / self.options.trunk.cable_gain, self._straight)
+        last = np.where(has_length, pull, self._straight)
+        ceiling = np.minimum(np.where(np.isfinite(tension), tension, np.where(has_length, most, 0.0)), most)
+        start = np.where(has_length, ceiling, now_tension)
+        seconds = max(
+            float(np.abs(last - first).max()) / self.options.pull_speed,
+            float(np.abs(ceiling - start).max()) / self.options.tension_speed,
+        )
+        steps = max(1, math.ceil(seconds / self.options.timestep))
+        for part in np.arange(1, steps + 1) / steps:
+            self._command(first + part * (last - first), start + part * (ceiling - start))
+            self._advance(1)
+
+    def _rest(self) -> bool:
+        """Wait until all hinges stand still; whether they came to."""
+        period = _WATCH_STEPS * self.options.timestep
+        still = 0.0
+        for _ in range(round(self.options.time_most / period)):
+            self._advance(_WATCH_STEPS)
+            is_slow = self._speed() < self.options.still
+            still = still + period if is_slow else 0.0
+            if still > _STILL_TIME - 1e-9:
+                return True
+        return False
+
+    def _advance(self, steps: int) -> None:
+        mujoco.mj_step(self.model, self.data, steps)
+
+    def _forward(self) -> None:
+        mujoco.mj_forward(self.model, self.data)
+
+    def _command(self, pull: np.ndarray, tension: np.ndarray) -> None:
+        self.data.ctrl[self._motors] = np.maximum(self._straight - pull, 0.0)
+        self.model.actuator_forcerange[self._motors, 0] = -tension
+
+    def _pull(self) -> np.ndarray:
+        return self._straight - self.data.ten_length[self._cables]
+
+    def _tension(self) -> np.ndarray:
+        return np.asarray(-self.data.actuator_force[self._motors])
+
+    def _speed(self) -> float:
+        return float(np.abs(self.data.qvel[self._hinges]).max())
+
+    # Reading.
+
+    def _result(self, is_still: bool, wanted: np.ndarray) -> Settled:
+        shape = self._shape()
+        tension, pull = self._tension(), self._pull()
+        most = -self.model.actuator_forcerange[self._motors, 0]
+        is_sound = np.isfinite(self.data.qpos).all() and not any(w.number for w in self.data.warning)
+        status = Status.CONVERGED
+        if not (is_still and is_sound):
+            status = Status.NOT_CONVERGED
+        elif shape.is_shut.all():
+            status = Status.ALL_SHUT
+        elif (np.isfinite(wanted) & (most > 0) & (tension > 0.999 * most)).any():
+            status = Status.STALLED
+        return Settled(
+            shape=replace(shape, status=np.array(int(status))), cable_tension=tension, cable_pull=pull,
+            speed=self._speed(), time=float(self.data.time),
+        )  # fmt: skip
+
+    def _shape(self) -> Shape:
+        design, data = self.design, self.data
+        turn = data.xmat[self._bodies].reshape(-1, 3, 3)
+        base = data.site("trunk_base").xpos
+        ends = np.array([data.site(f"end_{n + 1:02d}").xpos for n in range(design.n_section)])
+        rotation = np.swapaxes(turn[:-1], -1, -2) @ turn[1:]
+        cables = lengths_from_rotations(design, rotation)
+        across = np.linalg.norm(np.cross(turn[:-1, :, 0], turn[1:, :, 0]), axis=-1)
+        angle = np.arctan2(across, rotation[:, 0, 0])
+        return Shape(
+            points=ends - base, joint_rotation=rotation, joint_angle=angle, gap=cables.gap, cable_change=cables.change,
+            is_shut=angle >= design.joint_limit, status=np.array(int(Status.CONVERGED)),
+        )  # fmt: skip
+
+
+def settle(
+    design: TrunkDesign,
+    stages: Sequence[Stage] = (),
+    *,
+    theta_0: float = math.pi / 2,
+    roll: float = 0.0,
+    loads: ArrayLike = 0.0,
+    options: SettleOptions | None = None,
+) -> Settled:
+    """Where the trunk rests after its cables went through ``stages``, by simulation; see `SettleRig`."""
+    return SettleRig(design, theta_0=theta_0, roll=roll, loads=loads, options=options).settle(stages)
+
+
+def _base_quat_wxyz(theta_0: float, roll: float) -> np.ndarray:
+    """Turn of the trunk's base in the frame of `Shape`: by -theta_0 about z, then by ``roll`` about the axis."""
+    quat = np.zeros(4)
+    tilt = np.array([math.cos(theta_0 / 2), 0.0, 0.0, -math.sin(theta_0 / 2)])
+    mujoco.mju_mulQuat(quat, tilt, np.array([math.cos(roll / 2), math.sin(roll / 2), 0.0, 0.0]))
+    return quat
+
+
+def _center(gripper: GripperDesign) -> float:
+    """Distance of the straight fingers' centre of mass from their bases [m], each phalanx's at half its length."""
+    share = gripper.phalanx_length * gripper.phalanx_width**2
+    middle = np.cumsum(gripper.phalanx_length) - gripper.phalanx_length / 2
+    return float(share @ middle / share.sum())
+
+
+def _add_point(body: mujoco.MjsBody, name: str, mass: float, along: float) -> None:
+    if mass == 0.0:
+        return
+    point = body.add_body(name=name, pos=[along, 0, 0])
+    point.explicitinertial = True
+    point.mass = mass
+    point.inertia = [0.4 * mass * _LOAD_RADIUS**2] * 3
