@@ -56,6 +56,7 @@ OUT_OF_RANGE = {
         "angles": ((), (0.0,), (0.0, 0.01), (0.0, 2 * math.pi), tuple(range(13))),
         "hole_fraction": (0.0, 1.0, -0.6),
         "tension_max": (0.0, -1.0, 1e4),
+        "friction": (-1e-9, 2.0, 1e300),
     },
     MassDesign: {
         "density": (0.0, -1.0, 3e4),

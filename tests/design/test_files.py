@@ -76,6 +76,7 @@ def cables(draw):
         angles=tuple(start + i * turn + draw(st.floats(-0.1, 0.1)) for i in range(count)),
         hole_fraction=draw(st.floats(0.01, 0.99)),
         tension_max=draw(spread(1e-9, 9e3)),
+        friction=draw(st.just(0.0) | spread(1e-9, 1.9)),
     )
 
 
@@ -156,6 +157,7 @@ def test_every_key_with_a_dimension_wears_its_unit():
         "k",
         "n_section",
         "hole_fraction",
+        "friction",
         "center_fraction",
         "n_finger",
         "n_phalanx",

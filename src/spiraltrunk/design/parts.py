@@ -51,6 +51,9 @@ class CableDesign:
     """Distance of a hole from the backbone over the half-width of the face it is in [-] (authors' code)."""
     tension_max: float = 60.0
     """Largest tension that a motor may put on a cable [N] (GM6020: 2.22 N m on a drum of up to 37 mm radius)."""
+    friction: float = 0.0
+    """Coefficient of friction between cable and holes, mu in T exp(-mu w) [-]; the paper gives none, 0.1 to 0.15 is
+    a sensible guess."""
 
     def __post_init__(self) -> None:
         check_numbers("cable.angles", self.angles)
@@ -62,6 +65,7 @@ class CableDesign:
             raise DesignError("cable.angles", got=self.angles, allowed="cables at least 5 deg apart")
         check_number("cable.hole_fraction", self.hole_fraction, above=0.0, below=1.0)
         check_number("cable.tension_max", self.tension_max, above=0.0, below=1e4)
+        check_number("cable.friction", self.friction, least=0.0, below=2.0)
 
 
 @final

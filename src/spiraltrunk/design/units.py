@@ -77,6 +77,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("angles_deg", CableDesign, "angles", DEGREE, Kind.NUMBERS),
         Key("hole_fraction", CableDesign, "hole_fraction"),
         Key("tension_max_n", CableDesign, "tension_max"),
+        Key("friction", CableDesign, "friction"),
     ),
     "mass": (
         Key("density_kg_per_m3", MassDesign, "density"),
