@@ -18,6 +18,16 @@ LEVER = 0.4
 """Distance of a strand from the joint's axis over the phalanx's width [-]: just under its skin."""
 
 
+CAP_START = 0.3
+"""Where a phalanx's capsule begins, from the joint on, over its radius [-]."""
+
+OPEN_SHARE = 0.8
+"""Part of its range to which a finger's first joint opens [-] (ours): wider, it would lie on the section behind."""
+
+SOLIMP_LIMIT = [0.95, 0.999, 0.01, 0.5, 2.0]
+"""Impedance of a finger joint's limit: stiff within half a degree, as the phalanges' faces are."""
+
+
 def add_gripper(spec: mujoco.MjSpec, tip: mujoco.MjsBody, design: TrunkDesign) -> None:
     """Add the design's gripper to the tip section's body."""
     gripper = design.gripper
@@ -25,9 +35,9 @@ def add_gripper(spec: mujoco.MjSpec, tip: mujoco.MjsBody, design: TrunkDesign) -
     end = float(design.section_length[-1])
     for f in range(gripper.n_finger):
         _add_finger(tip, gripper, f, end)
+        _exclude_overlaps(spec, gripper, f)
     for group, side in zip(GROUPS, (-1.0, 1.0), strict=True):
         _add_group(spec, gripper, group, side)
-    _exclude_roots(spec, tip, design)
 
 
 def phalanx_name(finger: int, j: int) -> str:
@@ -50,10 +60,11 @@ def _add_finger(tip: mujoco.MjsBody, gripper: GripperDesign, finger: int, end: f
 
 def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: float) -> None:
     length, width = gripper.phalanx_length[j], gripper.phalanx_width[j]
-    stiffness = float(gripper.joint_stiffness[j])
+    stiffness, opening = float(gripper.joint_stiffness[j]), OPEN_SHARE if j == 0 else 1.0
     joint = body.add_joint(
         name=body.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, -1], limited=True,
-        range=[-gripper.delta_theta, gripper.delta_theta], armature=1e-6,
+        range=[-opening * gripper.delta_theta, gripper.delta_theta], armature=1e-6,
+        solref_limit=SOLREF, solimp_limit=SOLIMP_LIMIT,
     )  # fmt: skip
     joint.stiffness[0] = stiffness
     joint.damping[0] = 0.04 * stiffness
@@ -64,7 +75,7 @@ def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: flo
     body.inertia = [mass * radius**2 / 2] + [mass * (3 * radius**2 + length**2) / 12] * 2
     body.add_geom(
         name=body.name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[radius, 0, 0],
-        fromto=[radius * 0.3, 0, 0, max(length - radius, radius), 0, 0], rgba=[0.85, 0.45, 0.40, 1],
+        fromto=[radius * CAP_START, 0, 0, max(length - radius, radius), 0, 0], rgba=[0.85, 0.45, 0.40, 1],
         solref=SOLREF, solimp=SOLIMP, condim=3, friction=[1.0, 0.005, 1e-4],
     )  # fmt: skip
 
@@ -82,16 +93,14 @@ def _add_group(spec: mujoco.MjSpec, gripper: GripperDesign, group: str, side: fl
     actuator.gear[0] = -1.0
 
 
-def _exclude_roots(spec: mujoco.MjSpec, tip: mujoco.MjsBody, design: TrunkDesign) -> None:
-    """Fingers do not collide with each other nor with the last sections: they share the tip."""
-    gripper = design.gripper
-    assert gripper is not None  # The caller asks.
-    near = [f"section_{n + 1:02d}" for n in range(max(0, design.n_section - 3), design.n_section)]
-    phalanges = [[phalanx_name(f, j) for j in range(gripper.n_phalanx)] for f in range(gripper.n_finger)]
-    for f, finger in enumerate(phalanges):
-        for phalanx in finger:
-            for other in (name for later in phalanges[f + 1 :] for name in later):
-                spec.add_exclude(bodyname1=phalanx, bodyname2=other)
-            for name in near:
-                if (phalanx, name) != (finger[0], near[-1]):  # Parent and child never collide.
-                    spec.add_exclude(bodyname1=phalanx, bodyname2=name)
+def _exclude_overlaps(spec: mujoco.MjSpec, gripper: GripperDesign, finger: int) -> None:
+    """Phalanges do not collide where those between them are so short that they overlap in the straight finger.
+
+    Nothing else is left out: fingers meet each other and the trunk. MuJoCo skips parent and child by itself.
+    """
+    radius, start = gripper.phalanx_width / 2, np.cumsum(gripper.phalanx_length) - gripper.phalanx_length
+    end = start + np.maximum(gripper.phalanx_length, 2 * radius)
+    for j in range(gripper.n_phalanx):
+        for k in range(j + 2, gripper.n_phalanx):
+            if end[j] > start[k] - (1 - CAP_START) * radius[k]:
+                spec.add_exclude(bodyname1=phalanx_name(finger, j), bodyname2=phalanx_name(finger, k))

@@ -24,6 +24,9 @@ CONTROL_PERIOD = 0.02
 TENSION_SLEW = 240.0
 """Fastest change of a winder's tension [N/s]: a step to full pull would bend joints past their limit (ours)."""
 
+GRIPPER_TIME = 0.4
+"""Time in which the gripper's servo goes from slack to full tension [s] (ours): a step would slam the fingers."""
+
 WATCH_STEPS = 10
 """Physics steps between two looks at contacts and limits."""
 
@@ -54,6 +57,7 @@ class SimPlant(Plant):
         self._steps = round(CONTROL_PERIOD / self.model.opt.timestep)
         self._arm_command = np.zeros(len(names))
         self._ceiling = np.zeros(self.design.n_cable)
+        self._grip = 0.0
         self._grippers = [self.model.actuator(name).id for name in GROUPS] if self.design.gripper else []
 
     @property
@@ -73,7 +77,7 @@ class SimPlant(Plant):
         self._arm_command = self._reach.home.copy()
         self.data.qpos[self._arm_q] = self._arm_command
         self.data.ctrl[self._arm_motors] = self._arm_command
-        self._ceiling = np.zeros(self.design.n_cable)
+        self._ceiling, self._grip = np.zeros(self.design.n_cable), 0.0
         self.model.actuator_forcerange[self._motors] = 0.0
         mujoco.mj_forward(self.model, self.data)
         self.trace.append(self._probe.sample(self.data, self._arm_command))
@@ -103,8 +107,10 @@ class SimPlant(Plant):
         straight = self._probe.straight_length
         self.data.ctrl[self._motors] = np.maximum(straight - np.minimum(pull, straight), 0.0)
         if self.design.gripper is not None:
-            grip = max(-1.0, min(1.0, float(command.gripper))) * self.design.gripper.tension_max
-            self.data.ctrl[self._grippers] = max(0.0, grip), max(0.0, -grip)
+            step, tension = CONTROL_PERIOD / GRIPPER_TIME, self.design.gripper.tension_max
+            wish = max(-1.0, min(1.0, float(command.gripper)))
+            self._grip = max(self._grip - step, min(self._grip + step, wish))
+            self.data.ctrl[self._grippers] = max(0.0, tension * self._grip), max(0.0, -tension * self._grip)
 
     def _observe(self) -> Observation:
         data = self.data
