@@ -9,10 +9,19 @@ class SpiralTrunkError(Exception):
     """Base of every error that this package raises on purpose."""
 
 
+class Words(str):
+    """Words about a value, such as "missing", which an error shows without quotes."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
 class DesignError(SpiralTrunkError, ValueError):
     """A design value that cannot be built: its name, the value given and what is allowed."""
 
-    def __init__(self, name: str, *, got: object, allowed: str) -> None:
+    def __init__(self, name: str, *, got: object, allowed: object) -> None:
         self.name = name
         self.got = got
         self.allowed = allowed
@@ -51,5 +60,5 @@ def _short(value: object, most: int = 80) -> str:
     try:
         text = repr(value)
     except (ValueError, RecursionError):  # A whole number with thousands of digits, a list of itself.
-        text = f"a {type(value).__name__} too large to print"
+        text = f"{'a whole number' if isinstance(value, int) else 'a value'} too large to print"
     return text if len(text) <= most else f"{text[: most // 2 - 3]}...{text[-most // 2 :]}"

@@ -80,11 +80,53 @@ def test_another_schema_is_refused(refusal, schema):
 
 
 def test_values_out_of_range_are_refused_by_the_design_itself(edit, refusal):
-    assert refusal(edit("joint", "radius_mm", "-1.0")).name == "joint.radius"
-    assert refusal(edit("spiral", "a_mm", "1e-999999")).name == "spiral.a"
+    assert refusal(edit("joint", "radius_mm", "-1.0")).name == "joint.radius_mm"
+    assert refusal(edit("spiral", "a_mm", "1e-999999")).name == "spiral.a_mm"
     assert refusal(edit("spiral", "b", "-1e300")).name == "spiral.b"
-    assert refusal(edit("spiral", "n_section", "10")).name == "joint.stiffness"
+    assert refusal(edit("spiral", "n_section", "10")).name == "joint.stiffness_nm_per_rad"
     assert refusal("name = 'x'").name == "spiral.a_mm"
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (("spiral", "a_mm"), "-1", "spiral.a_mm is -1; allowed: a finite number, above 0, below 1e+06"),
+        (("spiral", "a_mm"), "-1.50", "spiral.a_mm is -1.50; allowed: a finite number, above 0, below 1e+06"),
+        (("spiral", "b"), "7", "spiral.b is 7; allowed: a finite number, above 0, below 2"),
+        (("spiral", "k"), "1", "spiral.k is 1; allowed: a finite number, above 0.365932, below 1"),
+        (("spiral", "delta_theta_deg"), "90",
+         "spiral.delta_theta_deg is 90; allowed: a finite number, above 0, below 90"),
+        (("spiral", "theta_tip_deg"), "1e9",
+         "spiral.theta_tip_deg is 1e+9; allowed: a finite number, above -5729.57, below 5729.57"),
+        (("spiral", "n_section"), "201", "spiral.n_section is 201; allowed: a whole number from 2 to 200"),
+        (("joint", "youngs_modulus_mpa"), "0",
+         "joint.youngs_modulus_mpa is 0; allowed: a finite number, above 0, below 1e+06"),
+        (("joint", "radius_mm"), "40", "joint.radius_mm is 40; allowed: a finite number, below 26.4"),
+        (("mass", "sections_g"), "[-3.0]", "mass.sections_g[0] is -3.0; allowed: a finite number, above 0"),
+        (("mass", "sections_g"), "[3.0]", "mass.sections_g is 1 numbers; allowed: 18 numbers"),
+        (("housing", "mass_kg"), "true", "housing.mass_kg is true; allowed: a finite number"),
+        (("arm", "roll_deg"), "1979-05-27", "arm.roll_deg is 1979-05-27; allowed: a finite number"),
+        (("spiral", "a_mm"), None, "spiral.a_mm is missing; allowed: a finite number"),
+        (("", "name"), None, "name is missing; allowed: a text"),
+        (("", "name"), "{}", "name is a table; allowed: a text"),
+        (("gripper", "mount_radius_mm"), "1e5",
+         "gripper.mount_radius_mm is 1e+5; allowed: a finite number, at least 0, below 10000"),
+    ],
+)  # fmt: skip
+def test_the_message_tells_key_value_and_range_as_the_file_does(edit, refusal, place, value, message):
+    assert str(refusal(edit(*place, value))) == message
+
+
+def test_a_range_told_in_another_unit_is_true_at_its_ends(edit, load_text, refusal):
+    for sign in ("", "-"):
+        assert load_text(edit("arm", "roll_deg", f"{sign}572.957"))
+        assert "above -572.957, below 572.957" in str(refusal(edit("arm", "roll_deg", f"{sign}572.958")))
+
+
+def test_a_tip_thinner_than_anyone_makes_is_refused_with_the_reason(edit, refusal):
+    error = refusal(edit("spiral", "a_mm", "1e-3"))
+    assert str(error).startswith("width of the tip is ")
+    assert "mm; allowed: at least 0.01 mm: fewer turns or sections" in str(error)
 
 
 # What is no design file.
@@ -98,9 +140,9 @@ def test_values_out_of_range_are_refused_by_the_design_itself(edit, refusal):
         (MINIMAL + MINIMAL, "valid TOML"),
         ("name = 'x'\r\r", "valid TOML"),
         ("a" + ".a" * 20_000 + " = 1", "more than 5000 dots"),
-        ("x = " + "[" * 100_000, "valid TOML"),
-        ("x = " + "{a = " * 100_000, "valid TOML"),
-        ("schema = " + "1" * 5000, "digits"),
+        ("x = " + "[" * 100_000, "this one has arrays or tables nested too deep"),
+        ("x = " + "{a = " * 100_000, "this one has arrays or tables nested too deep"),
+        ("schema = " + "1" * 6000, "this one has a whole number of more than 4300 digits"),
         (b"name = '\xff'", "utf-8"),
         (b"\xff\xfen\x00", "utf-8"),
         (b"\x00", "valid TOML"),

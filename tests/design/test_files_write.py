@@ -43,7 +43,6 @@ def test_a_new_file_has_the_usual_permissions(tmp_path):
 def test_a_place_that_cannot_be_written_is_refused(tmp_path):
     (tmp_path / "file").touch()
     for path in (
-        tmp_path / "none" / "trunk.toml",
         tmp_path,
         tmp_path / "file" / "trunk.toml",
         tmp_path / "a\0b",
@@ -53,6 +52,19 @@ def test_a_place_that_cannot_be_written_is_refused(tmp_path):
             write_design(PAPER, path)
         assert "\n" not in str(caught.value)
     assert list(tmp_path.iterdir()) == [tmp_path / "file"]
+
+
+def test_missing_folders_are_made_and_go_again_when_the_write_fails(tmp_path, monkeypatch):
+    path = tmp_path / "deep" / "down" / "trunk.toml"
+    assert load_design(write_design(PAPER, path)) == PAPER
+
+    def fail(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(KeyboardInterrupt):
+        write_design(PAPER, tmp_path / "deep" / "other" / "way" / "trunk.toml")
+    assert sorted(tmp_path.rglob("*")) == [tmp_path / "deep", tmp_path / "deep" / "down", path]
 
 
 @pytest.mark.parametrize("other", [None, "paper", PAPER.spiral])

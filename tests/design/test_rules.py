@@ -1,6 +1,7 @@
 """The three design principles, each against the geometry that it is about."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scipy.integrate import quad
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import (
     GRAVITY,
+    RANGES,
     compactness,
     design_from_rules,
     graspable_range,
@@ -136,13 +138,69 @@ def test_an_angle_that_leaves_a_rest_is_refused_with_angles_that_do_not(angle_de
         ("delta_theta", {"delta_theta": math.pi}),
         ("turns", {"turns": 0.0}),
         ("turns", {"turns": 10**400}),
-        ("delta_theta", {"turns": 1 / 12}),
+        ("turns", {"turns": 1 / 12}),
     ],
 )
 def test_impossible_wishes_are_refused_by_name(name, wish):
     with pytest.raises(DesignError) as caught:
         design_from_rules(**wish)
     assert caught.value.name == name
+
+
+def inside(name):
+    """Numbers from end to end of the range that the rules state."""
+    allowed = RANGES[name]
+    return np.geomspace(allowed.least, allowed.most, 40).clip(allowed.least, allowed.most).tolist()
+
+
+@pytest.mark.parametrize("name", ["m", "b", "arm_radius"])
+def test_every_wish_inside_its_range_gives_a_trunk_that_grasps(name):
+    for value in inside(name):
+        smallest, largest = graspable_range(design_from_rules(**{name: value}))
+        assert 0 < smallest < largest
+
+
+def test_all_turns_of_whole_sections_inside_the_range_give_a_trunk_that_grasps():
+    allowed = RANGES["turns"]
+    for n_section in range(round(12 * allowed.least), round(12 * allowed.most) + 1):
+        smallest, largest = graspable_range(design_from_rules(turns=n_section / 12))
+        assert 0 < smallest < largest
+
+
+@pytest.mark.parametrize("n_section", range(7, 201))
+def test_all_angles_that_divide_the_turns_give_a_trunk_that_grasps(n_section):
+    design = design_from_rules(delta_theta=3 * math.pi / n_section)
+    assert design.n_section == n_section
+    assert 0 < graspable_range(design).minimum < graspable_range(design).maximum
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_a_wish_just_outside_its_range_is_refused_with_the_range(name):
+    allowed = RANGES[name]
+    for value in (allowed.above, 0.999 * allowed.least, 1.001 * allowed.most, allowed.below):
+        if math.isfinite(value):
+            with pytest.raises(DesignError, match="allowed: a finite number, ") as caught:
+                design_from_rules(**{name: value})
+            assert caught.value.name == name
+
+
+@given(turns=st.floats(0.75, 5.0), angle_deg=st.floats(10.0, 89.9))
+def test_an_angle_that_is_offered_works(turns, angle_deg):
+    try:
+        design_from_rules(b=0.05, turns=turns, delta_theta=math.radians(angle_deg))
+    except DesignError as error:
+        offered = re.findall(r"([0-9.]+) deg \((\d+) sections\)", str(error.allowed))
+        assert offered
+        for angle, count in offered:
+            design = design_from_rules(b=0.05, turns=turns, delta_theta=math.radians(float(angle)))
+            assert design.n_section == int(count)
+
+
+def test_wishes_that_leave_no_tip_are_refused_with_the_reason():
+    with pytest.raises(DesignError, match=r"width of the tip is 8.13e-07 mm; allowed: at least 0.1 mm: fewer turns"):
+        design_from_rules(b=0.6, turns=5)
+    with pytest.raises(DesignError, match=r"width of the tip"):
+        design_from_rules(b=0.6, arm_radius=0.005)
 
 
 @pytest.mark.parametrize("width", [0.0, -1.0, math.nan, math.inf, "wide"])

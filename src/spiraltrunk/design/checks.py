@@ -4,21 +4,90 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
+from typing import NamedTuple, final
 
-from spiraltrunk.errors import DesignError
+from spiraltrunk.errors import DesignError, Words
+
+
+@final
+class Range(NamedTuple):
+    """Which finite numbers are allowed; as a text it says so."""
+
+    above: float = -math.inf
+    """Every number is larger than this."""
+    least: float = -math.inf
+    """No number is smaller than this."""
+    below: float = math.inf
+    """Every number is smaller than this."""
+    most: float = math.inf
+    """No number is larger than this."""
+    unit: Decimal = Decimal(1)
+    """What the numbers are told in, over the unit that the bounds are in [-]."""
+
+    def holds(self, number: float) -> bool:
+        """Whether the number, in the unit of the bounds, is finite and in the range."""
+        return math.isfinite(number) and self.above < number < self.below and self.least <= number <= self.most
+
+    def told_in(self, unit: Decimal) -> Range:
+        """The same range, told in another unit."""
+        return self._replace(unit=unit)
+
+    def __str__(self) -> str:
+        words = [
+            f"{word} {self._tell(bound, rounding)}"
+            for word, bound, rounding in (
+                ("above", self.above, ROUND_CEILING),
+                ("at least", self.least, ROUND_CEILING),
+                ("below", self.below, ROUND_FLOOR),
+                ("at most", self.most, ROUND_FLOOR),
+            )
+            if math.isfinite(bound)
+        ]
+        return ", ".join(["a finite number", *words])
+
+    def _tell(self, bound: float, rounding: str) -> str:
+        """The bound in six digits, rounded inwards, so that what is told is true."""
+        exact = Context(prec=14, rounding=ROUND_HALF_EVEN).divide(Decimal(repr(float(bound))), self.unit)
+        return f"{float(Context(prec=6, rounding=rounding).plus(exact)):g}"
 
 
 def check_number(
-    name: str, value: object, *, above: float = -math.inf, least: float = -math.inf, below: float = math.inf
+    name: str,
+    value: object,
+    *,
+    above: float = -math.inf,
+    least: float = -math.inf,
+    below: float = math.inf,
+    most: float = math.inf,
 ) -> None:
-    """Refuse anything but a finite number in (``above``, ``below``) that is at least ``least``.
+    """Refuse anything but a finite number in (``above``, ``below``) and in [``least``, ``most``].
+
+    Raises:
+        DesignError: with the name, the value and the `Range`.
+    """
+    check_range(name, value, Range(above=above, least=least, below=below, most=most))
+
+
+def check_range(name: str, value: object, allowed: Range) -> None:
+    """Refuse anything but a number in the range.
 
     Raises:
         DesignError: with the name, the value and the range.
     """
-    number = _to_float(value)
-    if not (math.isfinite(number) and above < number < below and number >= least):
-        raise DesignError(name, got=value, allowed=_range(above, least, below))
+    if not allowed.holds(_to_float(value)):
+        raise DesignError(name, got=value, allowed=allowed)
+
+
+def check_tip(width: float, least: float) -> None:
+    """Refuse a tip that is thinner than ``least`` [m]: nobody makes it, and what follows from it is no number.
+
+    Raises:
+        DesignError: with both widths, and what makes the tip wider.
+    """
+    if not width >= least:
+        allowed = f"at least {1e3 * least:g} mm: fewer turns or sections, a smaller b (larger m) or a wider base"
+        raise DesignError("width of the tip", got=Words(f"{1e3 * width:.3g} mm"), allowed=allowed)
 
 
 def check_count(name: str, value: object, *, least: int, most: int) -> None:
@@ -41,7 +110,7 @@ def check_numbers(name: str, values: object, *, count: int | None = None, above:
     if not isinstance(values, tuple):
         raise DesignError(name, got=values, allowed="a tuple of numbers")
     if count is not None and len(values) != count:
-        raise DesignError(name, got=f"{len(values)} numbers", allowed=f"{count} numbers")
+        raise DesignError(name, got=Words(f"{len(values)} numbers"), allowed=f"{count} numbers")
     for i, value in enumerate(values):
         check_number(f"{name}[{i}]", value, above=above)
 
@@ -75,14 +144,3 @@ def _to_float(value: object) -> float:
         return float(value) if float(value) == value else math.nan
     except OverflowError:
         return math.nan
-
-
-def _range(above: float, least: float, below: float) -> str:
-    parts = ["a finite number"]
-    if above > -math.inf:
-        parts.append(f"above {above:g}")
-    if least > -math.inf:
-        parts.append(f"at least {least:g}")
-    if below < math.inf:
-        parts.append(f"below {below:g}")
-    return ", ".join(parts)

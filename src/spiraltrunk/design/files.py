@@ -8,9 +8,10 @@ from __future__ import annotations
 import os
 import secrets
 import stat
+import sys
 import tomllib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,8 @@ from spiraltrunk.design.checks import check_type
 from spiraltrunk.design.rules import compactness
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.design.units import TABLES, describe, format_value, parse_decimal, read_value
-from spiraltrunk.errors import DesignError
+from spiraltrunk.design.units import TABLES, describe, find_key, format_value, parse_decimal, read_value, spell
+from spiraltrunk.errors import DesignError, Words
 
 SCHEMA = 1
 """Version of the format."""
@@ -51,7 +52,7 @@ def load_design(path_or_preset: str | Path) -> TrunkDesign:
         return presets.get(str(path_or_preset))
     path = Path(path_or_preset)
     design = _build_design(_parse(path, _read(path)))
-    if design.arm.model == "panda":
+    if design.arm.model == "panda" or Path(design.arm.model).is_absolute():
         return design
     model = path.absolute().parent / design.arm.model
     return replace(design, arm=replace(design.arm, model=str(model)))
@@ -68,7 +69,7 @@ def write_design(design: TrunkDesign, path: str | Path) -> Path:
     target = Path(path)
     with _as_design_error("path", target, "a file, new or replaced, in a folder that can be written"):
         if target.exists() and not target.is_file():
-            raise ValueError("this is no regular file")
+            raise ValueError("this is a folder" if target.is_dir() else "this is no regular file")
         _replace_file(target, text.encode())
     return target
 
@@ -105,10 +106,40 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
     with _as_design_error("design", path, "a file of valid TOML"):
         if text.count(".") > _MAX_DOTS:
             raise ValueError(f"this one has more than {_MAX_DOTS} dots")
-        return tomllib.loads(text, parse_float=parse_decimal)
+        try:
+            return tomllib.loads(text, parse_float=parse_decimal)
+        except RecursionError:
+            raise ValueError("this one has arrays or tables nested too deep") from None
+        except tomllib.TOMLDecodeError:
+            raise
+        except ValueError:  # Python turns no whole number of thousands of digits into an int.
+            raise ValueError(
+                f"this one has a whole number of more than {sys.get_int_max_str_digits()} digits"
+            ) from None
 
 
 def _build_design(document: dict[str, Any]) -> TrunkDesign:
+    try:
+        return _assemble(document)
+    except DesignError as error:
+        raise _as_typed(error, document) from None
+
+
+def _as_typed(error: DesignError, document: dict[str, Any]) -> DesignError:
+    """What a design says about a field in SI, in the words, the unit and the value of the file."""
+    field, bracket, rest = error.name.partition("[")
+    found = find_key(field)
+    if found is None:
+        return error
+    table, key = found
+    typed = (document.get(table, {}) if table else document).get(key.name)
+    index = rest.rstrip("]")
+    if isinstance(typed, list) and index.isdecimal():
+        typed = typed[int(index)]
+    return spell(error, f"{_dotted(table, key.name)}{bracket}{rest}", key.unit, describe(typed))
+
+
+def _assemble(document: dict[str, Any]) -> TrunkDesign:
     schema = document.pop("schema", SCHEMA)
     if type(schema) is not int or schema != SCHEMA:
         raise DesignError("schema", got=describe(schema), allowed=str(SCHEMA))
@@ -138,7 +169,7 @@ def _read_table(table: str, content: object) -> dict[type, dict[str, Any]]:
         if name in content:
             values.setdefault(key.owner, {})[key.field] = read_value(_dotted(table, name), content[name], key)
         elif key.is_required:
-            raise DesignError(_dotted(table, name), got="missing", allowed=key.kind.value)
+            raise DesignError(_dotted(table, name), got=Words("missing"), allowed=key.kind.value)
     return values
 
 
@@ -149,15 +180,22 @@ def _dotted(table: str, name: str) -> str:
 
 
 def _replace_file(target: Path, data: bytes) -> None:
+    """Write the file, in a folder that is made where it is missing, or leave everything as it was."""
+    made = [folder for folder in target.parents if not folder.exists()]
     draft = target.parent / f".{secrets.token_hex(8)}.tmp"
     try:
+        target.parent.mkdir(parents=True, exist_ok=True)
         with draft.open("xb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         draft.replace(target)
     except BaseException:
-        draft.unlink(missing_ok=True)
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        for folder in made:
+            with suppress(OSError):  # Somebody else has put something there, or it was never made.
+                folder.rmdir()
         raise
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.design.checks import check_number, check_numbers, check_text
-from spiraltrunk.errors import DesignError
+from spiraltrunk.errors import DesignError, Words
 
 
 @final
@@ -63,4 +63,4 @@ class ArmDesign:
         if self.home is not None:
             check_numbers("arm.home", self.home)
             if not 1 <= len(self.home) <= 32:
-                raise DesignError("arm.home", got=f"{len(self.home)} numbers", allowed="1 to 32 numbers")
+                raise DesignError("arm.home", got=Words(f"{len(self.home)} numbers"), allowed="1 to 32 numbers")

@@ -11,12 +11,12 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.checks import Range, check_number, check_range, check_tip
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign
 from spiraltrunk.design.spiral import Spiral, radius
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError
+from spiraltrunk.errors import DesignError, Words
 
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
@@ -35,6 +35,23 @@ _PAPER_TIP_WIDTH = 0.0213
 
 _PAYLOAD_COEFFICIENT = 1.81604
 """Fits `payload` to the one published number, 4.89 kg at the smallest object of the authors' robot [-]."""
+
+
+RANGES = {
+    "m": Range(least=0.2, most=10.0),
+    "b": Range(least=0.03, most=0.6),
+    "delta_theta": Range(above=0.0, below=math.pi / 2),
+    "arm_radius": Range(least=0.001, most=1.0),
+    "turns": Range(least=0.75, most=5.0),
+}
+"""Wishes that `design_from_rules` takes [-, 1/rad, rad, m, turns] (ours): each, with the others left alone, gives a
+trunk with a tip that can be made, at most 200 sections, and objects that it can grasp."""
+
+LEAST_TIP_WIDTH = 1e-4
+"""Thinnest tip that the rules may lead to [m] (ours: a hair, a quarter of a printer's nozzle)."""
+
+_MOST_SECTIONS = 200
+"""As many sections as a `TrunkDesign` may have."""
 
 
 class GraspableRange(NamedTuple):
@@ -71,23 +88,26 @@ def design_from_rules(
     Args:
         m: largest object of the tip gripper over its base width [-]; 1.53 unless ``b`` is given.
         b: growth per radian [-], instead of ``m`` (the authors' code rounds it to 0.16).
-        delta_theta: angle per section [rad]; it divides ``turns``.
+        delta_theta: angle per section [rad]; it divides ``turns`` into at most 200 sections.
         arm_radius: radius of the arm's last link, matched by section 1 (principle 3) [m].
         turns: turns of the backbone's spiral from tip (theta = pi / 2) to base.
         name: what to call it.
 
     Raises:
-        DesignError: for a value out of range, for both ``m`` and ``b``, or turns that are not whole sections.
+        DesignError: for a value out of its range in `RANGES`, for both ``m`` and ``b``, for turns that are not whole
+            sections, or for values that together leave no tip.
     """
     if m is not None and b is not None:
         raise DesignError("m", got=m, allowed="m or b, not both (m = 1 / (exp(pi b) - 1))")
     if b is None:
+        check_range("m", PAPER_M if m is None else m, RANGES["m"])
         b = growth_from_overlap(PAPER_M if m is None else m)
-    check_number("b", b, above=0.0, below=2.0)
-    check_number("arm_radius", arm_radius, above=0.0, below=10.0)
+    check_range("b", b, RANGES["b"])
+    check_range("arm_radius", arm_radius, RANGES["arm_radius"])
     n_section = _count_sections(delta_theta, turns)
     unit = _build_bare(Spiral(a=1.0, b=b), delta_theta, n_section, name)
     spiral = Spiral(a=arm_radius / unit.solid.radius, b=b)
+    check_tip(spiral.a * unit.tip_width, LEAST_TIP_WIDTH)
     return build_compact(spiral=spiral, delta_theta=delta_theta, n_section=n_section, name=name)
 
 
@@ -142,14 +162,15 @@ def _build_bare(spiral: Spiral, delta_theta: float, n_section: int, name: str) -
 
 
 def _count_sections(delta_theta: float, turns: float) -> int:
-    check_number("delta_theta", delta_theta, above=0.0, below=math.pi / 2)
-    check_number("turns", turns, above=0.0, below=10.0)
+    check_range("turns", turns, RANGES["turns"])
+    least = 2 * math.pi * turns / _MOST_SECTIONS * (1 - 1e-9)
+    check_range("delta_theta", delta_theta, RANGES["delta_theta"]._replace(above=-math.inf, least=least))
     total = math.degrees(2 * math.pi * turns)
     exact = total / math.degrees(delta_theta)
     n_section = round(exact)
-    if abs(exact - n_section) > 1e-6 * exact or n_section < 2:
-        least = max(2, math.floor(exact))
-        near = ", ".join(f"{total / n:.6g} deg ({n} sections)" for n in (least, least + 1))
+    if abs(exact - n_section) > 1e-6 * exact:
+        few = max(math.floor(exact), math.floor(total / 90) + 1)
+        near = ", ".join(f"{total / n:.9g} deg ({n} sections)" for n in (few, few + 1) if n <= _MOST_SECTIONS)
         allowed = f"an angle that divides {total:g} deg into whole sections, such as {near}"
-        raise DesignError("delta_theta", got=f"{math.degrees(delta_theta):g} deg", allowed=allowed)
+        raise DesignError("delta_theta", got=Words(f"{math.degrees(delta_theta):g} deg"), allowed=allowed)
     return n_section

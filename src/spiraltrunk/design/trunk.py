@@ -14,13 +14,16 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_count, check_number, check_text, check_type
+from spiraltrunk.design.checks import check_count, check_number, check_text, check_tip, check_type
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.mount import ArmDesign, HousingDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
 from spiraltrunk.design.section import SectionSolid
 from spiraltrunk.design.spiral import Spiral, arc_length, chord, radius
-from spiraltrunk.errors import DesignError
+from spiraltrunk.errors import DesignError, Words
+
+_LEAST_TIP_WIDTH = 1e-5
+"""Thinnest tip that a design may have [m] (ours: a tenth of a hair; what is thinner is a slip of the pen)."""
 
 
 @final
@@ -75,6 +78,7 @@ class TrunkDesign:
     def _check_sizes(self) -> None:
         if self.spiral.b * (self.n_section * self.delta_theta + abs(self.theta_tip)) > 100:
             raise DesignError("n_section", got=self.n_section, allowed="a spiral that grows by less than e^100")
+        check_tip(self.tip_width, _LEAST_TIP_WIDTH)
         solid = self.solid
         check_number("joint.radius", self.joint.radius, below=self.cable.hole_fraction * solid.radius)
         check_number("joint.length", self.joint.length, below=solid.length)
@@ -83,7 +87,7 @@ class TrunkDesign:
             ("mass.sections", self.mass.sections, self.n_section),
         ):
             if values is not None and len(values) != count:
-                raise DesignError(name, got=f"{len(values)} numbers", allowed=f"{count} numbers")
+                raise DesignError(name, got=Words(f"{len(values)} numbers"), allowed=f"{count} numbers")
 
     # The spiral cut into sections.
 

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import MISSING, fields
+from datetime import date, time
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, InvalidOperation
 from enum import Enum
 from typing import NamedTuple, final
 
+from spiraltrunk.design.checks import Range
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.mount import ArmDesign, HousingDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError
+from spiraltrunk.errors import DesignError, Words
 
 _EXACT = Context(prec=60, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
 
@@ -152,10 +154,41 @@ def format_value(value: object, key: Key) -> str:
 def describe(value: object) -> object:
     """A parsed TOML value for an error message: itself where it is short, else its kind."""
     if isinstance(value, dict):
-        return "a table"
+        return Words("a table")
     if isinstance(value, list):
-        return f"an array of {len(value)}"
-    return float(value) if isinstance(value, Decimal) else value
+        return Words(f"an array of {len(value)}")
+    if isinstance(value, bool):
+        return Words(str(value).lower())
+    if isinstance(value, (date, time)):
+        return Words(value.isoformat())
+    return Words(str(value).lower()) if isinstance(value, Decimal) else value
+
+
+def spell(error: DesignError, name: str, unit: Decimal, typed: object = None) -> DesignError:
+    """The error about a field, told as it was typed.
+
+    Args:
+        error: what a design says, in SI.
+        name: what the field is called where it was typed.
+        unit: its unit there.
+        typed: what was typed; without it the error's own value, in that unit.
+    """
+    allowed = error.allowed.told_in(unit) if isinstance(error.allowed, Range) else error.allowed
+    got = error.got
+    if typed is not None and not isinstance(got, Words):
+        got = typed
+    elif isinstance(got, float) and math.isfinite(got):
+        got = Words(_from_si(got, unit))
+    return DesignError(name, got=got, allowed=allowed)
+
+
+def find_key(field: str) -> tuple[str, Key] | None:
+    """Table and key of the file that fill a field, which errors call ``joint.radius``; None where there is none."""
+    for table, keys in TABLES.items():
+        for key in keys:
+            if field == (key.field if key.owner is TrunkDesign else f"{table}.{key.field}"):
+                return table, key
+    return None
 
 
 def _to_si(name: str, value: object, unit: Decimal) -> float:
