@@ -8,9 +8,16 @@ from typing import final
 
 import mujoco
 
-from spiraltrunk.design.checks import check_number, check_numbers
-from spiraltrunk.errors import DesignError, UnknownName
+from spiraltrunk.design.checks import Range, check_number, check_numbers, check_range
+from spiraltrunk.design.units import MILLI
+from spiraltrunk.errors import DesignError, UnknownName, Words
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
+
+_EXTENTS = Range(least=0.005, below=1.0)
+"""Extents that an object may have [m]."""
+
+_MASSES = Range(least=0.001, below=20.0)
+"""Masses that an object may have [kg]."""
 
 OBJECT_COLOR = [0.85, 0.36, 0.16, 1.0]
 
@@ -34,13 +41,13 @@ class ObjectSpec:
             raise UnknownName("kind of object", self.kind, _MEASURES)
         check_numbers("object.size", self.size, count=3)
         for name, extent in zip(("length", "width", "height"), self.size, strict=True):
-            check_number(f"object.{name}", extent, least=0.005, below=1.0)
+            check_range(f"object.{name}", extent, _EXTENTS)
         length, width, height = self.size
         if self.kind == "sphere" and not length == width == height:
             raise DesignError("object.size", got=self.size, allowed="three equal extents for a sphere")
         if self.kind == "cylinder" and width != height:
             raise DesignError("object.size", got=self.size, allowed="width equal to height for a cylinder")
-        check_number("object.mass", self.mass, least=0.001, below=20.0)
+        check_range("object.mass", self.mass, _MASSES)
         check_number("object.friction", self.friction, above=0.0, below=5.0)
 
     @property
@@ -139,14 +146,22 @@ def _parse_measures(kind: str, text: str) -> dict[str, float]:
     for part in filter(None, (piece.strip() for piece in text.split(","))):
         name, equals, number = part.partition("=")
         if name not in allowed or not equals or name in values:
-            raise DesignError("object", got=part, allowed=f"each measure once: {form}")
-        try:
-            value = float(number)
-        except ValueError:
-            raise DesignError(f"object.{name}", got=number, allowed="a number") from None
-        check_number(f"object.{name}", value, above=0.0)
-        values[name] = value / 1000.0
+            raise DesignError("measure of the object", got=part, allowed=f"each measure once: {form}")
+        values[name] = _parse_measure(name, number.strip())
     missing = [name for name in allowed if name not in values]
     if missing:
-        raise DesignError("object", got=f"no {', '.join(missing)}", allowed=form)
+        raise DesignError("object", got=Words(f"without {', '.join(missing)}"), allowed=form)
     return values
+
+
+def _parse_measure(name: str, text: str) -> float:
+    """One measure in SI; a refusal tells it in its own unit."""
+    allowed = _MASSES if name == "mass_g" else _EXTENTS
+    try:
+        value = float(text) if text.isascii() and "_" not in text else math.nan
+    except ValueError:
+        value = math.nan
+    if not allowed.holds(value / 1000.0):
+        got = text if math.isnan(value) else Words(text)
+        raise DesignError(f"object.{name}", got=got, allowed=allowed.told_in(MILLI))
+    return value / 1000.0
