@@ -12,6 +12,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.plant import Command, Observation, Plant
+from spiraltrunk.sim.friction import CableFriction
 from spiraltrunk.sim.gripper_spec import GROUPS
 from spiraltrunk.sim.reach import ArmReach
 from spiraltrunk.sim.scene import SceneOptions, build_model, build_task
@@ -49,6 +50,8 @@ class SimPlant(Plant):
         self.trace: list[Sample] = []
         self._reach = ArmReach(self.design)
         names = self._reach.joint_names
+        has_friction = self.design.cable.friction > 0
+        self._friction = CableFriction(self.model, self.design, self.options.trunk) if has_friction else None
         self._probe = Probe(model=self.model, design=self.design, arm_joints=names)
         self._arm_q = np.array([self.model.joint(name).qposadr[0] for name in names])
         self._arm_v = np.array([self.model.joint(name).dofadr[0] for name in names])
@@ -79,6 +82,8 @@ class SimPlant(Plant):
         self.data.ctrl[self._arm_motors] = self._arm_command
         self._ceiling, self._grip = np.zeros(self.design.n_cable), 0.0
         self.model.actuator_forcerange[self._motors] = 0.0
+        if self._friction is not None:
+            self._friction.reset(self.data)
         mujoco.mj_forward(self.model, self.data)
         self.trace.append(self._probe.sample(self.data, self._arm_command))
         return self._observe()
@@ -90,12 +95,18 @@ class SimPlant(Plant):
         self.data.ctrl[self._arm_motors] = self._arm_command
         self._pull(command)
         for _ in range(self._steps // WATCH_STEPS):
-            mujoco.mj_step(self.model, self.data, WATCH_STEPS)
+            self._advance(WATCH_STEPS)
             self._probe.watch(self.data)
         if not np.isfinite(self.data.qpos).all():
             raise RunError(f"the simulation diverged at {self.data.time:.2f} s")
         self.trace.append(self._probe.sample(self.data, self._arm_command))
         return self._observe()
+
+    def _advance(self, steps: int) -> None:
+        if self._friction is None:
+            mujoco.mj_step(self.model, self.data, steps)
+        else:
+            self._friction.step(self.data, steps)
 
     def _pull(self, command: Command) -> None:
         """Each winder pulls to its length with its tension at most, and never pushes."""

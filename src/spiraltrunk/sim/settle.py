@@ -20,6 +20,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import lengths_from_rotations
 from spiraltrunk.model.shape import Shape, Status
+from spiraltrunk.sim.friction import CableFriction
 from spiraltrunk.sim.trunk_spec import (
     TrunkOptions,
     add_trunk,
@@ -143,6 +144,8 @@ class SettleRig:
         self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(design.n_cable)])
         self._bodies = np.array([self.model.body(section_name(n)).id for n in range(design.n_section)])
         self._hinges = np.array([self.model.joint(j).dofadr[0] for i in range(design.n_joint) for j in hinge_names(i)])
+        has_friction = design.cable.friction > 0
+        self.friction = CableFriction(self.model, design, self.options.trunk) if has_friction else None
         self._forward()
         self._straight = self.data.ten_length[self._cables].copy()
 
@@ -169,6 +172,8 @@ class SettleRig:
         """
         commands = [self._read(stage) for stage in stages]
         mujoco.mj_resetData(self.model, self.data)
+        if self.friction is not None:
+            self.friction.reset(self.data)
         self._command(np.zeros(self.design.n_cable), np.zeros(self.design.n_cable))
         is_still = self._rest()
         for pull, tension in commands:
@@ -258,9 +263,14 @@ class SettleRig:
         return False
 
     def _advance(self, steps: int) -> None:
-        mujoco.mj_step(self.model, self.data, steps)
+        if self.friction is None:
+            mujoco.mj_step(self.model, self.data, steps)
+        else:
+            self.friction.step(self.data, steps)
 
     def _forward(self) -> None:
+        if self.friction is not None:
+            self.friction.apply(self.data)
         mujoco.mj_forward(self.model, self.data)
 
     def _command(self, pull: np.ndarray, tension: np.ndarray) -> None:
