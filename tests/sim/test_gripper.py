@@ -3,14 +3,16 @@
 import itertools
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.plant import Command
 from spiraltrunk.sim import SimPlant
-from spiraltrunk.sim.gripper_spec import GROUPS, OPEN_SHARE, phalanx_name
+from spiraltrunk.sim.gripper_spec import GROUPS, phalanx_name
 from spiraltrunk.sim.plant import CONTROL_PERIOD, GRIPPER_TIME
+from spiraltrunk.sim.trunk_spec import hinge_names
 
 
 @pytest.fixture(scope="module")
@@ -70,9 +72,25 @@ def test_an_open_gripper_touches_nothing(plant, grip):
 
 def test_a_wide_open_gripper_stands_at_its_joints_limits(plant):
     angles, _ = _hold(plant, -1.0, 2.0)
-    limit = PAPER.gripper.delta_theta
-    expected = np.tile([-OPEN_SHARE * limit, -limit], 3)
-    np.testing.assert_allclose(angles[-1], expected, rtol=0, atol=np.radians(0.5))
+    np.testing.assert_allclose(angles[-1], -PAPER.gripper.delta_theta, rtol=0, atol=np.radians(0.5))
+
+
+@pytest.mark.parametrize("towards", range(0, 360, 30))
+def test_a_bent_last_joint_brings_no_finger_to_the_trunk(plant, towards):
+    """At its limit too, the section before the tip stays clear of straight and of opened fingers."""
+    model, data, limit = plant.model, plant.data, PAPER.joint_limit
+    plant.reset()
+    about_y = limit * np.cos(np.radians(towards))
+    about_z = np.arccos(min(1.0, np.cos(limit) / np.cos(about_y))) * (1 if towards < 180 else -1)
+    for name, angle in zip(hinge_names(PAPER.n_joint - 1), (about_y, about_z), strict=True):
+        data.qpos[model.joint(name).qposadr[0]] = angle
+    for opened in (0.0, -PAPER.gripper.delta_theta):
+        for finger in range(3):
+            data.qpos[model.joint(phalanx_name(finger, 0)).qposadr[0]] = opened
+        mujoco.mj_kinematics(model, data)
+        for finger in range(3):
+            pair = model.geom("skin_17").id, model.geom(phalanx_name(finger, 0)).id
+            assert mujoco.mj_geomDistance(model, data, *pair, 1.0, None) > 5e-4
 
 
 def test_fingers_collide_with_each_other_and_with_the_trunk(plant):

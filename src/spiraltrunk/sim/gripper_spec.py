@@ -18,12 +18,6 @@ LEVER = 0.4
 """Distance of a strand from the joint's axis over the phalanx's width [-]: just under its skin."""
 
 
-CAP_START = 0.3
-"""Where a phalanx's capsule begins, from the joint on, over its radius [-]."""
-
-OPEN_SHARE = 0.8
-"""Part of its range to which a finger's first joint opens [-] (ours): wider, it would lie on the section behind."""
-
 SOLIMP_LIMIT = [0.95, 0.999, 0.01, 0.5, 2.0]
 """Impedance of a finger joint's limit: stiff within half a degree, as the phalanges' faces are."""
 
@@ -60,10 +54,10 @@ def _add_finger(tip: mujoco.MjsBody, gripper: GripperDesign, finger: int, end: f
 
 def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: float) -> None:
     length, width = gripper.phalanx_length[j], gripper.phalanx_width[j]
-    stiffness, opening = float(gripper.joint_stiffness[j]), OPEN_SHARE if j == 0 else 1.0
+    stiffness = float(gripper.joint_stiffness[j])
     joint = body.add_joint(
         name=body.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, -1], limited=True,
-        range=[-opening * gripper.delta_theta, gripper.delta_theta], armature=1e-6,
+        range=[-gripper.delta_theta, gripper.delta_theta], armature=1e-6,
         solref_limit=SOLREF, solimp_limit=SOLIMP_LIMIT,
     )  # fmt: skip
     joint.stiffness[0] = stiffness
@@ -73,11 +67,18 @@ def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: flo
     body.mass = mass
     body.ipos = [length / 2, 0, 0]
     body.inertia = [mass * radius**2 / 2] + [mass * (3 * radius**2 + length**2) / 12] * 2
+    middle, half = length / 2, _half_core(gripper, j)
     body.add_geom(
         name=body.name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[radius, 0, 0],
-        fromto=[radius * CAP_START, 0, 0, max(length - radius, radius), 0, 0], rgba=[0.85, 0.45, 0.40, 1],
+        fromto=[middle - half, 0, 0, middle + half, 0, 0], rgba=[0.85, 0.45, 0.40, 1],
         solref=SOLREF, solimp=SOLIMP, condim=3, friction=[1.0, 0.005, 1e-4],
     )  # fmt: skip
+
+
+def _half_core(gripper: GripperDesign, j: int) -> float:
+    """Half the length of a phalanx's capsule without its caps [m]: with them, it reaches from joint to joint."""
+    length, width = float(gripper.phalanx_length[j]), float(gripper.phalanx_width[j])
+    return max(length - width, 0.05 * width) / 2
 
 
 def _add_group(spec: mujoco.MjSpec, gripper: GripperDesign, group: str, side: float) -> None:
@@ -98,9 +99,10 @@ def _exclude_overlaps(spec: mujoco.MjSpec, gripper: GripperDesign, finger: int) 
 
     Nothing else is left out: fingers meet each other and the trunk. MuJoCo skips parent and child by itself.
     """
-    radius, start = gripper.phalanx_width / 2, np.cumsum(gripper.phalanx_length) - gripper.phalanx_length
-    end = start + np.maximum(gripper.phalanx_length, 2 * radius)
+    ends = np.cumsum(gripper.phalanx_length)
+    middle = ends - gripper.phalanx_length / 2
+    reach = gripper.phalanx_width / 2 + [_half_core(gripper, j) for j in range(gripper.n_phalanx)]
     for j in range(gripper.n_phalanx):
         for k in range(j + 2, gripper.n_phalanx):
-            if end[j] > start[k] - (1 - CAP_START) * radius[k]:
+            if middle[j] + reach[j] > middle[k] - reach[k]:
                 spec.add_exclude(bodyname1=phalanx_name(finger, j), bodyname2=phalanx_name(finger, k))
