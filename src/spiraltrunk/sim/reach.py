@@ -7,6 +7,7 @@ from typing import final
 import mink
 import mujoco
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.arm_spec import arm_home, arm_limits, arm_spec
@@ -14,6 +15,12 @@ from spiraltrunk.sim.trunk_spec import add_housing
 
 SPEED_SHARE = 0.8
 """Share of the arm's speed that the inverse kinematics may use [-]."""
+
+_RETURN = 1e-3
+"""Cost of a posture beside home [1/rad], against 1/m for the frame's place."""
+
+_DAMPING = 1e-6
+"""Cost of moving at all [1/rad^2]."""
 
 _STILL = 1e-7
 """Step of the joints below which the arm has arrived [rad]."""
@@ -24,7 +31,10 @@ _REGULAR = 1e-9
 
 @final
 class ArmReach:
-    """Differential inverse kinematics (mink) with a posture to return to; one small quadratic program per call."""
+    """Differential inverse kinematics (mink) with a posture to return to; one small quadratic program per call.
+
+    Where the program's limits do not bind, which is nearly always, its solution is that of a linear system of 7.
+    """
 
     def __init__(self, design: TrunkDesign) -> None:
         self._model = build_arm_model(design)
@@ -34,9 +44,10 @@ class ArmReach:
         self._configuration = mink.Configuration(self._model, q=self.home)
         self._arrived = (np.empty(0), np.empty(0))
         self._frame = mink.FrameTask("trunk_base", "site", position_cost=1.0, orientation_cost=0.5, lm_damping=1e-3)
-        self._posture = mink.PostureTask(self._model, cost=1e-3)
+        self._posture = mink.PostureTask(self._model, cost=_RETURN)
         self._posture.set_target(self.home)
-        self._limits: list[mink.Limit] = [mink.ConfigurationLimit(self._model, min_distance_from_limits=0.01)]
+        self._limit = mink.ConfigurationLimit(self._model, min_distance_from_limits=0.01)
+        self._jacobian = np.zeros((6, self._model.nv))
         speed = arm_limits(design.arm).velocity
         self._speed = None if speed is None else SPEED_SHARE * speed
 
@@ -68,29 +79,48 @@ class ArmReach:
         data = self._data
         data.qpos[:], data.qvel[:], data.qacc[:] = q, dq, ddq
         mujoco.mj_inverse(self._model, data)
-        jacobian = np.zeros((6, self._model.nv))
+        jacobian = self._jacobian
         mujoco.mj_jacSite(self._model, data, jacobian[:3], jacobian[3:], self._site)
-        square = jacobian @ jacobian.T + _REGULAR * np.eye(6)
-        return np.asarray(np.linalg.solve(square, jacobian @ (data.qfrc_inverse - torque)))
+        square = jacobian @ jacobian.T
+        square.flat[::7] += _REGULAR
+        return _solve(square, jacobian @ (data.qfrc_inverse - torque))
 
     def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
         """Joint positions one period ``dt`` [s] later on the way from ``q`` to a frame."""
         if np.array_equal(q, self._arrived[0]) and np.array_equal(T_world_base, self._arrived[1]):
             return q  # Nothing moved at the last call with the same question.
         self._configuration.update(q)
-        reached = self._advance(T_world_base, dt)
-        if np.abs(reached - q).max() < _STILL:
+        self._frame.set_target(mink.SE3.from_matrix(T_world_base))
+        step = self._free_step(q)
+        if not self._is_within_limits(q, step):
+            step = self._limited_step(dt)
+        if self._speed is not None:  # Slower along the same way, so that the path is kept.
+            step = step / max(1.0, float((np.abs(step) / self._speed).max()) / dt)
+        reached = q + step
+        if np.abs(step).max() < _STILL:
             self._arrived = (reached.copy(), T_world_base.copy())
         return reached
 
-    def _advance(self, T_world_base: np.ndarray, dt: float) -> np.ndarray:
-        self._frame.set_target(mink.SE3.from_matrix(T_world_base))
-        tasks = [self._frame, self._posture]
-        velocity = mink.solve_ik(self._configuration, tasks, dt, solver="daqp", damping=1e-6, limits=self._limits)
-        if self._speed is not None:  # Slower along the same way, so that the path is kept.
-            velocity = velocity / max(1.0, float((np.abs(velocity) / self._speed).max()))
-        self._configuration.integrate_inplace(velocity, dt)
-        return np.array(self._configuration.q)
+    def _free_step(self, q: np.ndarray) -> np.ndarray:
+        """Step of the joints that an arm without limits would take, shape (n_arm,) [rad]."""
+        jacobian, error, damping = self._frame.compute_qp_residual(self._configuration)
+        hessian = jacobian.T @ jacobian
+        hessian.flat[:: q.size + 1] += damping + _DAMPING + _RETURN**2
+        return _solve(hessian, error @ jacobian + _RETURN**2 * (self.home - q))
+
+    def _is_within_limits(self, q: np.ndarray, step: np.ndarray) -> bool:
+        share, limit = self._limit.gain, self._limit
+        return bool(((step <= share * (limit.upper - q)) & (step >= share * (limit.lower - q))).all())
+
+    def _limited_step(self, dt: float) -> np.ndarray:
+        tasks, limits = [self._frame, self._posture], [self._limit]
+        velocity = mink.solve_ik(self._configuration, tasks, dt, solver="daqp", damping=_DAMPING, limits=limits)
+        return np.asarray(dt * velocity)
+
+
+def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution of a small system with a positive definite matrix; LAPACK at once, for the sake of time."""
+    return np.asarray(dposv(matrix, right)[1])
 
 
 def build_arm_model(design: TrunkDesign) -> mujoco.MjModel:

@@ -83,13 +83,13 @@ class Probe:
         if data.ncon == 0:
             return
         contact = data.contact
-        self.penetration = max(self.penetration, float(-contact.dist.min()))
-        if not self.touches_robot:
-            self.touches_robot = bool((self._pairs(contact.geom) == _OBJECT * _ROBOT).any())
+        self.penetration = max(self.penetration, -float(contact.dist.min()))
+        self.touches_robot = self.touches_robot or _OBJECT * _ROBOT in self._pairs(contact.geom)
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
         """The truth now; the extremes begin anew."""
-        pairs = self._pairs(data.contact.geom)
+        contact = data.contact
+        pairs = self._pairs(contact.geom)
         sample = Sample(
             time=data.time,
             qpos=data.qpos.copy(),
@@ -97,12 +97,12 @@ class Probe:
             joint_bend=self.joint_bend(data),
             cable_pull=self.cable_pull(data),
             cable_tension=self.cable_tension(data),
-            grip_force=self._grip_force(data, pairs),
+            grip_force=self._grip_force(data, contact.efc_address[pairs == _OBJECT * _TRUNK]),
             string_tension=self._string_tension(data),
             penetration=self.penetration,
             bend_most=float(np.arccos(self.cosine_least)),
             touches_robot=self.touches_robot,
-            touches_table=bool((pairs == _OBJECT * _GROUND).any()),
+            touches_table=_OBJECT * _GROUND in pairs,
             arm_torque=data.qfrc_actuator[self._arm_v].copy(),
             arm_position=data.qpos[self._arm_q].copy(),
             arm_velocity=data.qvel[self._arm_v].copy(),
@@ -117,7 +117,7 @@ class Probe:
 
     def _bend_cosine(self, data: mujoco.MjData) -> np.ndarray:
         """Cosine of the angle between neighbouring axes: the product of the two hinges', in either order."""
-        cosine = np.cos(data.qpos[self._hinges])
+        cosine = np.cos(data.qpos.take(self._hinges))
         return np.asarray(cosine[0] * cosine[1])
 
     def cable_pull(self, data: mujoco.MjData) -> np.ndarray:
@@ -130,14 +130,15 @@ class Probe:
 
     def _pairs(self, geoms: np.ndarray) -> np.ndarray:
         """Product of the two kinds of every contact, shape (n_contact,)."""
-        return np.asarray(self._kind[geoms[:, 0]] * self._kind[geoms[:, 1]])
+        kinds = self._kind.take(geoms)
+        return np.asarray(kinds[:, 0] * kinds[:, 1])
 
-    def _grip_force(self, data: mujoco.MjData, pairs: np.ndarray) -> float:
-        force, total = np.zeros(6), 0.0
-        for i in np.flatnonzero(pairs == _OBJECT * _TRUNK):
-            mujoco.mj_contactForce(self.model, data, int(i), force)
-            total += float(force[0])
-        return total
+    def _grip_force(self, data: mujoco.MjData, rows: np.ndarray) -> float:
+        """Sum of the normal forces of contacts, told by their first rows among the constraints."""
+        force = data.efc_force
+        if self.model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:  # A row for each of the pyramid's four edges.
+            return float(sum(force[rows + edge].sum() for edge in range(4)))
+        return float(force[rows].sum())
 
     def _string_tension(self, data: mujoco.MjData) -> float:
         limited = data.efc_type == _LIMIT_TENDON
