@@ -32,6 +32,16 @@ def test_at_rest_the_base_carries_the_trunks_weight(plant):
     np.testing.assert_allclose(seen.base_force, [0, 0, -weight], rtol=0, atol=0.02 * weight)
 
 
+def test_the_weight_is_felt_from_the_first_moment(plant):
+    """The arm does not sink under the trunk when the work starts."""
+    seen, weight = plant.reset(), 9.81 * PAPER.total_mass
+    start = seen.T_world_base.copy()
+    for _ in range(50):
+        np.testing.assert_allclose(seen.base_force, [0, 0, -weight], rtol=0, atol=1e-3 * weight)
+        np.testing.assert_allclose(seen.T_world_base, start, rtol=0, atol=1e-6)
+        seen = plant.step(Command(T_world_base=start, cable_tension=np.zeros(3)))
+
+
 @pytest.mark.parametrize("load", [(0.0, 0.0, -3.0), (0.5, 0.0, -2.0), (0.0, -0.4, 1.0)])
 def test_an_added_load_is_felt(plant, load):
     empty = _still(plant, 2.0)

@@ -58,7 +58,8 @@ class SimPlant(Plant):
         self._arm_motors = _actuators_of(self.model, names)
         self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(self.design.n_cable)])
         self._steps = round(CONTROL_PERIOD / self.model.opt.timestep)
-        self._arm_command = np.zeros(len(names))
+        self._arm_stiffness = _stiffness(self.model, self._arm_motors)
+        self._arm_command, self._arm_lead = np.zeros(len(names)), np.zeros(len(names))
         self._ceiling = np.zeros(self.design.n_cable)
         self._grip = 0.0
         self._grippers = [self.model.actuator(name).id for name in GROUPS] if self.design.gripper else []
@@ -79,7 +80,8 @@ class SimPlant(Plant):
         self.trace.clear()
         self._arm_command = self._reach.home.copy()
         self.data.qpos[self._arm_q] = self._arm_command
-        self.data.ctrl[self._arm_motors] = self._arm_command
+        self._arm_lead = self._find_lead()
+        self.data.ctrl[self._arm_motors] = self._arm_command + self._arm_lead
         self._ceiling, self._grip = np.zeros(self.design.n_cable), 0.0
         self.model.actuator_forcerange[self._motors] = 0.0
         if self._friction is not None:
@@ -92,7 +94,7 @@ class SimPlant(Plant):
         """Advance one control period; arm targets go through inverse kinematics, cables through their winders."""
         _check_finite(command)
         self._arm_command = self._reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD)
-        self.data.ctrl[self._arm_motors] = self._arm_command
+        self.data.ctrl[self._arm_motors] = self._arm_command + self._arm_lead
         self._pull(command)
         for _ in range(self._steps // WATCH_STEPS):
             self._advance(WATCH_STEPS)
@@ -101,6 +103,20 @@ class SimPlant(Plant):
             raise RunError(f"the simulation diverged at {self.data.time:.2f} s")
         self.trace.append(self._probe.sample(self.data, self._arm_command))
         return self._observe()
+
+    def _find_lead(self) -> np.ndarray:
+        """How far the servos' targets lie ahead of the posture, so that they carry the trunk at rest [rad].
+
+        The arm's controller is told the load (Franka: set_load); without it, the arm would sink at the start, and what
+        hangs on it would weigh less meanwhile.
+        """
+        data = self.data
+        data.ctrl[self._arm_motors] = self._arm_command
+        mujoco.mj_forward(self.model, data)
+        held = data.qfrc_actuator[self._arm_v].copy()
+        data.qacc[:] = 0.0
+        mujoco.mj_inverse(self.model, data)
+        return np.asarray((data.qfrc_inverse[self._arm_v] - held) / self._arm_stiffness)
 
     def _advance(self, steps: int) -> None:
         if self._friction is None:
@@ -146,6 +162,11 @@ def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
     """The position actuator on each joint, in the joints' order."""
     driven = {int(model.actuator_trnid[i, 0]): i for i in range(model.nu) if model.actuator_trntype[i] == 0}
     return np.array([driven[model.joint(name).id] for name in joints])
+
+
+def _stiffness(model: mujoco.MjModel, motors: np.ndarray) -> np.ndarray:
+    """Stiffness of position actuators at their joints [N m/rad]."""
+    return np.asarray(model.actuator_gainprm[motors, 0] * model.actuator_gear[motors, 0] ** 2)
 
 
 def _check_finite(command: Command) -> None:
