@@ -80,10 +80,10 @@ class SimPlant(Plant):
         self.trace.clear()
         self._arm_command = self._reach.home.copy()
         self.data.qpos[self._arm_q] = self._arm_command
-        self._arm_lead = self._find_lead()
-        self.data.ctrl[self._arm_motors] = self._arm_command + self._arm_lead
         self._ceiling, self._grip = np.zeros(self.design.n_cable), 0.0
         self.model.actuator_forcerange[self._motors] = 0.0
+        self._arm_lead = self._find_lead()
+        self.data.ctrl[self._arm_motors] = self._arm_command + self._arm_lead
         if self._friction is not None:
             self._friction.reset(self.data)
         mujoco.mj_forward(self.model, self.data)
