@@ -113,7 +113,7 @@ def open_record(folder: str | Path) -> Iterator[Path]:
     made = [path for path in (target, *target.parents) if not path.exists()]
     draft = target / f".{secrets.token_hex(8)}"
     try:
-        draft.mkdir(parents=True)
+        _make_folder(draft, target)
         yield draft
         for name in FILES:
             (target / name).unlink(missing_ok=True)
@@ -268,6 +268,14 @@ def _to_json(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def _make_folder(draft: Path, target: Path) -> None:
+    """Make the draft and the folders above it; an error names the folder that was asked for."""
+    try:
+        draft.mkdir(parents=True)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(target)) from None
 
 
 def _remove_empty(folder: Path) -> None:

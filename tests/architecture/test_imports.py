@@ -27,7 +27,7 @@ BREACHES = {
     "hidden in a function": ("design/spiral.py", "def f() -> None:\n    import spiraltrunk.model", "layers"),
     "a folder that is no layer": ("utils/__init__.py", "", "layers"),
     "mujoco in strategies": ("strategies/breach.py", "import mujoco", "dynamics"),
-    "mink in the command line": ("cli.py", "import mink", "dynamics"),
+    "mink in the command line": ("cli/grasp.py", "import mink", "dynamics"),
     "mujoco in report": ("report/breach.py", "import mujoco", "dynamics"),
     "matplotlib in sim": ("sim/breach.py", "import matplotlib.pyplot as plt", "pictures"),
     "matplotlib in the loop": ("run.py", "import matplotlib", "pictures"),

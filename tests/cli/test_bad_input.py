@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from spiraltrunk import cli
+from spiraltrunk.design import design_from_rules, presets
 
 OPTIONS = ("--m", "--b", "--delta-theta-deg", "--arm-radius-mm", "--turns")
 NUMBERS = ("nan", "inf", "-inf", "-1", "0", "1e400", "1e30", "text", "", "1,5", "1_0", "0x10", "\u0663", "1e-300")
@@ -118,8 +120,127 @@ def test_unknown_graphics_is_refused(monkeypatch: pytest.MonkeyPatch, capsys: py
     assert "MUJOCO_GL is 'crayons'" in assert_refused(["grasp"], capsys)
 
 
+TOLD = {
+    "--m 1e308": "--m is 1e308; allowed: a finite number, at least 0.2, at most 10",
+    "--m 999999": "--m is 999999; allowed: a finite number, at least 0.2, at most 10",
+    "--m 1e-5": "--m is 1e-5; allowed: a finite number, at least 0.2, at most 10",
+    "--b 2e-6": "--b is 2e-6; allowed: a finite number, at least 0.03, at most 0.6",
+    "--b 1.99": "--b is 1.99; allowed: a finite number, at least 0.03, at most 0.6",
+    "--turns 1e-9": "--turns is 1e-9; allowed: a finite number, at least 0.75, at most 5",
+    "--turns 1.51": "--turns is 1.51; allowed: whole sections of 30 deg, such as 1.5 (18 sections) or 1.58333333 "
+    "(19 sections)",
+    "--arm-radius-mm 0.002": "--arm-radius-mm is 0.002; allowed: a finite number, at least 1, at most 1000",
+    "--delta-theta-deg 2.5": "--delta-theta-deg is 2.5; allowed: a finite number, at least 2.7, below 90",
+    "--delta-theta-deg 31": "--delta-theta-deg is 31 deg; allowed: an angle that divides 540 deg into whole sections, "
+    "such as 31.7647059 deg (17 sections), 30 deg (18 sections)",
+    "--m 1 --b 0.1": "--m and --b given; allowed: one of them, as m = 1 / (exp(pi b) - 1)",
+    "--b 0.6 --turns 5": "--b 0.6 --turns 5: width of the tip is 8.13e-07 mm; allowed: at least 0.1 mm: fewer turns or "
+    "sections, a smaller b (larger m) or a wider base",
+}
+"""What is said of options that no trunk can be made of."""
+
+
+@pytest.mark.parametrize("typed", TOLD)
+def test_a_refused_wish_is_told_as_it_was_typed(typed: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert assert_refused(["design", *typed.split()], capsys) == f"spiraltrunk: error: {TOLD[typed]}\n"
+
+
+@pytest.mark.parametrize(
+    ("option", "ends"),
+    [
+        ("--m", ("0.2", "10")),
+        ("--b", ("0.03", "0.6")),
+        ("--turns", ("0.75", "5")),
+        ("--arm-radius-mm", ("1", "1000")),
+        ("--delta-theta-deg", ("2.7", "77.1428571", "31.7647059")),
+    ],
+)
+def test_the_ends_of_the_ranges_that_are_told_work(
+    option: str, ends: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for end in ends:
+        assert cli.main(["design", option, end]) == 0, capsys.readouterr().err
+
+
+def test_a_design_that_wraps_nothing_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The rules' ranges leave none, a preset might."""
+    stub = design_from_rules()
+    monkeypatch.setattr(presets, "get", lambda name: replace(stub, n_section=5))
+    said = assert_refused(["design", "--preset", "stub"], capsys)
+    assert "half a turn goes round 21.43 mm at most, and the tip's inner turn round 32.57 mm at least" in said
+
+
+HELD = {
+    "cylinder:diameter_mm=300,height_mm=100,mass_g=10": "is 300 mm wide; allowed: 32.7 to 267.9 mm, what the trunk",
+    "sphere:diameter_mm=20,mass_g=10": "is 20 mm wide; allowed: 32.7 to 267.9 mm, what the trunk 'paper' can wrap",
+    "sphere:diameter_mm=80,mass_g=1500": "has 1500 g; allowed: at most 895 g, as the arm carries 3 kg, of which "
+    "housing and trunk are 2.1 kg",
+    "sphere:diameter_mm=1,mass_g=1": "object.diameter_mm is 1; allowed: a finite number, at least 5, below 1000",
+    "sphere:diameter_mm=80,mass_g=1e6": "object.mass_g is 1e6; allowed: a finite number, at least 1, below 20000",
+    "sphere:diameter_mm=80": "object is without mass_g; allowed: sphere:diameter_mm=,mass_g=",
+}
+"""What is said of objects that the paper's trunk on its arm cannot hold."""
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_an_object_that_cannot_be_held_is_refused_before_the_trial(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = assert_refused(["grasp", "--object", name, "--out", str(tmp_path / "new")], capsys)
+    assert HELD[name] in said
+    assert "reach" not in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_default_object_is_checked_as_well(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "small.toml"
+    assert cli.main(["design", "--arm-radius-mm", "8", "--out", str(path)]) == 0
+    capsys.readouterr()
+    said = assert_refused(["grasp", "--design", str(path)], capsys)
+    assert "--object: 'cylinder-60' is 60 mm wide; allowed: 6 to 48.6 mm" in said
+
+
+def test_out_that_is_a_file_is_told_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    taken = tmp_path / "taken"
+    taken.touch()
+    for argv in (
+        ["grasp", "--out", str(taken)],
+        ["bench", "--out", str(taken / "x")],
+        ["design", "--out", f"{taken}/x"],
+    ):
+        said = assert_refused(argv, capsys)
+        assert said == f"spiraltrunk: error: --out: '{taken}' is a file; allowed: a folder, existing or new\n"
+
+
+def test_design_and_grasp_make_missing_folders(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["design", "--out", str(tmp_path / "deep" / "down" / "trunk.toml")]) == 0
+    assert (tmp_path / "deep" / "down" / "trunk.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("name = 'x'\n[spiral]\nb = 0.16\na_mm = -1\n",
+         "spiral.a_mm is -1; allowed: a finite number, above 0, below 1e+06\n"),
+        ("name = 'x'\n[spiral]\nb = 0.16\na_mm = 26\ndelta_theta_deg = 91\n",
+         "spiral.delta_theta_deg is 91; allowed: a finite number, above 0, below 90\n"),
+        ("[spiral]\nb = 0.16\na_mm = 26\n", "name is missing; allowed: a text\n"),
+        ("schema = " + "1" * 6000, "this one has a whole number of more than 4300 digits\n"),
+        ("x = " + "[" * 5000, "this one has arrays or tables nested too deep\n"),
+    ],
+)  # fmt: skip
+def test_a_refused_file_is_told_as_it_was_typed(
+    text: str, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "trunk.toml"
+    path.write_text(text)
+    assert assert_refused(["grasp", "--design", str(path)], capsys).endswith(message)
+
+
 def test_messages_say_what_is_allowed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "--turns is 20.0; allowed: a finite number, above 0, below 10" in assert_refused(
+    assert "--turns is 20; allowed: a finite number, at least 0.75, at most 5\n" in assert_refused(
         ["design", "--turns", "20"], capsys
     )
     assert "whole number from 0 to 4294967295" in assert_refused(["grasp", "--seed", "-3"], capsys)

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from spiraltrunk import cli
+from spiraltrunk.cli.design import compute_figures
 from spiraltrunk.design import design_from_rules, graspable_range, load_design, payload, presets
 
 KEYS = {
@@ -51,7 +52,7 @@ def test_written_design_reads_back_the_same(tmp_path: Path, capsys: pytest.Captu
     path = tmp_path / "trunk.toml"
     figures = read(["design", "--m", "1.2", "--delta-theta-deg", "36", "--turns", "1.6", "--out", str(path)], capsys)
     design = load_design(path)
-    assert cli.compute_figures(design) == figures
+    assert compute_figures(design) == figures
     assert [file.name for file in tmp_path.iterdir()] == ["trunk.toml"]
 
 

@@ -1,0 +1,63 @@
+"""From arguments to an exit code. Verbs import heavy packages when they are run, so that help comes at once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+from spiraltrunk import __version__
+from spiraltrunk.cli import bench, design, grasp
+from spiraltrunk.cli.answers import BAD_INPUT, DONE, FAILED, INTERRUPTED, UsageError, complain, put
+from spiraltrunk.cli.options import Parser
+from spiraltrunk.cli.signals import Terminated, raise_signals
+from spiraltrunk.errors import RunError, SpiralTrunkError
+
+VERBS = (design, grasp, bench)
+"""Modules that each add a verb, in the order of the help."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a verb and return the exit code; errors that the package raises on purpose are one line."""
+    _prepare_environment()
+    try:
+        with raise_signals():
+            arguments = _build_parser().parse_args(argv)
+            code, text = arguments.run(arguments)
+            return put(code, text)
+    except SystemExit as stop:  # Help and version.
+        return int(stop.code or 0)
+    except Terminated as stop:
+        return complain(str(stop), stop.code)
+    except KeyboardInterrupt:
+        return complain("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        return DONE
+    except RunError as error:
+        return complain(f"error: {error}", FAILED)
+    except (SpiralTrunkError, UsageError) as error:
+        return complain(f"error: {error}", BAD_INPUT)
+    except OSError as error:
+        where = f" {error.filename!r}" if error.filename else ""
+        allowed = "; allowed: a place that can be made and written" if error.filename else ""
+        return complain(f"error: cannot write{where}: {error.strerror or error}{allowed}", BAD_INPUT)
+
+
+def _prepare_environment() -> None:
+    """Settings that packages read when they are imported: no threads for small matrices, OpenGL without a display."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    if not os.environ.get("MUJOCO_GL") and not os.environ.get("DISPLAY"):
+        os.environ["MUJOCO_GL"] = "egl"
+
+
+def _build_parser() -> Parser:
+    parser = Parser(
+        prog="spiraltrunk",
+        description="From a logarithmic-spiral soft trunk on paper to the trunk grasping on a robot arm.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"spiraltrunk {__version__}")
+    verbs = parser.add_subparsers(required=True, metavar="VERB")
+    for verb in VERBS:
+        verb.add_verb(verbs)
+    return parser

@@ -1,0 +1,72 @@
+"""Arguments as they are typed: their types, and how verbs join the command."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+from collections.abc import Callable
+from typing import Any, NoReturn, final
+
+from spiraltrunk.cli.answers import Answer, UsageError, quote
+
+_MOST_SEED = 2**32
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument parser that raises instead of printing its usage."""
+
+    def error(self, message: str) -> NoReturn:
+        """Refuse what was typed.
+
+        Raises:
+            UsageError: with the message and where help is.
+        """
+        raise UsageError(f"{message}; see {self.prog} --help")
+
+
+@final
+class Typed(float):
+    """A number that remembers how it was typed."""
+
+    text: str
+
+    def __new__(cls, text: str) -> Typed:
+        number = super().__new__(cls, text)
+        number.text = text
+        return number
+
+
+def add_parser(
+    verbs: Any, name: str, run: Callable[[argparse.Namespace], Answer], what: str
+) -> argparse.ArgumentParser:
+    """The parser of a new verb, which ``run`` carries out."""
+    parser: argparse.ArgumentParser = verbs.add_parser(name, help=what, description=what, allow_abbrev=False)
+    parser.add_argument("--json", action="store_true", help="one JSON object on standard output, nothing else there")
+    parser.set_defaults(run=run)
+    return parser
+
+
+def read_number(text: str) -> Typed:
+    """A finite number, as an argument's type."""
+    try:
+        value = float(text) if text.isascii() and "_" not in text else math.nan
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a finite number")
+    return Typed(text.strip())
+
+
+def read_seed(text: str) -> int:
+    """A whole number that worlds are drawn from, as an argument's type."""
+    if not re.fullmatch(r"[0-9]{1,10}", text) or int(text) >= _MOST_SEED:
+        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a whole number from 0 to {_MOST_SEED - 1}")
+    return int(text)
+
+
+def read_text(text: str) -> str:
+    """A text that is not empty, as an argument's type."""
+    if not text or "\0" in text:
+        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a text that is not empty")
+    return text

@@ -1,0 +1,129 @@
+"""A command that is killed while it works leaves its folder as it was, says so in one line, and no process stays."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ENDS = {
+    signal.SIGTERM: (143, "spiraltrunk: terminated"),
+    signal.SIGHUP: (129, "spiraltrunk: hung up"),
+    signal.SIGINT: (130, "spiraltrunk: interrupted"),
+}
+"""Exit code and last line of each signal."""
+
+SLOW_WRITE = """
+import os, sys, time
+from spiraltrunk import cli
+def wait(file):
+    print("writing", file=sys.stderr, flush=True)
+    time.sleep(30)
+os.fsync = wait
+sys.exit(cli.main(["design", "--out", sys.argv[1] + "/new/trunk.toml"]))
+"""
+"""The verb, held where its draft is written and not yet in place."""
+
+MODULE = [sys.executable, "-m", "spiraltrunk"]
+
+
+def start(*command: str) -> subprocess.Popen[str]:
+    pipe = subprocess.PIPE
+    return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+
+
+def wait_for(running: subprocess.Popen[str], line: str) -> None:
+    assert running.stderr is not None
+    for said in running.stderr:
+        if said.strip() == line:
+            return
+    raise AssertionError(f"{line} was never said")
+
+
+def is_gone(group: int, patience: float = 10.0) -> bool:
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    (tmp_path / "result.json").write_text("of an earlier run")
+    return tmp_path
+
+
+def assert_ended(running: subprocess.Popen[str], number: signal.Signals, out: Path) -> None:
+    printed, said = running.communicate(timeout=60)
+    code, line = ENDS[number]
+    assert running.returncode == code, said
+    assert printed == ""
+    assert said.splitlines() == [line]
+    assert [path.name for path in out.iterdir()] == ["result.json"]
+    assert (out / "result.json").read_text() == "of an earlier run"
+    assert is_gone(running.pid)
+
+
+@pytest.mark.parametrize("number", ENDS)
+def test_grasp(number: signal.Signals, out: Path) -> None:
+    running = start(*MODULE, "grasp", "--no-video", "--out", str(out))
+    wait_for(running, "spiraltrunk: reach")
+    assert len(list(out.iterdir())) == 2, "no draft is there yet"
+    running.send_signal(number)
+    assert_ended(running, number, out)
+
+
+def test_bench(out: Path) -> None:
+    running = start(*MODULE, "bench", "--out", str(out))
+    wait_for(running, "spiraltrunk: grasp_real_time")
+    running.terminate()
+    assert_ended(running, signal.SIGTERM, out)
+
+
+def test_design(out: Path) -> None:
+    running = start(sys.executable, "-c", SLOW_WRITE, str(out))
+    wait_for(running, "writing")
+    assert len(list((out / "new").iterdir())) == 1, "no draft is there yet"
+    running.terminate()
+    assert_ended(running, signal.SIGTERM, out)
+
+
+def test_a_signal_to_process_and_group_is_one(out: Path) -> None:
+    """As the command ``timeout`` sends it."""
+    running = start(*MODULE, "grasp", "--no-video", "--out", str(out))
+    wait_for(running, "spiraltrunk: reach")
+    running.terminate()
+    os.killpg(running.pid, signal.SIGTERM)
+    assert_ended(running, signal.SIGTERM, out)
+
+
+def test_without_hang_up_it_goes_on(out: Path) -> None:
+    """As the command ``nohup`` starts it."""
+    deaf = ("sh", "-c", "trap '' HUP; exec \"$@\"", "sh")
+    running = start(*deaf, *MODULE, "grasp", "--no-video", "--out", str(out))
+    wait_for(running, "spiraltrunk: reach")
+    running.send_signal(signal.SIGHUP)
+    wait_for(running, "spiraltrunk: prehension")
+    running.terminate()
+    assert_ended(running, signal.SIGTERM, out)
+
+
+@pytest.mark.gl
+@pytest.mark.slow
+def test_while_the_video_is_drawn(out: Path) -> None:
+    running = start(*MODULE, "grasp", "--out", str(out))
+    try:
+        wait_for(running, "spiraltrunk: video")
+    except AssertionError:
+        pytest.skip("no OpenGL here")
+    running.terminate()
+    assert_ended(running, signal.SIGTERM, out)
