@@ -354,4 +354,5 @@ def _add_point(body: mujoco.MjsBody, name: str, mass: float, along: float) -> No
     point = body.add_body(name=name, pos=[along, 0, 0])
     point.explicitinertial = True
     point.mass = mass
+    point.ipos = [0, 0, 0]
     point.inertia = [0.4 * mass * _LOAD_RADIUS**2] * 3
