@@ -33,7 +33,7 @@ class Wrap:
     bend: np.ndarray
     """Ventral bend of each joint, shape (n_joint,) [rad]."""
     first: int
-    """Index of the first wrapped joint; n_joint where nothing is wrapped."""
+    """Index of the first wrapped joint."""
     center: np.ndarray
     """Centre of the object (down, ahead), shape (2,) [m]."""
     pull: np.ndarray
@@ -57,15 +57,6 @@ def predict_wrap(design: TrunkDesign, width: float, mass: float, tension: float)
         center = _object_center(design, bend, first, width)
         bend[:first] += 0.5 * (_balance(design, bend, tension, mass, center)[:first] - bend[:first])
     return Wrap(bend=bend, first=first, center=_object_center(design, bend, first, width), pull=_pull(design, bend))
-
-
-def predict_empty(design: TrunkDesign, tension: float) -> Wrap:
-    """The trunk curled on nothing, all ventral cables at ``tension`` [N]."""
-    bend = np.zeros(design.n_joint)
-    nowhere = np.zeros(2)
-    for _ in range(_ROUNDS):
-        bend += 0.5 * (_balance(design, bend, tension, 0.0, nowhere) - bend)
-    return Wrap(bend=bend, first=design.n_joint, center=nowhere, pull=_pull(design, bend))
 
 
 def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: float) -> float:
