@@ -23,6 +23,7 @@ import numpy as np
 from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.plant import Observation
+from spiraltrunk.report.draft import write_draft
 from spiraltrunk.run import run
 from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant
@@ -138,8 +139,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     figures = measure()
     if arguments.out is not None:
-        arguments.out.mkdir(parents=True, exist_ok=True)
-        (arguments.out / "speed.json").write_text(json.dumps(figures, indent=2) + "\n")
+        with write_draft(arguments.out / "speed.json") as draft:
+            draft.write_text(json.dumps(figures, indent=2) + "\n")
     print(format_figures(figures))
     return 0
 

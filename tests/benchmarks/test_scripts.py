@@ -155,3 +155,20 @@ def test_the_parts_of_a_step_add_up_to_the_grasp(tmp_path, capsys):
     assert math.isclose(sum(parts.values()), 1.0, abs_tol=1e-9)
     assert {"tendons", "collision", "constraint solver", "Python loop"} <= set(parts)
     assert "times real time" in capsys.readouterr().out
+
+
+def test_a_failed_write_leaves_the_earlier_figures(tmp_path, monkeypatch):
+    script = _load("speed")
+    (tmp_path / "speed.json").write_text("{}")
+    write = Path.write_text
+
+    def fill_up(path, text):
+        write(path, text[:10])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(script, "measure", lambda: {"step_us": {"physics": 1.0}})
+    monkeypatch.setattr(Path, "write_text", fill_up)
+    with pytest.raises(OSError, match="No space left"):
+        script.main(["--out", str(tmp_path)])
+    assert [path.name for path in tmp_path.iterdir()] == ["speed.json"]
+    assert (tmp_path / "speed.json").read_text() == "{}"
