@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -33,3 +34,12 @@ def test_pins_are_plain_versions() -> None:
     assert len(pins) > len(REQUIREMENTS)
     for version in pins.values():
         assert str(Version(version)) == version
+
+
+def test_a_version_is_cited_when_it_is_released() -> None:
+    """Until then neither the citation nor the changelog claims one."""
+    released = re.findall(r"^## \[(\d\S*)\] - \d{4}-\d\d-\d\d$", (ROOT / "CHANGELOG.md").read_text(), flags=re.M)
+    citation = (ROOT / "CITATION.cff").read_text()
+    cited = re.findall(r"^version: (\S+)$", citation, flags=re.M)
+    assert cited == released[:1]
+    assert ("date-released" in citation) == bool(released)
