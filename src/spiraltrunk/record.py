@@ -9,7 +9,7 @@ import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, final
@@ -46,6 +46,9 @@ _MOMENTS = (
     ("released", "rest", 1.0),
 )
 """Telling moments of a film strip: caption, action, and how far into it."""
+
+_VIEW = View(lookat=(0.32, 0.20, 1.14), distance=1.70)
+"""Where the camera stands: the arm's raised wrist and the hanging trunk are both in the picture."""
 
 Tell = Callable[[str, int, int], None]
 """Called with what is being made, how much of it is done, and how much there is."""
@@ -173,7 +176,7 @@ def write_pictures(trial: Trial, folder: Path, *, title: str = "", workers: int 
     shown = [sample.qpos for sample in trace[:: max(1, round(1 / (FPS * period)))]]
 
     def frames() -> Iterator[np.ndarray]:
-        view = View(has_shadows=False)
+        view = replace(_VIEW, has_shadows=False)
         for i, frame in enumerate(render_frames(trial.plant.model, shown, view, workers=workers)):
             tell("video", i, len(shown))
             yield frame
@@ -189,7 +192,7 @@ def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
         OSError: where the file cannot be written.
     """
     moments = find_moments(trial)
-    frames = list(render_frames(trial.plant.model, [sample.qpos for _, sample in moments]))
+    frames = list(render_frames(trial.plant.model, [sample.qpos for _, sample in moments], _VIEW))
     captions = [caption for caption, _ in moments]
     write_filmstrip(path, frames, captions, title=title)
 

@@ -86,7 +86,7 @@ def test_bend_beyond_the_limit_is_told_apart(build: Callable[..., Series], serie
 def test_object_shows_its_target_dashed(build: Callable[..., Series], target: float | None) -> None:
     (axes,) = build_object_figure(build(target_height=target)).axes
     lines, labels = axes.get_legend_handles_labels()
-    assert labels == (["object"] if target is None else ["object", "target"])
+    assert labels == (["object"] if target is None else ["object", "lift target"])
     if target is not None:
         assert lines[1].get_linestyle() == "--"
         assert set(lines[1].get_ydata()) == {target}

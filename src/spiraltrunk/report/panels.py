@@ -50,7 +50,7 @@ def add_object_height(axes: Axes, series: Series) -> None:
     """Height of the object, and the height that it is to be lifted to [m]."""
     _add_lines(axes, series, series.object_height[:, None], ["object"])
     if series.target_height is not None:
-        axes.axhline(series.target_height, color=INK, linewidth=1.2, linestyle="--", label="target")
+        axes.axhline(series.target_height, color=INK, linewidth=1.2, linestyle="--", label="lift target")
     _finish(axes, series, "Object height [m]")
 
 
