@@ -59,10 +59,11 @@ class SettleOptions:
 
     timestep: float = 1e-3
     """Step of the physics [s]."""
-    pull_speed: float = 0.02
-    """Speed of the winders, infinity for at once [m/s]."""
-    tension_speed: float = 4.0
-    """Change of tension, infinity for at once [N/s]."""
+    pull_speed: float = 0.005
+    """Speed of the winders, infinity for at once [m/s]; with friction the shape depends on it, by 0.3 mm at this one
+    and 2 mm at 0.02 (ours, friction 0.15), without it not at all."""
+    tension_speed: float = 1.0
+    """Change of tension, infinity for at once [N/s]; likewise."""
     damping_factor: float = 3.0
     """Joint damping over the design's [-]; where the trunk rests does not depend on it, when does."""
     armature_factor: float = 1.0
@@ -139,11 +140,14 @@ class SettleRig:
             check_number(f"loads[{n}]", load, least=0.0, below=1e3)
         self.model = self._build(_base_quat_wxyz(theta_0, roll))
         tune_joint_limits(self.model, design)
+        # Only now, as the joint limits are as soft as the inertia that they were tuned to is small.
+        hinges = [self.model.joint(name).dofadr[0] for i in range(design.n_joint) for name in hinge_names(i)]
+        self._hinges = np.array(hinges)
+        self.model.dof_armature[self._hinges] *= self.options.armature_factor
         self.data = mujoco.MjData(self.model)
         self._cables = np.array([self.model.tendon(cable_name(c)).id for c in range(design.n_cable)])
         self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(design.n_cable)])
         self._bodies = np.array([self.model.body(section_name(n)).id for n in range(design.n_section)])
-        self._hinges = np.array([self.model.joint(j).dofadr[0] for i in range(design.n_joint) for j in hinge_names(i)])
         has_friction = design.cable.friction > 0
         self.friction = CableFriction(self.model, design, self.options.trunk) if has_friction else None
         self._forward()
@@ -207,7 +211,6 @@ class SettleRig:
         add_trunk(spec, spec.worldbody, design, options.trunk, quat_wxyz=mount)
         for joint in spec.joints:
             joint.damping[0] *= options.damping_factor
-            joint.armature *= options.armature_factor
         self._add_loads(spec)
         model = spec.compile()
         if not options.has_contact:
