@@ -25,6 +25,7 @@ BAD = [
     ["design", "--delta-theta-deg", "31"],
     ["design", "--turns", "0.01"],
     ["design", "--turn", "1.5"],
+    ["design", "--arm-radius-mm", "301", "--b", "0.03"],
     ["grasp", "juggle"],
     ["grasp", ""],
     ["grasp", "wrap-vertical", "pinch"],
@@ -129,7 +130,7 @@ TOLD = {
     "--turns 1e-9": "--turns is 1e-9; allowed: a finite number, at least 0.75, at most 5",
     "--turns 1.51": "--turns is 1.51; allowed: whole sections of 30 deg, such as 1.5 (18 sections) or 1.58333333 "
     "(19 sections)",
-    "--arm-radius-mm 0.002": "--arm-radius-mm is 0.002; allowed: a finite number, at least 1, at most 1000",
+    "--arm-radius-mm 0.002": "--arm-radius-mm is 0.002; allowed: a finite number, at least 1, at most 300",
     "--delta-theta-deg 2.5": "--delta-theta-deg is 2.5; allowed: a finite number, at least 2.7, below 90",
     "--delta-theta-deg 31": "--delta-theta-deg is 31 deg; allowed: an angle that divides 540 deg into whole sections, "
     "such as 31.7647059 deg (17 sections), 30 deg (18 sections)",
@@ -151,7 +152,7 @@ def test_a_refused_wish_is_told_as_it_was_typed(typed: str, capsys: pytest.Captu
         ("--m", ("0.2", "10")),
         ("--b", ("0.03", "0.6")),
         ("--turns", ("0.75", "5")),
-        ("--arm-radius-mm", ("1", "1000")),
+        ("--arm-radius-mm", ("1", "300")),
         ("--delta-theta-deg", ("2.7", "77.1428571", "31.7647059")),
     ],
 )

@@ -104,6 +104,8 @@ def test_values_out_of_range_are_refused_by_the_design_itself(edit, refusal):
         (("joint", "radius_mm"), "40", "joint.radius_mm is 40; allowed: a finite number, below 26.4"),
         (("mass", "sections_g"), "[-3.0]", "mass.sections_g[0] is -3.0; allowed: a finite number, above 0"),
         (("mass", "sections_g"), "[3.0]", "mass.sections_g is 1 numbers; allowed: 18 numbers"),
+        (("cable", "angles_deg"), "[0, 1.50, 2]",
+         "cable.angles_deg is [0, 1.50, 2]; allowed: cables at least 5 deg apart"),
         (("housing", "mass_kg"), "true", "housing.mass_kg is true; allowed: a finite number"),
         (("arm", "roll_deg"), "1979-05-27", "arm.roll_deg is 1979-05-27; allowed: a finite number"),
         (("spiral", "a_mm"), None, "spiral.a_mm is missing; allowed: a finite number"),

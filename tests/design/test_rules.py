@@ -5,13 +5,14 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import (
     GRAVITY,
+    LEAST_TIP_WIDTH,
     RANGES,
     compactness,
     design_from_rules,
@@ -194,6 +195,21 @@ def test_an_angle_that_is_offered_works(turns, angle_deg):
         for angle, count in offered:
             design = design_from_rules(b=0.05, turns=turns, delta_theta=math.radians(float(angle)))
             assert design.n_section == int(count)
+
+
+@given(
+    b=st.floats(0.03, 0.6), n_section=st.integers(2, 200), turns=st.floats(0.75, 5.0), arm_radius=st.floats(0.001, 0.3)
+)
+def test_wishes_inside_their_ranges_give_a_trunk_unless_tip_or_sections_are_too_small(b, n_section, turns, arm_radius):
+    delta_theta = 2 * math.pi * turns / n_section
+    assume(delta_theta < math.pi / 2)
+    refused = ""
+    try:
+        design = design_from_rules(b=b, turns=turns, delta_theta=delta_theta, arm_radius=arm_radius)
+        assert design.tip_width >= LEAST_TIP_WIDTH
+    except DesignError as error:
+        refused = error.name
+    assert refused in ("", "width of the tip", "length of section 1")
 
 
 def test_wishes_that_leave_no_tip_are_refused_with_the_reason():

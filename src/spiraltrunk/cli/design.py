@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, Answer, UsageError, check_folder, format_json
+from spiraltrunk.cli.answers import DONE, Answer, UsageError, check_folder, format_json, quote
 from spiraltrunk.cli.options import Typed, add_parser, read_number, read_text
 from spiraltrunk.errors import DesignError, Words
 
@@ -38,6 +38,8 @@ def add_verb(verbs: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.out is not None:
+        if arguments.out.endswith("/"):
+            raise UsageError(f"--out: {quote(arguments.out)} is a folder; allowed: a file, existing or new")
         check_folder(str(Path(arguments.out).parent))
     from spiraltrunk.design import presets
 

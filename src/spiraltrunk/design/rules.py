@@ -41,7 +41,7 @@ RANGES = {
     "m": Range(least=0.2, most=10.0),
     "b": Range(least=0.03, most=0.6),
     "delta_theta": Range(above=0.0, below=math.pi / 2),
-    "arm_radius": Range(least=0.001, most=1.0),
+    "arm_radius": Range(least=0.001, most=0.3),
     "turns": Range(least=0.75, most=5.0),
 }
 """Wishes that `design_from_rules` takes [-, 1/rad, rad, m, turns] (ours): each, with the others left alone, gives a
@@ -108,6 +108,7 @@ def design_from_rules(
     unit = _build_bare(Spiral(a=1.0, b=b), delta_theta, n_section, name)
     spiral = Spiral(a=arm_radius / unit.solid.radius, b=b)
     check_tip(spiral.a * unit.tip_width, LEAST_TIP_WIDTH)
+    _check_room(spiral.a * unit.solid.length, _JOINT_LENGTH * arm_radius)
     return build_compact(spiral=spiral, delta_theta=delta_theta, n_section=n_section, name=name)
 
 
@@ -159,6 +160,13 @@ def _build_bare(spiral: Spiral, delta_theta: float, n_section: int, name: str) -
     return TrunkDesign(
         name=name, spiral=spiral, k=compactness(spiral.b), delta_theta=delta_theta, n_section=n_section, joint=joint
     )
+
+
+def _check_room(section: float, joint: float) -> None:
+    """Refuse a first section that is no longer than its joint, both in [m]."""
+    if section <= joint:
+        allowed = f"longer than its joint, {1e3 * joint:.3g} mm: fewer sections, each of a wider angle"
+        raise DesignError("length of section 1", got=Words(f"{1e3 * section:.3g} mm"), allowed=allowed)
 
 
 def _count_sections(delta_theta: float, turns: float) -> int:

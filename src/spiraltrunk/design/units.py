@@ -156,12 +156,13 @@ def describe(value: object) -> object:
     if isinstance(value, dict):
         return Words("a table")
     if isinstance(value, list):
-        return Words(f"an array of {len(value)}")
+        are_numbers = 0 < len(value) <= 12 and all(isinstance(item, (int, Decimal)) for item in value)
+        return Words(f"[{', '.join(map(_tell, value))}]" if are_numbers else f"an array of {len(value)}")
     if isinstance(value, bool):
         return Words(str(value).lower())
     if isinstance(value, (date, time)):
         return Words(value.isoformat())
-    return Words(str(value).lower()) if isinstance(value, Decimal) else value
+    return Words(_tell(value)) if isinstance(value, Decimal) else value
 
 
 def spell(error: DesignError, name: str, unit: Decimal, typed: object = None) -> DesignError:
@@ -189,6 +190,11 @@ def find_key(field: str) -> tuple[str, Key] | None:
             if field == (key.field if key.owner is TrunkDesign else f"{table}.{key.field}"):
                 return table, key
     return None
+
+
+def _tell(number: int | Decimal) -> str:
+    """A parsed number as it was typed, or nearly so."""
+    return str(number).lower() if isinstance(number, Decimal) or number.bit_length() < 1100 else "a large whole number"
 
 
 def _to_si(name: str, value: object, unit: Decimal) -> float:
