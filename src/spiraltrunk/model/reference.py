@@ -1,0 +1,198 @@
+"""The forward model of "Grasping by Spiraling": rest under gravity, bending by Algorithm 1, twisting by Algorithm 2.
+
+All four laws answer with a `Shape`; pulls in m, angles in rad, scalars or arrays that broadcast against each other.
+theta_0 is the angle of the base axis below the horizontal: 90 deg hangs, -90 deg stands upright.
+
+With ``as_authors``, the default, the numbers are those of the authors' published code: its rounded constants (k_p of
+the gravity equations 0.9196, R_hole 28.87 mm, straight gap 13.74 mm, all kept as ratios to what the design gives) and
+its account of cable that a full joint cannot take, of which some is lost (`bend_ventral`, `twist`). Without it the
+constants are the design's own and every bit of the cable goes to joints that have room. Where the authors' code fails
+(no joint shut by cable 1) or passes the limit (by 0.0034 deg at full ventral curl) both ways do what the paper says.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve, solve_many
+from spiraltrunk.model.reference_table import PULL_MARGIN, Prepared, check_twist, check_ventral, prepare
+from spiraltrunk.model.shape import Shape
+
+_MANY = 2048
+"""Shapes from which all cores are worth their start [-]."""
+
+
+def rest(design: TrunkDesign, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
+    """Shape that the trunk takes under its own weight, no cable pulled.
+
+    Equation of the paper's section "Resting under gravity", corrected. Each section's mass acts at K_c of its length,
+    the gripper's as part of the last section. A joint that would pass its limit is held there.
+
+    Args:
+        design: the trunk; cable 1 dorsal.
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded k_p.
+
+    Raises:
+        ModelError: where theta_0 is not finite or cable 1 is not dorsal.
+    """
+    prepared = prepare(design, as_authors)
+    return _solve(REST, prepared, _ask((("theta_0", theta_0, math.inf),)))
+
+
+def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
+    """Shape after cable 1 is pulled in from rest, tip first (paper, Algorithm 1).
+
+    Args:
+        design: the trunk; cable 1 dorsal.
+        pull: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke, shape (...) [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded numbers.
+
+    Returns:
+        The shape; its status is ALL_SHUT where every joint is shut and cable is left over.
+
+    Raises:
+        ModelError: where a number is not finite or not allowed, or cable 1 is not dorsal.
+    """
+    prepared = prepare(design, as_authors)
+    given = ("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)
+    return _solve(DORSAL, prepared, _ask(given))
+
+
+def bend_ventral(design: TrunkDesign, lengthening: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
+    """Shape after the ventral cables are pulled in equally while cable 1 is let out, tip first (paper, Algorithm 1).
+
+    The authors' code measures what a full joint hands down from the straight gap and not from the gap at rest, so that
+    cable is lost or made where gravity bends the trunk; without ``as_authors`` all of it is accounted for.
+
+    Args:
+        design: the trunk; cable 1 dorsal, the others mirroring each other.
+        lengthening: what cable 1 is lengthened by from rest, 0 to 1.01 times what full curl takes, shape (...) [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded numbers and account.
+
+    Returns:
+        The shape; its status is ALL_SHUT where every joint is at its limit and cable is left over.
+
+    Raises:
+        ModelError: where a number is not finite or not allowed, or the cables do not fit.
+    """
+    prepared = prepare(design, as_authors)
+    check_ventral(design, prepared)
+    return _solve(
+        VENTRAL, prepared, _ask((("lengthening", lengthening, prepared.ventral_stroke), ("theta_0", theta_0, math.inf)))
+    )
+
+
+def twist(
+    design: TrunkDesign, pull_1: ArrayLike, pull_2: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True
+) -> Shape:
+    """Shape after cable 1 is pulled in from rest and then cable 2 (paper, Algorithm 2).
+
+    Joints from the first that cable 1 has shut move rigidly (all may turn where it has shut none); the others turn
+    about the line through their centre and the hole of cable 1. A joint that is full hands the excess to those nearer
+    to the base; in the authors' code some of it is lost then, without ``as_authors`` none.
+
+    Args:
+        design: the trunk; cables at 0, 120 and 240 deg.
+        pull_1: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke, shape (...) [m].
+        pull_2: what cable 2 is shortened by after that, 0 to 1.01 times the stroke, shape (...) [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded numbers and account.
+
+    Returns:
+        The shape; its status is ALL_SHUT where no joint has room for what is left of a cable.
+
+    Raises:
+        ModelError: where a number is not finite or not allowed, or the cables do not fit.
+    """
+    prepared = prepare(design, as_authors)
+    check_twist(design, prepared)
+    asked = _ask(
+        (("pull_1", pull_1, prepared.stroke), ("pull_2", pull_2, prepared.stroke), ("theta_0", theta_0, math.inf))
+    )
+    return _solve(TWIST, prepared, asked)
+
+
+def first_shut(shape: Shape) -> np.ndarray:
+    """First joint, from the base, whose gap of cable 1 is shut: 1 to n_joint, n_joint + 1 where none, shape (...) [-].
+
+    After `bend_dorsal` by the first pull this is the joint from which `twist` moves the trunk rigidly.
+    """
+    shut = shape.is_shut & (shape.gap[..., 0] <= 1e-6 * shape.gap.max(axis=-1))
+    return np.where(shut.any(axis=-1), shut.argmax(axis=-1), shut.shape[-1]) + 1
+
+
+_Given = tuple[str, ArrayLike, float]
+"""Name of an input, its value and, for a pull, what shuts every gap [m]; infinite for an angle."""
+
+
+def _ask(given: tuple[_Given, ...]) -> np.ndarray:
+    """First pull [m], second pull [m] and theta_0 [rad] side by side, shape (..., 3); checked."""
+    if all(isinstance(value, (float, int)) for _, value, _ in given):
+        for name, value, full in given:
+            _check_number(name, float(value), full)  # type: ignore[arg-type]
+        pulls = [float(value) for _, value, _ in given[:-1]]  # type: ignore[arg-type]
+        return np.array((*pulls, *(0.0,) * (2 - len(pulls)), float(given[-1][1])))  # type: ignore[arg-type]
+    arrays = [_check_array(*entry) for entry in given]
+    try:
+        shape = np.broadcast_shapes(*(array.shape for array in arrays))
+    except ValueError as error:
+        shapes = ", ".join(f"{name} {array.shape}" for (name, _, _), array in zip(given, arrays, strict=True))
+        raise ModelError(f"shapes are {shapes}; allowed: shapes that broadcast against each other") from error
+    asked = np.zeros((*shape, 3))
+    for column, array in zip((*range(len(arrays) - 1), 2), arrays, strict=True):
+        asked[..., column] = array
+    return asked
+
+
+def _check_array(name: str, value: ArrayLike, full: float) -> np.ndarray:
+    """The input as numbers, each of them allowed."""
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ModelError(f"{name} is ragged; allowed: a number or an array of numbers") from error
+    if array.dtype.kind not in "fiu":
+        raise ModelError(f"{name} is {value!r}; allowed: a number or an array of numbers")
+    array = array.astype(float)
+    is_bad = ~(np.isfinite(array) & ((array >= 0) & (array <= PULL_MARGIN * full) | math.isinf(full)))
+    if is_bad.any():
+        _check_number(name, float(array[is_bad][0]), full)
+    return array
+
+
+def _check_number(name: str, value: float, full: float) -> None:
+    """Refuse what is not finite, or a pull outside 0 to the margin over full curl."""
+    if math.isinf(full):
+        if not math.isfinite(value):
+            raise ModelError(f"{name} is {value:g} rad; allowed: any finite angle")
+    elif not 0.0 <= value <= PULL_MARGIN * full:
+        most = f"{PULL_MARGIN * full:.6g} m, {PULL_MARGIN:g} times full curl"
+        raise ModelError(f"{name} is {value:.6g} m; allowed: 0 to {most}")
+
+
+def _solve(law: int, prepared: Prepared, asked: np.ndarray) -> Shape:
+    """Shapes for the last axis of ``asked``, on all cores where there are many."""
+    batch = asked.shape[:-1]
+    n, n_joint = math.prod(batch), prepared.n_joint
+    numbers, marks = np.empty(n * prepared.layout[-1][2]), np.empty(n * (n_joint + 1), np.uint8)
+    law_for = solve if n < _MANY else solve_many
+    law_for(law, asked.reshape(n, 3), prepared.constants, numbers, marks)
+    points, rotation, angle, gap, change = (
+        numbers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
+    )
+    return Shape(
+        points=points,
+        joint_rotation=rotation,
+        joint_angle=angle,
+        gap=gap,
+        cable_change=change,
+        is_shut=marks[: n * n_joint].view(np.bool_).reshape((*batch, n_joint)),
+        status=marks[n * n_joint :].reshape(batch),
+    )
