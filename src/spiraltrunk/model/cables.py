@@ -61,7 +61,7 @@ def gap_vectors(design: TrunkDesign, joint_rotation: np.ndarray) -> np.ndarray:
 
     Shape (..., n_joint, n_cable, 3) [m].
     """
-    distal, proximal = _holes(design)
+    distal, proximal = hole_positions(design)
     return np.einsum("...jkl,jcl->...jck", joint_rotation, distal) - proximal
 
 
@@ -95,7 +95,7 @@ def planar_gap(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
 
 def _planar_holes(design: TrunkDesign, bend: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p / 2 [rad] of `planar_lever`, shape (..., n_joint, n_cable)."""
-    beyond, before = _holes(design)
+    beyond, before = hole_positions(design)
     r, s = np.hypot(beyond[..., 0], beyond[..., 1]), np.hypot(before[..., 0], before[..., 1])
     side = _planar_side(design)
     angle = np.arctan2(side * before[..., 1], before[..., 0]) - np.arctan2(side * beyond[..., 1], beyond[..., 0])
@@ -110,11 +110,20 @@ def _planar_side(design: TrunkDesign) -> np.ndarray:
     return np.where(design.cable_direction[:, 1] < 0, -1.0, 1.0)
 
 
-def _holes(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:
-    """Holes beyond and before each joint, from its centre, shapes (n_joint, n_cable, 3) [m]."""
+def hole_positions(design: TrunkDesign, set_back: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Holes beyond and before each joint, from its centre, each in its section's axes.
+
+    Args:
+        design: the trunk.
+        set_back: part of the face's half-width by which the holes lie behind the face [-].
+
+    Returns:
+        Two arrays of shape (n_joint, n_cable, 3) [m].
+    """
     axial, ring = design.hole_position[..., 0], design.hole_position[..., 1]
     along = np.array([1.0, 0.0, 0.0])
-    beyond = axial[1:, 0, None, None] * along + ring[1:, 0, None, None] * design.cable_direction
-    back = axial[:-1, 1] - design.section_length[:-1]
+    behind = set_back * design.face_half_width * design.scale
+    beyond = (axial[1:, 0] + behind[1:])[:, None, None] * along + ring[1:, 0, None, None] * design.cable_direction
+    back = axial[:-1, 1] - design.section_length[:-1] - behind[:-1]
     before = back[:, None, None] * along + ring[:-1, 1, None, None] * design.cable_direction
     return beyond, before

@@ -36,6 +36,44 @@ _ADVICE = {
 
 @final
 @dataclass(frozen=True, kw_only=True)
+class Forces:
+    """With which forces a shape is in equilibrium; leading axes ``...`` are those of the batch."""
+
+    cable_tension: np.ndarray
+    """Tension at the winders, shape (..., n_cable) [N]."""
+    gap_tension: np.ndarray
+    """Tension of each cable across each gap, less than the winder's by friction, shape (..., n_joint, n_cable) [N]."""
+    limit_reaction: np.ndarray
+    """Moment with which the faces at each joint press on each other, shape (..., n_joint) [N m]."""
+    tip_compliance: np.ndarray
+    """Displacement of the tip per force on it, cables held as they are, shape (..., 3, 3) [m/N]."""
+    residual: np.ndarray
+    """Largest moment that is left at a joint, shape (...) [N m]."""
+
+    @property
+    def tip_stiffness(self) -> np.ndarray:
+        """Force per displacement of the tip, shape (..., 3, 3) [N/m].
+
+        The inverse of the compliance; a direction that gives way by less than 1 nm/N, such as the axis of the straight
+        trunk, counts as 1e9 N/m.
+        """
+        size, axes = np.linalg.eigh((self.tip_compliance + np.swapaxes(self.tip_compliance, -1, -2)) / 2)
+        return np.einsum("...ij,...j,...kj->...ik", axes, 1 / np.maximum(size, 1e-9), axes)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class History:
+    """What a later solution needs to go on from a shape."""
+
+    bend: np.ndarray
+    """Bends of the joints about y, z and x (torsion), shape (..., n_joint, 3) [rad]."""
+    anchor: np.ndarray
+    """Cable beyond each hole at which the hole holds nothing, shape (..., n_joint, n_cable) [m]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
 class Shape:
     """Where the trunk is, what its cables did, and, from the equilibrium, with which forces.
 
@@ -58,6 +96,10 @@ class Shape:
     """Whether the faces at each joint meet, shape (..., n_joint) [bool]."""
     status: np.ndarray
     """`Status` of each solution, shape (...) [-]."""
+    forces: Forces | None = None
+    """Forces, where the model knows them."""
+    history: History | None = None
+    """What a later solution can start from, where the model has one."""
 
     @property
     def advice(self) -> str:

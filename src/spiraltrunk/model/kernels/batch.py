@@ -1,0 +1,100 @@
+"""Many equilibria, one after another or on all cores."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
+from spiraltrunk.model.kernels.capstan import follow
+from spiraltrunk.model.kernels.compliance import tip_compliance
+from spiraltrunk.model.kernels.newton import room_for_steps
+
+
+class Problem(NamedTuple):
+    """What to solve, one row an equilibrium; the first axis of every array but the last three is the batch's."""
+
+    base: np.ndarray
+    """Orientation of the base, shape (b, 3, 3) [-]."""
+    direction: np.ndarray
+    """Gravity, and a force, shape (b, 1 or 2, 3) [m/s^2], [N]."""
+    factor: np.ndarray
+    """What gravity and the force act on, by section, shape (b, 1 or 2, n_section) [kg], [-]."""
+    moment: np.ndarray
+    """The same times the distance along the section, shape (b, 1 or 2, n_section) [kg m], [m]."""
+    length: np.ndarray
+    """Gaps' sum that each winder leaves, shape (b, n_cable) [m]."""
+    start: np.ndarray
+    """Gaps' sum and tension from which the loading goes, shape (b, 2, n_cable) [m], [N]."""
+    increments: np.ndarray
+    """Equal parts of the loading, shape (b,) [-]."""
+    most: np.ndarray
+    """Largest tension, shape (b, n_cable) [N]."""
+    by_tension: np.ndarray
+    """Whether the tension is given, shape (n_cable,) [bool]."""
+    compliance: np.ndarray
+    """Stretch of a cable per tension, shape (n_cable,) [m/N]."""
+    friction: np.ndarray
+    """Coefficient [-], elastic slip [m], tolerance [N m], most steps, shape (4,)."""
+
+
+class Solution(NamedTuple):
+    """What comes out, one row an equilibrium."""
+
+    bend: np.ndarray
+    tension: np.ndarray
+    anchor: np.ndarray
+    rotation: np.ndarray
+    points: np.ndarray
+    gap: np.ndarray
+    gap_tension: np.ndarray
+    reaction: np.ndarray
+    compliance: np.ndarray
+    figures: np.ndarray
+    """Residual [N m], violation [m], steps, shape (b, 3)."""
+
+
+@compiled
+def solve_row(b, nd, trunk, problem, solution):
+    """Equilibrium ``b``; bend, tension and anchor hold where it starts."""
+    n_joint, n_cable = solution.gap.shape[1], solution.gap.shape[2]
+    work = room_for_work(n_joint, n_cable, nd)
+    system = room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
+    control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
+    field = (problem.direction[b], problem.factor[b], problem.moment[b])
+    mu, reach, tolerance, most = problem.friction
+    q, tension = solution.bend[b], solution.tension[b]
+    force, back = np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable))
+    friction = Friction(force, back, solution.anchor[b], reach if mu > 0.0 else 0.0)
+    case = Case(problem.base[b], trunk, field, control, friction)
+    residual, violation, steps = follow(
+        q, tension, case, mu, problem.start[b], problem.increments[b], tolerance, int(most), work, system
+    )
+    solution.figures[b, 0], solution.figures[b, 1], solution.figures[b, 2] = residual, violation, steps
+    solution.rotation[b], solution.gap[b], solution.gap_tension[b] = work.rotation, work.gap, work.tension
+    solution.reaction[b] = system.reaction
+    for x in range(3):
+        end = 0.0
+        for n in range(n_joint + 1):
+            end += trunk.length[n] * work.frames[n, x, 0]
+            solution.points[b, n, x] = end
+    tip_compliance(q, tension, case, work, system, solution.compliance[b])
+
+
+@compiled
+def solve_rows(nd, trunk, problem, solution):
+    """All of them, one after another."""
+    for b in range(problem.base.shape[0]):
+        solve_row(b, nd, trunk, problem, solution)
+
+
+def _solve_rows_on_all_cores(nd, trunk, problem, solution):
+    """All of them, shared among the cores."""
+    for b in prange(problem.base.shape[0]):
+        solve_row(b, nd, trunk, problem, solution)
+
+
+solve_rows_on_all_cores = compiled(_solve_rows_on_all_cores, parallel=True)

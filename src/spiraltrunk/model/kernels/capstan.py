@@ -1,0 +1,105 @@
+"""Capstan friction of the cables, and the loading history that it needs.
+
+Over hole k of a cable, counted by gaps, the tension falls to T_k = T_{k-1} exp(-mu w_k) where the cable slides to the
+motor and grows to T_{k-1} exp(mu w_k) where it slides away; between, it sticks. w_k is the turn at the hole beyond gap
+k - 1 plus that at the hole before gap k. What a hole can take is found by repetition: the shape at the last forces
+gives tensions and turns, those the next forces.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels.balance import Case, Control
+from spiraltrunk.model.kernels.gaps import hole_turns
+from spiraltrunk.model.kernels.newton import solve_safely
+
+ROUNDS = 200
+"""Most repetitions for the friction forces of one increment."""
+
+
+@compiled
+def measure_turns(trunk, work, turns):
+    """Turn w_k of every cable before each gap [rad], shape (n_joint, n_cable)."""
+    v = np.empty(3)
+    for c in range(turns.shape[1]):
+        last = 0.0
+        for i in range(turns.shape[0]):
+            before, beyond = hole_turns(work.rotation[i], trunk.before[i, c], trunk.beyond[i, c], trunk.shut, v)
+            turns[i, c] = last + before
+            last = beyond
+
+
+@compiled
+def update_forces(mu, trunk, pulls, work, turns, friction):
+    """Set what each hole can hold from the tensions and turns of the shape; the largest change as a moment [N m]."""
+    measure_turns(trunk, work, turns)
+    worst = 0.0
+    for c in range(turns.shape[1]):
+        tension = pulls[c]
+        for i in range(turns.shape[0]):
+            lever = abs(trunk.before[i, c, 1]) + abs(trunk.before[i, c, 2])
+            forward = tension * (1 - math.exp(-mu * turns[i, c]))
+            backward = tension * (math.exp(mu * turns[i, c]) - 1)
+            held = work.tension[i, c] - tension
+            used = forward - friction.force[i, c] if held < 0 else backward - friction.force_back[i, c]
+            worst = max(worst, abs(used) * lever)
+            friction.force[i, c], friction.force_back[i, c] = forward, backward
+            tension = max(work.tension[i, c], 0.0)
+    return worst
+
+
+@compiled
+def move_anchors(work, friction):
+    """Let the holes' anchors follow the cable that slid."""
+    for c in range(work.gap.shape[1]):
+        beyond = 0.0
+        for i in range(work.gap.shape[0] - 1, -1, -1):
+            beyond += work.gap[i, c]
+            slip = beyond - friction.anchor[i, c]
+            friction.anchor[i, c] = beyond - min(max(slip, -friction.reach), friction.reach)
+
+
+@compiled
+def solve_increment(q, tension, case, mu, tolerance, most, work, system, turns):
+    """One increment: shape, tensions and friction forces together. Returns residual, violation, steps."""
+    friction = case.friction
+    total, residual, violation = 0, 0.0, 0.0
+    for _ in range(ROUNDS):
+        residual, violation, count = solve_safely(q, tension, case, tolerance, most, work, system)
+        total += count
+        if friction.reach == 0.0:
+            break
+        change = update_forces(mu, case.trunk, tension, work, turns, friction)
+        residual = max(residual, change)
+        if change <= tolerance or total > most:
+            break
+    if friction.reach > 0.0:
+        move_anchors(work, friction)
+    return residual, violation, total
+
+
+@compiled
+def follow(q, tension, case, mu, start, increments, tolerance, most, work, system):
+    """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case in equal increments.
+
+    ``q``, ``tension`` and the friction's anchors are brought up to date in place. Returns the last residual [N m], the
+    last violation [m] and the number of steps.
+    """
+    turns, length, control = np.zeros_like(work.gap), np.zeros_like(tension), case.control
+    stage = Control(control.by_tension, length, control.most, control.compliance)
+    part_way = Case(case.base, case.trunk, case.field, stage, case.friction)
+    total, residual, violation = 0, 0.0, 0.0
+    target = tension.copy()
+    for step in range(increments):
+        part = (step + 1) / increments
+        for c in range(length.shape[0]):
+            length[c] = start[0, c] + part * (control.length[c] - start[0, c])
+            if control.by_tension[c]:
+                tension[c] = start[1, c] + part * (target[c] - start[1, c])
+        residual, violation, count = solve_increment(q, tension, part_way, mu, tolerance, most, work, system, turns)
+        total += count
+    return residual, violation, total

@@ -1,0 +1,87 @@
+"""How far the tip gives way to a small force, cables and pressed joints held as they are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels.balance import linearise
+from spiraltrunk.model.kernels.cone import reduce
+from spiraltrunk.model.kernels.linear import solve_factored, solve_small
+from spiraltrunk.model.kernels.newton import add_penalty, dot, find_excess, guarded_factor
+from spiraltrunk.model.kernels.weight import spin
+
+HELD = 1e4
+"""Penalty on the cables' lengths under which the factor is taken [N/m]; they are then held exactly."""
+
+
+@compiled
+def tip_motion(work, length, out):
+    """Motion of the tip per rate of every bend, in the world's axes, shape (3, n_joint x nd) [m]."""
+    n_joint, nd = work.first.shape[0], work.first.shape[1]
+    lever = np.zeros(3)
+    for i in range(n_joint - 1, -1, -1):
+        for x in range(3):
+            lever[x] += length[i + 1] * work.frames[i + 1, x, 0]
+        for a in range(nd):
+            w0, w1, w2 = spin(work.first[i, a], work.rotation[i], work.frames[i])
+            out[0, i * nd + a] = w1 * lever[2] - w2 * lever[1]
+            out[1, i * nd + a] = w2 * lever[0] - w0 * lever[2]
+            out[2, i * nd + a] = w0 * lever[1] - w1 * lever[0]
+
+
+@compiled
+def hold_pressed(motion, nd, system):
+    """Take the pressed joints' normal motion out and turn the tangent's, as in the reduced equations."""
+    for i in range(system.pressed.shape[0]):
+        if system.pressed[i]:
+            cosine, sine = system.normal[i, 0], system.normal[i, 1]
+            y, z = i * nd, i * nd + 1
+            for x in range(3):
+                motion[x, z] = cosine * motion[x, z] - sine * motion[x, y]
+                motion[x, y] = 0.0
+
+
+@compiled
+def tip_compliance(q, tension, case, work, system, out):
+    """Displacement of the tip per force on it into ``out`` (3, 3) [m/N], at a solution; holes stick."""
+    nd, n_cable, control = work.first.shape[1], tension.shape[0], case.control
+    size = work.hessian.shape[0]
+    linearise(q, case, tension, work)
+    motion = np.empty((3, size))
+    tip_motion(work, case.trunk.length, motion)
+    reduce(q, case.trunk, work, system)
+    hold_pressed(motion, nd, system)
+    find_excess(work.gap, control, tension, system)
+    add_penalty(system, control, HELD, work.hessian)
+    guarded_factor(work, system.weight)
+    gives = np.empty((3, size))
+    for x in range(3):
+        solve_factored(work.factor, motion[x], gives[x])
+    for x in range(3):
+        for y in range(3):
+            out[x, y] = dot(motion[x], gives[y])
+    _hold_cables(n_cable, motion, control, work, system, out)
+
+
+@compiled
+def _hold_cables(n_cable, motion, control, work, system, out):
+    """Take out what would lengthen the working cables, by their Schur complement."""
+    matrix, right, index, count = np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable, np.int64), 0
+    for c in range(n_cable):
+        if system.works[c]:
+            solve_factored(work.factor, system.slopes[c], system.response[count])
+            index[count] = c
+            count += 1
+    for x in range(3):
+        for a in range(count):
+            give = control.compliance[index[a]]
+            stiff = HELD / (1 + HELD * give)
+            for b in range(count):
+                matrix[a, b] = dot(system.slopes[index[a]], system.response[b])
+            matrix[a, a] = matrix[a, a] * (1 + 1e-12) + give / (1 - stiff * give) + 1e-15
+            right[a] = dot(motion[x], system.response[a])
+        solve_small(matrix, right, count)
+        for y in range(3):
+            for a in range(count):
+                out[x, y] -= right[a] * dot(motion[y], system.response[a])

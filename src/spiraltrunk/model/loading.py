@@ -1,0 +1,157 @@
+"""What is done to a trunk: cables held by length or tension, loads, the orientation of its base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Loads:
+    """What weighs on the trunk besides itself; arrays broadcast against the batch."""
+
+    mass: ArrayLike = 0.0
+    """Mass at the end of a section, shape (...) [kg]."""
+    section: int = -1
+    """That section, from 0 at the base; negative counts from the tip."""
+    force: ArrayLike | None = None
+    """Force at the end of a section, in the frame of `Shape`, shape (..., 3) [N]."""
+    force_section: int = -1
+    """The section on which the force acts."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """What the winders do, checked: shapes (..., n_cable)."""
+
+    pull: np.ndarray
+    """Cable pulled in since the straight trunk, where a cable is held by length [m]."""
+    tension: np.ndarray
+    """Tension, where a cable is held by tension; else the largest one [N]."""
+    by_tension: np.ndarray
+    """Which cables are held by tension, shape (n_cable,) [bool]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Fields:
+    """Constant forces on the sections: gravity on all masses, and the load's force."""
+
+    direction: np.ndarray
+    """Shape (..., 1 or 2, 3) [m/s^2], [N]."""
+    factor: np.ndarray
+    """Mass of every section, and 1 where the force acts, shape (..., 1 or 2, n_section) [kg], [-]."""
+    moment: np.ndarray
+    """The same times its distance along the section, shape (..., 1 or 2, n_section) [kg m], [m]."""
+
+
+def read_drive(
+    design: TrunkDesign, pull: ArrayLike | None, tension: ArrayLike | None, by_tension: ArrayLike | None
+) -> Drive:
+    """Check what the cables are given.
+
+    Raises:
+        ModelError: where it does not fit the design, is not finite or is out of range.
+    """
+    count, most = design.n_cable, design.cable.tension_max
+    if by_tension is None:
+        held = np.full(count, pull is None)
+    else:
+        held = np.asarray(by_tension)
+        if held.shape != (count,) or held.dtype != bool:
+            raise ModelError(f"by_tension is {by_tension!r}; allowed: {count} booleans, one per cable")
+    if pull is None and not held.all():
+        raise ModelError("pull is missing; allowed: a pull wherever by_tension is False")
+    pulls = _read_cables("pull", 0.0 if pull is None else pull, count)
+    forces = _read_cables("tension", np.where(held, 0.0, most) if tension is None else tension, count)
+    stroke = 1.01 * design.cable_stroke
+    if (np.abs(pulls) > stroke).any():
+        worst = float(pulls.ravel()[np.abs(pulls).argmax()])
+        raise ModelError(f"pull is {worst:g} m; allowed: at most the cable stroke, {design.cable_stroke:.6g} m")
+    if (forces < 0).any() or (forces > most).any():
+        worst = float(forces.ravel()[np.abs(forces).argmax()])
+        raise ModelError(f"tension is {worst:g} N; allowed: 0 to the cables' largest tension, {most:g} N")
+    return Drive(pull=pulls, tension=forces, by_tension=held)
+
+
+def read_fields(design: TrunkDesign, loads: Loads) -> Fields:
+    """Weight of the sections and the loads.
+
+    Raises:
+        ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, or on no section.
+    """
+    mass = read_numbers("loads.mass", loads.mass)
+    if (mass < 0).any() or (mass > 1e3).any():
+        raise ModelError(f"loads.mass is {float(mass.ravel()[np.abs(mass).argmax()]):g} kg; allowed: 0 to 1000 kg")
+    at = _read_section(design, "loads.section", loads.section)
+    factor = np.broadcast_to(design.section_mass, (*mass.shape, design.n_section)).copy()
+    moment = factor * design.section_center
+    factor[..., at] += mass
+    moment[..., at] += mass * design.section_length[at]
+    gravity = np.array([0.0, -GRAVITY, 0.0])
+    direction = np.broadcast_to(gravity, (*mass.shape, 3))
+    if loads.force is None:
+        return Fields(direction=direction[..., None, :], factor=factor[..., None, :], moment=moment[..., None, :])
+    force = read_numbers("loads.force", loads.force)
+    if force.shape[-1:] != (3,) or (np.abs(force) > 1e4).any():
+        raise ModelError(f"loads.force has shape {force.shape}; allowed: (..., 3), each up to 10 kN")
+    end = np.zeros(design.n_section)
+    end[_read_section(design, "loads.force_section", loads.force_section)] = 1.0
+    batch = np.broadcast_shapes(mass.shape, force.shape[:-1])
+    return Fields(
+        direction=_pair(direction, force, batch), factor=_pair(factor, end, batch),
+        moment=_pair(moment, end * design.section_length, batch),
+    )  # fmt: skip
+
+
+def read_numbers(name: str, value: ArrayLike) -> np.ndarray:
+    """An array of finite numbers.
+
+    Raises:
+        ModelError: for anything else.
+    """
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise ModelError(f"{name} is {value!r}; allowed: finite numbers") from None
+    if not np.isfinite(array).all():
+        raise ModelError(f"{name} is not finite; allowed: finite numbers")
+    return array
+
+
+def base_orientation(theta_0: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
+    """Axes of the base in the frame of `Shape`: by -theta_0 about z, then by ``roll`` about its axis, (..., 3, 3)."""
+    down, turn = np.broadcast_arrays(np.asarray(theta_0, float), np.asarray(roll, float))
+    c, s, cr, sr = np.cos(down), np.sin(down), np.cos(turn), np.sin(turn)
+    zero = np.zeros_like(c)
+    rows = [[c, s * cr, -s * sr], [-s, c * cr, -c * sr], [zero, sr, cr]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _read_cables(name: str, value: ArrayLike, count: int) -> np.ndarray:
+    array = read_numbers(name, value)
+    if array.shape[-1:] not in ((count,), ()):
+        raise ModelError(f"{name} has shape {array.shape}; allowed: (..., {count}), one number per cable")
+    return np.broadcast_to(array, (*array.shape[:-1], count)) if array.ndim else np.full(count, float(array))
+
+
+def _read_section(design: TrunkDesign, name: str, section: int) -> int:
+    if isinstance(section, bool) or not isinstance(section, int | np.integer):
+        raise ModelError(f"{name} is {section!r}; allowed: a whole number")
+    if not -design.n_section <= section < design.n_section:
+        raise ModelError(f"{name} is {section}; allowed: {-design.n_section} to {design.n_section - 1}")
+    return int(section) % design.n_section
+
+
+def _pair(first: np.ndarray, second: np.ndarray, batch: tuple[int, ...]) -> np.ndarray:
+    width = first.shape[-1]
+    return np.stack([np.broadcast_to(first, (*batch, width)), np.broadcast_to(second, (*batch, width))], axis=-2)

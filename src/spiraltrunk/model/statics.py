@@ -1,0 +1,272 @@
+"""The trunk in static equilibrium: elastic joints, weight, loads, cables that only pull, and faces that meet.
+
+Nothing of the paper's bending and twisting algorithms is assumed: the shape is a minimum of the energy
+
+    sum 1/2 K_i |q_i|^2 - sum m_n g . x_n - f . x_load + cables,   |q_i| <= joint limit,
+
+with q_i the bends of joint i about y and z (rotation vector without torsion; torsion on request). A cable runs through
+the designed holes, its gaps straight in three dimensions, and pulls only. Between its winder and its gaps acts capstan
+friction, if the design or the caller says so; then the loading history matters, and a solution can be the start of the
+next.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.design.checks import check_count, check_number
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model.cables import hole_positions
+from spiraltrunk.model.kernels.balance import Trunk
+from spiraltrunk.model.kernels.batch import Problem, Solution, solve_rows, solve_rows_on_all_cores
+from spiraltrunk.model.kernels.newton import TIGHT
+from spiraltrunk.model.kernels.rotation import VECTOR, Y_FIRST, Z_FIRST
+from spiraltrunk.model.loading import Drive, Fields, Loads, base_orientation, read_drive, read_fields, read_numbers
+from spiraltrunk.model.shape import Forces, History, Shape, Status
+
+__all__ = ["Loads", "StaticsOptions", "solve"]
+
+POISSON = 0.48
+"""Poisson's ratio of TPU [-]: an assumption, used for torsion alone, whose stiffness is E I / (L (1 + nu))."""
+
+SHUT = 1e-6
+"""Length at which a gap counts as shut [m]."""
+
+_NUDGE = 1e-6
+"""Bend from which a solution starts [rad], so that a trunk balanced on its base falls to one side."""
+
+_CHUNK = 512
+"""Equilibria between two chances to stop a batch."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class StaticsOptions:
+    """How the trunk is modelled and solved; the defaults are for use."""
+
+    has_torsion: bool = False
+    """Whether joints twist too, with G J / L; the paper locks torsion."""
+    has_hinges: bool = False
+    """Whether each joint is two hinges in a row, the order alternating, as in the simulation."""
+    hole_set_back: float = 0.0
+    """Holes lie this part of the face's half-width behind the face [-], as in the simulation; 0 is the design."""
+    cable_stiffness: float = math.inf
+    """Tension per stretch of a cable and its winder [N/m]; infinity is inextensible."""
+    increment: float = 5e-3
+    """Largest change of a cable's length that is solved at once where there is friction [m]."""
+    tension_increment: float = 2.0
+    """Largest change of a tension that is solved at once where there is friction [N]."""
+    slip: float = 2e-5
+    """Elastic slip of a cable at a hole before it slides [m]; regularises friction."""
+    tolerance: float = 1e-9
+    """Largest moment left at a joint [N m]."""
+    steps_most: int = 20_000
+    """Steps after which an increment is given up."""
+
+    def __post_init__(self) -> None:
+        check_number("hole_set_back", self.hole_set_back, least=0.0, below=0.5)
+        if self.cable_stiffness != math.inf:
+            check_number("cable_stiffness", self.cable_stiffness, least=1e2)
+        check_number("increment", self.increment, least=1e-5, below=10.0)
+        check_number("tension_increment", self.tension_increment, least=1e-3, below=1e4)
+        check_number("slip", self.slip, least=1e-7, below=1e-2)
+        check_number("tolerance", self.tolerance, least=1e-12, below=1e-3)
+        check_count("steps_most", self.steps_most, least=1, most=10**8)
+        if self.has_torsion and self.has_hinges:
+            raise ModelError("has_torsion and has_hinges given; allowed: one of them")
+
+
+def solve(
+    design: TrunkDesign,
+    *,
+    pull: ArrayLike | None = None,
+    tension: ArrayLike | None = None,
+    by_tension: ArrayLike | None = None,
+    theta_0: ArrayLike = math.pi / 2,
+    roll: ArrayLike = 0.0,
+    loads: Loads | None = None,
+    friction: float | None = None,
+    start: Shape | None = None,
+    options: StaticsOptions | None = None,
+) -> Shape:
+    """The shape in which trunk, loads and cables balance.
+
+    Args:
+        design: the trunk.
+        pull: cable pulled in since the straight trunk, straight length minus length, negative for cable paid out, shape
+            (..., n_cable) [m]. Used for cables that are held by length.
+        tension: tension of the cables that are held by tension, and the largest one of the others, shape
+            (..., n_cable) [N]; by default 0 for the former (relaxed) and the design's ``tension_max`` for the latter.
+        by_tension: which cables are held by tension, shape (n_cable,) [bool]; by default all of them where no pull is
+            given, and none otherwise.
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad]; pi / 2 hangs.
+        roll: turn of the trunk about its base axis, shape (...) [rad].
+        loads: what else weighs on it.
+        friction: coefficient between cables and holes [-]; None takes the design's, 0 by default.
+        start: an earlier solution, from which the cables go on; None starts straight, or, with friction, at rest under
+            gravity with slack cables.
+        options: how it is modelled and solved.
+
+    Returns:
+        The shape with its `Forces` and, for a next call, its `History`. Its status is CONVERGED, STALLED where a winder
+        reached its largest tension before its length, ALL_SHUT where every joint is at its limit, or NOT_CONVERGED,
+        where the moments left are in ``forces.residual``; numbers are finite in every case.
+
+    Raises:
+        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+    """
+    options = _DEFAULT if options is None else options
+    mu = design.cable.friction if friction is None else friction
+    check_number("friction", mu, least=0.0, below=2.0)
+    drive = read_drive(design, pull, tension, by_tension)
+    fields = read_fields(design, _NO_LOADS if loads is None else loads)
+    base = base_orientation(read_numbers("theta_0", theta_0), read_numbers("roll", roll))
+    batch = np.broadcast_shapes(
+        drive.pull.shape[:-1], drive.tension.shape[:-1], base.shape[:-2], fields.factor.shape[:-2],
+        () if start is None else start.status.shape,
+    )  # fmt: skip
+    if start is None and mu > 0:
+        start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=options)
+    trunk = build_trunk(design, options)
+    problem = _pose(trunk, drive, fields, base, (batch, start, mu, options))
+    solution = _start(trunk, drive, batch, start)
+    _run(problem, solution, trunk, 3 if options.has_torsion else 2)
+    return _read_out(design, drive, problem, solution, (batch, options))
+
+
+_DEFAULT, _NO_LOADS = StaticsOptions(), Loads()
+
+
+@lru_cache(maxsize=64)
+def build_trunk(design: TrunkDesign, options: StaticsOptions) -> Trunk:
+    """The design in the arrays that the kernels read."""
+    beyond, before = hole_positions(design, options.hole_set_back)
+    stiffness = np.repeat(design.joint_stiffness[:, None], 3, axis=1)
+    stiffness[:, 2] /= 1 + POISSON
+    kind = np.full(design.n_joint, VECTOR)
+    if options.has_hinges:
+        kind[0::2], kind[1::2] = Z_FIRST, Y_FIRST
+    return Trunk(
+        kind, stiffness, design.joint_limit, design.section_length.copy(), np.ascontiguousarray(before),
+        np.ascontiguousarray(beyond), SHUT,
+    )  # fmt: skip
+
+
+def straight_length(trunk: Trunk) -> np.ndarray:
+    """Sum of each cable's gaps in the straight trunk, shape (n_cable,) [m]."""
+    return np.linalg.norm(trunk.beyond - trunk.before, axis=-1).sum(axis=0)
+
+
+def _pose(
+    trunk: Trunk,
+    drive: Drive,
+    fields: Fields,
+    base: np.ndarray,
+    rest: tuple[tuple[int, ...], Shape | None, float, StaticsOptions],
+) -> Problem:
+    """The problem of every row, and from where each is loaded."""
+    batch, start, mu, options = rest
+    rows, count = math.prod(batch), drive.by_tension.size
+    length = _spread(straight_length(trunk) - drive.pull, batch, 1)
+    tension = _spread(drive.tension, batch, 1)
+    begin = np.empty((rows, 2, count))
+    if start is None or start.forces is None:
+        begin[:, 0], begin[:, 1] = length, np.where(drive.by_tension, tension, 0.0)
+    else:
+        begin[:, 0] = _spread(start.gap.sum(axis=-2), batch, 1)
+        begin[:, 1] = _spread(start.forces.cable_tension, batch, 1)
+    far = np.where(drive.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1) / options.increment
+    hard = np.where(drive.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1) / options.tension_increment
+    increments = np.maximum(np.ceil(np.maximum(far, hard) - 1e-9), 1.0) if mu > 0 else np.ones(rows)
+    return Problem(
+        _spread(base, batch, 2), _spread(fields.direction, batch, 2), _spread(fields.factor, batch, 2),
+        _spread(fields.moment, batch, 2), length, begin, increments.astype(np.int64), tension, drive.by_tension,
+        np.full(count, 1 / options.cable_stiffness),
+        np.array([mu, options.slip, options.tolerance, float(options.steps_most)]),
+    )  # fmt: skip
+
+
+def _start(trunk: Trunk, drive: Drive, batch: tuple[int, ...], start: Shape | None) -> Solution:
+    """Room for the solutions, with the bends, tensions and anchors from which they are sought."""
+    rows, (joints, count) = math.prod(batch), trunk.before.shape[:2]
+    bend, anchor = np.zeros((rows, joints, 3)), np.zeros((rows, joints, count))
+    tension = np.zeros((rows, count))
+    if start is None or start.history is None:
+        bend[..., :2] = _NUDGE
+    else:
+        bend[:] = _spread(start.history.bend, batch, 2)
+        anchor[:] = _spread(start.history.anchor, batch, 2)
+        if start.forces is not None:
+            tension[:] = _spread(start.forces.cable_tension, batch, 1)
+    tension[:] = np.where(drive.by_tension, _spread(drive.tension, batch, 1), tension)
+    return Solution(
+        bend, tension, anchor, np.empty((rows, joints, 3, 3)), np.empty((rows, joints + 1, 3)),
+        np.empty((rows, joints, count)), np.empty((rows, joints, count)), np.empty((rows, joints)),
+        np.empty((rows, 3, 3)), np.empty((rows, 3)),
+    )  # fmt: skip
+
+
+def _run(problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
+    """Solve all rows, on all cores where there are enough, and in chunks so that Ctrl-C is heard."""
+    rows = len(problem.base)
+    if rows < 8:
+        solve_rows(nd, trunk, problem, solution)
+        return
+    for first in range(0, rows, _CHUNK):
+        part = slice(first, first + _CHUNK)
+        some = problem._replace(**{name: getattr(problem, name)[part] for name in Problem._fields[:8]})
+        solve_rows_on_all_cores(nd, trunk, some, Solution(*(array[part] for array in solution)))
+
+
+def _read_out(
+    design: TrunkDesign,
+    drive: Drive,
+    problem: Problem,
+    solution: Solution,
+    rest: tuple[tuple[int, ...], StaticsOptions],
+) -> Shape:
+    batch, options = rest
+
+    def shaped(array: np.ndarray) -> np.ndarray:
+        return array.reshape((*batch, *array.shape[1:]))
+
+    gap, rotation = shaped(solution.gap), shaped(solution.rotation)
+    across = np.hypot(rotation[..., 1, 0], rotation[..., 2, 0])
+    total = solution.gap.sum(axis=1)
+    straight = straight_length(build_trunk(design, options))
+    is_shut = shaped(solution.reaction) > 0
+    forces = Forces(
+        cable_tension=shaped(solution.tension), gap_tension=shaped(solution.gap_tension),
+        limit_reaction=shaped(solution.reaction), tip_compliance=shaped(solution.compliance),
+        residual=shaped(solution.figures[:, 0]),
+    )  # fmt: skip
+    return Shape(
+        points=shaped(solution.points), joint_rotation=rotation, joint_angle=np.arctan2(across, rotation[..., 0, 0]),
+        gap=gap, cable_change=shaped(straight - total), is_shut=is_shut,
+        status=shaped(_judge(drive, problem, solution, is_shut.reshape(-1, is_shut.shape[-1]))), forces=forces,
+        history=History(bend=shaped(solution.bend), anchor=shaped(solution.anchor)),
+    )  # fmt: skip
+
+
+def _judge(drive: Drive, problem: Problem, solution: Solution, is_shut: np.ndarray) -> np.ndarray:
+    """Status of every row."""
+    residual, violation, _ = solution.figures.T
+    is_good = (residual <= problem.friction[2]) & (violation <= TIGHT)
+    excess = solution.gap.sum(axis=1) - problem.length - problem.compliance * solution.tension
+    has_stalled = ((excess > TIGHT) & ~drive.by_tension).any(axis=1)
+    status = np.where(is_shut.all(axis=1), int(Status.ALL_SHUT), int(Status.CONVERGED))
+    status = np.where(has_stalled & ~is_shut.all(axis=1), int(Status.STALLED), status)
+    return np.where(is_good, status, int(Status.NOT_CONVERGED))
+
+
+def _spread(array: np.ndarray, batch: tuple[int, ...], own: int) -> np.ndarray:
+    """An array with ``own`` axes of its own, repeated over the batch: shape (rows, own axes)."""
+    tail = array.shape[array.ndim - own :]
+    return np.ascontiguousarray(np.broadcast_to(array, (*batch, *tail))).reshape(math.prod(batch), *tail)
