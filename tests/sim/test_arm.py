@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import mink
 import mujoco
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from spiraltrunk.errors import DesignError
 from spiraltrunk.plant import Command
 from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec
 from spiraltrunk.sim.arm_spec import PANDA_HOME, PANDA_LIMITS, arm_home, arm_limits
-from spiraltrunk.sim.reach import ArmReach
+from spiraltrunk.sim.reach import SPEED_SHARE, ArmReach, build_arm_model
 
 # Franka Control Interface documentation, "Limits for Panda".
 Q_MIN = [-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973]
@@ -117,6 +118,34 @@ def test_inverse_kinematics_reaches_a_frame_within_the_speed_limit():
         before, q = q, reach.follow(q, target, 0.02)
         assert (np.abs(q - before) <= 0.02 * 0.81 * PANDA_LIMITS.velocity).all()
     np.testing.assert_allclose(reach.T_base(q), target, rtol=0, atol=2e-3)
+
+
+def _by_the_program(reach, q, T_world_base, dt):
+    """The same step as mink solves it, limits and all."""
+    model = build_arm_model(PAPER)
+    configuration = mink.Configuration(model, q=q)
+    frame = mink.FrameTask("trunk_base", "site", position_cost=1.0, orientation_cost=0.5, lm_damping=1e-3)
+    posture = mink.PostureTask(model, cost=1e-3)
+    frame.set_target(mink.SE3.from_matrix(T_world_base))
+    posture.set_target(reach.home)
+    limits = [mink.ConfigurationLimit(model, min_distance_from_limits=0.01)]
+    velocity = mink.solve_ik(configuration, [frame, posture], dt, solver="daqp", damping=1e-6, limits=limits)
+    return velocity / max(1.0, (np.abs(velocity) / (SPEED_SHARE * PANDA_LIMITS.velocity)).max()) * dt
+
+
+@pytest.mark.parametrize("is_near_a_limit", [False, True])
+def test_each_step_of_the_arm_solves_the_whole_program(is_near_a_limit):
+    """Without the program where no limit binds, and with it where one does: mink's solution either way."""
+    reach, rng, bound = ArmReach(PAPER), np.random.default_rng(3), 0
+    for _ in range(20):
+        q = reach.home + rng.normal(scale=0.1, size=7)
+        if is_near_a_limit:
+            q[3] = Q_MAX[3] - 0.02
+        target = reach.T_base(reach.home + rng.normal(scale=0.3, size=7))
+        reached = reach.follow(q, target, 0.02)
+        np.testing.assert_allclose(reached - q, _by_the_program(reach, q, target, 0.02), rtol=0, atol=1e-9)
+        bound += not reach._is_within_limits(q, reach._free_step(q))
+    assert (bound > 3) == is_near_a_limit
 
 
 def test_inverse_kinematics_of_a_place_out_of_reach_stays_within_the_ranges():
