@@ -33,8 +33,13 @@ MODULE = [sys.executable, "-m", "spiraltrunk"]
 
 
 def start(*command: str) -> subprocess.Popen[str]:
+    """Begin the command with Ctrl-C heard, also where the tests run in the background and ignore it."""
     pipe = subprocess.PIPE
-    return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def wait_for(running: subprocess.Popen[str], line: str) -> None:
