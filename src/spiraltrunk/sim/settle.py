@@ -15,19 +15,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spiraltrunk.design.checks import check_number
-from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import lengths_from_rotations
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.sim.friction import CableFriction
+from spiraltrunk.sim.held_spec import Point, gripper_center, held_spec
 from spiraltrunk.sim.trunk_spec import (
     TrunkOptions,
-    add_trunk,
     cable_name,
     hinge_names,
     section_name,
-    trunk_quat_wxyz,
     tune_joint_limits,
 )
 
@@ -36,9 +34,6 @@ _WATCH_STEPS = 10
 
 _STILL_TIME = 0.05
 """Time for which the velocity must stay below its bound [s]: at the turning point of a swing it does not."""
-
-_LOAD_RADIUS = 1e-3
-"""Radius of the ball that stands for a point mass [m]: MuJoCo wants some inertia."""
 
 
 @final
@@ -138,7 +133,7 @@ class SettleRig:
         self.loads = np.broadcast_to(np.asarray(loads, float), design.n_section)
         for n, load in enumerate(self.loads.tolist()):
             check_number(f"loads[{n}]", load, least=0.0, below=1e3)
-        self.model = self._build(_base_quat_wxyz(theta_0, roll))
+        self.model = self._build(theta_0, roll)
         tune_joint_limits(self.model, design)
         # Only now, as the joint limits are as soft as the inertia that they were tuned to is small.
         hinges = [self.model.joint(name).dofadr[0] for i in range(design.n_joint) for name in hinge_names(i)]
@@ -195,33 +190,21 @@ class SettleRig:
         gripper = self.design.gripper
         if gripper is None or not self.options.has_gripper:
             return 0.0, 0.0
-        return gripper.mass, _center(gripper)
+        return gripper.mass, gripper_center(gripper)
 
-    def _build(self, quat_wxyz: np.ndarray) -> mujoco.MjModel:
-        design, options = replace(self.design, gripper=None), self.options
-        spec = mujoco.MjSpec()
-        spec.compiler.degree = False
-        spec.compiler.autolimits = True
+    def _build(self, theta_0: float, roll: float) -> mujoco.MjModel:
+        design, options, (mass, beyond) = self.design, self.options, self._gripper
+        end = design.section_length
+        points = [Point(section=n, along=float(end[n]), mass=float(self.loads[n])) for n in range(design.n_section)]
+        points.append(Point(section=design.n_section - 1, along=float(end[-1]) + beyond, mass=mass))
+        spec = held_spec(replace(design, gripper=None), options.trunk, points, theta_0=theta_0, roll=roll)
         spec.option.timestep = options.timestep
-        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # MuJoCo 4.0.0's sparse Cholesky factor is at fault.
-        spec.option.gravity = [0, -9.81, 0]
-        mount, turn = np.zeros(4), trunk_quat_wxyz((1.0, 0.0, 0.0, 0.0), design.arm.roll)
-        mujoco.mju_mulQuat(mount, quat_wxyz, turn * [1, -1, -1, -1])
-        add_trunk(spec, spec.worldbody, design, options.trunk, quat_wxyz=mount)
         for joint in spec.joints:
             joint.damping[0] *= options.damping_factor
-        self._add_loads(spec)
         model = spec.compile()
         if not options.has_contact:
             model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
         return model
-
-    def _add_loads(self, spec: mujoco.MjSpec) -> None:
-        end, (mass, beyond) = self.design.section_length, self._gripper
-        for n in range(self.design.n_section):
-            _add_point(spec.body(section_name(n)), f"load_{n + 1:02d}", float(self.loads[n]), float(end[n]))
-        _add_point(spec.body(section_name(self.design.n_section - 1)), "gripper", mass, float(end[-1]) + beyond)
 
     # Moving.
 
@@ -334,28 +317,3 @@ def settle(
 ) -> Settled:
     """Where the trunk rests after its cables went through ``stages``, by simulation; see `SettleRig`."""
     return SettleRig(design, theta_0=theta_0, roll=roll, loads=loads, options=options).settle(stages)
-
-
-def _base_quat_wxyz(theta_0: float, roll: float) -> np.ndarray:
-    """Turn of the trunk's base in the frame of `Shape`: by -theta_0 about z, then by ``roll`` about the axis."""
-    quat = np.zeros(4)
-    tilt = np.array([math.cos(theta_0 / 2), 0.0, 0.0, -math.sin(theta_0 / 2)])
-    mujoco.mju_mulQuat(quat, tilt, np.array([math.cos(roll / 2), math.sin(roll / 2), 0.0, 0.0]))
-    return quat
-
-
-def _center(gripper: GripperDesign) -> float:
-    """Distance of the straight fingers' centre of mass from their bases [m], each phalanx's at half its length."""
-    share = gripper.phalanx_length * gripper.phalanx_width**2
-    middle = np.cumsum(gripper.phalanx_length) - gripper.phalanx_length / 2
-    return float(share @ middle / share.sum())
-
-
-def _add_point(body: mujoco.MjsBody, name: str, mass: float, along: float) -> None:
-    if mass == 0.0:
-        return
-    point = body.add_body(name=name, pos=[along, 0, 0])
-    point.explicitinertial = True
-    point.mass = mass
-    point.ipos = [0, 0, 0]
-    point.inertia = [0.4 * mass * _LOAD_RADIUS**2] * 3
