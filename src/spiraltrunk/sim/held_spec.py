@@ -1,4 +1,4 @@
-"""The trunk alone as a MuJoCo spec, its base held at any orientation in the frame of `Shape`, with masses hung on it."""
+"""The trunk alone as a MuJoCo spec: base held at any orientation in the frame of `Shape`, masses hung on sections."""
 
 from __future__ import annotations
 
