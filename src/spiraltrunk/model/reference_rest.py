@@ -15,6 +15,9 @@ _MOST_STEPS = 200
 _SMALL = 1e-8
 """A full Newton step of this size leaves an error of its square [rad]."""
 
+_NOISE = 1e-14
+"""Rounding of the energy over the weights' moments [-]."""
+
 _NUDGE = 1e-3
 """Turn that takes a trunk off an equilibrium on which it cannot stay [rad]."""
 
@@ -43,10 +46,10 @@ def settle(theta_0: float, t: Table, sag: np.ndarray, work: np.ndarray) -> bool:
         is_stable = _direction(t, sag, True, work)
         if not is_stable:
             _direction(t, sag, False, work)
-        energy, moved = _descend(theta_0, t, sag, work, energy)
-        if moved < _SMALL and is_stable:
+        energy, moved, part = _descend(theta_0, t, sag, work, energy)
+        if moved < _SMALL and part == 1.0 and is_stable:
             return True
-        if moved < _SMALL:
+        if moved < _SMALL and not is_stable:
             for n in range(sag.size):
                 sag[n] = min(sag[n] + _NUDGE, t.limit)
             energy = _weigh(theta_0, t, sag, work)
@@ -98,9 +101,16 @@ def _direction(t: Table, sag: np.ndarray, is_exact: bool, work: np.ndarray) -> b
 
 
 @njit(cache=True, error_model="numpy")
-def _descend(theta_0: float, t: Table, sag: np.ndarray, work: np.ndarray, energy: float) -> tuple[float, float]:
-    """Go along ``work[0]`` within the limits, half as far until the energy falls: the new energy [J], how far [rad]."""
+def _descend(theta_0: float, t: Table, sag: np.ndarray, work: np.ndarray, energy: float) -> tuple[float, float, float]:
+    """Go along ``work[0]`` within the limits, half as far until the energy falls.
+
+    Returns:
+        The new energy [J], how far [rad] and which part of the whole way.
+    """
     step, trial = work[0], work[1]
+    noise = 0.0
+    for n in range(sag.size):
+        noise += _NOISE * t.weight[n]
     part, reached, moved = 1.0, energy, 0.0
     while True:
         moved = 0.0
@@ -109,8 +119,8 @@ def _descend(theta_0: float, t: Table, sag: np.ndarray, work: np.ndarray, energy
             moved = max(moved, abs(trial[n] - sag[n]))
         if moved >= _SMALL:
             reached = _weigh(theta_0, t, trial, work)
-        if reached <= energy or moved < _SMALL:
+        if reached <= energy + noise or moved < _SMALL:
             for n in range(sag.size):
                 sag[n] = trial[n]
-            return reached, moved
+            return reached, moved, part
         part *= 0.5
