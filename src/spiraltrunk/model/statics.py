@@ -13,6 +13,8 @@ next.
 from __future__ import annotations
 
 import math
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
@@ -25,7 +27,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import hole_positions
 from spiraltrunk.model.kernels.balance import Trunk
-from spiraltrunk.model.kernels.batch import Problem, Solution, solve_rows, solve_rows_on_all_cores
+from spiraltrunk.model.kernels.batch import Problem, Solution, solve_rows
 from spiraltrunk.model.kernels.newton import TIGHT
 from spiraltrunk.model.kernels.rotation import VECTOR, Y_FIRST, Z_FIRST
 from spiraltrunk.model.loading import Drive, Fields, Loads, base_orientation, read_drive, read_fields, read_numbers
@@ -42,8 +44,8 @@ SHUT = 1e-6
 _NUDGE = 1e-6
 """Bend from which a solution starts [rad], so that a trunk balanced on its base falls to one side."""
 
-_CHUNK = 512
-"""Equilibria between two chances to stop a batch."""
+_CHUNK = 16
+"""Equilibria that a core solves in a row; between two such rows a batch can be stopped."""
 
 
 @final
@@ -216,13 +218,16 @@ def _start(trunk: Trunk, drive: Drive, batch: tuple[int, ...], start: Shape | No
 def _run(problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
     """Solve all rows, on all cores where there are enough, and in chunks so that Ctrl-C is heard."""
     rows = len(problem.base)
-    if rows < 8:
-        solve_rows(nd, trunk, problem, solution)
+    if rows < _CHUNK:
+        solve_rows(0, rows, nd, trunk, problem, solution)
         return
-    for first in range(0, rows, _CHUNK):
-        part = slice(first, first + _CHUNK)
-        some = problem._replace(**{name: getattr(problem, name)[part] for name in Problem._fields[:8]})
-        solve_rows_on_all_cores(nd, trunk, some, Solution(*(array[part] for array in solution)))
+    solve_rows(0, 1, nd, trunk, problem, solution)  # Compiled once, before the threads ask for it.
+    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    try:
+        chunks = [(first, min(first + _CHUNK, rows)) for first in range(1, rows, _CHUNK)]
+        list(pool.map(lambda chunk: solve_rows(*chunk, nd, trunk, problem, solution), chunks))
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _read_out(

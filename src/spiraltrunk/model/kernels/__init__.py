@@ -22,9 +22,13 @@ Numba looks at the file of a kernel alone and would go on with old code of the k
 """
 
 
-def compiled(function: Callable[..., Any], *, parallel: bool = False) -> Any:
-    """How every kernel is compiled: kept on disc, and a division by zero is an infinity that the solver refuses."""
-    kernel = njit(cache=True, error_model="numpy", parallel=parallel)(function)
+def compiled(function: Callable[..., Any]) -> Any:
+    """How every kernel is compiled.
+
+    Kept on disc; free of Python's lock, so that threads share a batch; a division by zero is an infinity, which the
+    solver refuses.
+    """
+    kernel = njit(cache=True, error_model="numpy", nogil=True)(function)
     stored = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
     if stored is not None:  # With NUMBA_DISABLE_JIT there is none.
         stored._source_stamp = STAMP

@@ -1,11 +1,10 @@
-"""Many equilibria, one after another or on all cores."""
+"""Many equilibria, one after another."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numba import prange
 
 from spiraltrunk.model.kernels import compiled
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
@@ -58,43 +57,35 @@ class Solution(NamedTuple):
 
 
 @compiled
-def solve_row(b, nd, trunk, problem, solution):
-    """Equilibrium ``b``; bend, tension and anchor hold where it starts."""
+def solve_rows(first, last, nd, trunk, problem, solution):
+    """Equilibria ``first`` to ``last``; bend, tension and anchor hold where each starts."""
     n_joint, n_cable = solution.gap.shape[1], solution.gap.shape[2]
     work = room_for_work(n_joint, n_cable, nd)
     system = room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
-    control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
-    field = (problem.direction[b], problem.factor[b], problem.moment[b])
     mu, reach, tolerance, most = problem.friction
-    q, tension = solution.bend[b], solution.tension[b]
-    force, back = np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable))
-    friction = Friction(force, back, solution.anchor[b], reach if mu > 0.0 else 0.0)
-    case = Case(problem.base[b], trunk, field, control, friction)
-    residual, violation, steps = follow(
-        q, tension, case, mu, problem.start[b], problem.increments[b], tolerance, int(most), work, system
-    )
-    solution.figures[b, 0], solution.figures[b, 1], solution.figures[b, 2] = residual, violation, steps
-    solution.rotation[b], solution.gap[b], solution.gap_tension[b] = work.rotation, work.gap, work.tension
-    solution.reaction[b] = system.reaction
-    for x in range(3):
-        end = 0.0
-        for n in range(n_joint + 1):
-            end += trunk.length[n] * work.frames[n, x, 0]
-            solution.points[b, n, x] = end
-    tip_compliance(q, tension, case, work, system, solution.compliance[b])
+    for b in range(first, last):
+        control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
+        field = (problem.direction[b], problem.factor[b], problem.moment[b])
+        force, back = np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable))
+        friction = Friction(force, back, solution.anchor[b], reach if mu > 0.0 else 0.0)
+        case = Case(problem.base[b], trunk, field, control, friction)
+        q, tension = solution.bend[b], solution.tension[b]
+        residual, violation, steps = follow(
+            q, tension, case, mu, problem.start[b], problem.increments[b], tolerance, int(most), work, system
+        )
+        figures = solution.figures[b]
+        figures[0], figures[1], figures[2] = residual, violation, steps
+        solution.rotation[b], solution.gap[b], solution.gap_tension[b] = work.rotation, work.gap, work.tension
+        solution.reaction[b] = system.reaction
+        find_ends(work.frames, trunk.length, solution.points[b])
+        tip_compliance(q, tension, case, work, system, solution.compliance[b])
 
 
 @compiled
-def solve_rows(nd, trunk, problem, solution):
-    """All of them, one after another."""
-    for b in range(problem.base.shape[0]):
-        solve_row(b, nd, trunk, problem, solution)
-
-
-def _solve_rows_on_all_cores(nd, trunk, problem, solution):
-    """All of them, shared among the cores."""
-    for b in prange(problem.base.shape[0]):
-        solve_row(b, nd, trunk, problem, solution)
-
-
-solve_rows_on_all_cores = compiled(_solve_rows_on_all_cores, parallel=True)
+def find_ends(frames, length, points):
+    """Section ends into ``points`` (n_section, 3)."""
+    for x in range(3):
+        end = 0.0
+        for n in range(length.shape[0]):
+            end += length[n] * frames[n, x, 0]
+            points[n, x] = end

@@ -64,42 +64,40 @@ def move_anchors(work, friction):
 
 
 @compiled
-def solve_increment(q, tension, case, mu, tolerance, most, work, system, turns):
-    """One increment: shape, tensions and friction forces together. Returns residual, violation, steps."""
-    friction = case.friction
+def follow(q, tension, case, mu, start, increments, tolerance, most, work, system):
+    """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case in equal increments.
+
+    In each, shape, tensions and friction forces are found together. ``q``, ``tension`` and the friction's anchors are
+    brought up to date in place. Returns the last residual [N m], the last violation [m] and the number of steps.
+    """
+    turns, length, control, friction = np.zeros_like(work.gap), np.zeros_like(tension), case.control, case.friction
+    stage = Control(control.by_tension, length, control.most, control.compliance)
+    part_way = Case(case.base, case.trunk, case.field, stage, friction)
     total, residual, violation = 0, 0.0, 0.0
-    for _ in range(ROUNDS):
-        residual, violation, count = solve_safely(q, tension, case, tolerance, most, work, system)
-        total += count
-        if friction.reach == 0.0:
-            break
-        change = update_forces(mu, case.trunk, tension, work, turns, friction)
-        residual = max(residual, change)
-        if change <= tolerance or total > most:
-            break
-    if friction.reach > 0.0:
-        move_anchors(work, friction)
+    target = tension.copy()
+    rounds = ROUNDS if friction.reach > 0.0 else 1
+    for turn in range(increments * rounds):
+        step, again = turn // rounds, turn % rounds
+        if again == 0:
+            settled, spent = False, 0
+            _advance(length, tension, control, start, target, (step + 1) / increments)
+        if settled:
+            continue
+        residual, violation, count = solve_safely(q, tension, part_way, tolerance, most, work, system)
+        total, spent = total + count, spent + count
+        if friction.reach > 0.0:
+            change = update_forces(mu, case.trunk, tension, work, turns, friction)
+            residual = max(residual, change)
+            settled = change <= tolerance or spent > most
+            if settled or again == rounds - 1:
+                move_anchors(work, friction)
     return residual, violation, total
 
 
 @compiled
-def follow(q, tension, case, mu, start, increments, tolerance, most, work, system):
-    """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case in equal increments.
-
-    ``q``, ``tension`` and the friction's anchors are brought up to date in place. Returns the last residual [N m], the
-    last violation [m] and the number of steps.
-    """
-    turns, length, control = np.zeros_like(work.gap), np.zeros_like(tension), case.control
-    stage = Control(control.by_tension, length, control.most, control.compliance)
-    part_way = Case(case.base, case.trunk, case.field, stage, case.friction)
-    total, residual, violation = 0, 0.0, 0.0
-    target = tension.copy()
-    for step in range(increments):
-        part = (step + 1) / increments
-        for c in range(length.shape[0]):
-            length[c] = start[0, c] + part * (control.length[c] - start[0, c])
-            if control.by_tension[c]:
-                tension[c] = start[1, c] + part * (target[c] - start[1, c])
-        residual, violation, count = solve_increment(q, tension, part_way, mu, tolerance, most, work, system, turns)
-        total += count
-    return residual, violation, total
+def _advance(length, tension, control, start, target, part):
+    """Lengths and tensions at a part of the way."""
+    for c in range(length.shape[0]):
+        length[c] = start[0, c] + part * (control.length[c] - start[0, c])
+        if control.by_tension[c]:
+            tension[c] = start[1, c] + part * (target[c] - start[1, c])

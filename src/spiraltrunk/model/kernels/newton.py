@@ -242,11 +242,13 @@ def pursue_step(q, tension, case, goal, penalty, work, system):
 
 
 @compiled
-def look(q, tension, pulls, case, penalty, is_pursuing, work, system):
-    """Equations at ``q``, reduced to what the joints' limits leave; the residual and the cables' violation."""
-    if is_pursuing:
-        pulls[:] = tension
-    else:
+def look(q, tension, pulls, case, penalty, work, system):
+    """Equations at ``q``, reduced to what the joints' limits leave; the residual and the cables' violation.
+
+    Without a penalty the winders hold ``tension``, with one what the augmented Lagrangian makes of it.
+    """
+    pulls[:] = tension
+    if penalty > 0.0:
         place(q, case.base, case.trunk, work)
         tensions_at(work.gap, case.control, tension, penalty, pulls)
     linearise(q, case, pulls, work)
@@ -268,7 +270,7 @@ def solve(q, tension, case, tolerance, most, work, system):
     pull_inside(q, case.trunk, system.rim)
     penalty, tries, is_pursuing, before = PENALTY, 3, True, 1e300
     for count in range(most + 1):
-        residual, violation = look(q, tension, pulls, case, penalty, is_pursuing, work, system)
+        residual, violation = look(q, tension, pulls, case, 0.0 if is_pursuing else penalty, work, system)
         if (residual <= tolerance and violation <= TIGHT) or count == most:
             break
         if not is_pursuing and residual <= max(tolerance, 0.1 * violation / LEVER):
