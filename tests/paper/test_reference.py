@@ -131,7 +131,7 @@ def test_shares_of_the_pull():
 
 
 def test_constants_are_the_authors():
-    """Authors' code: R_hole 28.87 mm k_p^i, straight gap 13.74 mm, gravity with 0.9196, the gripper in the last mass."""
+    """Authors' code: R_hole 28.87 mm k_p^i, straight gap 13.74 mm, gravity with 0.9196, the gripper in m_17."""
     t = unpack(prepare(PAPER).constants)
     powers = PAPER.k_p ** np.arange(17)
     np.testing.assert_allclose(t.diameter * MM, 2 * 28.87 * PAPER.k_p * powers, rtol=1e-9)
@@ -155,9 +155,10 @@ def test_a_saturated_twist_loses_cable_in_the_authors_code_alone():
     """60 mm, then 60 mm: joint 11 is full; its share is taken off the pull and still counted in the others'."""
     theirs = solve("twist", (60, 60), 90)
     ours = reference.twist(PAPER, 0.06, 0.06, math.pi / 2, as_authors=False)
-    before = solve("dorsal", (60,), 90).cable_change[1], reference.bend_dorsal(
-        PAPER, 0.06, math.pi / 2, as_authors=False
-    ).cable_change[1]
+    before = (
+        solve("dorsal", (60,), 90).cable_change[1],
+        reference.bend_dorsal(PAPER, 0.06, math.pi / 2, as_authors=False).cable_change[1],
+    )
     assert (theirs.cable_change[1] - before[0]) * MM == pytest.approx(57.364, abs=0.01)
     assert (ours.cable_change[1] - before[1]) * MM == pytest.approx(60, abs=1e-6)
     assert theirs.is_shut[10]

@@ -1,5 +1,17 @@
-"""Where the robot is: shapes and cable lengths from joint bends."""
+"""Where the robot is: shapes and cable lengths from joint bends, pulls and gravity.
+
+`reference` and `statics` compile their laws and load Numba, so they are loaded when used.
+"""
+
+from importlib import import_module
+from types import ModuleType
 
 from spiraltrunk.model import cables, transforms
 
-__all__ = ["cables", "transforms"]
+__all__ = ["cables", "reference", "statics", "transforms"]
+
+
+def __getattr__(name: str) -> ModuleType:
+    if name in __all__:
+        return import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -136,10 +136,8 @@ _Given = tuple[str, ArrayLike, float]
 def _ask(given: tuple[_Given, ...]) -> np.ndarray:
     """First pull [m], second pull [m] and theta_0 [rad] side by side, shape (..., 3); checked."""
     if all(isinstance(value, (float, int)) for _, value, _ in given):
-        for name, value, full in given:
-            _check_number(name, float(value), full)  # type: ignore[arg-type]
-        pulls = [float(value) for _, value, _ in given[:-1]]  # type: ignore[arg-type]
-        return np.array((*pulls, *(0.0,) * (2 - len(pulls)), float(given[-1][1])))  # type: ignore[arg-type]
+        *pulls, theta_0 = [_check_number(*entry) for entry in given]  # type: ignore[arg-type]
+        return np.array((*pulls, *(0.0,) * (2 - len(pulls)), theta_0))
     arrays = [_check_array(*entry) for entry in given]
     try:
         shape = np.broadcast_shapes(*(array.shape for array in arrays))
@@ -161,20 +159,30 @@ def _check_array(name: str, value: ArrayLike, full: float) -> np.ndarray:
     if array.dtype.kind not in "fiu":
         raise ModelError(f"{name} is {value!r}; allowed: a number or an array of numbers")
     array = array.astype(float)
-    is_bad = ~(np.isfinite(array) & ((array >= 0) & (array <= PULL_MARGIN * full) | math.isinf(full)))
-    if is_bad.any():
-        _check_number(name, float(array[is_bad][0]), full)
+    allowed = np.isfinite(array) if math.isinf(full) else (array >= 0) & (array <= _most(full))
+    if not allowed.all():
+        _check_number(name, float(array[~allowed][0]), full)
     return array
 
 
-def _check_number(name: str, value: float, full: float) -> None:
-    """Refuse what is not finite, or a pull outside 0 to the margin over full curl."""
+def _check_number(name: str, value: float, full: float) -> float:
+    """The number, which is finite and, for a pull, from 0 to the margin over full curl."""
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
     if math.isinf(full):
-        if not math.isfinite(value):
-            raise ModelError(f"{name} is {value:g} rad; allowed: any finite angle")
-    elif not 0.0 <= value <= PULL_MARGIN * full:
-        most = f"{PULL_MARGIN * full:.6g} m, {PULL_MARGIN:g} times full curl"
-        raise ModelError(f"{name} is {value:.6g} m; allowed: 0 to {most}")
+        if not math.isfinite(number):
+            raise ModelError(f"{name} is {number:g} rad; allowed: any finite angle")
+    elif not 0.0 <= number <= _most(full):
+        told = f"{math.floor(_most(full) * 1e6) / 1e6:g} m, {PULL_MARGIN:g} times full curl"
+        raise ModelError(f"{name} is {number:.6g} m; allowed: 0 to {told}")
+    return number
+
+
+def _most(full: float) -> float:
+    """Largest pull where ``full`` shuts every gap, with what rounding adds [m]."""
+    return PULL_MARGIN * full * (1 + 1e-12)
 
 
 def _solve(law: int, prepared: Prepared, asked: np.ndarray) -> Shape:

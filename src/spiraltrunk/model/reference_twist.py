@@ -12,6 +12,9 @@ from spiraltrunk.model.reference_table import Table
 _LARGEST_TURN = math.pi / 4
 """Largest turn about a joint's axis (authors' code: 45 deg) [rad]; the faces meet earlier."""
 
+_NOTHING = 1e-12
+"""Cable that is rounding, not length [m]."""
+
 
 @njit(cache=True, error_model="numpy")
 def wind(pull: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float:
@@ -70,11 +73,27 @@ def _share_out(pull: float, t: Table, room: np.ndarray, share: np.ndarray, n_ope
             level += over * total / nearer
     if t.as_authors:
         return max(pull - given, 0.0) if is_full else 0.0
-    left = pull - given
-    for i in range(n_open):
-        more = min(left, room[i] - share[i])
-        share[i] += more
-        left -= more
+    return _fill(pull - given, t, room, share, n_open)
+
+
+@njit(cache=True, error_model="numpy")
+def _fill(left: float, t: Table, room: np.ndarray, share: np.ndarray, n_open: int) -> float:
+    """Give what joint 1 could not take [m] to the joints with room, by their portions; what does not fit comes back.
+
+    The paper is silent on it, though joint 1 has the largest share and is often full first.
+    """
+    while left > _NOTHING:
+        total = 0.0
+        for i in range(n_open):
+            total += t.portion[room.size - 1 - i] if share[i] < room[i] else 0.0
+        if total == 0.0:
+            break
+        level, left = left / total, 0.0
+        for i in range(n_open):
+            if share[i] < room[i]:
+                over = share[i] + level * t.portion[room.size - 1 - i] - room[i]
+                share[i] = room[i] + min(over, 0.0)
+                left += max(over, 0.0)
     return left
 
 
