@@ -8,10 +8,12 @@ from types import ModuleType
 
 from spiraltrunk.model import cables, transforms
 
-__all__ = ["cables", "reference", "statics", "transforms"]
+__all__ = ["cables", "transforms"]
+
+_COMPILED = ("reference", "statics")
 
 
 def __getattr__(name: str) -> ModuleType:
-    if name in __all__:
+    if name in _COMPILED:
         return import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
