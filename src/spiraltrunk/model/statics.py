@@ -272,6 +272,6 @@ def _judge(drive: Drive, problem: Problem, solution: Solution, is_shut: np.ndarr
 
 
 def _spread(array: np.ndarray, batch: tuple[int, ...], own: int) -> np.ndarray:
-    """An array with ``own`` axes of its own, repeated over the batch: shape (rows, own axes)."""
+    """An array with ``own`` axes of its own, copied over the batch: shape (rows, own axes)."""
     tail = array.shape[array.ndim - own :]
-    return np.ascontiguousarray(np.broadcast_to(array, (*batch, *tail))).reshape(math.prod(batch), *tail)
+    return np.array(np.broadcast_to(array, (*batch, *tail)), order="C").reshape(math.prod(batch), *tail)
