@@ -136,12 +136,16 @@ def test_authors_overflow_is_measured_from_the_straight_gap():
     assert ours.gap[:, 0].sum() - start.gap[:, 0].sum() == pytest.approx(0.08, abs=1e-12)
 
 
+def soft_base():
+    """A trunk without weight that curls from the base."""
+    soft = tuple(0.01 * 1.5**i for i in range(PAPER.n_joint))
+    mass = replace(PAPER.mass, density=1e-3, sections=None)
+    return replace(PAPER, joint=replace(PAPER.joint, stiffness=soft), mass=mass)
+
+
 def test_cable_that_the_base_cannot_take_goes_to_open_joints():
     """A trunk with a soft base curls there first; the rest of the pull still has to go somewhere."""
-    soft = tuple(0.01 * 1.5**i for i in range(PAPER.n_joint))
-    design = replace(
-        PAPER, joint=replace(PAPER.joint, stiffness=soft), mass=replace(PAPER.mass, density=1e-3, sections=None)
-    )
+    design = soft_base()
     for part in (0.5, 0.9, 0.999):
         pull = part * design.cable_stroke
         shape = reference.bend_dorsal(design, pull, HANGING, as_authors=False)
@@ -218,6 +222,30 @@ def test_large_batches_are_single_shapes_to_the_bit(law):
         single = law(PAPER, *(float(column[i]) for column in given))
         for name in FIELDS:
             np.testing.assert_array_equal(getattr(batch, name)[i], getattr(single, name))
+
+
+@pytest.mark.parametrize("as_authors", [True, False])
+def test_points_alone_are_those_of_the_shape_to_the_bit(as_authors):
+    """Runs of every length at one theta_0, on one core and on all, full curl and straight among them."""
+    rng = np.random.default_rng(6)
+    theta_0 = np.repeat(rng.uniform(-2, 2, 90), np.arange(90))
+    pull = rng.uniform(0, 1.01 * PAPER.cable_stroke, theta_0.size)
+    pull[::7], pull[3::11] = 0.0, 1.01 * PAPER.cable_stroke
+    for n in (len(pull), 200, 1):
+        lean = reference.bend_dorsal_points(PAPER, pull[:n], theta_0[:n], as_authors=as_authors)
+        full = reference.bend_dorsal(PAPER, pull[:n], theta_0[:n], as_authors=as_authors)
+        np.testing.assert_array_equal(lean.points, full.points)
+        np.testing.assert_array_equal(np.abs(lean.bend), full.joint_angle)
+    assert reference.bend_dorsal_points(PAPER, 0.1, np.zeros((2, 1))).points.shape == (2, 1, 18, 3)
+    assert reference.bend_dorsal_points(PAPER, 0.1, 0.0).bend.shape == (17,)
+
+
+def test_points_alone_share_what_the_base_cannot_take():
+    soft = soft_base()
+    pull = np.linspace(0, 1, 77) * soft.cable_stroke
+    lean = reference.bend_dorsal_points(soft, pull, HANGING, as_authors=False)
+    full = reference.bend_dorsal(soft, pull, HANGING, as_authors=False)
+    np.testing.assert_array_equal(lean.points, full.points)
 
 
 def test_two_cables_bend_but_do_not_twist():

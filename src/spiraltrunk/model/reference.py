@@ -13,12 +13,15 @@ constants are the design's own and every bit of the cable goes to joints that ha
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.model.reference_lean import solve_many_points, solve_points
 from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve, solve_many
 from spiraltrunk.model.reference_table import PULL_MARGIN, Prepared, check_twist, check_ventral, prepare
 from spiraltrunk.model.shape import Shape
@@ -63,6 +66,43 @@ def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_
     prepared = prepare(design, as_authors)
     given = ("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)
     return _solve(DORSAL, prepared, _ask(given))
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class PlaneShape:
+    """Section ends and bends alone, for many shapes at once."""
+
+    points: np.ndarray
+    """Section ends, base to tip, shape (..., n_section, 3) [m]; not a number where the rest did not converge."""
+    bend: np.ndarray
+    """Bend of each joint about z, dorsal positive, shape (..., n_joint) [rad]."""
+
+
+def bend_dorsal_points(
+    design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True
+) -> PlaneShape:
+    """Section ends and bends of `bend_dorsal`, to the bit, in about a fifth of its time where theta_0 repeats.
+
+    Args:
+        design: the trunk; cable 1 dorsal.
+        pull: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke, shape (...) [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded numbers.
+
+    Raises:
+        ModelError: where a number is not finite or not allowed, or cable 1 is not dorsal.
+    """
+    prepared = prepare(design, as_authors)
+    asked = _ask((("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
+    batch, rows = asked.shape[:-1], asked.reshape(-1, 3)
+    n, n_joint = len(rows), prepared.n_joint
+    points, bend = np.empty((n, n_joint + 1, 3)), np.empty((n, n_joint))
+    if n < _MANY:
+        solve_points(rows, prepared.constants, points, bend, (0, n))
+    else:
+        solve_many_points(rows, prepared.constants, points, bend)
+    return PlaneShape(points=points.reshape(*batch, n_joint + 1, 3), bend=bend.reshape(*batch, n_joint))
 
 
 def bend_ventral(design: TrunkDesign, lengthening: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
