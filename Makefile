@@ -18,17 +18,19 @@ help:  ## this list
 venv: $(STAMP)  ## what the other targets need, in .venv (about 1 GB; minutes the first time, nothing after)
 
 # The stamp comes last and goes first, so that an interrupted installation starts afresh; with a stamp, only what
-# changed is installed. Debian without python3-venv has venv but no ensurepip: there pip installs itself from outside.
+# changed is installed. Two makes at once take turns, where there is flock, and the second finds the work done.
+# Debian without python3-venv has venv but no ensurepip: there pip installs itself from outside.
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo "make: Python 3.11 or newer is needed, and $(PYTHON) is not; try make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
-	@echo "Installing into $(VENV) ..." >&2
-	@if test -e $@; then rm -f $@; \
+	@exec 9>.venv.lock; if command -v flock >/dev/null; then flock 9; fi; \
+	if test $@ -nt pyproject.toml && test $@ -nt constraints.txt; then exit 0; fi; \
+	echo "Installing into $(VENV) ..." >&2; \
+	if test -e $@; then rm -f $@; \
 	elif $(PYTHON) -c 'import ensurepip' 2>/dev/null; then $(PYTHON) -m venv --clear $(VENV); \
 	else $(PYTHON) -m venv --clear --without-pip $(VENV) && $(PYTHON) -m pip --python $(BIN)/python install --quiet pip; \
-	fi || { echo "make: $(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; exit 2; }
-	@$(BIN)/python $(PIP_INSTALL) -c constraints.txt -e '.[dev]'
-	@touch $@
+	fi || { echo "make: $(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; exit 2; }; \
+	$(BIN)/python $(PIP_INSTALL) -c constraints.txt -e '.[dev]' && touch $@
 
 grasp: $(STAMP)  ## one grasp in simulation: video, pictures and result.json in out/grasp
 	$(BIN)/spiraltrunk grasp --out $(OUT)/grasp
@@ -64,4 +66,4 @@ clean:  ## remove caches and build products; out and .venv stay
 	find src tests benchmarks examples docs -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 distclean: clean  ## remove .venv as well
-	rm -rf $(VENV)
+	rm -rf $(VENV) .venv.lock
