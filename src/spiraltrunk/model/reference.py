@@ -230,8 +230,11 @@ def _solve(law: int, prepared: Prepared, asked: np.ndarray) -> Shape:
     batch = asked.shape[:-1]
     n, n_joint = math.prod(batch), prepared.n_joint
     numbers, marks = np.empty(n * prepared.layout[-1][2]), np.empty(n * (n_joint + 1), np.uint8)
-    law_for = solve if n < _MANY else solve_many
-    law_for(law, asked.reshape(n, 3), prepared.constants, numbers, marks)
+    rows = asked.reshape(n, 3)
+    if n < _MANY:
+        solve(law, rows, prepared.constants, (numbers, marks), (0, n))
+    else:
+        solve_many(law, rows, prepared.constants, (numbers, marks))
     points, rotation, angle, gap, change = (
         numbers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
     )

@@ -1,4 +1,8 @@
-"""Compiled: one law for one trunk or for many, and the shape that its joints make."""
+"""Compiled: one law for one trunk or for many, and the shape that its joints make.
+
+Numba keeps compiled laws beside each file and looks at that file alone: whoever edits one of the files that this one
+imports runs `make clean`, or goes on with the old law.
+"""
 
 from __future__ import annotations
 
@@ -57,34 +61,21 @@ def _slots(n: int, numbers: np.ndarray, marks: np.ndarray, n_joint: int, n_cable
     )
 
 
+_Answers = tuple[np.ndarray, np.ndarray]
+"""Numbers with the arrays of `Prepared.layout`; marks with which faces meet and with the status, (n (n_joint + 1),)."""
+
+
 @njit(cache=True, error_model="numpy")
-def solve(law: int, asked: np.ndarray, constants: np.ndarray, numbers: np.ndarray, marks: np.ndarray) -> None:
-    """Solve shapes one after the other.
+def solve(law: int, asked: np.ndarray, constants: np.ndarray, answers: _Answers, span: tuple[int, int]) -> None:
+    """Solve shapes ``span[0]`` to ``span[1]`` one after the other; neighbours at the same theta_0 share their rest.
 
     Args:
         law: one of REST, DORSAL, VENTRAL, TWIST.
         asked: first pull [m], second pull [m] and theta_0 [rad], shape (n, 3).
         constants: numbers of the design, from `Prepared`.
-        numbers: filled with the arrays of `Prepared.layout`.
-        marks: filled with which faces meet and with the status, shape (n (n_joint + 1),).
+        answers: filled.
+        span: first shape and one beyond the last.
     """
-    _solve_span(law, asked, constants, (numbers, marks), (0, asked.shape[0]))
-
-
-@njit(cache=True, parallel=True, error_model="numpy")
-def solve_many(law: int, asked: np.ndarray, constants: np.ndarray, numbers: np.ndarray, marks: np.ndarray) -> None:
-    """The same as `solve`, on all cores."""
-    n = asked.shape[0]
-    for chunk in prange((n + _CHUNK - 1) // _CHUNK):
-        span = (chunk * _CHUNK, min((chunk + 1) * _CHUNK, n))
-        _solve_span(law, asked, constants, (numbers, marks), span)
-
-
-@njit(cache=True, error_model="numpy")
-def _solve_span(
-    law: int, asked: np.ndarray, constants: np.ndarray, answers: tuple[np.ndarray, np.ndarray], span: tuple[int, int]
-) -> None:
-    """Solve shapes ``span[0]`` to ``span[1]``; neighbours at the same theta_0 share their rest."""
     t = unpack(constants)
     slots = _slots(asked.shape[0], answers[0], answers[1], t.beyond.shape[0], t.beyond.shape[1])
     work = np.empty((9, t.portion.size))
@@ -100,6 +91,14 @@ def _solve_span(
             left = _bend(law, asked[k, 0], t, work)
             _finish_in_plane(theta_0, t, work, slots, k)
         slots.status[k] = (1 if left > _LEFT_OVER * t.total else 0) if is_rest else 3
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def solve_many(law: int, asked: np.ndarray, constants: np.ndarray, answers: _Answers) -> None:
+    """The same for all shapes, on all cores."""
+    n = asked.shape[0]
+    for chunk in prange((n + _CHUNK - 1) // _CHUNK):
+        solve(law, asked, constants, answers, (chunk * _CHUNK, min((chunk + 1) * _CHUNK, n)))
 
 
 @njit(cache=True, error_model="numpy")
