@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -11,6 +13,9 @@ from numpy.typing import ArrayLike
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+
+_FEW = 32
+"""Numbers up to which plain Python looks at them sooner than NumPy starts [-]."""
 
 
 @final
@@ -73,22 +78,25 @@ def read_drive(
         raise ModelError("pull is missing; allowed: a pull wherever by_tension is False")
     pulls = _read_cables("pull", 0.0 if pull is None else pull, count)
     forces = _read_cables("tension", np.where(held, 0.0, most) if tension is None else tension, count)
-    stroke = 1.01 * design.cable_stroke
-    if (np.abs(pulls) > stroke).any():
+    least, largest = _span(pulls)
+    if max(-least, largest) > 1.01 * design.cable_stroke:
         worst = float(pulls.ravel()[np.abs(pulls).argmax()])
         raise ModelError(f"pull is {worst:g} m; allowed: at most the cable stroke, {design.cable_stroke:.6g} m")
-    if (forces < 0).any() or (forces > most).any():
+    least, largest = _span(forces)
+    if least < 0 or largest > most:
         worst = float(forces.ravel()[np.abs(forces).argmax()])
         raise ModelError(f"tension is {worst:g} N; allowed: 0 to the cables' largest tension, {most:g} N")
     return Drive(pull=pulls, tension=forces, by_tension=held)
 
 
-def read_fields(design: TrunkDesign, loads: Loads) -> Fields:
+def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
     """Weight of the sections and the loads.
 
     Raises:
         ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, or on no section.
     """
+    if loads is None:
+        return _own_weight(design)
     mass = read_numbers("loads.mass", loads.mass)
     if (mass < 0).any() or (mass > 1e3).any():
         raise ModelError(f"loads.mass is {float(mass.ravel()[np.abs(mass).argmax()]):g} kg; allowed: 0 to 1000 kg")
@@ -123,18 +131,37 @@ def read_numbers(name: str, value: ArrayLike) -> np.ndarray:
         array = np.asarray(value, float)
     except (TypeError, ValueError):
         raise ModelError(f"{name} is {value!r}; allowed: finite numbers") from None
-    if not np.isfinite(array).all():
+    is_finite = all(map(math.isfinite, array.ravel().tolist())) if array.size <= _FEW else np.isfinite(array).all()
+    if not is_finite:
         raise ModelError(f"{name} is not finite; allowed: finite numbers")
     return array
 
 
 def base_orientation(theta_0: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
     """Axes of the base in the frame of `Shape`: by -theta_0 about z, then by ``roll`` about its axis, (..., 3, 3)."""
-    down, turn = np.broadcast_arrays(np.asarray(theta_0, float), np.asarray(roll, float))
+    down, turn = np.asarray(theta_0, float), np.asarray(roll, float)
+    if down.ndim == turn.ndim == 0:
+        both = np.array((down, turn))
+        (c, cr), (s, sr) = np.cos(both).tolist(), np.sin(both).tolist()
+        return np.array(((c, s * cr, -s * sr), (-s, c * cr, -c * sr), (0.0, sr, cr)))
+    down, turn = np.broadcast_arrays(down, turn)
     c, s, cr, sr = np.cos(down), np.sin(down), np.cos(turn), np.sin(turn)
     zero = np.zeros_like(c)
     rows = [[c, s * cr, -s * sr], [-s, c * cr, -c * sr], [zero, sr, cr]]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+@lru_cache(maxsize=64)
+def _own_weight(design: TrunkDesign) -> Fields:
+    return read_fields(design, Loads())
+
+
+def _span(array: np.ndarray) -> tuple[float, float]:
+    """Least and largest number, or 0 if that is further out."""
+    if array.size <= _FEW:
+        numbers = array.ravel().tolist()
+        return min(numbers, default=0.0), max(numbers, default=0.0)
+    return float(array.min(initial=0.0)), float(array.max(initial=0.0))
 
 
 def _read_cables(name: str, value: ArrayLike, count: int) -> np.ndarray:

@@ -28,10 +28,9 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import hole_positions
 from spiraltrunk.model.kernels.balance import Trunk
 from spiraltrunk.model.kernels.batch import Problem, Solution, solve_rows
-from spiraltrunk.model.kernels.newton import TIGHT
 from spiraltrunk.model.kernels.rotation import VECTOR, Y_FIRST, Z_FIRST
 from spiraltrunk.model.loading import Drive, Fields, Loads, base_orientation, read_drive, read_fields, read_numbers
-from spiraltrunk.model.shape import Forces, History, Shape, Status
+from spiraltrunk.model.shape import Forces, History, Shape
 
 __all__ = ["Loads", "StaticsOptions", "solve"]
 
@@ -128,22 +127,23 @@ def solve(
     mu = design.cable.friction if friction is None else friction
     check_number("friction", mu, least=0.0, below=2.0)
     drive = read_drive(design, pull, tension, by_tension)
-    fields = read_fields(design, _NO_LOADS if loads is None else loads)
+    fields = read_fields(design, loads)
     base = base_orientation(read_numbers("theta_0", theta_0), read_numbers("roll", roll))
-    batch = np.broadcast_shapes(
+    shapes = (
         drive.pull.shape[:-1], drive.tension.shape[:-1], base.shape[:-2], fields.factor.shape[:-2],
         () if start is None else start.status.shape,
     )  # fmt: skip
+    batch = np.broadcast_shapes(*shapes) if any(shapes) else ()
     if start is None and mu > 0:
         start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=options)
-    trunk = build_trunk(design, options)
-    problem = _pose(trunk, drive, fields, base, (batch, start, mu, options))
+    trunk, straight = _ready(design, options)
+    problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
     solution = _start(trunk, drive, batch, start)
     _run(problem, solution, trunk, 3 if options.has_torsion else 2)
-    return _read_out(design, drive, problem, solution, (batch, options))
+    return _read_out(solution, batch)
 
 
-_DEFAULT, _NO_LOADS = StaticsOptions(), Loads()
+_DEFAULT = StaticsOptions()
 
 
 @lru_cache(maxsize=64)
@@ -166,8 +166,14 @@ def straight_length(trunk: Trunk) -> np.ndarray:
     return np.linalg.norm(trunk.beyond - trunk.before, axis=-1).sum(axis=0)
 
 
+@lru_cache(maxsize=64)
+def _ready(design: TrunkDesign, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
+    trunk = build_trunk(design, options)
+    return trunk, straight_length(trunk)
+
+
 def _pose(
-    trunk: Trunk,
+    straight: np.ndarray,
     drive: Drive,
     fields: Fields,
     base: np.ndarray,
@@ -176,7 +182,7 @@ def _pose(
     """The problem of every row, and from where each is loaded."""
     batch, start, mu, options = rest
     rows, count = math.prod(batch), drive.by_tension.size
-    length = _spread(straight_length(trunk) - drive.pull, batch, 1)
+    length = _spread(straight - drive.pull, batch, 1)
     tension = _spread(drive.tension, batch, 1)
     begin = np.empty((rows, 2, count))
     if start is None or start.forces is None:
@@ -184,14 +190,16 @@ def _pose(
     else:
         begin[:, 0] = _spread(start.gap.sum(axis=-2), batch, 1)
         begin[:, 1] = _spread(start.forces.cable_tension, batch, 1)
-    far = np.where(drive.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1) / options.increment
-    hard = np.where(drive.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1) / options.tension_increment
-    increments = np.maximum(np.ceil(np.maximum(far, hard) - 1e-9), 1.0) if mu > 0 else np.ones(rows)
+    increments = np.ones(rows, np.int64)
+    if mu > 0:
+        far = np.where(drive.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1) / options.increment
+        hard = np.where(drive.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1) / options.tension_increment
+        increments = np.maximum(np.ceil(np.maximum(far, hard) - 1e-9), 1.0).astype(np.int64)
     return Problem(
         _spread(base, batch, 2), _spread(fields.direction, batch, 2), _spread(fields.factor, batch, 2),
-        _spread(fields.moment, batch, 2), length, begin, increments.astype(np.int64), tension, drive.by_tension,
+        _spread(fields.moment, batch, 2), length, begin, increments, tension, drive.by_tension,
         np.full(count, 1 / options.cable_stiffness),
-        np.array([mu, options.slip, options.tolerance, float(options.steps_most)]),
+        np.array((mu, options.slip, options.tolerance, float(options.steps_most))), straight,
     )  # fmt: skip
 
 
@@ -207,11 +215,12 @@ def _start(trunk: Trunk, drive: Drive, batch: tuple[int, ...], start: Shape | No
         anchor[:] = _spread(start.history.anchor, batch, 2)
         if start.forces is not None:
             tension[:] = _spread(start.forces.cable_tension, batch, 1)
-    tension[:] = np.where(drive.by_tension, _spread(drive.tension, batch, 1), tension)
+    np.copyto(tension, drive.tension if not batch else _spread(drive.tension, batch, 1), where=drive.by_tension)
     return Solution(
         bend, tension, anchor, np.empty((rows, joints, 3, 3)), np.empty((rows, joints + 1, 3)),
         np.empty((rows, joints, count)), np.empty((rows, joints, count)), np.empty((rows, joints)),
-        np.empty((rows, 3, 3)), np.empty((rows, 3)),
+        np.empty((rows, 3, 3)), np.empty((rows, 3)), np.empty((rows, joints)), np.empty((rows, count)),
+        np.empty((rows, joints), np.bool_), np.empty(rows, np.int64),
     )  # fmt: skip
 
 
@@ -230,48 +239,26 @@ def _run(problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
         pool.shutdown(cancel_futures=True)
 
 
-def _read_out(
-    design: TrunkDesign,
-    drive: Drive,
-    problem: Problem,
-    solution: Solution,
-    rest: tuple[tuple[int, ...], StaticsOptions],
-) -> Shape:
-    batch, options = rest
-
+def _read_out(solution: Solution, batch: tuple[int, ...]) -> Shape:
     def shaped(array: np.ndarray) -> np.ndarray:
         return array.reshape((*batch, *array.shape[1:]))
 
-    gap, rotation = shaped(solution.gap), shaped(solution.rotation)
-    across = np.hypot(rotation[..., 1, 0], rotation[..., 2, 0])
-    total = solution.gap.sum(axis=1)
-    straight = straight_length(build_trunk(design, options))
-    is_shut = shaped(solution.reaction) > 0
     forces = Forces(
         cable_tension=shaped(solution.tension), gap_tension=shaped(solution.gap_tension),
         limit_reaction=shaped(solution.reaction), tip_compliance=shaped(solution.compliance),
         residual=shaped(solution.figures[:, 0]),
     )  # fmt: skip
     return Shape(
-        points=shaped(solution.points), joint_rotation=rotation, joint_angle=np.arctan2(across, rotation[..., 0, 0]),
-        gap=gap, cable_change=shaped(straight - total), is_shut=is_shut,
-        status=shaped(_judge(drive, problem, solution, is_shut.reshape(-1, is_shut.shape[-1]))), forces=forces,
+        points=shaped(solution.points), joint_rotation=shaped(solution.rotation), joint_angle=shaped(solution.angle),
+        gap=shaped(solution.gap), cable_change=shaped(solution.change), is_shut=shaped(solution.shut),
+        status=shaped(solution.status), forces=forces,
         history=History(bend=shaped(solution.bend), anchor=shaped(solution.anchor)),
     )  # fmt: skip
 
 
-def _judge(drive: Drive, problem: Problem, solution: Solution, is_shut: np.ndarray) -> np.ndarray:
-    """Status of every row."""
-    residual, violation, _ = solution.figures.T
-    is_good = (residual <= problem.friction[2]) & (violation <= TIGHT)
-    excess = solution.gap.sum(axis=1) - problem.length - problem.compliance * solution.tension
-    has_stalled = ((excess > TIGHT) & ~drive.by_tension).any(axis=1)
-    status = np.where(is_shut.all(axis=1), int(Status.ALL_SHUT), int(Status.CONVERGED))
-    status = np.where(has_stalled & ~is_shut.all(axis=1), int(Status.STALLED), status)
-    return np.where(is_good, status, int(Status.NOT_CONVERGED))
-
-
 def _spread(array: np.ndarray, batch: tuple[int, ...], own: int) -> np.ndarray:
     """An array with ``own`` axes of its own, copied over the batch: shape (rows, own axes)."""
+    if not batch:
+        return array.copy()[None]
     tail = array.shape[array.ndim - own :]
     return np.array(np.broadcast_to(array, (*batch, *tail)), order="C").reshape(math.prod(batch), *tail)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,11 +11,14 @@ from spiraltrunk.model.kernels import compiled
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
 from spiraltrunk.model.kernels.capstan import follow
 from spiraltrunk.model.kernels.compliance import tip_compliance
-from spiraltrunk.model.kernels.newton import room_for_steps
+from spiraltrunk.model.kernels.newton import TIGHT, room_for_steps
+
+CONVERGED, ALL_SHUT, STALLED, NOT_CONVERGED = range(4)
+"""The numbers of `Status`."""
 
 
 class Problem(NamedTuple):
-    """What to solve, one row an equilibrium; the first axis of every array but the last three is the batch's."""
+    """What to solve, one row an equilibrium; the first axis of every array but the last four is the batch's."""
 
     base: np.ndarray
     """Orientation of the base, shape (b, 3, 3) [-]."""
@@ -38,6 +42,8 @@ class Problem(NamedTuple):
     """Stretch of a cable per tension, shape (n_cable,) [m/N]."""
     friction: np.ndarray
     """Coefficient [-], elastic slip [m], tolerance [N m], most steps, shape (4,)."""
+    straight: np.ndarray
+    """Gaps' sum of the straight trunk, shape (n_cable,) [m]."""
 
 
 class Solution(NamedTuple):
@@ -54,6 +60,10 @@ class Solution(NamedTuple):
     compliance: np.ndarray
     figures: np.ndarray
     """Residual [N m], violation [m], steps, shape (b, 3)."""
+    angle: np.ndarray
+    change: np.ndarray
+    shut: np.ndarray
+    status: np.ndarray
 
 
 @compiled
@@ -78,7 +88,32 @@ def solve_rows(first, last, nd, trunk, problem, solution):
         solution.rotation[b], solution.gap[b], solution.gap_tension[b] = work.rotation, work.gap, work.tension
         solution.reaction[b] = system.reaction
         find_ends(work.frames, trunk.length, solution.points[b])
+        measure(trunk, problem, solution, b)
         tip_compliance(q, tension, case, work, system, solution.compliance[b])
+
+
+@compiled
+def measure(trunk, problem, solution, b):
+    """Angles between the sections, what the cables gave, which faces meet, and the status of row ``b``."""
+    are_all_shut, has_stalled = True, False
+    for i in range(solution.angle.shape[1]):
+        rotation = solution.rotation[b, i]
+        solution.angle[b, i] = math.atan2(math.hypot(rotation[1, 0], rotation[2, 0]), rotation[0, 0])
+        solution.shut[b, i] = solution.reaction[b, i] > 0.0
+        are_all_shut = are_all_shut and solution.shut[b, i]
+    for c in range(solution.change.shape[1]):
+        total = 0.0
+        for i in range(solution.gap.shape[1]):
+            total += solution.gap[b, i, c]
+        solution.change[b, c] = problem.straight[c] - total
+        excess = total - problem.length[b, c] - problem.compliance[c] * solution.tension[b, c]
+        has_stalled = has_stalled or (excess > TIGHT and not problem.by_tension[c])
+    if not (solution.figures[b, 0] <= problem.friction[2] and solution.figures[b, 1] <= TIGHT):
+        solution.status[b] = NOT_CONVERGED
+    elif are_all_shut:
+        solution.status[b] = ALL_SHUT
+    else:
+        solution.status[b] = STALLED if has_stalled else CONVERGED
 
 
 @compiled
