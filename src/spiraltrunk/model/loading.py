@@ -67,14 +67,16 @@ def read_drive(
     Raises:
         ModelError: where it does not fit the design, is not finite or is out of range.
     """
+    if pull is None and tension is None and by_tension is None:
+        return _slack(design)
     count, most = design.n_cable, design.cable.tension_max
     if by_tension is None:
         held = np.full(count, pull is None)
     else:
-        held = np.asarray(by_tension)
+        held = np.array(by_tension)
         if held.shape != (count,) or held.dtype != bool:
             raise ModelError(f"by_tension is {by_tension!r}; allowed: {count} booleans, one per cable")
-    if pull is None and not held.all():
+    if pull is None and not all(held.tolist()):
         raise ModelError("pull is missing; allowed: a pull wherever by_tension is False")
     pulls = _read_cables("pull", 0.0 if pull is None else pull, count)
     forces = _read_cables("tension", np.where(held, 0.0, most) if tension is None else tension, count)
@@ -152,6 +154,12 @@ def base_orientation(theta_0: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
+def _slack(design: TrunkDesign) -> Drive:
+    none = np.zeros(design.n_cable)
+    return Drive(pull=none, tension=none, by_tension=np.full(design.n_cable, True))
+
+
+@lru_cache(maxsize=64)
 def _own_weight(design: TrunkDesign) -> Fields:
     return read_fields(design, Loads())
 
@@ -166,6 +174,8 @@ def _span(array: np.ndarray) -> tuple[float, float]:
 
 def _read_cables(name: str, value: ArrayLike, count: int) -> np.ndarray:
     array = read_numbers(name, value)
+    if array.shape == (count,):
+        return array
     if array.shape[-1:] not in ((count,), ()):
         raise ModelError(f"{name} has shape {array.shape}; allowed: (..., {count}), one number per cable")
     return np.broadcast_to(array, (*array.shape[:-1], count)) if array.ndim else np.full(count, float(array))

@@ -241,7 +241,7 @@ def _run(problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
 
 def _read_out(solution: Solution, batch: tuple[int, ...]) -> Shape:
     def shaped(array: np.ndarray) -> np.ndarray:
-        return array.reshape((*batch, *array.shape[1:]))
+        return array[0] if array.ndim > 1 and not batch else array.reshape((*batch, *array.shape[1:]))
 
     forces = Forces(
         cable_tension=shaped(solution.tension), gap_tension=shaped(solution.gap_tension),
