@@ -57,15 +57,17 @@ class StaticsOptions:
     has_hinges: bool = False
     """Whether each joint is two hinges in a row, the order alternating, as in the simulation."""
     hole_set_back: float = 0.0
-    """Holes lie this part of the face's half-width behind the face [-], as in the simulation; 0 is the design."""
+    """Holes lie this part of the face's half-width behind the face [-], as in the simulation; 0 is the design.
+
+    Cables rub at the designed holes in either case."""
     cable_stiffness: float = math.inf
     """Tension per stretch of a cable and its winder [N/m]; infinity is inextensible."""
     increment: float = 5e-3
     """Largest change of a cable's length that is solved at once where there is friction [m]."""
     tension_increment: float = 2.0
     """Largest change of a tension that is solved at once where there is friction [N]."""
-    slip: float = 2e-5
-    """Elastic slip of a cable at a hole before it slides [m]; regularises friction."""
+    hole_stiffness: float = 5e4
+    """Force per slip of a cable at a hole before it slides [N/m]; regularises friction, 1 N before 20 um."""
     tolerance: float = 1e-9
     """Largest moment left at a joint [N m]."""
     steps_most: int = 20_000
@@ -77,7 +79,7 @@ class StaticsOptions:
             check_number("cable_stiffness", self.cable_stiffness, least=1e2)
         check_number("increment", self.increment, least=1e-5, below=10.0)
         check_number("tension_increment", self.tension_increment, least=1e-3, below=1e4)
-        check_number("slip", self.slip, least=1e-7, below=1e-2)
+        check_number("hole_stiffness", self.hole_stiffness, least=1.0, below=1e8)
         check_number("tolerance", self.tolerance, least=1e-12, below=1e-3)
         check_count("steps_most", self.steps_most, least=1, most=10**8)
         if self.has_torsion and self.has_hinges:
@@ -150,6 +152,7 @@ _DEFAULT = StaticsOptions()
 def build_trunk(design: TrunkDesign, options: StaticsOptions) -> Trunk:
     """The design in the arrays that the kernels read."""
     beyond, before = hole_positions(design, options.hole_set_back)
+    rub_beyond, rub_before = hole_positions(design)
     stiffness = np.repeat(design.joint_stiffness[:, None], 3, axis=1)
     stiffness[:, 2] /= 1 + POISSON
     kind = np.full(design.n_joint, VECTOR)
@@ -157,7 +160,7 @@ def build_trunk(design: TrunkDesign, options: StaticsOptions) -> Trunk:
         kind[0::2], kind[1::2] = Z_FIRST, Y_FIRST
     return Trunk(
         kind, stiffness, design.joint_limit, design.section_length.copy(), np.ascontiguousarray(before),
-        np.ascontiguousarray(beyond), SHUT,
+        np.ascontiguousarray(beyond), np.ascontiguousarray(rub_before), np.ascontiguousarray(rub_beyond), SHUT,
     )  # fmt: skip
 
 
@@ -199,7 +202,7 @@ def _pose(
         _spread(base, batch, 2), _spread(fields.direction, batch, 2), _spread(fields.factor, batch, 2),
         _spread(fields.moment, batch, 2), length, begin, increments, tension, drive.by_tension,
         np.full(count, 1 / options.cable_stiffness),
-        np.array((mu, options.slip, options.tolerance, float(options.steps_most))), straight,
+        np.array((mu, options.hole_stiffness, options.tolerance, float(options.steps_most))), straight,
     )  # fmt: skip
 
 

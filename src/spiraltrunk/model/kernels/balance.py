@@ -32,6 +32,10 @@ class Trunk(NamedTuple):
     """Holes before the joints, from their centres, shape (n_joint, n_cable, 3) [m]."""
     beyond: np.ndarray
     """Holes beyond the joints, shape (n_joint, n_cable, 3) [m]."""
+    rub_before: np.ndarray
+    """Holes before the joints at which the cables rub: the designed ones, where ``before`` is set back [m]."""
+    rub_beyond: np.ndarray
+    """The same beyond the joints [m]."""
     shut: float
     """Length at which a gap counts as shut [m]."""
 
@@ -50,7 +54,7 @@ class Control(NamedTuple):
 
 
 class Friction(NamedTuple):
-    """Friction at the holes, shape (n_joint, n_cable) each; ``reach`` 0 leaves it out."""
+    """Friction at the holes, shape (n_joint, n_cable) each; a stiffness of 0 leaves it out."""
 
     force: np.ndarray
     """What each hole can take off the tension when the cable slides to the motor [N]."""
@@ -58,8 +62,8 @@ class Friction(NamedTuple):
     """The same when it slides away from the motor [N]."""
     anchor: np.ndarray
     """Cable beyond the hole at which the hole holds nothing [m]."""
-    reach: float
-    """Elastic slip before sliding [m]."""
+    stiffness: float
+    """Of a hole before its cable slides [N/m]."""
 
 
 class Case(NamedTuple):
@@ -143,7 +147,7 @@ def merit(q, case, tension, penalty, work):
         beyond = 0.0
         for i in range(q.shape[0] - 1, -1, -1):
             beyond += work.gap[i, c]
-            if friction.reach > 0:
+            if friction.stiffness > 0:
                 energy += _dissipation(beyond, i, c, friction)
         pull, excess = cable_tension(beyond, c, tension, control, penalty)
         if control.by_tension[c]:
@@ -156,19 +160,20 @@ def merit(q, case, tension, penalty, work):
 
 @compiled
 def _dissipation(beyond, i, c, friction):
-    slip = (beyond - friction.anchor[i, c]) / friction.reach
+    """Integral of `hold` over the cable's slip [J]."""
+    slip = beyond - friction.anchor[i, c]
     force = friction.force[i, c] if slip < 0 else friction.force_back[i, c]
-    size = abs(slip)
-    return force * friction.reach * (0.5 * size * size if size < 1 else size - 0.5)
+    size, foot = abs(slip), force / friction.stiffness
+    return 0.5 * friction.stiffness * size * size if size < foot else force * (size - 0.5 * foot)
 
 
 @compiled
 def hold(beyond, i, c, friction):
     """What hole (i, c) adds to the tension beyond it [N], negative when it takes off, and its stiffness [N/m]."""
-    slip = (beyond - friction.anchor[i, c]) / friction.reach
+    slip = beyond - friction.anchor[i, c]
     force = friction.force[i, c] if slip < 0 else friction.force_back[i, c]
-    if abs(slip) < 1 - 1e-9:  # A hole that slid is left at the end of its foot, and slides on.
-        return force * slip, force / friction.reach
+    if friction.stiffness * abs(slip) < force * (1 - 1e-9):  # A hole that slid is left just there, and slides on.
+        return friction.stiffness * slip, friction.stiffness
     return (force if slip > 0 else -force), 0.0
 
 
@@ -188,7 +193,7 @@ def linearise(q, case, pulls, work):
     for c in range(work.gap.shape[1]):
         _spread(pulls[c], c, case.friction, work)
         _add_cable(c, work)
-    if case.friction.reach > 0:
+    if case.friction.stiffness > 0:
         _add_holes(work)
 
 
@@ -216,7 +221,7 @@ def _add_elastic(q, trunk, work):
 def _spread(pull, c, friction, work):
     """Tension of every gap of a cable from the winder's."""
     n_joint = work.gap.shape[0]
-    if friction.reach == 0:
+    if friction.stiffness == 0:
         work.tension[:, c] = pull
         return
     beyond = 0.0

@@ -41,7 +41,7 @@ class Problem(NamedTuple):
     compliance: np.ndarray
     """Stretch of a cable per tension, shape (n_cable,) [m/N]."""
     friction: np.ndarray
-    """Coefficient [-], elastic slip [m], tolerance [N m], most steps, shape (4,)."""
+    """Coefficient [-], stiffness of a hole [N/m], tolerance [N m], most steps, shape (4,)."""
     straight: np.ndarray
     """Gaps' sum of the straight trunk, shape (n_cable,) [m]."""
 
@@ -72,12 +72,12 @@ def solve_rows(first, last, nd, trunk, problem, solution):
     n_joint, n_cable = solution.gap.shape[1], solution.gap.shape[2]
     work = room_for_work(n_joint, n_cable, nd)
     system = room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
-    mu, reach, tolerance, most = problem.friction
+    mu, stiffness, tolerance, most = problem.friction
     for b in range(first, last):
         control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
         field = (problem.direction[b], problem.factor[b], problem.moment[b])
         force, back = np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable))
-        friction = Friction(force, back, solution.anchor[b], reach if mu > 0.0 else 0.0)
+        friction = Friction(force, back, solution.anchor[b], stiffness if mu > 0.0 else 0.0)
         case = Case(problem.base[b], trunk, field, control, friction)
         q, tension = solution.bend[b], solution.tension[b]
         residual, violation, steps = follow(

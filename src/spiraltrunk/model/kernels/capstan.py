@@ -28,7 +28,7 @@ def measure_turns(trunk, work, turns):
     for c in range(turns.shape[1]):
         last = 0.0
         for i in range(turns.shape[0]):
-            before, beyond = hole_turns(work.rotation[i], trunk.before[i, c], trunk.beyond[i, c], trunk.shut, v)
+            before, beyond = hole_turns(work.rotation[i], trunk.rub_before[i, c], trunk.rub_beyond[i, c], v)
             turns[i, c] = last + before
             last = beyond
 
@@ -59,8 +59,9 @@ def move_anchors(work, friction):
         beyond = 0.0
         for i in range(work.gap.shape[0] - 1, -1, -1):
             beyond += work.gap[i, c]
-            slip = beyond - friction.anchor[i, c]
-            friction.anchor[i, c] = beyond - min(max(slip, -friction.reach), friction.reach)
+            held = friction.stiffness * (beyond - friction.anchor[i, c])
+            held = min(max(held, -friction.force[i, c]), friction.force_back[i, c])
+            friction.anchor[i, c] = beyond - held / friction.stiffness
 
 
 @compiled
@@ -75,7 +76,7 @@ def follow(q, tension, case, mu, start, increments, tolerance, most, work, syste
     part_way = Case(case.base, case.trunk, case.field, stage, friction)
     total, residual, violation = 0, 0.0, 0.0
     target = tension.copy()
-    rounds = ROUNDS if friction.reach > 0.0 else 1
+    rounds = ROUNDS if friction.stiffness > 0.0 else 1
     for turn in range(increments * rounds):
         step, again = turn // rounds, turn % rounds
         if again == 0:
@@ -85,7 +86,7 @@ def follow(q, tension, case, mu, start, increments, tolerance, most, work, syste
             continue
         residual, violation, count = solve_safely(q, tension, part_way, tolerance, most, work, system)
         total, spent = total + count, spent + count
-        if friction.reach > 0.0:
+        if friction.stiffness > 0.0:
             change = update_forces(mu, case.trunk, tension, work, turns, friction)
             residual = max(residual, change)
             settled = change <= tolerance or spent > most

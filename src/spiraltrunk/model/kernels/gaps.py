@@ -12,6 +12,9 @@ import math
 
 from spiraltrunk.model.kernels import compiled
 
+NARROW = 1e-4
+"""Length of a gap below which its direction is taken from the sections [m]."""
+
 
 @compiled
 def product(p, matrix, m):
@@ -42,14 +45,20 @@ def differentiate_gap(first, second, p, m, length, v, slope, curve):
 
 
 @compiled
-def hole_turns(rotation, p, m, shut, v):
+def hole_turns(rotation, p, m, v):
     """Angles by which the cable turns at the hole before the joint and at the hole beyond it [rad].
 
-    Inside a section the cable runs along the axis.
+    Inside a section the cable runs along the axis. A gap about to shut runs along the mean of the two axes; that
+    mean is blended in below `NARROW`, where the gap vector itself loses its direction.
     """
-    length = gap_length(rotation, p, m, shut, v)
-    before = _angle(v, 1.0, 0.0, 0.0, length)
-    return before, _angle(v, rotation[0, 0], rotation[1, 0], rotation[2, 0], length)
+    size = gap_length(rotation, p, m, 0.0, v)
+    x, y, z = rotation[0, 0], rotation[1, 0], rotation[2, 0]
+    share = NARROW * math.exp(-((size / NARROW) ** 2)) / math.sqrt((1 + x) ** 2 + y * y + z * z)
+    v[0] += share * (1 + x)
+    v[1] += share * y
+    v[2] += share * z
+    length = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    return _angle(v, 1.0, 0.0, 0.0, length), _angle(v, x, y, z, length)
 
 
 @compiled

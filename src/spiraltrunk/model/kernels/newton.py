@@ -294,6 +294,14 @@ def solve(q, tension, case, tolerance, most, work, system):
 
 
 @compiled
+def _with_shut(trunk, shut):
+    return Trunk(
+        trunk.kind, trunk.stiffness, trunk.limit, trunk.length, trunk.before, trunk.beyond, trunk.rub_before,
+        trunk.rub_beyond, shut,
+    )  # fmt: skip
+
+
+@compiled
 def solve_safely(q, tension, case, tolerance, most, work, system):
     """`solve`; where it does not end well, once more with gaps that shut softly at first, then as hard as asked.
 
@@ -304,7 +312,7 @@ def solve_safely(q, tension, case, tolerance, most, work, system):
     shut = SOFTEST
     while (residual > tolerance or violation > TIGHT) and total < most:
         shut = max(shut / 3, trunk.shut)
-        soft = Trunk(trunk.kind, trunk.stiffness, trunk.limit, trunk.length, trunk.before, trunk.beyond, shut)
+        soft = _with_shut(trunk, shut)
         enough = tolerance if shut == trunk.shut else 1e-4
         softened = Case(case.base, soft, case.field, case.control, case.friction)
         residual, violation, count = solve(q, tension, softened, enough, min(3 * FIRST, most - total), work, system)
