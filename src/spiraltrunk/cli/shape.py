@@ -1,0 +1,178 @@
+"""``spiraltrunk shape``: one shape of the trunk, by the paper's forward model or by equilibrium."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from spiraltrunk.cli.answers import DONE, FAILED, Answer, UsageError, check_folder, complain, format_json, quote
+from spiraltrunk.cli.options import add_parser, read_number, read_text
+from spiraltrunk.cli.shape_load import LOADS, MODELS, Load, check_load, pick_model, read_load, solve_load
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from spiraltrunk.design import TrunkDesign
+    from spiraltrunk.model.shape import Shape
+
+_PICTURES = (".png", ".svg", ".pdf")
+_MOST_TURN = 360.0
+_MOST_FRICTION = 2.0
+_PATIENCE = 5.0
+"""Time without an answer after which a reason is given [s]."""
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb and its arguments."""
+    parser = add_parser(verbs, "shape", _run, "one shape of the trunk, at rest or with cables pulled")
+    parser.add_argument(
+        "design", type=read_text, nargs="?", default="paper", metavar="DESIGN",
+        help="a preset or a TOML file (default paper)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--model", choices=MODELS,
+        help="reference: the paper's forward model; statics: equilibrium of joints, weight and cables. Default "
+        "statics with --cables-mm and --tensions-n, which reference does not know, else reference",
+    )  # fmt: skip
+    parser.add_argument(
+        "--theta0-deg", type=read_number, default=90.0, metavar="DEG",
+        help="angle of the base axis below the horizontal: 90 hangs (default), 0 lies, -90 stands",
+    )  # fmt: skip
+    for name, spec in LOADS.items():
+        parser.add_argument(
+            spec.option, dest=name, type=read_number, nargs=spec.numbers, metavar=spec.metavar, help=spec.help
+        )
+    parser.add_argument(
+        "--friction", type=read_number, metavar="MU",
+        help="coefficient between cables and holes, statics only (default: the design's)",
+    )  # fmt: skip
+    parser.add_argument("--plot", type=read_text, metavar="FILE", help="draw it: FILE ends in .png, .svg or .pdf")
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    load = read_load(arguments)
+    model = pick_model(arguments.model, load)
+    _check_numbers(arguments, model)
+    if arguments.plot is not None:
+        _check_picture(arguments.plot)
+    from spiraltrunk.design import load_design
+
+    design = load_design(arguments.design)
+    check_load(design, load)
+    theta_0 = math.radians(arguments.theta0_deg)
+    with _say_if_slow():
+        shape = solve_load(design, load, model, theta_0, arguments.friction)
+    figures = compute_figures(design, shape, model, load)
+    figures["theta0_deg"] = float(arguments.theta0_deg)
+    if model == "statics":
+        figures["friction"] = design.cable.friction if arguments.friction is None else float(arguments.friction)
+    if arguments.plot is not None:
+        from spiraltrunk.report.shape_plot import write_shape
+
+        write_shape(design, shape, theta_0, arguments.plot, title=_title(figures))
+    text = format_json(figures) if arguments.json else _format_table(figures)
+    return FAILED if figures["status_code"] == "NOT_CONVERGED" else DONE, text
+
+
+def _check_numbers(arguments: argparse.Namespace, model: str) -> None:
+    turn, mu = arguments.theta0_deg, arguments.friction
+    if abs(turn) > _MOST_TURN:
+        raise UsageError(f"--theta0-deg is {turn.text}; allowed: -{_MOST_TURN:g} to {_MOST_TURN:g} deg")
+    if mu is not None and model != "statics":
+        raise UsageError(f"--friction given with the model {model}; allowed: --model statics, {model} knows none")
+    if mu is not None and not 0.0 <= mu < _MOST_FRICTION:
+        raise UsageError(f"--friction is {mu.text}; allowed: 0 or more, below {_MOST_FRICTION:g}")
+
+
+def _check_picture(file: str) -> None:
+    path = Path(file)
+    if path.suffix.lower() not in _PICTURES:
+        raise UsageError(f"--plot: {quote(file)} given; allowed: a file that ends in {', '.join(_PICTURES)}")
+    if path.is_dir():
+        raise UsageError(f"--plot: {quote(file)} is a folder; allowed: a file, existing or new")
+    try:
+        check_folder(str(path.parent))
+    except UsageError as error:
+        raise UsageError(str(error).replace("--out", "--plot", 1)) from None
+
+
+@contextmanager
+def _say_if_slow() -> Iterator[None]:
+    """Tell why nothing comes: at its first use a model is compiled, which is kept."""
+    words = "compiling the model, once after it was installed or changed: up to some minutes"
+    timer = threading.Timer(_PATIENCE, complain, (words, DONE))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def compute_figures(design: TrunkDesign, shape: Shape, model: str, load: Load | None) -> dict[str, Any]:
+    """What is known of a shape, by the keys of ``spiraltrunk shape --json``, without base angle and friction."""
+    import numpy as np
+
+    from spiraltrunk.model.pulls import find_shut
+    from spiraltrunk.model.shape import Status
+
+    tension = None if shape.forces is None else shape.forces.cable_tension.tolist()
+    return {
+        "design": design.name,
+        "model": model,
+        "load": None if load is None else {"option": load.option, "values": [float(value) for value in load.typed]},
+        "points_m": shape.points.tolist(),
+        "joint_angles_deg": np.degrees(shape.joint_angle).tolist(),
+        "joint_is_shut": find_shut(design, shape).tolist(),
+        "cable_change_m": shape.cable_change.tolist(),
+        "cable_tension_n": tension,
+        "status": shape.advice,
+        "status_code": Status(int(shape.status)).name,
+    }
+
+
+def _title(figures: dict[str, Any]) -> str:
+    load = figures["load"]
+    done = "at rest" if load is None else " ".join([load["option"], *(f"{value:g}" for value in load["values"])])
+    model = figures["model"] + (f" with friction {figures['friction']:g}" if "friction" in figures else "")
+    return f"{figures['design']}, {model}, {done}, base axis {figures['theta0_deg']:g} deg below horizontal"
+
+
+def _format_table(figures: dict[str, Any]) -> str:
+    from spiraltrunk.report import format_table
+
+    shut, tension = figures["joint_is_shut"], figures["cable_tension_n"]
+    rows = [
+        ("status", figures["status"]),
+        ("tip", "x, y, z = " + ", ".join(f"{_round(1e3 * value):g}" for value in figures["points_m"][-1]) + " mm"),
+        ("total bend", f"{sum(figures['joint_angles_deg']):.1f} deg over {len(shut)} joints"),
+        ("joints shut", _name_joints(shut)),
+    ]
+    for cable, change in enumerate(figures["cable_change_m"]):
+        way = f"{_round(1e3 * abs(change)):g} mm {'in' if change >= 0 else 'out'}"
+        force = "" if tension is None else f", {_round(tension[cable], 2):g} N"
+        rows.append((f"cable {cable + 1}", way + force))
+    return format_table(rows, title=_title(figures), indent=2)
+
+
+def _round(value: float, digits: int = 1) -> float:
+    """Rounded, without a minus before zero."""
+    return round(value, digits) + 0.0
+
+
+def _name_joints(shut: list[bool] | np.ndarray) -> str:
+    """Numbers of the joints that are shut, 1 at the base, runs of them as ``11-17``."""
+    numbers = [joint for joint, is_shut in enumerate(shut, 1) if is_shut]
+    runs: list[list[int]] = []
+    for joint in numbers:
+        if runs and runs[-1][-1] == joint - 1:
+            runs[-1].append(joint)
+        else:
+            runs.append([joint])
+    told = ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs)
+    return f"{told} of 1-{len(shut)}, base to tip" if runs else "none"

@@ -1,0 +1,190 @@
+"""One shape of the trunk, in three dimensions and from two sides."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.model.shape import Shape
+from spiraltrunk.report.draft import write_draft
+from spiraltrunk.report.look import COLORS, DPI, INK, NORMAL, SMALL, build_figure
+from spiraltrunk.report.shape_solids import Solids, build_solids
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_BODY, _EDGE, _SHUT, _SHUT_MARK = "#B8C4D0", "#5F6F80", "#CC79A7", "#8E2A6B"
+"""Sections, their outlines, faces that meet and the joints between them."""
+
+_LEAD = 0.22
+"""Length of the base axis before the base, over the picture's size [-]."""
+
+_VIEWS = (("side view", 0, "x [mm]", 2, 1), ("end view", 2, "z [mm]", 0, -1))
+"""Side views: name, coordinate to the right and its label, coordinate towards the eye and its sign there."""
+
+
+def write_shape(design: TrunkDesign, shape: Shape, theta_0: float, path: str | Path, *, title: str = "") -> Path:
+    """Draw one shape to a file, whose ending says the format.
+
+    Raises:
+        OSError: where the file cannot be written.
+    """
+    figure = build_shape_figure(design, shape, theta_0, title=title)
+    with write_draft(path) as draft:
+        figure.savefig(draft, dpi=DPI)
+    return Path(path)
+
+
+def build_shape_figure(design: TrunkDesign, shape: Shape, theta_0: float, *, title: str = "") -> Figure:
+    """The trunk in space, left, and from the side and the front, right; one scale for all, in mm."""
+    solids = build_solids(design, shape, theta_0)
+    figure = build_figure(11.0, 4.7, title)
+    grid = figure.add_gridspec(1, 3, width_ratios=(1.25, 1.0, 1.0))
+    low, high = _find_box(solids)
+    _draw_space(figure.add_subplot(grid[0], projection="3d"), solids, low, high)
+    for column, view in enumerate(_VIEWS, start=1):
+        _draw_side(figure.add_subplot(grid[column]), solids, low, high, view)
+    figure.legend(
+        handles=_handles(solids), loc="outside lower center", ncols=8, frameon=False, fontsize=SMALL, labelcolor=INK
+    )
+    return figure
+
+
+def _find_box(solids: Solids) -> tuple[np.ndarray, np.ndarray]:
+    """Corners of a cube round trunk and base axis [mm], so that each view has the same scale."""
+    points = solids.outline.reshape(-1, 3)
+    size = float(np.ptp(points, axis=0).max())
+    points = np.vstack([points, -_LEAD * size * solids.axis])
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    half = 0.54 * float(np.ptp(points, axis=0).max())
+    return middle - half, middle + half
+
+
+def _draw_space(axes: Any, solids: Solids, low: np.ndarray, high: np.ndarray) -> None:
+    """The frame's y is up, so it takes the place of matplotlib's z, and z points to the viewer's side."""
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
+
+    seen = [0, 2, 1]
+    faces = _faces(solids)
+    quads, colors = np.concatenate([part for part, _ in faces]), [color for part, color in faces for _ in part]
+    axes.computed_zorder = False
+    axes.add_collection3d(Poly3DCollection(quads[..., seen], facecolors=colors, alpha=0.30, linewidths=0.0, zorder=1))
+    rims = solids.outline[:, 1:3].reshape(-1, solids.outline.shape[2], 3)
+    rims = np.concatenate([rims, rims[:, :1]], axis=1)
+    axes.add_collection3d(Line3DCollection(rims[..., seen], colors=_EDGE, linewidths=0.5, zorder=2))
+    for cable, (line, gaps) in enumerate(zip(solids.cable, solids.gaps, strict=True)):
+        axes.add_collection3d(Line3DCollection(line[None][..., seen], colors=_color(cable), linewidths=0.8, zorder=3))
+        axes.add_collection3d(Line3DCollection(gaps[..., seen], colors=_color(cable), linewidths=2.4, zorder=4))
+    shut = solids.center[solids.is_shut]
+    axes.plot(*shut[:, seen].T, linestyle="", marker="o", markersize=3.5, color=_SHUT_MARK, zorder=5)
+    size = float(high[0] - low[0])
+    lead = -_LEAD * size * solids.axis
+    axes.plot(*np.stack([lead, 0 * lead])[:, seen].T, color=INK, linestyle=(0, (4, 2)), linewidth=1.2, zorder=2)
+    foot = np.array([low[0] + 0.06 * size, high[1] - 0.02 * size, high[2] - 0.06 * size])
+    axes.quiver(*foot[seen], 0, 0, -0.2 * size, color=INK, linewidth=1.4, arrow_length_ratio=0.3)
+    axes.text(foot[0] + 0.03 * size, foot[2], foot[1] - 0.1 * size, "g", fontsize=NORMAL, color=INK)
+    _frame_space(axes, low, high)
+
+
+def _frame_space(axes: Any, low: np.ndarray, high: np.ndarray) -> None:
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(high[2], low[2])  # Turned round, as x, z, y would be a left-handed frame.
+    axes.set_zlim(low[1], high[1])
+    axes.set_box_aspect((1, 1, 1), zoom=0.98)
+    axes.view_init(elev=18, azim=-58)
+    for name, label in (("x", "x [mm]"), ("y", "z [mm]"), ("z", "")):
+        getattr(axes, f"set_{name}label")(label, fontsize=NORMAL, color=INK)
+        axes.locator_params(axis=name, nbins=5)
+    axes.text2D(0.97, 0.86, "y, up [mm]", transform=axes.transAxes, ha="center", fontsize=NORMAL, color=INK)
+    axes.tick_params(labelsize=SMALL, colors=INK, pad=1.0)
+    for pane in (axes.xaxis, axes.yaxis, axes.zaxis):
+        pane.set_pane_color((1.0, 1.0, 1.0, 0.0))
+
+
+def _draw_side(
+    axes: Axes, solids: Solids, low: np.ndarray, high: np.ndarray, view: tuple[str, int, str, int, int]
+) -> None:
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    name, right, label, depth, sign = view
+    seen = [right, 1]
+    order = np.argsort(sign * solids.outline[..., depth].mean(axis=(1, 2)))
+    for rank, section in enumerate(order):
+        ring = solids.outline[section][..., seen].reshape(-1, 2)
+        axes.add_collection(
+            PolyCollection(
+                [_hull(ring)], facecolors=_BODY, edgecolors=_EDGE, alpha=0.45, linewidths=0.6, zorder=1 + rank / 99
+            )
+        )
+    for cable, (line, gaps) in enumerate(zip(solids.cable, solids.gaps, strict=True)):
+        axes.plot(*line[:, seen].T, color=_color(cable), linewidth=0.8, zorder=3)
+        axes.add_collection(LineCollection(list(gaps[..., seen]), colors=_color(cable), linewidths=2.2, zorder=4))
+    shut = solids.center[solids.is_shut]
+    axes.plot(*shut[:, seen].T, linestyle="", marker="o", markersize=4.0, color=_SHUT_MARK, zorder=5)
+    size = float(high[0] - low[0])
+    lead = -_LEAD * size * solids.axis
+    axes.plot([lead[right], 0.0], [lead[1], 0.0], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, zorder=2)
+    aside = 0.93 if solids.axis[right] > -0.01 else 0.07  # Away from the base axis.
+    axes.annotate(
+        "g", (aside, 0.80), (aside, 0.97), xycoords="axes fraction", ha="center", va="top", fontsize=NORMAL, color=INK,
+        arrowprops={"arrowstyle": "-|>", "color": INK},
+    )  # fmt: skip
+    axes.set(xlim=(low[right], high[right]), ylim=(low[1], high[1]), aspect="equal")
+    axes.set_title(name, fontsize=NORMAL, color=INK)
+    axes.set_xlabel(label, fontsize=NORMAL, color=INK)
+    axes.set_ylabel("y, up [mm]", fontsize=NORMAL, color=INK)
+    axes.tick_params(labelsize=SMALL, colors=INK)
+    axes.grid(visible=True, color="#00000018", linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def _faces(solids: Solids) -> list[tuple[np.ndarray, str]]:
+    """Quadrilaterals and their colour: both faces at a joint that is shut stand out."""
+    bands, shut = solids.bands, solids.is_shut
+    return [
+        (bands[:, 1].reshape(-1, 4, 3), _BODY),
+        (
+            np.concatenate([bands[1:, 0][~shut], bands[:-1, 2][~shut], bands[:1, 0], bands[-1:, 2]]).reshape(-1, 4, 3),
+            _BODY,
+        ),
+        (np.concatenate([bands[1:, 0][shut], bands[:-1, 2][shut]]).reshape(-1, 4, 3), _SHUT),
+    ]
+
+
+def _hull(points: np.ndarray) -> np.ndarray:
+    """Corners of the convex hull of points in the plane, shape (n, 2)."""
+    from scipy.spatial import ConvexHull
+
+    return points[ConvexHull(points, qhull_options="QJ").vertices]
+
+
+def _handles(solids: Solids) -> list[Any]:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    cables = [
+        Line2D([], [], color=_color(cable), linewidth=2.4, label=f"cable {cable + 1}")
+        for cable in range(len(solids.cable))
+    ]
+    lines = [Line2D([], [], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, label="base axis")]
+    if solids.is_shut.any():
+        lines.append(
+            Line2D(
+                [],
+                [],
+                linestyle="",
+                marker="o",
+                markersize=4.0,
+                color=_SHUT_MARK,
+                label=f"shut joint ({solids.is_shut.sum()})",
+            )
+        )
+    return [Patch(facecolor=_BODY, edgecolor=_EDGE, label="section"), *cables, *lines]
+
+
+def _color(cable: int) -> str:
+    return COLORS[cable % len(COLORS)]

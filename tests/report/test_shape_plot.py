@@ -1,0 +1,84 @@
+"""The picture of a shape shows sections, cables and shut joints where the model has them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from spiraltrunk.design import presets
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.model import reference
+from spiraltrunk.model.shape import Shape
+from spiraltrunk.report.shape_plot import build_shape_figure, write_shape
+from spiraltrunk.report.shape_solids import build_solids
+
+SHAPES = {
+    "rest": (0.0, lambda theta: reference.rest(PAPER, theta)),
+    "dorsal": (math.pi / 2, lambda theta: reference.bend_dorsal(PAPER, 0.06, theta)),
+    "ventral": (0.75 * math.pi, lambda theta: reference.bend_ventral(PAPER, 0.1, theta)),
+    "twist": (math.pi / 4, lambda theta: reference.twist(PAPER, 0.06, 0.03, theta)),
+    "full": (math.pi / 2, lambda theta: reference.bend_dorsal(PAPER, 0.13, theta)),
+}
+
+
+@pytest.fixture(params=SHAPES)
+def posed(request: pytest.FixtureRequest) -> tuple[Shape, float]:
+    theta_0, law = SHAPES[request.param]
+    return law(theta_0), theta_0
+
+
+def test_sections_and_gaps_are_the_models(posed: tuple[Shape, float]) -> None:
+    shape, theta_0 = posed
+    solids = build_solids(PAPER, shape, theta_0)
+    ends = solids.outline[:, 3].mean(axis=1)
+    np.testing.assert_allclose(ends, 1e3 * shape.points, atol=1e-6)
+    np.testing.assert_allclose(solids.center, 1e3 * shape.points[:-1], atol=1e-6)
+    # The authors' rounded gaps of a shape are not those of its geometry.
+    gap = np.linalg.norm(np.diff(solids.gaps, axis=2)[:, :, 0], axis=-1).T
+    np.testing.assert_allclose(gap, 1e3 * shape.gap, atol=0.1)
+    width = np.linalg.norm(solids.outline[:, 1] - solids.outline[:, 1].mean(axis=1, keepdims=True), axis=-1)
+    np.testing.assert_allclose(width, 1e3 * np.repeat(PAPER.section_radius[:, None], width.shape[1], axis=1))
+
+
+def test_faces_that_meet_do_not_pass_each_other() -> None:
+    """At full curl the rims on the shut side touch, in the plane of bending."""
+    solids = build_solids(PAPER, reference.bend_dorsal(PAPER, 0.13, math.pi / 2), math.pi / 2)
+    touching = np.linalg.norm(solids.outline[:-1, 2, 0] - solids.outline[1:, 1, 0], axis=-1)
+    assert touching.max() < 0.1
+    assert solids.is_shut.all()
+
+
+def test_nothing_is_cut_off(posed: tuple[Shape, float]) -> None:
+    figure = build_shape_figure(PAPER, *posed, title="paper, reference, at rest")
+    FigureCanvasAgg(figure).draw()
+    space, side, end = figure.axes
+    solids = build_solids(PAPER, *posed)
+    for axes, right in ((side, 0), (end, 2)):
+        for values, (low, high) in (
+            (solids.outline[..., right], axes.get_xlim()),
+            (solids.outline[..., 1], axes.get_ylim()),
+        ):
+            assert low < values.min() < values.max() < high
+        across, up = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
+        box = axes.get_window_extent()
+        assert box.width / across == pytest.approx(box.height / up, rel=1e-3)
+        assert "mm" in axes.get_xlabel()
+    edges = [abs(np.ptp(getattr(space, f"get_{name}lim")())) for name in "xyz"]
+    assert edges == pytest.approx([edges[0]] * 3)
+    labels = {text.get_text() for text in figure.legends[0].get_texts()}
+    assert {"section", "cable 1", "cable 3", "base axis"} <= labels
+    count = int(solids.is_shut.sum())
+    assert (f"shut joint ({count})" in labels) == (count > 0)
+    drawn, size = figure.get_tightbbox(), figure.get_size_inches()
+    assert (drawn.min >= -1e-6).all()
+    assert (drawn.max <= size + 1e-6).all()
+
+
+def test_other_designs_are_drawn(tmp_path: Path) -> None:
+    design = presets.get("spirob-15")
+    shape = reference.bend_dorsal(design, 0.02, 0.0)
+    assert write_shape(design, shape, 0.0, tmp_path / "shape.png").stat().st_size > 10_000
