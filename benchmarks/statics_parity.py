@@ -1,0 +1,285 @@
+"""The equilibrium model is where MuJoCo comes to rest: 200 drawn pulls, tilts and loads, and some with friction.
+
+The model has the simulation's hinges, holes and winders. What the two do not share is the joint limit, which MuJoCo
+passes by some tenths of a degree. So the model's forces are also taken at MuJoCo's rest, where they must balance, and
+from there the model goes to its own equilibrium with every shut joint as far open as MuJoCo left it. Where several
+equilibria exist, this is the one that counts. Exits with 1 where a section is further away than the claim, and with 130
+when interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import multiprocessing
+import os
+import signal
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.model import statics
+from spiraltrunk.model.kernels.balance import Case, Control, Friction, Trunk, linearise, place, room_for_work
+from spiraltrunk.model.kernels.batch import find_ends
+from spiraltrunk.model.kernels.cone import reduce
+from spiraltrunk.model.kernels.newton import add_penalty, descend, find_excess, room_for_steps
+from spiraltrunk.model.loading import base_orientation, read_fields
+from spiraltrunk.model.shape import History, Shape, Status
+from spiraltrunk.report.draft import write_draft
+from spiraltrunk.sim.settle import Settled, SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.trunk_spec import TrunkOptions
+
+BAR = {"free": 0.5e-3, "friction": 2e-3}
+"""Largest distance of any section's end, without and with friction [m]."""
+
+MU = 0.15
+"""Coefficient of the cases with friction [-]."""
+
+SPEED = 1.5e-3
+"""Speed of the winders in the cases with friction [m/s]."""
+
+TRUNK = TrunkOptions()
+
+OPTIONS = statics.StaticsOptions(
+    has_hinges=True, hole_set_back=TRUNK.hole_set_back, cable_stiffness=TRUNK.cable_gain, increment=2e-3
+)
+
+
+def draw_case(kind: str, trial: int) -> dict[str, Any]:
+    """Pulls to 100 mm or tensions to 20 N on any cables, any tilt and roll, a load on every other trunk.
+
+    With friction one cable is pulled after the other, up to 60 mm.
+    """
+    rng = np.random.default_rng([11, trial])
+    used = rng.integers(1, 2**PAPER.n_cable) >> np.arange(PAPER.n_cable) & 1 == 1
+    by_tension = bool(rng.integers(2)) and kind == "free"
+    amount = rng.uniform(0.0, 20.0 if by_tension else 0.100 if kind == "free" else 0.060, PAPER.n_cable)
+    return {
+        "kind": kind, "trial": trial, "by_tension": by_tension, "used": used.tolist(), "amount": amount.tolist(),
+        "theta_0": math.pi / 2 - float(rng.uniform(0.0, math.pi)), "roll": float(rng.uniform(-math.pi, math.pi)),
+        "mass": float(rng.uniform(0.0, 0.5)) * int(rng.integers(2)), "section": int(rng.integers(PAPER.n_section)),
+        "order": rng.permutation(PAPER.n_cable).tolist(),
+    }  # fmt: skip
+
+
+def design_of(case: dict[str, Any]) -> TrunkDesign:
+    """The paper's trunk, with friction where the case has it."""
+    return replace(PAPER, cable=replace(PAPER.cable, friction=MU if case["kind"] == "friction" else 0.0))
+
+
+def commands(case: dict[str, Any]) -> list[np.ndarray]:
+    """What each cable is given, stage by stage; nan is slack."""
+    used, amount = np.array(case["used"]), np.array(case["amount"])
+    if case["kind"] == "free":
+        return [np.where(used, amount, np.nan)]
+    out = [np.full(PAPER.n_cable, np.nan)]
+    for c in case["order"]:
+        if used[c]:
+            out.append(out[-1].copy())
+            out[-1][c] = amount[c]
+    return out[1:]
+
+
+def simulate(case: dict[str, Any]) -> Settled:
+    """Where MuJoCo comes to rest."""
+    speed = math.inf if case["kind"] == "free" else SPEED
+    options = SettleOptions(pull_speed=speed, tension_speed=speed, has_gripper=False, trunk=TRUNK)
+    loads = np.zeros(PAPER.n_section)
+    loads[case["section"]] = case["mass"]
+    rig = SettleRig(design_of(case), theta_0=case["theta_0"], roll=case["roll"], loads=loads, options=options)
+    name = "tension" if case["by_tension"] else "pull"
+    return rig.settle([Stage(**{name: values}) for values in commands(case)])
+
+
+def loads_of(case: dict[str, Any]) -> statics.Loads:
+    """The point mass of a case."""
+    return statics.Loads(mass=case["mass"], section=case["section"])
+
+
+def predict(case: dict[str, Any], start: Shape | None = None) -> Shape:
+    """Where the equilibrium model puts the trunk, through the same stages."""
+    for values in commands(case):
+        slack = 0.0 if case["by_tension"] else -PAPER.cable_stroke
+        given = {"tension" if case["by_tension"] else "pull": np.where(np.isnan(values), slack, values)}
+        start = statics.solve(
+            design_of(case), **given, theta_0=case["theta_0"], roll=case["roll"], loads=loads_of(case), start=start,
+            options=OPTIONS,
+        )  # fmt: skip
+    assert start is not None
+    return start
+
+
+def hinge_bends(joint_rotation: np.ndarray) -> np.ndarray:
+    """Bends of the two hinges of every joint about y and z, shape (n_joint, 3) [rad]; the last is no torsion."""
+    turn, even = joint_rotation, np.arange(len(joint_rotation)) % 2 == 0
+    y = np.where(even, np.arctan2(-turn[:, 2, 0], turn[:, 2, 2]), np.arctan2(turn[:, 0, 2], turn[:, 2, 2]))
+    z = np.where(even, np.arctan2(-turn[:, 0, 1], turn[:, 1, 1]), np.arctan2(turn[:, 1, 0], turn[:, 1, 1]))
+    return np.stack([y, z, np.zeros_like(y)], axis=-1)
+
+
+def balance(case: dict[str, Any], rest: Settled) -> tuple[float, float]:
+    """What the equilibrium model makes of MuJoCo's rest, with shut joints held as far open as they are there.
+
+    Returns:
+        The largest moment that it misses there, of shut joints along their rims alone, as across them their faces press
+        [N m]; and the distance of the section ends to its own equilibrium, one step of Newton's away [m].
+    """
+    trunk, bend, count = statics.build_trunk(PAPER, OPTIONS), hinge_bends(rest.shape.joint_rotation), PAPER.n_cable
+    tension = np.maximum(rest.cable_tension, 0.0)
+    posed = _pose(case, trunk, tension)
+    work, system = room_for_work(PAPER.n_joint, count, 2), room_for_steps(PAPER.n_joint, count, 2, trunk.stiffness)
+    linearise(bend, posed, tension, work)
+    there = np.empty((2, PAPER.n_section, 3))
+    find_ends(work.frames, trunk.length, there[0])
+    reduce(bend, trunk, work, system)
+    find_excess(work.gap, posed.control, tension, system)
+    missing = float(np.abs(system.gradient).max())
+    add_penalty(system, posed.control, TRUNK.cable_gain, work.hessian)
+    descend(bend, trunk, work, system)
+    step, normal = system.step.reshape(-1, 2), system.normal
+    along = step[:, 1:] * np.stack([-normal[:, 1], normal[:, 0]], axis=-1)
+    bend[:, :2] += np.where(system.pressed[:, None], along, step)
+    place(bend, posed.base, trunk, work)
+    find_ends(work.frames, trunk.length, there[1])
+    return missing, float(np.linalg.norm(there[1] - there[0], axis=-1).max())
+
+
+def _pose(case: dict[str, Any], trunk: Trunk, tension: np.ndarray) -> Case:
+    """The case as the model's kernels read it, its winders mere springs where they pull by length."""
+    fields, hold = read_fields(PAPER, loads_of(case)), np.zeros((PAPER.n_joint, PAPER.n_cable))
+    gone = case["by_tension"] | (tension <= 0)
+    length, most = np.zeros(PAPER.n_cable), np.full(PAPER.n_cable, PAPER.cable.tension_max)
+    return Case(
+        base_orientation(case["theta_0"], case["roll"]), trunk,
+        (np.array(fields.direction), np.array(fields.factor), np.array(fields.moment)),
+        Control(gone, length, most, np.zeros(PAPER.n_cable)), Friction(hold, hold.copy(), hold.copy(), 0.0),
+    )  # fmt: skip
+
+
+def distance(first: Shape, second: Shape) -> float:
+    """Largest distance of two shapes' section ends [m]."""
+    return float(np.linalg.norm(first.points - second.points, axis=-1).max())
+
+
+def compare(kind: str, trial: int) -> dict[str, Any]:
+    """One case as a row of the table."""
+    case = draw_case(kind, trial)
+    rest, alone = simulate(case), predict(case)
+    row = case | {
+        "simulated": Status(int(rest.shape.status)).name, "solved": Status(int(alone.status)).name,
+        "distance_m": distance(alone, rest.shape), "shut": int(rest.shape.is_shut.sum()),
+        "past_limit_deg": math.degrees(max(float(rest.shape.joint_angle.max()) - PAPER.joint_limit, 0.0)),
+        "tension_n": rest.cable_tension.tolist(), "tension_solved_n": _tension(alone).tolist(),
+    }  # fmt: skip
+    if kind == "friction":
+        return row
+    bend = hinge_bends(rest.shape.joint_rotation)
+    start = replace(rest.shape, history=History(bend=bend, anchor=np.zeros((PAPER.n_joint, PAPER.n_cable))))
+    row |= {"nearest_m": min(row["distance_m"], distance(predict(case, start), rest.shape))}
+    return row | dict(zip(("unbalance_nm", "same_limit_m"), balance(case, rest), strict=True))
+
+
+def _tension(shape: Shape) -> np.ndarray:
+    assert shape.forces is not None
+    return shape.forces.cable_tension
+
+
+def summarise(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Median and largest distances, and the cases beyond the claim."""
+    out: dict[str, Any] = {}
+    for kind, bar in BAR.items():
+        own = [row for row in rows if row["kind"] == kind]
+        figures = {
+            name: {part: float(np.percentile([row[name] for row in own], at)) for part, at in _PARTS.items()}
+            for name in ("distance_m", "nearest_m", "same_limit_m", "past_limit_deg", "unbalance_nm")
+            if own and name in own[0]
+        }
+        beyond = [row["trial"] for row in own if not row.get("same_limit_m", row["distance_m"]) <= bar]
+        out[kind] = {"cases": len(own), "bar_m": bar, **figures, "beyond": beyond}
+    return out
+
+
+_PARTS = {"median": 50, "p90": 90, "largest": 100}
+
+
+def format_summary(summary: dict[str, Any], rows: Sequence[dict[str, Any]]) -> str:
+    """Both tables as text, in mm, with every case beyond the claim."""
+    lines = []
+    for kind, part in summary.items():
+        lines.append(f"{kind}: {part['cases']} cases, {len(part['beyond'])} beyond {1e3 * part['bar_m']:g} mm")
+        for name in ("distance_m", "nearest_m", "same_limit_m", "past_limit_deg", "unbalance_nm"):
+            if name in part:
+                scale = 1e3 if name.endswith("_m") else 1.0
+                values = ", ".join(f"{key} {scale * value:.3g}" for key, value in part[name].items())
+                lines.append(f"  {name.replace('_m', '_mm') if scale > 1 else name:<16}{values}")
+        told = ("distance_m", "nearest_m", "same_limit_m", "unbalance_nm", "shut", "simulated", "solved")
+        for row in rows:
+            if row["kind"] == kind and row["trial"] in part["beyond"]:
+                lines.append(f"  trial {row['trial']}: " + ", ".join(f"{key} {row.get(key)}" for key in told))
+    return "\n".join(lines)
+
+
+def run_all(cases: Sequence[tuple[str, int]], workers: int) -> Iterator[dict[str, Any]]:
+    """Rows as the cases end; leaving early drops what has not begun."""
+    if workers <= 1:
+        yield from (compare(*case) for case in cases)
+        return
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_ignore_interrupt)
+    try:
+        for future in as_completed([pool.submit(compare, *case) for case in cases]):
+            yield future.result()
+    finally:
+        processes = list((pool._processes or {}).values())
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in processes:
+            process.terminate()
+        for process in processes:
+            process.join()
+
+
+def _ignore_interrupt() -> None:
+    """Ctrl-C reaches every process of the terminal; the first one alone answers."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Compare, print, and write statics_parity.json where asked to."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
+    parser.add_argument("--trials", type=int, default=200, help="without friction")
+    parser.add_argument("--friction-trials", type=int, default=20)
+    parser.add_argument("--workers", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--out", type=Path, metavar="DIR", help="write statics_parity.json there")
+    asked = parser.parse_args(argv)
+    cases = [("free", k) for k in range(asked.trials)] + [("friction", k) for k in range(asked.friction_trials)]
+    rows: list[dict[str, Any]] = []
+    code = 0
+    try:
+        for row in run_all(cases, asked.workers):
+            rows.append(row)
+            told = f"{row['kind']} {row['trial']}: {1e3 * row['distance_m']:.3f} mm"
+            print(f"{len(rows)}/{len(cases)} {told}", file=sys.stderr, flush=True)
+    except KeyboardInterrupt:
+        code = 130
+    rows.sort(key=lambda row: (row["kind"], row["trial"]))
+    summary = summarise(rows)
+    if asked.out is not None:
+        with write_draft(asked.out / "statics_parity.json") as draft:
+            draft.write_text(json.dumps({"summary": summary, "cases": rows}, indent=1) + "\n")
+    print(format_summary(summary, rows))
+    return code or int(any(part["beyond"] for part in summary.values()))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
