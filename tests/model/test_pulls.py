@@ -11,15 +11,37 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model import pulls, statics
+from spiraltrunk.model import pulls, reference, statics
 
 MM = 1e3
+
+
+@pytest.mark.parametrize("theta_deg", [-45, 0, 45, 135])
+def test_both_models_rest_alike(theta_deg: int) -> None:
+    """Two laws written apart, moments joint by joint and a minimum of energy, with the gripper in both."""
+    theta_0 = math.radians(theta_deg)
+    papers = reference.rest(PAPER, theta_0, as_authors=False)
+    np.testing.assert_allclose(MM * pulls.rest(PAPER, theta_0).points, MM * papers.points, atol=1e-4)
+
+
+def test_the_gripper_weighs() -> None:
+    trunk = pulls.carry_gripper(PAPER)
+    assert trunk.gripper is None
+    assert trunk.total_mass == pytest.approx(PAPER.total_mass, rel=1e-12)
+    assert pulls.carry_gripper(trunk) is trunk
+
+
+def test_tensions_are_put_on() -> None:
+    shape = pulls.pull_tensions(PAPER, [5.0, 0.0, 2.0], 0.3, friction=0.1)
+    np.testing.assert_array_equal(shape.forces.cable_tension, [5.0, 0.0, 2.0])
+    expected = statics.solve(pulls.carry_gripper(PAPER), tension=[5.0, 0.0, 2.0], theta_0=0.3, friction=0.1)
+    np.testing.assert_array_equal(shape.points, expected.points)
 
 
 @pytest.mark.parametrize("theta_0", [0.0, math.pi / 2, 3 * math.pi / 4])
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_cable_1_changes_by_what_was_asked(theta_0: float, friction: float) -> None:
-    rest = statics.solve(PAPER, theta_0=theta_0).cable_change[0]
+    rest = pulls.rest(PAPER, theta_0).cable_change[0]
     dorsal = pulls.pull_dorsal(PAPER, 0.05, theta_0, friction=friction)
     assert dorsal.cable_change[0] - rest == pytest.approx(0.05, abs=2e-6)
     np.testing.assert_array_equal(dorsal.forces.cable_tension[1:], 0.0)
@@ -45,7 +67,7 @@ def test_without_friction_only_the_lengths_count() -> None:
 
 
 def test_nothing_pulled_is_rest() -> None:
-    rest = statics.solve(PAPER, theta_0=0.3)
+    rest = pulls.rest(PAPER, 0.3)
     for shape in (
         pulls.pull_dorsal(PAPER, 0.0, 0.3),
         pulls.pull_ventral(PAPER, 0.0, 0.3),
@@ -59,7 +81,7 @@ def test_full_curl_takes_no_more() -> None:
     np.testing.assert_allclose(np.degrees(most.joint_angle), 30.0, atol=0.1)
     assert pulls.find_shut(PAPER, most).all()
     assert pulls.find_shut(PAPER, pulls.pull_dorsal(PAPER, 0.131)).all()
-    assert not pulls.find_shut(PAPER, statics.solve(PAPER)).any()
+    assert not pulls.find_shut(PAPER, pulls.rest(PAPER)).any()
 
 
 @pytest.mark.parametrize(

@@ -120,12 +120,12 @@ def solve_load(design: TrunkDesign, load: Load | None, model: str, theta_0: floa
     """The shape by the model's name."""
     if model == "reference":
         return _solve_reference(design, load, theta_0)
-    from spiraltrunk.model import pulls, statics
+    from spiraltrunk.model import pulls
 
     if load is None:
-        return statics.solve(design, theta_0=theta_0, friction=friction)
+        return pulls.rest(design, theta_0, friction=friction)
     if load.name == "tensions":
-        return statics.solve(design, tension=list(map(float, load.typed)), theta_0=theta_0, friction=friction)
+        return pulls.pull_tensions(design, list(map(float, load.typed)), theta_0, friction=friction)
     if load.name == "cables":
         return pulls.pull_cables(design, load.meters, theta_0, friction=friction)
     law = {"dorsal": pulls.pull_dorsal, "ventral": pulls.pull_ventral, "twist": pulls.pull_twist}[load.name]

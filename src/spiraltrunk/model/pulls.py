@@ -1,12 +1,15 @@
 """The paper's pulls as loads of the equilibrium: `statics` taken through the order in which cables are pulled.
 
 Each starts at rest under gravity with slack cables. A cable that is not pulled is relaxed: it pays out freely and bears
-nothing. With friction the order is part of the answer, so every step starts where the one before it ended.
+nothing. With friction the order is part of the answer, so every step starts where the one before it ended. The gripper
+weighs as part of the last section, as in the paper, so that both models carry the same.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +18,7 @@ from scipy.optimize import brentq
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import cables, statics
-from spiraltrunk.model.reference_table import PULL_MARGIN, check_ventral, prepare
+from spiraltrunk.model.reference_table import PULL_MARGIN, check_ventral, prepare, rest_mass
 from spiraltrunk.model.shape import Shape
 
 LENGTH_TOLERANCE = 1e-6
@@ -27,6 +30,46 @@ cables work against each other."""
 
 _NEAR_LIMIT = 5e-4
 """Angle from the limit at which a joint counts as shut [rad]: a gap that holds back its last micrometre."""
+
+
+@lru_cache(maxsize=16)
+def carry_gripper(design: TrunkDesign) -> TrunkDesign:
+    """The same trunk with the gripper's mass in the last section, at that section's K_c (authors' code)."""
+    if design.gripper is None:
+        return design
+    mass = tuple(float(value) for value in rest_mass(design))
+    return replace(design, gripper=None, mass=replace(design.mass, sections=mass))
+
+
+def rest(design: TrunkDesign, theta_0: float = math.pi / 2, *, friction: float | None = None) -> Shape:
+    """Equilibrium under gravity, cables slack.
+
+    Args:
+        design: the trunk.
+        theta_0: angle of the base axis below the horizontal [rad].
+        friction: coefficient between cables and holes [-]; None takes the design's.
+
+    Raises:
+        ModelError: for numbers that are not finite or not allowed.
+    """
+    return statics.solve(carry_gripper(design), theta_0=theta_0, friction=friction)
+
+
+def pull_tensions(
+    design: TrunkDesign, tension: ArrayLike, theta_0: float = math.pi / 2, *, friction: float | None = None
+) -> Shape:
+    """Equilibrium under given tensions, put on together from rest.
+
+    Args:
+        design: the trunk.
+        tension: at the winders, shape (n_cable,) [N].
+        theta_0: angle of the base axis below the horizontal [rad].
+        friction: coefficient between cables and holes [-]; None takes the design's.
+
+    Raises:
+        ModelError: for numbers that are not finite or not allowed, or are not one per cable.
+    """
+    return statics.solve(carry_gripper(design), tension=tension, theta_0=theta_0, friction=friction)
 
 
 def pull_dorsal(
@@ -44,8 +87,8 @@ def pull_dorsal(
         ModelError: for numbers that are not finite or not allowed, or a cable 1 that is not dorsal.
     """
     _check_pull("pull", pull, prepare(design).stroke)
-    rest = statics.solve(design, theta_0=theta_0, friction=friction)
-    return _pull_on(design, rest, {0: pull}, theta_0, friction)
+    start = rest(design, theta_0, friction=friction)
+    return _pull_on(design, start, {0: pull}, theta_0, friction)
 
 
 def pull_ventral(
@@ -68,15 +111,15 @@ def pull_ventral(
     prepared = prepare(design)
     check_ventral(design, prepared)
     _check_pull("lengthening", lengthening, prepared.ventral_stroke)
-    rest = statics.solve(design, theta_0=theta_0, friction=friction)
+    start = rest(design, theta_0, friction=friction)
 
     def bend(pull: float) -> Shape:
-        return _pull_on(design, rest, dict.fromkeys(range(1, design.n_cable), pull), theta_0, friction)
+        return _pull_on(design, start, dict.fromkeys(range(1, design.n_cable), pull), theta_0, friction)
 
     def miss(pull: float) -> float:
-        return float(rest.cable_change[0] - bend(pull).cable_change[0]) - lengthening
+        return float(start.cable_change[0] - bend(pull).cable_change[0]) - lengthening
 
-    most = PULL_MARGIN * float(_full_ventral(design) - rest.cable_change[1:].min())
+    most = PULL_MARGIN * float(_full_ventral(design) - start.cable_change[1:].min())
     if lengthening == 0.0 or miss(most) <= 0.0:
         return bend(most if lengthening > 0.0 else 0.0)
     return bend(float(brentq(miss, 0.0, most, xtol=LENGTH_TOLERANCE / 10)))
@@ -124,9 +167,9 @@ def pull_cables(
         raise ModelError(f"change has shape {goal.shape}; allowed: ({design.n_cable},), one number per cable")
     for value in goal:
         _check_pull("change", float(value), design.cable_stroke)
-    rest = statics.solve(design, theta_0=theta_0, friction=friction)
-    more = {int(cable): float(goal[cable] - rest.cable_change[cable]) for cable in np.flatnonzero(goal)}
-    return _pull_on(design, rest, more, theta_0, friction)
+    start = rest(design, theta_0, friction=friction)
+    more = {int(cable): float(goal[cable] - start.cable_change[cable]) for cable in np.flatnonzero(goal)}
+    return _pull_on(design, start, more, theta_0, friction)
 
 
 def find_shut(design: TrunkDesign, shape: Shape) -> np.ndarray:
@@ -158,12 +201,12 @@ def _pull_on(
     for cable, pull in more.items():
         goal[cable] += pull
     goal = np.minimum(goal, PULL_MARGIN * design.cable_stroke)  # Beyond full curl nothing moves.
-    mu = design.cable.friction if friction is None else friction
+    trunk, mu = carry_gripper(design), design.cable.friction if friction is None else friction
     steps = 1 if mu > 0 else max(1, math.ceil(float(np.abs(goal - begin)[~relaxed].max(initial=0.0)) / _STEP - 1e-9))
     shape, tension = start, np.where(relaxed, 0.0, design.cable.tension_max)
     for step in range(1, steps + 1):
         shape = statics.solve(
-            design, pull=begin + (goal - begin) * (step / steps), tension=tension, by_tension=relaxed, theta_0=theta_0,
+            trunk, pull=begin + (goal - begin) * (step / steps), tension=tension, by_tension=relaxed, theta_0=theta_0,
             friction=friction, start=shape,
         )  # fmt: skip
     return shape
