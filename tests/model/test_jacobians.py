@@ -1,0 +1,131 @@
+"""Slopes of equilibria against differences of equilibria solved anew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk.design import TrunkDesign, presets
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model import jacobians, statics
+from spiraltrunk.model.loading import Loads
+from spiraltrunk.model.shape import Shape
+from spiraltrunk.model.statics import StaticsOptions
+
+SHARP = StaticsOptions(tolerance=1e-11)
+
+STAND = {"theta_0": 0.7, "roll": 0.4, "loads": Loads(mass=0.05, section=12, force=(0.1, 0.05, -0.1))}
+"""Nothing symmetric, so that no slope is zero by chance."""
+
+TENSIONS = [(0.0, 0.0, 0.0), (0.5, 0.1, 0.0), (2.0, 0.3, 1.0), (12.0, 0.0, 1.0), (9.0, 8.0, 0.5)]
+"""From slack to many joints shut."""
+
+
+def difference(solve, step: float) -> np.ndarray:
+    """Central difference of section ends."""
+    return (solve(step).points - solve(-step).points) / (2 * step)
+
+
+def assert_close(ours: np.ndarray, other: np.ndarray, part: float = 2e-5) -> None:
+    np.testing.assert_allclose(ours, other, rtol=0, atol=part * max(np.abs(other).max(), 1e-6))
+
+
+def equilibrium(tension, design: TrunkDesign = presets.PAPER) -> Shape:
+    return statics.solve(design, tension=tension, options=SHARP, **STAND)
+
+
+@pytest.mark.parametrize("tension", TENSIONS)
+def test_slopes_by_tension_are_the_differences(tension: tuple[float, float, float]) -> None:
+    tension = np.maximum(tension, 1e-3)
+    shape = equilibrium(tension)
+    slopes = jacobians.by_cables(presets.PAPER, shape, options=SHARP, **STAND)
+    for c, unit in enumerate(np.eye(3)):
+
+        def again(step: float, unit=unit) -> Shape:
+            return statics.solve(presets.PAPER, tension=tension + step * unit, start=shape, options=SHARP, **STAND)
+
+        assert_close(slopes.points_by_tension[..., c], difference(again, 1e-5))
+        pulled = (again(1e-5).cable_change - again(-1e-5).cable_change) / 2e-5
+        np.testing.assert_allclose(slopes.pull_by_tension[:, c], pulled, rtol=1e-4, atol=1e-9)
+
+
+@pytest.mark.parametrize("tension", TENSIONS[1:])
+def test_slopes_by_pull_are_the_differences_and_slack_cables_have_none(tension: tuple[float, float, float]) -> None:
+    shape = equilibrium(tension)
+    slopes = jacobians.by_cables(presets.PAPER, shape, options=SHARP, **STAND)
+    taut = shape.forces.cable_tension > 0
+    held = np.where(taut, shape.cable_change, -0.1)
+    for c, unit in enumerate(np.eye(3)):
+        if not taut[c]:
+            assert not slopes.tip_by_pull[:, c].any()
+            continue
+
+        def again(step: float, unit=unit) -> Shape:
+            return statics.solve(presets.PAPER, pull=held + step * unit, start=shape, options=SHARP, **STAND)
+
+        assert_close(slopes.points_by_pull[..., c], difference(again, 1e-7), 2e-4)
+
+
+def test_pull_by_tension_is_symmetric_and_positive() -> None:
+    give = jacobians.by_cables(presets.PAPER, equilibrium((2.0, 0.3, 1.0)), options=SHARP, **STAND).pull_by_tension
+    np.testing.assert_allclose(give, give.T, rtol=1e-10)
+    assert np.linalg.eigvalsh(give).min() > 0
+
+
+def change(design: TrunkDesign, name: str, index: int, step: float) -> tuple[TrunkDesign, dict]:
+    """Design and stand with one parameter changed."""
+    stand = dict(STAND)
+    if name == "joint_stiffness":
+        values = design.joint_stiffness.copy()
+        values[index] += step
+        design = replace(design, joint=replace(design.joint, stiffness=tuple(values)))
+    elif name == "section_mass":
+        values = design.section_mass.copy()
+        values[index] += step
+        design = replace(design, mass=replace(design.mass, sections=tuple(values)))
+    elif name == "center_fraction":
+        design = replace(design, mass=replace(design.mass, center_fraction=design.mass.center_fraction + step))
+    elif name == "hole_fraction":
+        design = replace(design, cable=replace(design.cable, hole_fraction=design.cable.hole_fraction + step))
+    elif name == "load_mass":
+        stand["loads"] = replace(STAND["loads"], mass=STAND["loads"].mass + step)
+    else:
+        stand[name] += step
+    return design, stand
+
+
+@pytest.mark.parametrize("is_held_by_length", [False, True])
+@pytest.mark.parametrize("tension", TENSIONS)
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [("joint_stiffness", 1e-7), ("section_mass", 1e-6), ("center_fraction", 1e-5), ("hole_fraction", 1e-6),
+     ("load_mass", 1e-6), ("theta_0", 1e-6), ("roll", 1e-6)],
+)  # fmt: skip
+def test_slopes_by_parameters_are_the_differences(
+    name: str, size: float, tension: tuple[float, float, float], is_held_by_length: bool
+) -> None:
+    design = presets.PAPER
+    shape = equilibrium(tension)
+    all_slopes = jacobians.by_parameters(design, shape, is_held_by_length=is_held_by_length, options=SHARP, **STAND)
+    taut = shape.forces.cable_tension > 0
+    drive = {"pull": np.where(taut, shape.cable_change, -0.1)} if is_held_by_length else {"tension": tension}
+    indices = [0, 3, 8, 12, 16] if all_slopes[name].ndim == 3 else [None]
+    for index in indices:
+
+        def again(step: float, index=index) -> Shape:
+            changed, stand = change(design, name, index, step)
+            return statics.solve(changed, start=shape, options=SHARP, **drive, **stand)
+
+        ours = all_slopes[name] if index is None else all_slopes[name][..., index]
+        assert_close(ours, difference(again, size), 2e-4)
+
+
+def test_wrong_stand_and_batches_are_refused() -> None:
+    shape = equilibrium((2.0, 0.3, 1.0))
+    with pytest.raises(ModelError, match="moments"):
+        jacobians.by_cables(presets.PAPER, shape)
+    batch = statics.solve(presets.PAPER, tension=np.ones((2, 3)))
+    with pytest.raises(ModelError, match="one shape"):
+        jacobians.by_cables(presets.PAPER, batch)
