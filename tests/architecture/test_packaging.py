@@ -14,8 +14,10 @@ from packaging.version import Version
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 REQUIREMENTS = [
-    Requirement(line) for line in (*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["dev"])
-]  # fmt: skip
+    Requirement(line)
+    for extra in (PROJECT["dependencies"], *(PROJECT["optional-dependencies"][name] for name in ("dev", "peers")))
+    for line in extra
+]
 
 
 def load_pins() -> dict[str, str]:

@@ -162,10 +162,24 @@ def test_bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.C
     assert result == {"claims": {"fast": {"ours": 1.0, "other": 12.0, "ratio": 12.0, "bar": 10.0, "holds": True}}}
     assert strict((tmp_path / "result.json").read_text()) == result
     claims["slow"] = lambda: Claim(ours=1.0, other=9.9, bar=10.0)
-    assert cli.main(["bench", "--peers"]) == 1
+    assert cli.main(["bench"]) == 1
+    assert "missed" in capsys.readouterr().out
+
+
+def test_bench_against_peers(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Without their packages one line says how to get them, and nothing is measured."""
+    monkeypatch.setattr(spiraltrunk.bench, "CLAIMS", {"fast": lambda: Claim(ours=1.0, other=12.0, bar=10.0)})
+    monkeypatch.setattr(spiraltrunk.bench, "PEERS", {"peer": lambda: Claim(ours=1.0, other=2.0, bar=1.0)})
+    monkeypatch.setitem(sys.modules, "elastica", None)
+    assert cli.main(["bench", "--peers"]) == 2
     printed = capsys.readouterr()
-    assert "missed" in printed.out
-    assert "no peer comparison exists yet for these claims: fast, slow" in printed.err
+    assert printed.out == ""
+    assert printed.err.splitlines() == [
+        "spiraltrunk: error: PyElastica is not installed; the extra peers has it: pip install 'spiraltrunk[peers]'"
+    ]
+    monkeypatch.setitem(sys.modules, "elastica", sys)
+    assert cli.main(["bench", "--peers", "--json"]) == 0
+    assert set(strict(capsys.readouterr().out)["claims"]) == {"fast", "peer"}
 
 
 DRAWN = """

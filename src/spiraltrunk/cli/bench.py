@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, FAILED, Answer, check_folder, complain, format_json
+from spiraltrunk.cli.answers import DONE, FAILED, Answer, check_folder, format_json
 from spiraltrunk.cli.options import add_parser, read_text
 from spiraltrunk.cli.progress import show_progress
 
@@ -18,23 +18,24 @@ if TYPE_CHECKING:
 def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
     parser = add_parser(verbs, "bench", _run, "the performance claims, each as a ratio measured now")
-    parser.add_argument("--peers", action="store_true", help="against other packages as well")
+    parser.add_argument("--peers", action="store_true", help="against PyElastica as well (extra peers)")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write result.json there")
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.out is not None:
         check_folder(arguments.out)
-    from spiraltrunk.bench import CLAIMS
+    from spiraltrunk.bench import CLAIMS, PEERS, check_peers
     from spiraltrunk.record import open_record
 
     if arguments.peers:
-        complain(f"no peer comparison exists yet for these claims: {', '.join(CLAIMS)}", DONE)
+        check_peers()
+    asked = CLAIMS | PEERS if arguments.peers else CLAIMS
     if arguments.out is None:
-        claims = _measure(CLAIMS)
+        claims = _measure(asked)
     else:
         with open_record(arguments.out) as draft:
-            claims = _measure(CLAIMS)
+            claims = _measure(asked)
             (draft / "result.json").write_text(format_json({"claims": claims}) + "\n")
     code = DONE if all(claim["holds"] for claim in claims.values()) else FAILED
     return code, format_json({"claims": claims}) if arguments.json else _format_claims(claims)

@@ -1,0 +1,99 @@
+"""Bending by a dorsal cable: one shape against a matrix chain, many against the same law over NumPy arrays."""
+
+from __future__ import annotations
+
+import math
+
+import numba
+import numpy as np
+
+from spiraltrunk.bench.claim import Claim, time_in_turns
+from spiraltrunk.design import presets
+from spiraltrunk.model import reference
+from spiraltrunk.model.reference_table import prepare, unpack
+
+TILT = 0.4
+"""Angle of the base axis below the horizontal [rad]."""
+
+PULL = 0.05
+"""Cable pulled in for the one shape [m]."""
+
+COUNT = 100_000
+"""Shapes of the batch."""
+
+MOST = 0.1
+"""Largest pull of the batch [m]; up to it each joint's share fits into what is open nearer to the base."""
+
+
+def measure_bend_single() -> Claim:
+    """One whole shape against the section ends alone, by 4 x 4 matrices in a loop whose bends are given [s]."""
+    shape = reference.bend_dorsal(presets.PAPER, PULL, TILT)
+    turns = np.arctan2(shape.joint_rotation[:, 1, 0], shape.joint_rotation[:, 0, 0]).tolist()
+    lengths = presets.PAPER.section_length.tolist()
+    ours, other = time_in_turns(
+        lambda: reference.bend_dorsal(presets.PAPER, PULL, TILT), lambda: chain_matrices(TILT, turns, lengths)
+    )
+    return Claim(ours=ours, other=other, bar=10.0)
+
+
+def measure_bend_batch() -> Claim:
+    """Bends and section ends of 100,000 pulls on one core against the same law over arrays, rest given [s]."""
+    pulls = np.random.default_rng(0).uniform(0.0, MOST, COUNT)
+    law = NumpyBending(TILT)
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        ours, other = time_in_turns(
+            lambda: reference.bend_dorsal_points(presets.PAPER, pulls, TILT), lambda: law.bend(pulls)
+        )
+    finally:
+        numba.set_num_threads(threads)
+    return Claim(ours=ours, other=other, bar=10.0)
+
+
+def chain_matrices(theta_0: float, bends: list[float], lengths: list[float]) -> np.ndarray:
+    """Section ends from bends as one writes it in NumPy, shape (n_section, 3) [m]."""
+    pose = turn_and_go(-theta_0, lengths[0])
+    ends = [pose[:3, 3]]
+    for bend, length in zip(bends, lengths[1:], strict=True):
+        pose = pose @ turn_and_go(bend, length)
+        ends.append(pose[:3, 3])
+    return np.array(ends)
+
+
+def turn_and_go(bend: float, length: float) -> np.ndarray:
+    """A turn about z, then a way along x, shape (4, 4)."""
+    c, s = np.cos(bend), np.sin(bend)
+    return np.array([[c, -s, 0.0, c * length], [s, c, 0.0, s * length], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+
+class NumpyBending:
+    """Algorithm 1 of the paper over arrays, for pulls that leave joint 1 open.
+
+    Args:
+        theta_0: angle of the base axis below the horizontal [rad].
+    """
+
+    def __init__(self, theta_0: float) -> None:
+        self.theta_0 = theta_0
+        self.table = unpack(prepare(presets.PAPER).constants)
+        turn = reference.rest(presets.PAPER, theta_0).joint_rotation
+        sag = -np.arctan2(turn[:, 1, 0], turn[:, 0, 0])
+        self.gap = self.table.diameter * np.sin((self.table.limit + sag) / 2)
+
+    def bend(self, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Section ends (n, n_section, 3) [m] and bends (n, n_joint) [rad] for pulls (n,) [m]."""
+        table = self.table
+        level, gap = pull.copy(), np.empty((len(self.gap), len(pull)))
+        for i in range(len(self.gap) - 1, -1, -1):
+            over = level * table.portion[i] - self.gap[i]
+            np.maximum(-over, 0.0, out=gap[i])
+            level += np.maximum(over, 0.0, out=over) * table.below[i]
+        bend = table.limit - 2 * np.arcsin(gap / table.diameter[:, None])
+        angle = np.cumsum(bend, axis=0) - self.theta_0
+        ends = np.zeros((len(pull), len(self.gap) + 1, 3))
+        first = table.section_length[0]
+        for k, (go, base) in enumerate(((np.cos, math.cos(-self.theta_0)), (np.sin, math.sin(-self.theta_0)))):
+            ends[:, 0, k] = first * base
+            ends[:, 1:, k] = (first * base + np.cumsum(table.section_length[1:, None] * go(angle), axis=0)).T
+        return ends, bend.T

@@ -1,0 +1,22 @@
+"""The default grasp against the time that it simulates."""
+
+from __future__ import annotations
+
+import statistics
+
+from spiraltrunk.bench.claim import Claim
+from spiraltrunk.design import presets
+from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
+from spiraltrunk.trial import run_trial
+
+REPEATS = 3
+"""Trials; the median counts."""
+
+
+def measure_grasp_real_time() -> Claim:
+    """Wall time of a default grasp in simulation, control loop included, against the time that it simulates [s]."""
+    shape = parse_object(DEFAULT_OBJECT)
+    trials = [run_trial(presets.PAPER, shape) for _ in range(REPEATS)]
+    simulated = trials[0].plant.trace[-1].time
+    factor = statistics.median(trial.real_time_factor for trial in trials)
+    return Claim(ours=simulated / factor, other=simulated, bar=10.0)

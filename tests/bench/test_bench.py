@@ -1,0 +1,135 @@
+"""The performance claims compare like with like: each rival gives our answer, and no timing can fail a test."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk.bench import CLAIMS, PEERS, Claim, bending, elastica, equilibrium, rest
+from spiraltrunk.bench.claim import time_burst, time_in_turns
+from spiraltrunk.design import presets
+from spiraltrunk.model import reference
+from spiraltrunk.sim.settle import SettleRig
+
+PAPER = presets.PAPER
+
+
+def bends(shape):
+    return np.arctan2(shape.joint_rotation[..., 1, 0], shape.joint_rotation[..., 0, 0])
+
+
+def farthest(a, b):
+    return float(np.linalg.norm(a - b, axis=-1).max())
+
+
+def test_a_claim_holds_from_its_bar_on():
+    claim = Claim(ours=2.0, other=20.0, bar=10.0)
+    assert claim.ratio == 10.0
+    assert claim.holds
+    assert not replace(claim, ours=2.01).holds
+
+
+def test_the_fastest_turn_counts():
+    waits = {"short": iter([0.0, 0.02, 0.002] + [0.02] * 9), "long": iter([0.0, 0.03, 0.03] + [0.006] * 9)}
+
+    def wait(name):
+        return lambda: time.sleep(next(waits[name], 0.02))
+
+    short, long = time_in_turns(wait("short"), wait("long"), turns=4, span=0.0)
+    assert 0.002 <= short < 0.02
+    assert 0.006 <= long < 0.03
+    assert time_burst(lambda: time.sleep(0.001), 3) >= 0.001
+
+
+@pytest.mark.parametrize("tilt", rest.TILTS)
+def test_scipy_solves_the_same_rest(tilt):
+    rival, shape = rest.NumpyRest(tilt), reference.rest(PAPER, tilt)
+    np.testing.assert_allclose(rival.solve(), -bends(shape), atol=1e-9)
+    step = 1e-6 * np.eye(PAPER.n_joint)
+    sag = rival.solve()
+    slopes = [(rival.residual(sag + s) - rival.residual(sag - s)) / 2e-6 for s in step]
+    np.testing.assert_allclose(rival.jacobian(sag), np.transpose(slopes), atol=1e-9)
+
+
+def test_the_matrix_chain_is_the_same_chain():
+    shape = reference.bend_dorsal(PAPER, bending.PULL, bending.TILT)
+    ends = bending.chain_matrices(bending.TILT, bends(shape).tolist(), PAPER.section_length.tolist())
+    np.testing.assert_allclose(ends, shape.points, atol=1e-14)
+
+
+@pytest.mark.parametrize("tilt", [bending.TILT, 1.5, -1.0])
+def test_the_law_over_arrays_is_the_same_law(tilt):
+    pulls = np.linspace(0.0, bending.MOST, 400)
+    ends, bend = bending.NumpyBending(tilt).bend(pulls)
+    shape = reference.bend_dorsal(PAPER, pulls, tilt)
+    np.testing.assert_allclose(bend, bends(shape), atol=1e-12)
+    np.testing.assert_allclose(ends, shape.points, atol=1e-13)
+
+
+@pytest.mark.parametrize("tilt", rest.TILTS[:2])
+def test_tuned_mujoco_comes_to_rest(tilt):
+    """Within 0.5 mm of where it rests when nobody hurries."""
+    hurried = SettleRig(PAPER, theta_0=tilt, options=rest.TUNED).settle()
+    patient = SettleRig(PAPER, theta_0=tilt, options=replace(rest.TUNED, still=1e-6)).settle()
+    assert hurried.shape.status == patient.shape.status == 0
+    assert hurried.time < patient.time
+    assert farthest(hurried.shape.points, patient.shape.points) < 0.5e-3
+
+
+@pytest.mark.slow
+def test_tuned_mujoco_comes_to_rest_with_cables():
+    for case in equilibrium.draw_cases()[:6]:
+        rig = case.build_rig(equilibrium.TUNED)
+        hurried = rig.settle([case.stage])
+        rig.options = replace(equilibrium.TUNED, still=1e-5)
+        assert farthest(hurried.shape.points, rig.settle([case.stage]).shape.points) < 0.5e-3
+        careful = replace(equilibrium.TUNED, timestep=1e-3, armature_factor=10.0)
+        shape = case.solve()
+        where = case.build_rig(careful).settle([case.stage]).shape
+        if not where.is_shut.any() and not shape.is_shut.any():
+            assert farthest(where.points, shape.points) < 0.5e-3
+
+
+def test_cases_are_what_the_claim_says():
+    cases = equilibrium.draw_cases()
+    assert len(cases) == equilibrium.COUNT
+    assert {int((case.pull > 0).sum()) for case in cases} == {1, 2}
+    pulls = np.concatenate([case.pull[case.pull > 0] for case in cases])
+    assert 0.02 <= pulls.min() < pulls.max() <= 0.08
+    assert [case.tilt for case in cases] == [case.tilt for case in equilibrium.draw_cases()]
+
+
+def test_claims_have_the_bars_they_promise(monkeypatch):
+    """Each is measured with what it times replaced by known times."""
+    given = iter([2e-5, 3e-3, 1e-3])
+    times = lambda *calls, **_: [next(given) for _ in calls]  # noqa: E731
+    for module in (rest, bending, equilibrium):
+        monkeypatch.setattr(module, "time_in_turns", times)
+    claim = rest.measure_rest_mujoco()
+    assert (claim.ours, claim.other, claim.bar) == (2e-5, 3e-3, 50.0)
+    given = iter([2e-5, 1e-4])
+    assert rest.measure_rest_fsolve() == Claim(ours=2e-5, other=1e-4, bar=5.0)
+    given = iter([1.0, 10.0, 1.0, 10.0])
+    assert bending.measure_bend_single() == bending.measure_bend_batch() == Claim(ours=1.0, other=10.0, bar=10.0)
+    monkeypatch.setattr(
+        equilibrium, "draw_cases", lambda: [equilibrium.Case(pull=np.zeros(3), tilt=0.0, load=0.0, section=0)]
+    )
+    given = iter([1.0, 13.0, 2.0])
+    assert equilibrium.measure_statics_mujoco() == Claim(ours=1.0, other=11.0, bar=10.0)
+
+
+def test_every_claim_has_a_name_of_its_own():
+    assert not set(CLAIMS) & set(PEERS)
+
+
+def test_pyelasticas_rod_is_the_trunk():
+    """It sags as far as our trunk with hinges, within what a rod differs from a chain by."""
+    pytest.importorskip("elastica")
+    seen, walls = elastica.swing()
+    assert np.isfinite(seen).all()
+    assert walls == sorted(walls)
+    away = np.linalg.norm(seen[-1] - seen[-20], axis=0).max()
+    assert away < 0.01 * elastica.CLOSE * PAPER.length
