@@ -135,7 +135,7 @@ def solve(
         drive.pull.shape[:-1], drive.tension.shape[:-1], base.shape[:-2], fields.factor.shape[:-2],
         () if start is None else start.status.shape,
     )  # fmt: skip
-    batch = np.broadcast_shapes(*shapes) if any(shapes) else ()
+    batch = _read_batch(shapes) if any(shapes) else ()
     if start is None and mu > 0:
         start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=options)
     trunk, straight = _ready(design, options)
@@ -146,6 +146,15 @@ def solve(
 
 
 _DEFAULT = StaticsOptions()
+
+
+def _read_batch(shapes: tuple[tuple[int, ...], ...]) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        names = ", ".join(str(shape) for shape in shapes)
+        allowed = "allowed: batches that broadcast"
+        raise ModelError(f"pull, tension, base, loads and start have the batches {names}; {allowed}") from None
 
 
 @lru_cache(maxsize=64)
