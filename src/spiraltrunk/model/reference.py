@@ -173,9 +173,13 @@ _Given = tuple[str, ArrayLike, float]
 """Name of an input, its value and, for a pull, what shuts every gap [m]; infinite for an angle."""
 
 
+_PLAIN = {float, int, bool, np.float64}
+"""Types of single numbers."""
+
+
 def _ask(given: tuple[_Given, ...]) -> np.ndarray:
     """First pull [m], second pull [m] and theta_0 [rad] side by side, shape (..., 3); checked."""
-    if all(isinstance(value, (float, int)) for _, value, _ in given):
+    if {type(value) for _, value, _ in given} <= _PLAIN:
         *pulls, theta_0 = [_check_number(*entry) for entry in given]  # type: ignore[arg-type]
         return np.array((*pulls, *(0.0,) * (2 - len(pulls)), theta_0))
     arrays = [_check_array(*entry) for entry in given]
@@ -228,6 +232,8 @@ def _most(full: float) -> float:
 def _solve(law: int, prepared: Prepared, asked: np.ndarray) -> Shape:
     """Shapes for the last axis of ``asked``, on all cores where there are many."""
     batch = asked.shape[:-1]
+    if not batch:
+        return _solve_one(law, prepared, asked)
     n, n_joint = math.prod(batch), prepared.n_joint
     numbers, marks = np.empty(n * prepared.layout[-1][2]), np.empty(n * (n_joint + 1), np.uint8)
     rows = asked.reshape(n, 3)
@@ -246,4 +252,21 @@ def _solve(law: int, prepared: Prepared, asked: np.ndarray) -> Shape:
         cable_change=change,
         is_shut=marks[: n * n_joint].view(np.bool_).reshape((*batch, n_joint)),
         status=marks[n * n_joint :].reshape(batch),
+    )
+
+
+def _solve_one(law: int, prepared: Prepared, asked: np.ndarray) -> Shape:
+    """The shape for ``asked``, shape (3,); its arrays are fields of one record, which is sooner made than many."""
+    answer = np.empty((), prepared.record)
+    numbers = np.ndarray(prepared.layout[-1][2], float, answer)
+    marks = np.ndarray(prepared.n_joint + 1, np.uint8, answer, numbers.nbytes)
+    solve(law, asked[None], prepared.constants, (numbers, marks), (0, 1))
+    return Shape(
+        points=answer["points"],
+        joint_rotation=answer["joint_rotation"],
+        joint_angle=answer["joint_angle"],
+        gap=answer["gap"],
+        cable_change=answer["cable_change"],
+        is_shut=answer["is_shut"],
+        status=answer["status"],
     )

@@ -74,6 +74,8 @@ class Prepared:
     """n_joint, n_cable and the fields of `Table` in a row: one array, for each argument of a compiled call costs."""
     layout: tuple[tuple[tuple[int, ...], int, int], ...]
     """Shape, start and end of points, rotations, angles, gaps and changes in the numbers of one answer."""
+    record: np.dtype[np.void]
+    """One answer: the same arrays, which faces meet and the status, in this order and without room between."""
     n_joint: int
     """Joints."""
     stroke: float
@@ -215,9 +217,11 @@ def _build(design: TrunkDesign, as_authors: bool) -> Prepared:
         raise ModelError(f"cable.angles are {_degrees(design)}; allowed: cable 1 dorsal, at 0 deg")
     fields = _fields(design, as_authors)
     size = (design.n_joint, design.n_cable)
+    layout = _layout(*size)
     return Prepared(
         constants=np.concatenate([np.ravel(part) for part in (size, *fields)]).astype(float),
-        layout=_layout(*size),
+        layout=layout,
+        record=_record(layout, design.n_joint),
         n_joint=design.n_joint,
         stroke=design.cable_stroke,
         ventral_stroke=float(fields.wide.sum()) - design.cable_stroke,
@@ -230,6 +234,12 @@ def _layout(n_joint: int, n_cable: int) -> tuple[tuple[tuple[int, ...], int, int
     shapes = (n_joint + 1, 3), (n_joint, 3, 3), (n_joint,), (n_joint, n_cable), (n_cable,)
     ends = np.cumsum([math.prod(shape) for shape in shapes]).tolist()
     return tuple(zip(shapes, [0, *ends[:-1]], ends, strict=True))
+
+
+def _record(layout: tuple[tuple[tuple[int, ...], int, int], ...], n_joint: int) -> np.dtype[np.void]:
+    names = "points", "joint_rotation", "joint_angle", "gap", "cable_change"
+    numbers = [(name, float, shape) for name, (shape, _, _) in zip(names, layout, strict=True)]
+    return np.dtype([*numbers, ("is_shut", np.bool_, (n_joint,)), ("status", np.uint8)])
 
 
 def _fields(design: TrunkDesign, as_authors: bool) -> Table:
