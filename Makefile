@@ -58,8 +58,9 @@ bench: $(STAMP)  ## measure the performance claims
 trials: $(STAMP)  ## 50 drawn grasps, of which 48 are to succeed (minutes)
 	$(BIN)/python benchmarks/grasp_trials.py --out $(OUT)/trials
 
-docs: $(STAMP)  ## make the pictures of README and docs again
+docs: $(STAMP)  ## make the pictures and numbers of README and docs again
 	$(BIN)/python docs/make_pictures.py
+	$(BIN)/python docs/study_forward_models.py
 
 clean:  ## remove caches and build products; out and .venv stay
 	rm -rf build dist src/*.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache

@@ -84,9 +84,7 @@ def _draw_space(axes: Any, solids: Solids, low: np.ndarray, high: np.ndarray) ->
     size = float(high[0] - low[0])
     lead = -_LEAD * size * solids.axis
     axes.plot(*np.stack([lead, 0 * lead])[:, seen].T, color=INK, linestyle=(0, (4, 2)), linewidth=1.2, zorder=2)
-    foot = np.array([low[0] + 0.06 * size, high[1] - 0.02 * size, high[2] - 0.06 * size])
-    axes.quiver(*foot[seen], 0, 0, -0.2 * size, color=INK, linewidth=1.4, arrow_length_ratio=0.3)
-    axes.text(foot[0] + 0.03 * size, foot[2], foot[1] - 0.1 * size, "g", fontsize=NORMAL, color=INK)
+    _draw_gravity(axes, 0.95)  # Down in space is down in this view.
     _frame_space(axes, low, high)
 
 
@@ -94,12 +92,12 @@ def _frame_space(axes: Any, low: np.ndarray, high: np.ndarray) -> None:
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(high[2], low[2])  # Turned round, as x, z, y would be a left-handed frame.
     axes.set_zlim(low[1], high[1])
-    axes.set_box_aspect((1, 1, 1), zoom=0.98)
-    axes.view_init(elev=18, azim=-58)
+    axes.set_box_aspect((1, 1, 1), zoom=0.9)
+    axes.view_init(elev=16, azim=-112)
     for name, label in (("x", "x [mm]"), ("y", "z [mm]"), ("z", "")):
         getattr(axes, f"set_{name}label")(label, fontsize=NORMAL, color=INK)
         axes.locator_params(axis=name, nbins=5)
-    axes.text2D(0.97, 0.86, "y, up [mm]", transform=axes.transAxes, ha="center", fontsize=NORMAL, color=INK)
+    axes.text2D(0.10, 0.86, "y, up [mm]", transform=axes.transAxes, ha="center", fontsize=NORMAL, color=INK)
     axes.tick_params(labelsize=SMALL, colors=INK, pad=1.0)
     for pane in (axes.xaxis, axes.yaxis, axes.zaxis):
         pane.set_pane_color((1.0, 1.0, 1.0, 0.0))
@@ -129,10 +127,7 @@ def _draw_side(
     lead = -_LEAD * size * solids.axis
     axes.plot([lead[right], 0.0], [lead[1], 0.0], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, zorder=2)
     aside = 0.93 if solids.axis[right] > -0.01 else 0.07  # Away from the base axis.
-    axes.annotate(
-        "g", (aside, 0.80), (aside, 0.97), xycoords="axes fraction", ha="center", va="top", fontsize=NORMAL, color=INK,
-        arrowprops={"arrowstyle": "-|>", "color": INK},
-    )  # fmt: skip
+    _draw_gravity(axes, aside)
     axes.set(xlim=(low[right], high[right]), ylim=(low[1], high[1]), aspect="equal")
     axes.set_title(name, fontsize=NORMAL, color=INK)
     axes.set_xlabel(label, fontsize=NORMAL, color=INK)
@@ -140,6 +135,13 @@ def _draw_side(
     axes.tick_params(labelsize=SMALL, colors=INK)
     axes.grid(visible=True, color="#00000018", linewidth=0.6)
     axes.set_axisbelow(True)
+
+
+def _draw_gravity(axes: Any, place: float) -> None:
+    axes.annotate(
+        "g", (place, 0.80), (place, 0.97), xycoords="axes fraction", ha="center", va="top", fontsize=NORMAL, color=INK,
+        arrowprops={"arrowstyle": "-|>", "color": INK},
+    )  # fmt: skip
 
 
 def _faces(solids: Solids) -> list[tuple[np.ndarray, str]]:
