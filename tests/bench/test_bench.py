@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
+import json
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -133,3 +136,18 @@ def test_pyelasticas_rod_is_the_trunk():
     assert walls == sorted(walls)
     away = np.linalg.norm(seen[-1] - seen[-20], axis=0).max()
     assert away < 0.01 * elastica.CLOSE * PAPER.length
+
+
+@pytest.mark.slow
+def test_the_table_of_speeds(tmp_path, capsys):
+    path = Path(__file__).parents[2] / "benchmarks" / "model_speed.py"
+    spec = importlib.util.spec_from_file_location("model_speed", path)
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    assert script.main(["--out", str(tmp_path)]) == 0
+    figures = json.loads((tmp_path / "model_speed.json").read_text())
+    assert min(figures["single_us"].values()) > 0
+    assert figures["floors"]["bytes_written_per_shape"] == 568
+    rates = figures["batch_per_s"]
+    assert rates["floor: memory written"] > rates["laws alone"]
+    assert "million shapes/s" in capsys.readouterr().out
