@@ -1,0 +1,33 @@
+"""The equilibrium against MuJoCo at rest: a slice of benchmarks/statics_parity.py."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def parity():
+    path = Path(__file__).parents[2] / "benchmarks" / "statics_parity.py"
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("trial", [0, 2, 4, 7, 8, 9, 11, 12])
+def test_mujoco_rests_where_the_models_forces_balance(parity, trial):
+    row = parity.compare("free", trial)
+    assert row["simulated"] in {"CONVERGED", "STALLED", "ALL_SHUT"}
+    assert row["unbalance_nm"] < 1e-4
+    assert row["same_limit_m"] < 5e-5
+    if row["past_limit_deg"] == 0.0:  # MuJoCo's joint limit is soft, and the further it is passed the more they differ.
+        assert row["distance_m"] < 5e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("trial", [3, 4])
+def test_with_friction_too(parity, trial):
+    row = parity.compare("friction", trial)
+    assert row["simulated"] == row["solved"] == "CONVERGED"
+    assert row["distance_m"] < parity.BAR["friction"]
