@@ -1,6 +1,6 @@
 """Where the robot is: shapes and cable lengths from joint bends, pulls and gravity.
 
-`reference` and `statics` compile their laws and load Numba, so they are loaded when used.
+Those that compile their laws load Numba, so they are loaded when used.
 """
 
 from importlib import import_module
@@ -10,7 +10,7 @@ from spiraltrunk.model import cables, transforms
 
 __all__ = ["cables", "transforms"]
 
-_COMPILED = ("reference", "statics")
+_COMPILED = ("inverse", "jacobians", "reference", "statics", "workspace")
 
 
 def __getattr__(name: str) -> ModuleType:

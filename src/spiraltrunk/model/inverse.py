@@ -1,0 +1,309 @@
+"""From where the trunk should be to how its cables must be pulled: tip, tip and direction, whole shape, or a curl.
+
+The forward model is the static equilibrium without friction. The unknowns are the tensions of the cables, from 0 to the
+design's largest: any such tensions have an equilibrium, which a set of cable lengths need not have. The answer names
+the tensions and the lengths that hold the same shape. Of several starts those with less tension come first. Three
+cables have three freedoms: a tip's place is met, a direction, a shape or a circle as nearly as they can.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model.inverse_search import InverseOptions, find, fold, read_scene
+from spiraltrunk.model.inverse_starts import section_axes
+from spiraltrunk.model.kernels.aim import Aim, gap_rows
+from spiraltrunk.model.loading import Loads, read_numbers
+from spiraltrunk.model.shape import Shape, Status
+from spiraltrunk.model.wrap import WRAP_TURN
+
+__all__ = ["InverseOptions", "Reach", "curl", "follow", "solve"]
+
+_DEEP = 30.0
+"""How much more a section's depth in the circle weighs than a gap before it [-]."""
+
+_ANYWHERE = 1e4
+"""Farthest target that is taken for meant [m]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Reach:
+    """How the cables must be pulled, and what comes of it; leading axes ``...`` are those of the batch."""
+
+    shape: Shape
+    """The equilibrium at these tensions, solved from the straight trunk."""
+    tension: np.ndarray
+    """Tension of each cable, shape (..., n_cable) [N]."""
+    pull: np.ndarray
+    """Each cable pulled in since the straight trunk, negative for paid out, shape (..., n_cable) [m]; where a tension
+    is 0, the most cable that may be pulled without changing the shape."""
+    distance: np.ndarray
+    """What is left: of the tip's distance, of the root mean square of the section ends' distances, or of a curl the
+    deepest section's depth or the nearest section's gap, whichever is larger; shape (...) [m]."""
+    status: np.ndarray
+    """`Status`: CONVERGED, OUT_OF_REACH where more is left than the tolerance, NOT_CONVERGED; shape (...) [-]."""
+    turn: np.ndarray | None = None
+    """Angle between the tip's direction and the wanted one, where one is wanted, shape (...) [rad]."""
+    gap: np.ndarray | None = None
+    """Gap between each section's surface and the circle of a curl, negative inside, shape (..., n_section) [m]."""
+
+    @property
+    def points(self) -> np.ndarray:
+        """Section ends, base to tip, shape (..., n_section, 3) [m]."""
+        return self.shape.points
+
+    @property
+    def advice(self) -> str:
+        """The gravest status in words."""
+        return Status(int(np.max(self.status))).advice
+
+
+def solve(
+    design: TrunkDesign,
+    tip: ArrayLike,
+    *,
+    direction: ArrayLike | None = None,
+    direction_weight: float = 0.05,
+    theta_0: ArrayLike = math.pi / 2,
+    roll: ArrayLike = 0.0,
+    loads: Loads | None = None,
+    options: InverseOptions | None = None,
+) -> Reach:
+    """Cables that bring the tip to a place, or as near as they can; with a direction, to both in least squares.
+
+    Minimised is |tip - wanted|^2 + (direction_weight |axis - direction|)^2.
+
+    Args:
+        design: the trunk.
+        tip: where the tip should be, in the frame of `Shape`, shape (..., 3) [m].
+        direction: where the last section should point, any length but 0, shape (..., 3) [-].
+        direction_weight: length that one radian of direction weighs as much as [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad]; pi / 2 hangs.
+        roll: turn of the trunk about its base axis, shape (...) [rad].
+        loads: what else weighs on it.
+        options: how it is sought.
+
+    Returns:
+        Tensions, pulls and shape; the status is OUT_OF_REACH where the tip, or tip and direction, are farther off than
+        the tolerance.
+
+    Raises:
+        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+    """
+    wanted, count = _read_places("tip", tip, 1), design.n_section
+    aimed: np.ndarray = np.zeros(3) if direction is None else _read_unit("direction", direction)
+    _check_range("direction_weight", direction_weight, 1e-6, 1e3)
+    batch = _broadcast({"tip": wanted.shape[:-1], "direction": aimed.shape[:-1]})
+    scene, batch = read_scene(read_numbers("theta_0", theta_0), read_numbers("roll", roll), loads or Loads(), batch)
+    point = np.zeros((math.prod(batch), count, 3))
+    point[:, -1] = np.broadcast_to(wanted, (*batch, 3)).reshape(-1, 3)
+    heading = np.broadcast_to(aimed, (*batch, 3)).reshape(-1, 3).copy()
+    turn = 0.0 if direction is None else float(direction_weight)
+    aim = _aim(design, point=point, weight=_only(count, -1), heading=heading, turn=turn)
+    options = options or InverseOptions()
+    shape = find(design, scene, aim, options)
+    distance = np.linalg.norm(shape.points[:, -1] - point[:, -1], axis=-1)
+    chord = np.linalg.norm(section_axes(shape.points)[:, -1] - heading, axis=-1) if turn else np.zeros(len(point))
+    is_reached = np.hypot(distance, turn * chord) <= options.tolerance
+    angle = None if direction is None else 2 * np.arcsin(np.minimum(chord / 2, 1.0))
+    return _answer(shape, batch, distance, is_reached, turn=angle)
+
+
+def follow(
+    design: TrunkDesign,
+    points: ArrayLike,
+    *,
+    weight: ArrayLike | None = None,
+    theta_0: ArrayLike = math.pi / 2,
+    roll: ArrayLike = 0.0,
+    loads: Loads | None = None,
+    options: InverseOptions | None = None,
+) -> Reach:
+    """Cables that bring all section ends nearest to given ones, in least squares.
+
+    Args:
+        design: the trunk.
+        points: where the section ends should be, base to tip, shape (..., n_section, 3) [m].
+        weight: how much each counts, shape (n_section,) [-]; equal by default.
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        roll: turn of the trunk about its base axis, shape (...) [rad].
+        loads: what else weighs on it.
+        options: how it is sought.
+
+    Returns:
+        Tensions, pulls and shape; the distance is the weighted root mean square of the section ends' distances.
+
+    Raises:
+        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+    """
+    wanted, count = _read_places("points", points, 2), design.n_section
+    if wanted.shape[-2] != count:
+        raise ModelError(f"points has shape {wanted.shape}; allowed: (..., {count}, 3)")
+    share = read_numbers("weight", np.ones(count) if weight is None else weight)
+    if share.shape != (count,) or (share < 0).any() or not share.any():
+        raise ModelError(f"weight has shape {share.shape}; allowed: {count} numbers, none negative, not all 0")
+    scene, batch = read_scene(
+        read_numbers("theta_0", theta_0), read_numbers("roll", roll), loads or Loads(), wanted.shape[:-2]
+    )
+    point = np.broadcast_to(wanted, (*batch, count, 3)).reshape(-1, count, 3).copy()
+    share = share / share.sum()
+    options = options or InverseOptions()
+    shape = find(design, scene, _aim(design, point=point, weight=np.sqrt(share)), options)
+    distance = np.sqrt((share * ((shape.points - point) ** 2).sum(axis=-1)).sum(axis=-1))
+    return _answer(shape, batch, distance, distance <= options.tolerance)
+
+
+def curl(
+    design: TrunkDesign,
+    center: ArrayLike,
+    diameter: ArrayLike,
+    *,
+    normal: ArrayLike = (0.0, 0.0, 1.0),
+    touching: int | None = None,
+    theta_0: ArrayLike = math.pi / 2,
+    roll: ArrayLike = 0.0,
+    loads: Loads | None = None,
+    options: InverseOptions | None = None,
+) -> Reach:
+    """Cables that curl the trunk round a circle so that the sections' outer surfaces touch it.
+
+    Minimised are the squares of the gaps of the sections that should touch, and of all sections' distances from the
+    circle's plane; the depth of any section in the circle weighs 30 times as much as a gap. No force acts between
+    trunk and circle, so the trunk touches where its free curl lets it.
+
+    Args:
+        design: the trunk.
+        center: centre of the circle in the frame of `Shape`, shape (..., 3) [m].
+        diameter: shape (...) [m].
+        normal: normal of the circle's plane, any length but 0, shape (..., 3) [-].
+        touching: how many sections, counted from the tip, should touch; by default those that wrap 250 degrees of it.
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        roll: turn of the trunk about its base axis, shape (...) [rad].
+        loads: what else weighs on it.
+        options: how it is sought; its tolerance says what touches, 1 mm by default.
+
+    Returns:
+        Tensions, pulls and shape, with the gap of every section; OUT_OF_REACH where no section comes within the
+        tolerance of the circle, or one lies deeper in it.
+
+    Raises:
+        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+    """
+    middle, axis, width = _read_places("center", center, 1), _read_unit("normal", normal), _read_widths(diameter)
+    batch = _broadcast({"center": middle.shape[:-1], "normal": axis.shape[:-1], "diameter": width.shape})
+    scene, batch = read_scene(read_numbers("theta_0", theta_0), read_numbers("roll", roll), loads or Loads(), batch)
+    circle = np.concatenate(
+        [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (middle, axis, width[..., None] / 2)], axis=-1
+    ).reshape(-1, 7)
+    options = options or InverseOptions(tolerance=1e-3, tries=24)
+    touch = _touching(design, touching, float(width.min()))
+    aim = _aim(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
+    shape = find(design, scene, aim, replace(options, tolerance=1e-6))
+    gap = np.empty(shape.points.shape[:-1])
+    gap_rows(shape.points, section_axes(shape.points), aim, gap)
+    distance = np.abs(gap.min(axis=-1))
+    return _answer(shape, batch, distance, distance <= options.tolerance, gap=gap)
+
+
+def snug_bend(design: TrunkDesign, width: float) -> np.ndarray:
+    """Bend of each joint where all sections' middles touch a circle, up to the limit, shape (n_joint,) [rad]."""
+    half = np.arctan(design.section_length / 2 / (width / 2 + design.section_radius))
+    return np.minimum(half[:-1] + half[1:], design.joint_limit)
+
+
+def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.ndarray:
+    """1 for the sections that should touch, 0 for the others, shape (n_section,) [-]."""
+    count = design.n_section
+    if touching is None:
+        turn = np.cumsum(snug_bend(design, width)[::-1])[::-1]
+        touching = count - int(np.count_nonzero(turn > WRAP_TURN))
+    elif isinstance(touching, bool) or not isinstance(touching, int) or not 1 <= touching <= count:
+        raise ModelError(f"touching is {touching!r}; allowed: a whole number from 1 to {count}")
+    return np.where(np.arange(count) >= count - touching, 1.0, 0.0)
+
+
+def _aim(design: TrunkDesign, **parts: Any) -> Aim:
+    """An aim of which all that is not given is left out."""
+    rows = len(parts["circle"] if "circle" in parts else parts["point"])
+    count, solid = design.n_section, design.solid
+    whole: dict[str, Any] = {
+        "point": np.zeros((rows, count, 3)), "weight": np.zeros(count), "heading": np.zeros((rows, 3)), "turn": 0.0,
+        "circle": np.zeros((rows, 7)), "touch": np.zeros(count), "deep": 0.0,
+        "hull": np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
+    }  # fmt: skip
+    return Aim(**(whole | parts))
+
+
+def _answer(
+    shape: Shape,
+    batch: tuple[int, ...],
+    distance: np.ndarray,
+    is_reached: np.ndarray,
+    *,
+    turn: np.ndarray | None = None,
+    gap: np.ndarray | None = None,
+) -> Reach:
+    """The answer in the batch's shape."""
+    status = np.where(is_reached, int(Status.CONVERGED), int(Status.OUT_OF_REACH))
+    status = np.where(shape.status == Status.NOT_CONVERGED, int(Status.NOT_CONVERGED), status)
+    whole: Shape = fold(shape, batch)
+    tension = whole.cable_change * 0 if whole.forces is None else whole.forces.cable_tension
+    return Reach(
+        shape=whole, tension=tension, pull=whole.cable_change, distance=distance.reshape(batch),
+        status=status.reshape(batch), turn=None if turn is None else turn.reshape(batch),
+        gap=None if gap is None else gap.reshape((*batch, gap.shape[-1])),
+    )  # fmt: skip
+
+
+def _only(count: int, index: int) -> np.ndarray:
+    one = np.zeros(count)
+    one[index] = 1.0
+    return one
+
+
+def _read_places(name: str, value: ArrayLike, axes: int) -> np.ndarray:
+    array = read_numbers(name, value)
+    if array.ndim < axes or array.shape[-1] != 3:
+        raise ModelError(f"{name} has shape {array.shape}; allowed: (..., {'n_section, ' if axes == 2 else ''}3)")
+    if (np.abs(array) > _ANYWHERE).any():
+        raise ModelError(f"{name} has a coordinate of {np.abs(array).max():g} m; allowed: up to {_ANYWHERE:g} m")
+    return array
+
+
+def _read_unit(name: str, value: ArrayLike) -> np.ndarray:
+    array = read_numbers(name, value)
+    if array.shape[-1:] != (3,):
+        raise ModelError(f"{name} has shape {array.shape}; allowed: (..., 3)")
+    size = np.abs(array).max(axis=-1, keepdims=True) if array.size else np.ones(1)
+    if not (size > 0).all():
+        raise ModelError(f"{name} has length 0; allowed: a direction")
+    array = array / size
+    return array / np.linalg.norm(array, axis=-1, keepdims=True)
+
+
+def _read_widths(diameter: ArrayLike) -> np.ndarray:
+    width = read_numbers("diameter", diameter)
+    if not ((width >= 1e-6) & (width <= _ANYWHERE)).all():
+        raise ModelError(f"diameter is {diameter!r}; allowed: 1e-06 to {_ANYWHERE:g} m")
+    return width
+
+
+def _check_range(name: str, value: float, least: float, most: float) -> None:
+    if not least <= float(read_numbers(name, value)) <= most:
+        raise ModelError(f"{name} is {value!r}; allowed: {least:g} to {most:g}")
+
+
+def _broadcast(shapes: dict[str, tuple[int, ...]]) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise ModelError(f"the batches are {said}; allowed: ones that broadcast") from None

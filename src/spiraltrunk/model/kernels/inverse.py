@@ -1,0 +1,211 @@
+"""Tensions whose equilibrium is nearest to a target: Levenberg and Marquardt's method within bounds.
+
+The unknowns are the tensions alone. Every step moves the shape along with them by the equilibrium's own slope, so that
+the next equilibrium is a step or two of Newton's method away.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels.aim import chain_rates, give_way, miss, miss_rates, see
+from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
+from spiraltrunk.model.kernels.cone import move
+from spiraltrunk.model.kernels.newton import STEP, guarded_factor, largest_turn, room_for_steps, solve_safely
+
+BALANCED = 1e-7
+"""Largest moment left at a joint near the target [N m]; about a thousandth of a millimetre at the tip."""
+COARSE = 1e-5
+"""Largest moment left on the way [N m]."""
+SHARPER = 1e-3
+"""Moment left per distance to the target [N m/m]."""
+STEPS = 200
+"""Steps of Newton's method after which a trial is given up."""
+FRUGAL = 1e-5
+"""The largest tension counts like this distance [m], so that tensions that change nothing do not grow."""
+FLAT = 1e-9
+"""Part of the cost below which a gain ends the search [-]."""
+
+
+class Poses(NamedTuple):
+    """How each trunk stands and is loaded, one row a target, as in `batch.Problem`; the largest tensions (n_cable)."""
+
+    base: np.ndarray
+    direction: np.ndarray
+    factor: np.ndarray
+    moment: np.ndarray
+    most: np.ndarray
+
+
+class Found(NamedTuple):
+    """Where the search starts and what comes out, one row a target."""
+
+    tension: np.ndarray
+    """Shape (b, n_cable) [N]."""
+    bend: np.ndarray
+    """Shape (b, n_joint, 3) [rad]."""
+    figures: np.ndarray
+    """Norm of the residuals [m], equilibria solved [-], shape (b, 2)."""
+
+
+class Room(NamedTuple):
+    """Room for one search: the best shape and tensions, those on trial, residuals and slopes."""
+
+    q: np.ndarray
+    kept: np.ndarray
+    trial: np.ndarray
+    tension: np.ndarray
+    points: np.ndarray
+    heads: np.ndarray
+    ends: np.ndarray
+    turns: np.ndarray
+    rates: np.ndarray
+    residual: np.ndarray
+    slopes: np.ndarray
+    matrix: np.ndarray
+    right: np.ndarray
+    step: np.ndarray
+    state: np.ndarray
+    """Cost [m^2], damping [-], norm of the residuals [m], part of the cost last gained [-]."""
+
+
+@compiled
+def room_for_search(n_joint, n_cable, nd):
+    """`Room` for a trunk."""
+    n_section, parts = n_joint + 1, 5 * n_joint + 8
+    return Room(
+        np.zeros((n_joint, 3)), np.zeros(n_cable), np.zeros((n_joint, 3)), np.zeros(n_cable),
+        np.zeros((n_section, 3)), np.zeros((n_section, 3)), np.zeros((n_section, 3)), np.zeros((n_section, 3)),
+        np.zeros((n_cable, n_joint * nd)), np.zeros(parts), np.zeros((n_cable, parts)),
+        np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable), np.zeros(4),
+    )  # fmt: skip
+
+
+@compiled
+def search_rows(rows, rounds, enough, nd, trunk, poses, aim, found):
+    """Tensions for the targets ``rows``, in place in ``found``, until the residuals' norm is ``enough`` [m]."""
+    n_joint, n_cable = trunk.before.shape[0], trunk.before.shape[1]
+    work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
+    room = room_for_search(n_joint, n_cable, nd)
+    control = Control(np.full(n_cable, True), np.zeros(n_cable), poses.most, np.zeros(n_cable))
+    idle = np.zeros((n_joint, n_cable))
+    for b in rows:
+        field = (poses.direction[b], poses.factor[b], poses.moment[b])
+        case = Case(poses.base[b], trunk, field, control, Friction(idle, idle, idle, 0.0))
+        room.trial[:], room.tension[:] = found.bend[b], found.tension[b]
+        room.state[0], room.state[1], room.state[2], room.state[3] = 1e300, 1e-6, 1e300, 1.0
+        for count in range(1, rounds + 1):
+            balanced = max(BALANCED, min(COARSE, SHARPER * room.state[2]))
+            left, _, _ = solve_safely(room.trial, room.tension, case, balanced, STEPS, work, system)
+            judge(b, left <= balanced, aim, case, work, system, room)
+            found.figures[b, 1] = count
+            if is_over(enough, room):
+                break
+            bounded_step(room, poses.most)
+            propose(trunk, poses.most, system, room)
+        found.tension[b], found.bend[b] = room.kept, room.q
+        found.figures[b, 0] = room.state[2]
+
+
+@compiled
+def judge(b, is_balanced, aim, case, work, system, room):
+    """Keep the shape on trial if it is nearer than the best one, with slopes there; else damp more."""
+    cost, most = 1e300, case.control.most
+    if is_balanced:
+        see(work, case.trunk.length, room.points, room.heads)
+        norm = np.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
+        cost = 0.5 * (norm * norm + ((FRUGAL * room.tension / most) ** 2).sum())
+    if not cost < room.state[0]:
+        room.state[1] = max(10 * room.state[1], 1e-4)
+        return
+    room.state[3] = (room.state[0] - cost) / max(cost, 1e-300)
+    room.state[0], room.state[1], room.state[2] = cost, max(room.state[1] / 10, 1e-9), norm
+    room.q[:], room.kept[:] = room.trial, room.tension
+    guarded_factor(work, system.weight)
+    give_way(work, system, room.rates)
+    for c in range(room.rates.shape[0]):
+        chain_rates(room.rates[c], work, case.trunk.length, room.ends, room.turns)
+        miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
+    normal_equations(room, most)
+
+
+@compiled
+def is_over(enough, room):
+    """Whether the target is met, or nothing more is to be gained."""
+    cost, damping, norm, gained = room.state
+    return cost >= 1e300 or norm <= 0.5 * enough or damping > 1e8 or gained < FLAT
+
+
+@compiled
+def normal_equations(room, most):
+    """Gauss and Newton's matrix and gradient; the tensions themselves weigh a little."""
+    for c in range(most.shape[0]):
+        light = (FRUGAL / most[c]) ** 2
+        room.right[c] = (room.slopes[c] * room.residual).sum() + light * room.kept[c]
+        for d in range(c + 1):
+            room.matrix[c, d] = (room.slopes[c] * room.slopes[d]).sum()
+            room.matrix[d, c] = room.matrix[c, d]
+        room.matrix[c, c] += light
+
+
+@compiled
+def bounded_step(room, most):
+    """Damped step that leaves every tension within 0 and the largest; what meets a bound is held there."""
+    count, step, kept = most.shape[0], room.step, room.kept
+    held = np.zeros(count, np.bool_)
+    for c in range(count):
+        step[c] = 0.0
+        held[c] = (kept[c] <= 0.0 and room.right[c] > 0) or (kept[c] >= most[c] and room.right[c] < 0)
+    for _ in range(count):
+        wish = free_step(room, held)
+        again = False
+        for c in range(count):
+            if not held[c]:
+                step[c] = min(max(wish[c], -kept[c]), most[c] - kept[c])
+                if step[c] != wish[c]:
+                    held[c], again = True, True
+        if not again:
+            return
+
+
+@compiled
+def free_step(room, held):
+    """Damped step of the tensions that are not held, the held ones moving as they do."""
+    count = held.shape[0]
+    system, wish = room.matrix.copy(), -room.right
+    for c in range(count):
+        system[c, c] += room.state[1] * room.matrix[c, c]
+    for c in range(count):
+        if held[c]:
+            for d in range(count):
+                if not held[d]:
+                    wish[d] -= system[d, c] * room.step[c]
+                system[c, d], system[d, c] = 0.0, 0.0
+            wish[c], system[c, c] = room.step[c], 1.0
+    return np.linalg.solve(system, wish)
+
+
+@compiled
+def propose(trunk, most, system, room):
+    """Tensions and bends to try next; the step is cut to the largest turn of a joint."""
+    system.step[:] = 0.0
+    for c in range(most.shape[0]):
+        system.step[:] += room.step[c] * room.rates[c]
+    share = min(1.0, STEP / max(largest_turn(system.step, room.q.shape[0]), 1e-300))
+    system.pressed[:] = False  # The rates are in the joints' own axes already.
+    move(room.q, trunk, system, share)
+    room.trial[:] = system.trial
+    for c in range(most.shape[0]):
+        room.tension[c] = min(max(room.kept[c] + share * room.step[c], 0.0), most[c])
+
+
+@compiled
+def rank(aim, points, heads, score):
+    """Norm of the residuals of every target at every known shape, into ``score`` (b, s) [m]."""
+    residual = np.zeros(5 * points.shape[1] + 3)
+    for b in range(score.shape[0]):
+        for s in range(score.shape[1]):
+            score[b, s] = np.sqrt(2 * miss(b, points[s], heads[s], aim, residual))
