@@ -69,7 +69,7 @@ class StaticsOptions:
     hole_stiffness: float = 5e4
     """Force per slip of a cable at a hole before it slides [N/m]; regularises friction, 1 N before 20 um."""
     tolerance: float = 1e-9
-    """Largest moment left at a joint [N m]."""
+    """Largest moment left at a joint [N m]; ten times that where there is friction."""
     steps_most: int = 20_000
     """Steps after which an increment is given up."""
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from spiraltrunk.model.kernels import compiled
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
-from spiraltrunk.model.kernels.capstan import follow
+from spiraltrunk.model.kernels.capstan import COARSER, follow
 from spiraltrunk.model.kernels.compliance import tip_compliance
 from spiraltrunk.model.kernels.newton import TIGHT, room_for_steps
 
@@ -108,7 +108,8 @@ def measure(trunk, problem, solution, b):
         solution.change[b, c] = problem.straight[c] - total
         excess = total - problem.length[b, c] - problem.compliance[c] * solution.tension[b, c]
         has_stalled = has_stalled or (excess > TIGHT and not problem.by_tension[c])
-    if not (solution.figures[b, 0] <= problem.friction[2] and solution.figures[b, 1] <= TIGHT):
+    tolerance = problem.friction[2] * (COARSER if problem.friction[0] > 0.0 else 1.0)
+    if not (solution.figures[b, 0] <= tolerance and solution.figures[b, 1] <= TIGHT):
         solution.status[b] = NOT_CONVERGED
     elif are_all_shut:
         solution.status[b] = ALL_SHUT

@@ -17,8 +17,12 @@ from spiraltrunk.model.kernels.balance import Case, Control
 from spiraltrunk.model.kernels.gaps import hole_turns
 from spiraltrunk.model.kernels.newton import solve_safely
 
-ROUNDS = 200
+ROUNDS = 400
 """Most repetitions for the friction forces of one increment."""
+COARSER = 10.0
+"""Tolerance of friction's moments over that of all others [-]."""
+SMALLEST_SHARE = 1 / 32
+"""Least part of their change by which friction forces are brought up to date [-]."""
 
 
 @compiled
@@ -34,8 +38,11 @@ def measure_turns(trunk, work, turns):
 
 
 @compiled
-def update_forces(mu, trunk, pulls, work, turns, friction):
-    """Set what each hole can hold from the tensions and turns of the shape; the largest change as a moment [N m]."""
+def update_forces(mu, share, trunk, pulls, work, turns, friction):
+    """Move what each hole can hold by ``share`` towards what tensions and turns of the shape make of it.
+
+    Returns the largest change that the whole way would be, as a moment [N m].
+    """
     measure_turns(trunk, work, turns)
     worst = 0.0
     for c in range(turns.shape[1]):
@@ -47,7 +54,8 @@ def update_forces(mu, trunk, pulls, work, turns, friction):
             held = work.tension[i, c] - tension
             used = forward - friction.force[i, c] if held < 0 else backward - friction.force_back[i, c]
             worst = max(worst, abs(used) * lever)
-            friction.force[i, c], friction.force_back[i, c] = forward, backward
+            friction.force[i, c] += share * (forward - friction.force[i, c])
+            friction.force_back[i, c] += share * (backward - friction.force_back[i, c])
             tension = max(work.tension[i, c], 0.0)
     return worst
 
@@ -80,16 +88,19 @@ def follow(q, tension, case, mu, start, increments, tolerance, most, work, syste
     for turn in range(increments * rounds):
         step, again = turn // rounds, turn % rounds
         if again == 0:
-            settled, spent = False, 0
+            settled, spent, share, before = False, 0, 1.0, 1e300
             _advance(length, tension, control, start, target, (step + 1) / increments)
         if settled:
             continue
         residual, violation, count = solve_safely(q, tension, part_way, tolerance, most, work, system)
         total, spent = total + count, spent + count
         if friction.stiffness > 0.0:
-            change = update_forces(mu, case.trunk, tension, work, turns, friction)
+            change = update_forces(mu, share, case.trunk, tension, work, turns, friction)
+            if again > 3 and change > (1 - 0.5 * share) * before:  # Some hole goes to and fro.
+                share = max(0.5 * share, SMALLEST_SHARE)
+            before = change
             residual = max(residual, change)
-            settled = change <= tolerance or spent > most
+            settled = change <= COARSER * tolerance or spent > most
             if settled or again == rounds - 1:
                 move_anchors(work, friction)
     return residual, violation, total
