@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spiraltrunk.bench import CLAIMS, PEERS, Claim, bending, elastica, equilibrium, rest
+from spiraltrunk.bench import CLAIMS, PEERS, Claim, bending, elastica, equilibrium, reach, rest
 from spiraltrunk.bench.claim import time_burst, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
@@ -136,6 +136,14 @@ def test_pyelasticas_rod_is_the_trunk():
     assert walls == sorted(walls)
     away = np.linalg.norm(seen[-1] - seen[-20], axis=0).max()
     assert away < 0.01 * elastica.CLOSE * PAPER.length
+
+
+@pytest.mark.slow
+def test_scipy_seeks_the_same_tip():
+    for target in reach.draw_targets(3):
+        tension = reach.fit_tensions(target)
+        shape = reach.statics.solve(PAPER, tension=tension, theta_0=target.tilt, friction=0.0)
+        assert farthest(shape.points[-1], target.tip) < reach.CLOSE
 
 
 @pytest.mark.slow

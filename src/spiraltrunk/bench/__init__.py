@@ -9,6 +9,7 @@ from spiraltrunk.bench.claim import Claim
 from spiraltrunk.bench.elastica import check_elastica, measure_rest_pyelastica
 from spiraltrunk.bench.equilibrium import measure_statics_mujoco
 from spiraltrunk.bench.grasp import measure_grasp_real_time
+from spiraltrunk.bench.reach import measure_inverse_least_squares, measure_inverse_success
 from spiraltrunk.bench.rest import measure_rest_fsolve, measure_rest_mujoco
 
 __all__ = ["CLAIMS", "PEERS", "Claim", "check_peers"]
@@ -20,6 +21,8 @@ CLAIMS: dict[str, Callable[[], Claim]] = {
     "bend_single": measure_bend_single,
     "bend_batch": measure_bend_batch,
     "statics_mujoco": measure_statics_mujoco,
+    "inverse_least_squares": measure_inverse_least_squares,
+    "inverse_success": measure_inverse_success,
 }
 """How each claim is measured."""
 
