@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, final
 
 import numpy as np
@@ -27,6 +27,9 @@ _CHUNK = 8
 _CLOSE = 0.02
 """Part of the trunk's length beyond which a start's tension ranks it no further behind [-]."""
 
+_STEP = math.radians(15.0)
+"""Stands for which starts are solved lie this apart [rad]; on a moving base they would be solved anew every time."""
+
 _APART = 0.08
 """Part of the trunk's length by which the tips of every other start lie apart [-]."""
 
@@ -38,7 +41,7 @@ class InverseOptions:
 
     tolerance: float = 5e-5
     """Distance within which a target counts as reached [m]."""
-    tries: int = 6
+    tries: int = 16
     """Starts from which it is sought at most."""
     samples: int = 400
     """Equilibria solved once for a trunk, its stand and its load, from which the nearest are taken as starts."""
@@ -172,13 +175,23 @@ def _rank(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions) 
     ranked: list[tuple[Starts, np.ndarray] | None] = [None] * len(stands)
     for stand in dict.fromkeys(stands):
         rows = np.array([b for b, other in enumerate(stands) if other == stand])
-        starts = compute_starts(design, stand, options.samples, options.statics)
+        starts, turn = _known(design, stand, options)
         score = np.empty((len(rows), options.samples))
-        rank(take(aim, rows), starts.points, starts.heads, score)
+        rank(take(aim, rows), starts.points @ turn.T, starts.heads @ turn.T, score)
         score += np.minimum(score, _CLOSE * design.length) * starts.effort
         for b, order in zip(rows, np.argsort(score, axis=1, kind="stable"), strict=True):
             ranked[b] = (starts, order)
     return [entry for entry in ranked if entry is not None]
+
+
+def _known(design: TrunkDesign, stand: Stand, options: InverseOptions) -> tuple[Starts, np.ndarray]:
+    """Equilibria solved for a stand and loads near these, and the turn that brings them to this stand."""
+    near = replace(
+        stand, theta_0=_STEP * round(stand.theta_0 / _STEP), roll=_STEP * round(stand.roll / _STEP),
+        mass=round(stand.mass, 2), force=None if stand.force is None else tuple(round(f, 1) for f in stand.force),
+    )  # fmt: skip
+    base, other = base_orientation(stand.theta_0, stand.roll), base_orientation(near.theta_0, near.roll)
+    return compute_starts(design, near, options.samples, options.statics), base @ other.T
 
 
 def _stand(scene: Scene, b: int) -> Stand:

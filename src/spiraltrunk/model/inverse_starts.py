@@ -44,7 +44,7 @@ class Starts:
 @final
 @dataclass(frozen=True)
 class Stand:
-    """How one trunk stands and is loaded, in plain numbers, so that what was solved for it is found again."""
+    """How one trunk stands and is loaded, in plain numbers, so that what was solved for it is found again; `Loads`."""
 
     theta_0: float
     roll: float
@@ -61,7 +61,7 @@ class Stand:
         return Loads(mass=self.mass, section=self.section, force=self.force, force_section=self.force_section)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def compute_starts(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
     """``count`` equilibria without friction at tensions spread evenly over their logarithms, some cables slack."""
     tension = sample_tensions(design, count)
