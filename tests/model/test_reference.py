@@ -213,7 +213,7 @@ def test_shapes_of_the_answers():
 @pytest.mark.parametrize("law", [reference.rest, reference.bend_dorsal, reference.bend_ventral, reference.twist])
 def test_large_batches_are_single_shapes_to_the_bit(law):
     """Large enough to be solved on all cores."""
-    n = reference._MANY + 77
+    n = 2 * reference._CHUNK + 77
     rng = np.random.default_rng(5)
     n_pull = {reference.rest: 0, reference.twist: 2}.get(law, 1)
     given = [rng.uniform(0, 0.12, n) for _ in range(n_pull)] + [np.repeat(rng.uniform(-2, 2, n // 5 + 1), 5)[:n]]

@@ -21,13 +21,14 @@ from numpy.typing import ArrayLike
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.reference_lean import solve_many_points, solve_points
-from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve, solve_many
+from spiraltrunk.model.compiled import share
+from spiraltrunk.model.reference_lean import solve_points
+from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve
 from spiraltrunk.model.reference_table import PULL_MARGIN, Prepared, check_twist, check_ventral, prepare
 from spiraltrunk.model.shape import Shape
 
-_MANY = 2048
-"""Shapes from which all cores are worth their start [-]."""
+_CHUNK = 2048
+"""Shapes that one core solves in a row, a multiple of the lanes of the lean law [-]."""
 
 
 def rest(design: TrunkDesign, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
@@ -98,10 +99,7 @@ def bend_dorsal_points(
     batch, rows = asked.shape[:-1], asked.reshape(-1, 3)
     n, n_joint = len(rows), prepared.n_joint
     points, bend = np.empty((n, n_joint + 1, 3)), np.empty((n, n_joint))
-    if n < _MANY:
-        solve_points(rows, prepared.constants, points, bend, (0, n))
-    else:
-        solve_many_points(rows, prepared.constants, points, bend)
+    share(lambda *span: solve_points(rows, prepared.constants, points, bend, span), n, _CHUNK)
     return PlaneShape(points=points.reshape(*batch, n_joint + 1, 3), bend=bend.reshape(*batch, n_joint))
 
 
@@ -237,10 +235,7 @@ def _solve(law: int, prepared: Prepared, asked: np.ndarray) -> Shape:
     n, n_joint = math.prod(batch), prepared.n_joint
     numbers, marks = np.empty(n * prepared.layout[-1][2]), np.empty(n * (n_joint + 1), np.uint8)
     rows = asked.reshape(n, 3)
-    if n < _MANY:
-        solve(law, rows, prepared.constants, (numbers, marks), (0, n))
-    else:
-        solve_many(law, rows, prepared.constants, (numbers, marks))
+    share(lambda *span: solve(law, rows, prepared.constants, (numbers, marks), span), n, _CHUNK)
     points, rotation, angle, gap, change = (
         numbers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
     )

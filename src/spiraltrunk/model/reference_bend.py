@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from spiraltrunk.model.reference_table import Table
+from spiraltrunk.model.reference_table import Table, compiled
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def rest_gap(t: Table, sag: np.ndarray, gap: np.ndarray) -> None:
     """Dorsal gaps at rest, the paper's L' = 2 R_hole sin((limit + sag) / 2) [m]."""
     for i in range(gap.size):
         gap[i] = t.diameter[i] * math.sin(0.5 * (t.limit + sag[i]))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def shorten(pull: float, t: Table, gap: np.ndarray) -> float:
     """Take ``pull`` [m] out of the dorsal gaps from the tip to the base; what does not fit comes back [m].
 
@@ -46,7 +45,7 @@ def shorten(pull: float, t: Table, gap: np.ndarray) -> float:
     return left
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def lengthen(pull: float, t: Table, gap: np.ndarray) -> float:
     """Let ``pull`` [m] into the dorsal gaps from the tip to the base; what does not fit comes back [m].
 
@@ -74,7 +73,7 @@ def lengthen(pull: float, t: Table, gap: np.ndarray) -> float:
     return 0.0 if is_open else max(pull - (after - before), 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def arcsine(x: float) -> float:
     """Angle whose sine is ``x`` in [0, 1] [rad]: the rational approximation of fdlibm, free of branches."""
     is_large = x > 0.5
@@ -89,7 +88,7 @@ def arcsine(x: float) -> float:
     return 0.5 * math.pi - 2.0 * angle if is_large else angle
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def turn(length: float, diameter: float, limit: float, cos: float, sin: float) -> tuple[float, float, float]:
     """Bend limit - 2 asin(length / diameter) of a joint, at most the limit ventrally, with its cos and sin.
 
@@ -104,7 +103,7 @@ def turn(length: float, diameter: float, limit: float, cos: float, sin: float) -
     return (-limit if is_wide else bend), (cos if is_wide else c), (-sin if is_wide else s)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def bends(t: Table, gap: np.ndarray, bend: np.ndarray, cos: np.ndarray, sin: np.ndarray) -> None:
     """Bends that the dorsal gaps leave, dorsal positive [rad], with their cos and sin."""
     limit_cos, limit_sin = math.cos(t.limit), math.sin(t.limit)

@@ -8,20 +8,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
 
 from spiraltrunk.model.reference_bend import rest_gap, shorten, turn
 from spiraltrunk.model.reference_rest import settle
-from spiraltrunk.model.reference_table import Table, unpack
+from spiraltrunk.model.reference_table import Table, compiled, unpack
 
 _LANES = 32
 """Trunks side by side [-]."""
 
-_CHUNK = 1024
-"""Trunks that one core solves in a row, a multiple of the lanes [-]."""
 
-
-@njit(cache=True, error_model="numpy")
+@compiled
 def solve_points(
     asked: np.ndarray, constants: np.ndarray, ends: np.ndarray, bend: np.ndarray, span: tuple[int, int]
 ) -> None:
@@ -58,15 +54,7 @@ def solve_points(
         first += n
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
-def solve_many_points(asked: np.ndarray, constants: np.ndarray, ends: np.ndarray, bend: np.ndarray) -> None:
-    """The same for all trunks, on all cores."""
-    n = asked.shape[0]
-    for chunk in prange((n + _CHUNK - 1) // _CHUNK):
-        solve_points(asked, constants, ends, bend, (chunk * _CHUNK, min((chunk + 1) * _CHUNK, n)))
-
-
-@njit(cache=True, error_model="numpy")
+@compiled
 def _shorten_lanes(t: Table, rest: np.ndarray, level: np.ndarray, left: np.ndarray, gap: np.ndarray) -> None:
     """The first pass of `shorten` in every lane; what joint 1 could not take goes to ``left`` [m]."""
     for i in range(rest.size - 1, -1, -1):
@@ -78,7 +66,7 @@ def _shorten_lanes(t: Table, rest: np.ndarray, level: np.ndarray, left: np.ndarr
             left[w] = max(over, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _shorten_one(pull: float, t: Table, rest: np.ndarray, gap: np.ndarray) -> None:
     """All passes of `shorten`, for the lane whose base could not take its share."""
     for i in range(gap.size):
@@ -86,7 +74,7 @@ def _shorten_one(pull: float, t: Table, rest: np.ndarray, gap: np.ndarray) -> No
     shorten(pull, t, gap)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _bend_lanes(
     theta_0: float, t: Table, gap: np.ndarray, lanes: np.ndarray, answers: tuple[np.ndarray, np.ndarray]
 ) -> None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from spiraltrunk.model.reference_table import Table
+from spiraltrunk.model.reference_table import Table, compiled
 
 _MOST_STEPS = 200
 """Newton steps before the search ends; from straight, a design's own few are enough [-]."""
@@ -22,7 +21,7 @@ _NUDGE = 1e-3
 """Turn that takes a trunk off an equilibrium on which it cannot stay [rad]."""
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def settle(theta_0: float, t: Table, sag: np.ndarray, work: np.ndarray) -> bool:
     """Sag of every joint at rest, by Newton's method on the energy, from the straight trunk.
 
@@ -56,7 +55,7 @@ def settle(theta_0: float, t: Table, sag: np.ndarray, work: np.ndarray) -> bool:
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _weigh(theta_0: float, t: Table, sag: np.ndarray, work: np.ndarray) -> float:
     """Elastic energy and weight [J]; the weights' moments go to ``work[2]``, their change to ``work[3]``."""
     pull, bow = work[2], work[3]
@@ -69,7 +68,7 @@ def _weigh(theta_0: float, t: Table, sag: np.ndarray, work: np.ndarray) -> float
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _direction(t: Table, sag: np.ndarray, is_exact: bool, work: np.ndarray) -> bool:
     """Newton's step of each bend into ``work[0]``, eliminating from the tip to the base; False where not a minimum.
 
@@ -100,7 +99,7 @@ def _direction(t: Table, sag: np.ndarray, is_exact: bool, work: np.ndarray) -> b
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _descend(theta_0: float, t: Table, sag: np.ndarray, work: np.ndarray, energy: float) -> tuple[float, float, float]:
     """Go along ``work[0]`` within the limits, half as far until the energy falls.
 

@@ -1,8 +1,4 @@
-"""Compiled: one law for one trunk or for many, and the shape that its joints make.
-
-Numba keeps compiled laws beside each file and looks at that file alone: whoever edits one of the files that this one
-imports runs `make clean`, or goes on with the old law.
-"""
+"""Compiled: one law for one trunk or for many, and the shape that its joints make."""
 
 from __future__ import annotations
 
@@ -10,11 +6,10 @@ import math
 from typing import NamedTuple, final
 
 import numpy as np
-from numba import njit, prange
 
 from spiraltrunk.model.reference_bend import bends, lengthen, rest_gap, shorten
 from spiraltrunk.model.reference_rest import settle
-from spiraltrunk.model.reference_table import Table, unpack
+from spiraltrunk.model.reference_table import Table, compiled, unpack
 from spiraltrunk.model.reference_twist import wind
 
 REST, DORSAL, VENTRAL, TWIST = range(4)
@@ -25,9 +20,6 @@ _LEFT_OVER = 1e-4
 
 _NEARLY = 1.0 - 1e-9
 """Part of the limit from which the faces at a joint count as meeting [-]."""
-
-_CHUNK = 256
-"""Shapes that one core solves in a row [-]."""
 
 
 @final
@@ -43,7 +35,7 @@ class Slots(NamedTuple):
     status: np.ndarray
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _slots(n: int, numbers: np.ndarray, marks: np.ndarray, n_joint: int, n_cable: int) -> Slots:
     """The arrays of `n` answers, one after the other in ``numbers`` (as in `Prepared.layout`) and ``marks``."""
     a = 3 * n * (n_joint + 1)
@@ -65,7 +57,7 @@ _Answers = tuple[np.ndarray, np.ndarray]
 """Numbers with the arrays of `Prepared.layout`; marks with which faces meet and with the status, (n (n_joint + 1),)."""
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def solve(law: int, asked: np.ndarray, constants: np.ndarray, answers: _Answers, span: tuple[int, int]) -> None:
     """Solve shapes ``span[0]`` to ``span[1]`` one after the other; neighbours at the same theta_0 share their rest.
 
@@ -93,15 +85,7 @@ def solve(law: int, asked: np.ndarray, constants: np.ndarray, answers: _Answers,
         slots.status[k] = (1 if left > _LEFT_OVER * t.total else 0) if is_rest else 3
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
-def solve_many(law: int, asked: np.ndarray, constants: np.ndarray, answers: _Answers) -> None:
-    """The same for all shapes, on all cores."""
-    n = asked.shape[0]
-    for chunk in prange((n + _CHUNK - 1) // _CHUNK):
-        solve(law, asked, constants, answers, (chunk * _CHUNK, min((chunk + 1) * _CHUNK, n)))
-
-
-@njit(cache=True, error_model="numpy")
+@compiled
 def _bend(law: int, pull: float, t: Table, work: np.ndarray) -> float:
     """Plane bends into ``work[2]``, cos and sin below it, gaps above; the cable left over [m]."""
     sag, gap, bend, cos, sin = work[0], work[1], work[2], work[3], work[4]
@@ -115,14 +99,14 @@ def _bend(law: int, pull: float, t: Table, work: np.ndarray) -> float:
     return left
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _twist(first: float, second: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float:
     """Rotations after both cables; the cable left over [m]."""
     left = _bend(DORSAL, first, t, work)
     return max(left, wind(second, t, work, rotation))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _finish_in_plane(theta_0: float, t: Table, work: np.ndarray, slots: Slots, k: int) -> None:
     """Everything of shape ``k`` that follows from its bends in the plane."""
     bend, cos, sin = work[2], work[3], work[4]
@@ -144,7 +128,7 @@ def _finish_in_plane(theta_0: float, t: Table, work: np.ndarray, slots: Slots, k
     _cables(t, rotation, slots.gap[k], slots.change[k])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _finish_in_space(theta_0: float, t: Table, slots: Slots, k: int) -> None:
     """Everything of shape ``k`` that follows from its joints' rotations."""
     points, rotation = slots.points[k], slots.rotation[k]
@@ -167,7 +151,7 @@ def _finish_in_space(theta_0: float, t: Table, slots: Slots, k: int) -> None:
     _cables(t, rotation, slots.gap[k], slots.change[k])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _cables(t: Table, rotation: np.ndarray, gap: np.ndarray, change: np.ndarray) -> None:
     """Distances of the holes across each gap and what each cable gave, from the joints' rotations."""
     for j in range(change.size):

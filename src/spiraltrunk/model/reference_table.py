@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import weakref
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple, final
 
 import numpy as np
-from numba import njit
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import hole_positions
+from spiraltrunk.model.compiled import compiler
 
 GRAVITY = 9.81
 """Acceleration of free fall [m/s^2] (authors' code)."""
@@ -25,6 +26,9 @@ ROUNDED_RADIUS = 28.87 / 28.871516330624754
 
 ROUNDED_GAP = 13.74 / 13.743977971204414
 """Straight gap of joint 1 in the authors' shares, 13.74 mm, over what the spiral gives [-]."""
+
+compiled = compiler(Path(__file__).parent.glob("reference_*.py"))
+"""How the reference model's laws are compiled."""
 
 _SAME = 1e-6
 """Distance of unit vectors up to which two directions are the same [-]."""
@@ -88,7 +92,7 @@ class Prepared:
     """Whether the cables are the paper's three, 120 deg apart."""
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def unpack(constants: np.ndarray) -> Table:
     """The table behind `Prepared`'s constants; nothing is copied."""
     n, m = int(constants[0]), int(constants[1])

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from spiraltrunk.model.reference_table import Table
+from spiraltrunk.model.reference_table import Table, compiled
 
 _LARGEST_TURN = math.pi / 4
 """Largest turn about a joint's axis (authors' code: 45 deg) [rad]; the faces meet earlier."""
@@ -16,7 +15,7 @@ _NOTHING = 1e-12
 """Cable that is rounding, not length [m]."""
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def wind(pull: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float:
     """Rotations of the joints once cable 2 is pulled in by ``pull`` [m]; what does not fit comes back [m].
 
@@ -48,7 +47,7 @@ def wind(pull: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float
     return left
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _share_out(pull: float, t: Table, room: np.ndarray, share: np.ndarray, n_open: int) -> float:
     """Shares of ``pull`` [m] for the open joints, at most their room; what does not fit comes back [m].
 
@@ -76,7 +75,7 @@ def _share_out(pull: float, t: Table, room: np.ndarray, share: np.ndarray, n_ope
     return _fill(pull - given, t, room, share, n_open)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _fill(left: float, t: Table, room: np.ndarray, share: np.ndarray, n_open: int) -> float:
     """Give what joint 1 could not take [m] to the joints with room, by their portions; what does not fit comes back.
 
@@ -97,7 +96,7 @@ def _fill(left: float, t: Table, room: np.ndarray, share: np.ndarray, n_open: in
     return left
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _parts(bend: float, t: Table, i: int) -> tuple[float, float, float, float]:
     """Gap of cable 2 against the turn a: gap^2 = size - 2 (fixed + swing cos(a - phase)) [m^2, rad]."""
     u, v = t.before[i, 0, 0], t.before[i, 0, 1]
@@ -113,7 +112,7 @@ def _parts(bend: float, t: Table, i: int) -> tuple[float, float, float, float]:
     return bx * bx + by * by + bz * bz + x * x + y * y + z * z, fixed, across, along
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def second_gap(angle: float, bend: float, t: Table, i: int) -> float:
     """Gap of cable 2 at joint ``i`` bent by ``bend`` and turned by ``angle`` [m]."""
     size, fixed, across, along = _parts(bend, t, i)
@@ -121,7 +120,7 @@ def second_gap(angle: float, bend: float, t: Table, i: int) -> float:
     return math.sqrt(max(size - 2.0 * dot, 0.0))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _turn_to(gap: float, bend: float, t: Table, i: int) -> float:
     """Turn at which the gap of cable 2 is ``gap`` [m], the first on the way from 0 down [rad]."""
     size, fixed, across, along = _parts(bend, t, i)
@@ -129,7 +128,7 @@ def _turn_to(gap: float, bend: float, t: Table, i: int) -> float:
     return min(math.atan2(across, along) + math.acos(min(max(reach, -1.0), 1.0)), 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _turn_limit(bend: float, t: Table, i: int) -> float:
     """Turn at which the axes of the two sections open by the limit, or at which the gap is least [rad].
 
@@ -144,7 +143,7 @@ def _turn_limit(bend: float, t: Table, i: int) -> float:
     return min(max(least, math.atan2(across, along)), 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _rotate(angle: float, bend: float, t: Table, i: int, out: np.ndarray) -> None:
     """Rotation of joint ``i``: first the bend about z, then the turn about the line to cable 1's hole."""
     u, v = t.before[i, 0, 0], t.before[i, 0, 1]

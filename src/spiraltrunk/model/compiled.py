@@ -1,0 +1,49 @@
+"""How the model's laws are compiled and shared among the cores."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, TypeVar
+
+from numba import njit
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def compiler(files: Iterable[Path]) -> Callable[[_F], _F]:
+    """A decorator that compiles functions of ``files``, which call each other.
+
+    The machine code is kept on disc, for as long as none of the files changes: Numba by itself looks at the file of a
+    function alone, and would go on with old code of the functions that it calls. It runs free of Python's lock, so that
+    threads share a batch, and a division by zero is an infinity, which the callers refuse.
+    """
+    stamp = hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
+
+    def compiled(function: _F) -> _F:
+        law: Any = njit(cache=True, error_model="numpy", nogil=True)(function)
+        stored = getattr(getattr(law, "_cache", None), "_cache_file", None)
+        if stored is not None:  # With NUMBA_DISABLE_JIT there is none.
+            stored._source_stamp = stamp
+        return law
+
+    return compiled
+
+
+def share(solve: Callable[[int, int], object], count: int, chunk: int) -> None:
+    """Call ``solve(first, last)`` on chunks of 0 to ``count`` in as many threads as there are cores.
+
+    The first chunk is solved alone, so that what must be compiled is compiled once. Between chunks Ctrl-C is heard.
+    """
+    solve(0, min(chunk, count))
+    if count <= chunk:
+        return
+    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    try:
+        spans = [(first, min(first + chunk, count)) for first in range(chunk, count, chunk)]
+        list(pool.map(lambda span: solve(*span), spans))
+    finally:
+        pool.shutdown(cancel_futures=True)
