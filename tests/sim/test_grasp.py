@@ -77,6 +77,16 @@ def test_nothing_slippery_is_carried():
     assert not is_placed
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "measures"), [(333, "diameter_mm=100,mass_g=469"), (344, "diameter_mm=42,mass_g=444")]
+)
+def test_what_tilts_in_the_loop_is_set_down_in_its_place(seed, measures):
+    """Wide and heavy, or thin and heavy: it touches with one end, and is moved along before it is let go."""
+    trial = run_trial(PAPER, parse_object(f"cylinder:height_mm=240,{measures}"), seed=seed)
+    assert trial.verdict.reason == "success"
+
+
 class Reached(Exception):
     """The action that was waited for has come."""
 

@@ -5,7 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.strategies.phases import Move, Progress, advance, command_at, fraction, raise_tension
+from spiraltrunk.strategies.phases import (
+    Move,
+    Progress,
+    advance,
+    command_at,
+    fraction,
+    insert_next,
+    raise_tension,
+    shift_later,
+)
 
 ENDS = ([0.3, 0.0, 1.2], [0.4, 0.1, 1.0], [0.4, 0.3, 1.3])
 TENSIONS = ([0.0, 0.0, 0.0], [0.0, 20.0, 20.0], [0.0, 5.0, 5.0])
@@ -82,3 +91,19 @@ def test_raised_tension_stops_at_the_ceiling_and_spares_what_is_done():
     np.testing.assert_array_equal(raised.moves[1].tension, [0, 30, 30])
     np.testing.assert_array_equal(raised.moves[2].tension, [0, 10, 10])
     np.testing.assert_array_equal(progress.moves[1].tension, TENSIONS[1])
+
+
+def test_shifting_what_follows_spares_what_is_under_way():
+    progress, way = advance(_progress(), 1.0), np.array([0.0, 0.03, 0.0])
+    shifted = shift_later(progress, way)
+    for i in (0, 1):
+        np.testing.assert_array_equal(shifted.moves[i].position, ENDS[i])
+    np.testing.assert_allclose(shifted.moves[2].position, np.array(ENDS[2]) + way)
+    assert (shifted.index, shifted.since) == (progress.index, progress.since)
+
+
+def test_inserted_moves_come_next():
+    progress = _progress()
+    longer = insert_next(progress, (progress.moves[2], progress.moves[1]))
+    assert [move.action for move in longer.moves] == ["move 0", "move 2", "move 1", "move 1", "move 2"]
+    assert longer.move is progress.move

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -26,10 +27,10 @@ def _task(design=PAPER, scale=1.0, mass=0.25):
 
 
 class Stub(Plant):
-    """A robot that does at once what it is told and whose arm feels the given load from a given time on [N]."""
+    """A robot that does at once what it is told and whose arm feels a load over time [N], hung beside the base [m]."""
 
-    def __init__(self, task, load=lambda time: 0.0):
-        self.task, self.load = task, load
+    def __init__(self, task, load=lambda time: 0.0, beside=0.0):
+        self.task, self.load, self.beside = task, load, beside
 
     @property
     def control_period(self):
@@ -47,11 +48,12 @@ class Stub(Plant):
     def _observe(self, time, T, tension):
         self.time = time
         n, design = len(tension), self.task.design
-        weight = 9.81 * design.total_mass + self.load(time)
+        load = self.load(time)
+        weight = 9.81 * design.total_mass + load
         return Observation(
             time=time, task=self.task, T_world_base=T, arm_position=np.zeros(7), arm_velocity=np.zeros(7),
             cable_pull=np.zeros(n), cable_tension=tension, base_force=np.array([0, 0, -weight]),
-            base_torque=np.zeros(3),
+            base_torque=np.cross(self.beside * self.task.target.axis, [0, 0, -load]),
         )  # fmt: skip
 
 
@@ -145,6 +147,63 @@ def test_touching_down_early_cuts_the_lowering_short():
     assert touch <= early.span("release", "lower")[1] < touch + 0.5 < lowering[1]
     place = np.array([command.T_world_base[:3, 3] for command in early.commands])
     assert np.abs(np.diff(place, 2, axis=0) / DT**2).max() < 2.5
+
+
+class Table(Stub):
+    """A stub whose load is borne by a table that it touches at a height of the base [m]."""
+
+    def __init__(self, task, height, beside):
+        super().__init__(task, _carried, beside)
+        self.height = height
+
+    def step(self, command: Command):
+        is_lowering = self.time > 15.0 and command.T_world_base[2, 3] < self.height
+        self.load = (lambda time: 0.0) if is_lowering else _carried
+        return super().step(command)
+
+
+def _lowered_to(beside, rise):
+    """Where along the object's axis the base goes down, each time, for a table met higher than expected by ``rise``."""
+    task = _task()
+    lower = next(m for m in WrapVertical().init(Stub(task).reset()).progress.moves if m.action == "lower")
+    log = run(Table(task, lower.position[2] + 0.3 * PAPER.length + rise, beside), WrapVertical())
+    actions = [status.action for status in log.statuses]
+    turns = [i for i, action in enumerate(actions) if action == "lower" and actions[i + 1] != "lower"]
+    return actions, [float(log.commands[i].T_world_base[0, 3]) for i in turns]
+
+
+@pytest.mark.parametrize("beside", [0.007, -0.007])
+def test_what_touches_with_one_end_is_moved_along_towards_it_and_set_down_again(beside):
+    """Higher by l sin t + r cos t - r, it moves by half of l - l cos t + r sin t, to the side where it hung.
+
+    The touch is felt some readings late, up to 8 mm deeper.
+    """
+    half, radius, tilt = 0.12, 0.03, 0.6
+    rise = half * np.sin(tilt) + radius * np.cos(tilt) - radius
+    actions, (first, second) = _lowered_to(beside, rise)
+    way = 0.5 * (half - half * np.cos(tilt) + radius * np.sin(tilt))
+    assert first == pytest.approx(_task().target.position[0] - beside, abs=1e-6)
+    assert second - first == pytest.approx(np.sign(beside) * way, rel=0.25)
+    assert "move along" in actions
+
+
+def test_what_touches_level_is_let_go_where_it_is():
+    actions, places = _lowered_to(0.007, 0.0)
+    assert "move along" not in actions
+    assert len(places) == 1
+
+
+def test_a_thin_object_is_grasped_once_more_at_a_smaller_lever():
+    """Between 0.15 of its width and 0.024 of the trunk's length; a wide one at the latter alone."""
+    task = _task()
+    total = 9.81 * (PAPER.total_mass + task.target.mass)
+    lever = 0.15 * task.target.width
+    assert lever < 0.024 * PAPER.length
+    for part, count in ((0.9, 0), (1.1, 1)):
+        beside = part * lever * total / (9.81 * task.target.mass)
+        log = run(Stub(task, _carried, beside), WrapVertical())
+        actions = [status.action for status in log.statuses]
+        assert sum(a == "let go" != b for a, b in pairwise(actions)) == count
 
 
 def test_a_plan_scales_with_robot_and_object():

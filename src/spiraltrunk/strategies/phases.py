@@ -106,6 +106,19 @@ def _run_out(s: float) -> float:
     return s - 6 * s**3 + 8 * s**4 - 3 * s**5
 
 
+def insert_next(progress: Progress, moves: tuple[Move, ...]) -> Progress:
+    """The same sequence with further moves after the present one."""
+    i = progress.index + 1
+    return replace(progress, moves=(*progress.moves[:i], *moves, *progress.moves[i:]))
+
+
+def shift_later(progress: Progress, way: np.ndarray) -> Progress:
+    """The same sequence with the end of every move after the present one shifted by ``way``, shape (3,) [m]."""
+    i = progress.index + 1
+    later = tuple(replace(move, position=move.position + way) for move in progress.moves[i:])
+    return replace(progress, moves=(*progress.moves[:i], *later))
+
+
 def raise_tension(progress: Progress, factor: float, ceiling: float) -> Progress:
     """The same sequence with the tension of this and every later carrying move raised, up to a ceiling [N]."""
     moves = tuple(

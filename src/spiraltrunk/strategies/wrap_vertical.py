@@ -10,6 +10,7 @@ trunk hangs at the start. It knows the object's nominal place and size, and afte
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -21,6 +22,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.model.wrap import predict_wrap, ventral_cables, wrap_tension
 from spiraltrunk.plant import Command, Observation, Target
 from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.feel import in_step, lever, ventral_pull, way_to_turn_flat, weight
 from spiraltrunk.strategies.phases import (
     Move,
     Progress,
@@ -28,8 +30,13 @@ from spiraltrunk.strategies.phases import (
     begin,
     command_at,
     fraction,
+    insert_next,
     raise_tension,
+    shift_later,
 )
+
+_OVERSHOOT = 0.3
+"""How far beyond the expected touch the arm goes down to find the table, over the trunk's length [-]."""
 
 _SMOOTHING = 0.2
 """Share of a new reading in the smoothed weight, at 50 readings a second."""
@@ -64,6 +71,8 @@ class WrapOptions:
     """Cable that pays out while lifting, over the stroke, that counts as unrolling [-]."""
     off_center: float = 0.024
     """Lever of the load along its own axis at which the grasp is tried once more, over the trunk's length [-]."""
+    off_center_thin: float = 0.15
+    """The same over the object's width, whichever is less: friction has no longer a lever against the tilting [-]."""
     recenter: float = 0.5
     """Part of that lever to move by [-]: in a single loop, an object held beside its centre slides on as it tilts."""
     retries: int = 1
@@ -72,6 +81,12 @@ class WrapOptions:
     """Part of the object's weight from which the lever can be trusted: until then the strings bear one end [-]."""
     touch: float = 0.5
     """Part of the object's weight that tells, in the arm's torques, whether it is carried or set down [-]."""
+    turn: float = 0.5
+    """Part of the way from an object's low end staying put, while it turns flat, to its centre staying put [-]."""
+    turn_least: float = 0.02
+    """Way over the trunk's length from which it is worth while to move along before setting down [-]."""
+    turn_rise: float = 0.08
+    """How far the arm rises to move along, over the trunk's length [-]."""
 
 
 @final
@@ -89,6 +104,10 @@ class WrapState:
     """The same before the trunk touched the object [N]."""
     lever: float = 0.0
     """Where the load hangs beside the base along the object's axis, smoothed [m]."""
+    beside: float = 0.0
+    """Where the object alone hung beside the base along its axis, at the end of the hold [m]."""
+    is_moved: bool = False
+    """Whether the arm moved along once the object's low end had touched."""
     retries: int = 0
     """How often the object was let go and grasped once more."""
     is_done: bool = False
@@ -113,17 +132,20 @@ class WrapVertical(Strategy[WrapState]):
         Raises:
             ModelError: where no cable pulls ventral.
         """
-        return WrapState(progress=begin(_plan(observation, self.options), observation), weight=_weight(observation))
+        return WrapState(progress=begin(_plan(observation, self.options), observation), weight=weight(observation))
 
     def step(self, state: WrapState, observation: Observation) -> tuple[WrapState, Command]:
         """Follow the moves; feel for slip while lifting and for the table while lowering."""
-        weight = state.weight + _SMOOTHING * (_weight(observation) - state.weight)
-        lever = state.lever + _SMOOTHING * (_lever(observation) - state.lever)
-        state = self._feel(replace(state, weight=weight, lever=lever), observation)
+        state = replace(
+            state,
+            weight=state.weight + _SMOOTHING * (weight(observation) - state.weight),
+            lever=state.lever + _SMOOTHING * (lever(observation) - state.lever),
+        )
+        state = self._feel(state, observation)
         if fraction(state.progress, observation.time) >= 1.0:
             state = self._next(state, observation)
         command = command_at(state.progress, observation.time)
-        pull = _in_step(observation, self.options.lead)
+        pull = in_step(observation, self.options.lead)
         return state, replace(command, cable_pull=pull)
 
     def status(self, state: WrapState) -> Status:
@@ -138,12 +160,12 @@ class WrapVertical(Strategy[WrapState]):
         if action == "lift":
             return self._answer_slip(state, observation)
         if action == "lower" and not self._is_carried(state, observation):
-            return replace(state, progress=self._ease(state.progress, observation))
+            return self._set_down(state, observation)
         return state
 
     def _answer_slip(self, state: WrapState, observation: Observation) -> WrapState:
         """Pull harder where the load unrolls the trunk."""
-        design, pull = observation.task.design, _ventral_pull(observation)
+        design, pull = observation.task.design, ventral_pull(observation)
         if state.pull_held - pull <= self.options.slip * design.cable_stroke:
             return state
         tighter = raise_tension(state.progress, 1.25, 0.95 * design.cable.tension_max)
@@ -153,11 +175,36 @@ class WrapVertical(Strategy[WrapState]):
         """Shift what follows so that the object, hanging beside the base along its axis, comes over its place."""
         load = state.weight - state.weight_empty
         beside = state.lever * state.weight / load if load > 0 else 0.0
-        progress, reach = state.progress, observation.task.target.length / 2
-        shift = -max(-reach, min(reach, beside)) * observation.task.target.axis
-        later = tuple(replace(move, position=move.position + shift) for move in progress.moves[progress.index + 1 :])
-        moves = (*progress.moves[: progress.index + 1], *later)
-        return replace(state, progress=replace(progress, moves=moves))
+        reach = observation.task.target.length / 2
+        beside = max(-reach, min(reach, beside))
+        progress = shift_later(state.progress, -beside * observation.task.target.axis)
+        return replace(state, beside=beside, progress=progress)
+
+    def _set_down(self, state: WrapState, observation: Observation) -> WrapState:
+        """Let go of what touches level; move along first, once, with what touches with one end.
+
+        Turning flat about that end, the object would come to lie beside its place. The low end is where it hung beside
+        the base, as its weight tilted it.
+        """
+        progress, design = state.progress, observation.task.design
+        way = math.copysign(self.options.turn * self._way_to_turn(progress, observation), state.beside)
+        if state.is_moved or state.beside == 0.0 or abs(way) < self.options.turn_least * design.length:
+            return replace(state, progress=self._ease(progress, observation))
+        along = way * observation.task.target.axis
+        up = -self.options.turn_rise * design.length * observation.T_world_base[:3, 0]
+        above = command_at(progress, observation.time).T_world_base[:3, 3] + up
+        raised = replace(progress.move, action="raise", duration=1.0, position=above)
+        aside = replace(raised, action="move along", position=above + along)
+        low = progress.move.position + along
+        again = replace(progress.move, duration=_lowering_time(above + along, low), position=low)
+        progress = insert_next(shift_later(progress, along), (raised, aside, again))
+        return replace(state, is_moved=True, progress=advance(progress, observation.time))
+
+    def _way_to_turn(self, progress: Progress, observation: Observation) -> float:
+        """How far the centre moves while what just touched turns flat about its low end [m]."""
+        expected = progress.move.position[2] + _OVERSHOOT * observation.task.design.length
+        target, height = observation.task.target, float(observation.T_world_base[2, 3]) - expected
+        return 0.0 if target.kind == "sphere" else way_to_turn_flat(target.length, target.width, height)
 
     def _ease(self, progress: Progress, observation: Observation) -> Progress:
         """Slacken and rise from wherever the object touched down: unloaded, a tight trunk climbs to the housing."""
@@ -167,8 +214,7 @@ class WrapVertical(Strategy[WrapState]):
         ease = replace(
             progress.move, action="ease", duration=0.8, position=now.T_world_base[:3, 3] - rise, tension=tension
         )
-        moves = (*progress.moves[: progress.index + 1], ease, *progress.moves[progress.index + 1 :])
-        return advance(replace(progress, moves=moves), observation.time)
+        return advance(insert_next(progress, (ease,)), observation.time)
 
     def _next(self, state: WrapState, observation: Observation) -> WrapState:
         action = state.progress.move.action
@@ -181,12 +227,13 @@ class WrapVertical(Strategy[WrapState]):
         if state.progress.is_last:
             return replace(state, is_done=True)
         progress = advance(state.progress, observation.time)
-        return replace(state, progress=progress, pull_held=_ventral_pull(observation))
+        return replace(state, progress=progress, pull_held=ventral_pull(observation))
 
     def _is_off_center(self, state: WrapState, observation: Observation) -> bool:
-        most = self.options.off_center * observation.task.design.length
-        is_borne = self._load(state, observation) > self.options.borne
-        return state.retries < self.options.retries and is_borne and abs(state.lever) > most
+        options, task = self.options, observation.task
+        most = min(options.off_center * task.design.length, options.off_center_thin * task.target.width)
+        is_borne = self._load(state, observation) > options.borne
+        return state.retries < options.retries and is_borne and abs(state.lever) > most
 
     def _try_again(self, state: WrapState, observation: Observation) -> WrapState:
         """Let the object back onto its strings, move along it, and wrap again; all that follows moves along as well."""
@@ -200,9 +247,8 @@ class WrapVertical(Strategy[WrapState]):
             replace(beside, phase="prehension", action="touch", duration=2.0, position=beside.position + shift),
             *(replace(move, position=move.position + shift) for move in (curl, settle)),
         )
-        later = tuple(replace(move, position=move.position + shift) for move in progress.moves[last["settle"] + 1 :])
-        moves = (*progress.moves[: progress.index + 1], *again, *later)
-        progress = advance(replace(progress, moves=moves), observation.time)
+        left = replace(progress, moves=progress.moves[: progress.index + 1] + progress.moves[last["settle"] + 1 :])
+        progress = advance(insert_next(shift_later(left, shift), again), observation.time)
         return replace(state, progress=progress, retries=state.retries + 1)
 
     def _is_carried(self, state: WrapState, observation: Observation) -> bool:
@@ -233,7 +279,7 @@ def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, cen
     over = lifted + goal.aside
     placing = goal.place - center[0] * down - center[1] * ahead
     above = placing + np.array([0.0, 0.0, (over - placing)[2]])
-    low = placing + 0.3 * length * down
+    low = placing + _OVERSHOOT * length * down
     clear = placing - options.back_off * length * ahead
     opened = clear + np.dot(goal.place + _beside(design, target, options, down, ahead) - clear, down) * down
 
@@ -267,29 +313,3 @@ def _beside(
     along = (1 - options.contact) * design.length
     radius = np.interp(along, np.cumsum(design.section_length) - design.section_length / 2, design.section_radius)
     return -along * down - (target.width / 2 + radius) * ahead
-
-
-def _in_step(observation: Observation, lead: float) -> np.ndarray:
-    """Longest pulls that keep the ventral cables together, shape (n_cable,) [m]; the others are free."""
-    design = observation.task.design
-    ventral = ventral_cables(design)
-    bound = np.full(ventral.shape, np.inf)
-    bound[ventral] = observation.cable_pull[ventral].min() + lead * design.cable_stroke
-    return bound
-
-
-def _weight(observation: Observation) -> float:
-    return -float(observation.base_force[2])
-
-
-def _lever(observation: Observation) -> float:
-    """Distance along the object's axis at which a force alone would explain force and torque on the base [m]."""
-    fx, fy, fz = observation.base_force.tolist()
-    tx, ty, tz = observation.base_torque.tolist()
-    ax, ay, az = observation.task.target.axis.tolist()
-    triple = ax * (fy * tz - fz * ty) + ay * (fz * tx - fx * tz) + az * (fx * ty - fy * tx)
-    return float(triple / max(fx**2 + fy**2 + fz**2, 1e-6))
-
-
-def _ventral_pull(observation: Observation) -> float:
-    return float(observation.cable_pull[ventral_cables(observation.task.design)].mean())
