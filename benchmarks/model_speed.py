@@ -16,11 +16,10 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import numba
 import numpy as np
 
 from spiraltrunk.bench.bending import COUNT, MOST, PULL, TILT, NumpyBending, chain_matrices
-from spiraltrunk.bench.claim import time_in_turns
+from spiraltrunk.bench.claim import one_core, time_in_turns
 from spiraltrunk.bench.rest import rest_in_turn
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference, statics
@@ -71,12 +70,8 @@ def time_batch() -> dict[str, float]:
         "NumPy over arrays": lambda: law.bend(pulls),
         "floor: memory written": lambda: block.fill(1.0),
     }
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
+    with one_core():
         times = time_in_turns(*calls.values())
-    finally:
-        numba.set_num_threads(threads)
     return {name: COUNT / time for name, time in zip(calls, times, strict=True)}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.bench import CLAIMS, PEERS, Claim, bending, elastica, equilibrium, reach, rest
-from spiraltrunk.bench.claim import time_burst, time_in_turns
+from spiraltrunk.bench.claim import one_core, time_burst, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
 from spiraltrunk.sim.settle import SettleRig
@@ -45,6 +46,14 @@ def test_the_fastest_turn_counts():
     assert 0.002 <= short < 0.02
     assert 0.006 <= long < 0.03
     assert time_burst(lambda: time.sleep(0.001), 3) >= 0.001
+
+
+def test_one_core_and_then_all_again():
+    cores = os.sched_getaffinity(0)
+    with pytest.raises(KeyError), one_core():
+        assert len(os.sched_getaffinity(0)) == 1
+        raise KeyError
+    assert os.sched_getaffinity(0) == cores
 
 
 @pytest.mark.parametrize("tilt", rest.TILTS)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
-from spiraltrunk.bench.claim import Claim, time_in_turns
+from spiraltrunk.bench.claim import Claim, one_core, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
 from spiraltrunk.model.reference_table import prepare, unpack
@@ -40,14 +39,10 @@ def measure_bend_batch() -> Claim:
     """Bends and section ends of 100,000 pulls on one core against the same law over arrays, rest given [s]."""
     pulls = np.random.default_rng(0).uniform(0.0, MOST, COUNT)
     law = NumpyBending(TILT)
-    threads = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
+    with one_core():
         ours, other = time_in_turns(
             lambda: reference.bend_dorsal_points(presets.PAPER, pulls, TILT), lambda: law.bend(pulls)
         )
-    finally:
-        numba.set_num_threads(threads)
     return Claim(ours=ours, other=other, bar=10.0)
 
 

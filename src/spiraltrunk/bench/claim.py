@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import final
+
+import numba
 
 BURST = 2e-3
 """Wall time that calls in a row should take, so that the clock's own is nothing [s]."""
@@ -64,3 +68,16 @@ def time_burst(call: Callable[[], object], count: int) -> float:
     for _ in range(count):
         call()
     return (time.perf_counter() - began) / count
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Within it one core works for this thread: Numba starts no others, and those started inherit the core."""
+    cores, threads = os.sched_getaffinity(0), numba.get_num_threads()
+    os.sched_setaffinity(0, {min(cores)})
+    numba.set_num_threads(1)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(threads)
+        os.sched_setaffinity(0, cores)
