@@ -14,14 +14,18 @@ from numba import njit
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
-def compiler(files: Iterable[Path]) -> Callable[[_F], _F]:
-    """A decorator that compiles functions of ``files``, which call each other.
+def hash_files(files: Iterable[Path]) -> str:
+    """What the files say, in a few letters."""
+    return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
 
-    The machine code is kept on disc, for as long as none of the files changes: Numba by itself looks at the file of a
+
+def compiler(stamp: str) -> Callable[[_F], _F]:
+    """A decorator that compiles functions which call each other, from files whose `hash_files` is ``stamp``.
+
+    The machine code is kept on disc, for as long as the stamp does not change: Numba by itself looks at the file of a
     function alone, and would go on with old code of the functions that it calls. It runs free of Python's lock, so that
     threads share a batch, and a division by zero is an infinity, which the callers refuse.
     """
-    stamp = hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
 
     def compiled(function: _F) -> _F:
         law: Any = njit(cache=True, error_model="numpy", nogil=True)(function)

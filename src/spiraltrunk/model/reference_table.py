@@ -13,7 +13,7 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import hole_positions
-from spiraltrunk.model.compiled import compiler
+from spiraltrunk.model.compiled import compiler, hash_files
 
 GRAVITY = 9.81
 """Acceleration of free fall [m/s^2] (authors' code)."""
@@ -27,7 +27,7 @@ ROUNDED_RADIUS = 28.87 / 28.871516330624754
 ROUNDED_GAP = 13.74 / 13.743977971204414
 """Straight gap of joint 1 in the authors' shares, 13.74 mm, over what the spiral gives [-]."""
 
-compiled = compiler(Path(__file__).parent.glob("reference_*.py"))
+compiled = compiler(hash_files(Path(__file__).parent.glob("reference_*.py")))
 """How the reference model's laws are compiled."""
 
 _SAME = 1e-6

@@ -13,8 +13,6 @@ next.
 from __future__ import annotations
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
@@ -26,6 +24,7 @@ from spiraltrunk.design.checks import check_count, check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import hole_positions
+from spiraltrunk.model.compiled import share
 from spiraltrunk.model.kernels.balance import Trunk
 from spiraltrunk.model.kernels.batch import Problem, Solution, solve_rows
 from spiraltrunk.model.kernels.rotation import VECTOR, Y_FIRST, Z_FIRST
@@ -44,7 +43,7 @@ _NUDGE = 1e-6
 """Bend from which a solution starts [rad], so that a trunk balanced on its base falls to one side."""
 
 _CHUNK = 16
-"""Equilibria that a core solves in a row; between two such rows a batch can be stopped."""
+"""Equilibria that a core solves in a row."""
 
 
 @final
@@ -116,6 +115,9 @@ def solve(
         start: an earlier solution, from which the cables go on; None starts straight, or, with friction, at rest under
             gravity with slack cables.
         options: how it is modelled and solved.
+
+    The weight is that of the sections alone: a tip gripper's mass is a load, or is put into the last section, as the
+    paper does, by `pulls.carry_gripper`.
 
     Returns:
         The shape with its `Forces` and, for a next call, its `History`. Its status is CONVERGED, STALLED where a winder
@@ -237,18 +239,8 @@ def _start(trunk: Trunk, drive: Drive, batch: tuple[int, ...], start: Shape | No
 
 
 def _run(problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
-    """Solve all rows, on all cores where there are enough, and in chunks so that Ctrl-C is heard."""
-    rows = len(problem.base)
-    if rows < _CHUNK:
-        solve_rows(0, rows, nd, trunk, problem, solution)
-        return
-    solve_rows(0, 1, nd, trunk, problem, solution)  # Compiled once, before the threads ask for it.
-    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
-    try:
-        chunks = [(first, min(first + _CHUNK, rows)) for first in range(1, rows, _CHUNK)]
-        list(pool.map(lambda chunk: solve_rows(*chunk, nd, trunk, problem, solution), chunks))
-    finally:
-        pool.shutdown(cancel_futures=True)
+    """Solve all rows, on all cores where there are enough."""
+    share(lambda first, last: solve_rows(first, last, nd, trunk, problem, solution), len(problem.base), _CHUNK)
 
 
 def _read_out(solution: Solution, batch: tuple[int, ...]) -> Shape:

@@ -17,6 +17,10 @@ CONVERGED, ALL_SHUT, STALLED, NOT_CONVERGED = range(4)
 """The numbers of `Status`."""
 
 
+NEARLY = 3e-4
+"""Angle short of the limit at which faces count as meeting [rad]: a gap of ``shut`` keeps the tip's joint that open."""
+
+
 class Problem(NamedTuple):
     """What to solve, one row an equilibrium; the first axis of every array but the last four is the batch's."""
 
@@ -99,7 +103,7 @@ def measure(trunk, problem, solution, b):
     for i in range(solution.angle.shape[1]):
         rotation = solution.rotation[b, i]
         solution.angle[b, i] = math.atan2(math.hypot(rotation[1, 0], rotation[2, 0]), rotation[0, 0])
-        solution.shut[b, i] = solution.reaction[b, i] > 0.0
+        solution.shut[b, i] = solution.angle[b, i] > trunk.limit - NEARLY
         are_all_shut = are_all_shut and solution.shut[b, i]
     for c in range(solution.change.shape[1]):
         total = 0.0

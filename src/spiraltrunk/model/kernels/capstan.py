@@ -17,7 +17,7 @@ from spiraltrunk.model.kernels.balance import Case, Control
 from spiraltrunk.model.kernels.gaps import hole_turns
 from spiraltrunk.model.kernels.newton import solve_safely
 
-ROUNDS = 400
+ROUNDS = 1200
 """Most repetitions for the friction forces of one increment."""
 COARSER = 10.0
 """Tolerance of friction's moments over that of all others [-]."""
