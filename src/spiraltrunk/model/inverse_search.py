@@ -28,7 +28,8 @@ _CLOSE = 0.02
 """Part of the trunk's length beyond which a start's tension ranks it no further behind [-]."""
 
 _STEP = math.radians(15.0)
-"""Stands for which starts are solved lie this apart [rad]; on a moving base they would be solved anew every time."""
+"""Tilts for which starts are solved lie this apart [rad], rolls twice this, loads 50 g and 0.5 N: on a moving base they
+would be solved anew every time."""
 
 _APART = 0.08
 """Part of the trunk's length by which the tips of every other start lie apart [-]."""
@@ -187,8 +188,9 @@ def _rank(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions) 
 def _known(design: TrunkDesign, stand: Stand, options: InverseOptions) -> tuple[Starts, np.ndarray]:
     """Equilibria solved for a stand and loads near these, and the turn that brings them to this stand."""
     near = replace(
-        stand, theta_0=_STEP * round(stand.theta_0 / _STEP), roll=_STEP * round(stand.roll / _STEP),
-        mass=round(stand.mass, 2), force=None if stand.force is None else tuple(round(f, 1) for f in stand.force),
+        stand, theta_0=_STEP * round(stand.theta_0 / _STEP), roll=2 * _STEP * round(stand.roll / (2 * _STEP)),
+        mass=round(20 * stand.mass) / 20,
+        force=None if stand.force is None else tuple(round(2 * part) / 2 for part in stand.force),
     )  # fmt: skip
     base, other = base_orientation(stand.theta_0, stand.roll), base_orientation(near.theta_0, near.roll)
     return compute_starts(design, near, options.samples, options.statics), base @ other.T

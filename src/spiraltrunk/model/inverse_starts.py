@@ -61,7 +61,7 @@ class Stand:
         return Loads(mass=self.mass, section=self.section, force=self.force, force_section=self.force_section)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=128)
 def compute_starts(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
     """``count`` equilibria without friction at tensions spread evenly over their logarithms, some cables slack."""
     tension = sample_tensions(design, count)
