@@ -1,10 +1,10 @@
 """The equilibrium model is where MuJoCo comes to rest: 200 drawn pulls, tilts and loads, and some with friction.
 
-The model has the simulation's hinges, holes and winders. What the two do not share is the joint limit, which MuJoCo
-passes by some tenths of a degree. So the model's forces are also taken at MuJoCo's rest, where they must balance, and
-from there the model goes to its own equilibrium with every shut joint as far open as MuJoCo left it. Where several
-equilibria exist, this is the one that counts. Exits with 1 where a section is further away than the claim, and with 130
-when interrupted.
+The model has the simulation's hinges, holes and winders, and with friction its holes' stiffness, which the time step
+bounds. What the two do not share is the joint limit, which MuJoCo passes by some tenths of a degree. So the model's
+forces are also taken at MuJoCo's rest, where they must balance, and from there the model goes to its own equilibrium
+with every shut joint as far open as MuJoCo left it. Where several equilibria exist, this is the one that counts. Exits
+with 1 where a section is further away than the claim, and with 130 when interrupted.
 """
 
 from __future__ import annotations
@@ -91,15 +91,16 @@ def commands(case: dict[str, Any]) -> list[np.ndarray]:
     return out[1:]
 
 
-def simulate(case: dict[str, Any]) -> Settled:
-    """Where MuJoCo comes to rest."""
+def simulate(case: dict[str, Any]) -> tuple[Settled, statics.StaticsOptions]:
+    """Where MuJoCo comes to rest, and the options of the model whose holes hold as stiffly before the cables slide."""
     speed = math.inf if case["kind"] == "free" else SPEED
     options = SettleOptions(pull_speed=speed, tension_speed=speed, has_gripper=False, trunk=TRUNK)
     loads = np.zeros(PAPER.n_section)
     loads[case["section"]] = case["mass"]
     rig = SettleRig(design_of(case), theta_0=case["theta_0"], roll=case["roll"], loads=loads, options=options)
     name = "tension" if case["by_tension"] else "pull"
-    return rig.settle([Stage(**{name: values}) for values in commands(case)])
+    same = OPTIONS if rig.friction is None else replace(OPTIONS, hole_stiffness=rig.friction.stiffness)
+    return rig.settle([Stage(**{name: values}) for values in commands(case)]), same
 
 
 def loads_of(case: dict[str, Any]) -> statics.Loads:
@@ -107,14 +108,14 @@ def loads_of(case: dict[str, Any]) -> statics.Loads:
     return statics.Loads(mass=case["mass"], section=case["section"])
 
 
-def predict(case: dict[str, Any], start: Shape | None = None) -> Shape:
+def predict(case: dict[str, Any], options: statics.StaticsOptions, start: Shape | None = None) -> Shape:
     """Where the equilibrium model puts the trunk, through the same stages."""
     for values in commands(case):
         slack = 0.0 if case["by_tension"] else -PAPER.cable_stroke
         given = {"tension" if case["by_tension"] else "pull": np.where(np.isnan(values), slack, values)}
         start = statics.solve(
             design_of(case), **given, theta_0=case["theta_0"], roll=case["roll"], loads=loads_of(case), start=start,
-            options=OPTIONS,
+            options=options,
         )  # fmt: skip
     assert start is not None
     return start
@@ -175,7 +176,8 @@ def distance(first: Shape, second: Shape) -> float:
 def compare(kind: str, trial: int) -> dict[str, Any]:
     """One case as a row of the table."""
     case = draw_case(kind, trial)
-    rest, alone = simulate(case), predict(case)
+    rest, options = simulate(case)
+    alone = predict(case, options)
     row = case | {
         "simulated": Status(int(rest.shape.status)).name, "solved": Status(int(alone.status)).name,
         "distance_m": distance(alone, rest.shape), "shut": int(rest.shape.is_shut.sum()),
@@ -186,7 +188,7 @@ def compare(kind: str, trial: int) -> dict[str, Any]:
         return row
     bend = hinge_bends(rest.shape.joint_rotation)
     start = replace(rest.shape, history=History(bend=bend, anchor=np.zeros((PAPER.n_joint, PAPER.n_cable))))
-    row |= {"nearest_m": min(row["distance_m"], distance(predict(case, start), rest.shape))}
+    row |= {"nearest_m": min(row["distance_m"], distance(predict(case, options, start), rest.shape))}
     return row | dict(zip(("unbalance_nm", "same_limit_m"), balance(case, rest), strict=True))
 
 
