@@ -9,6 +9,7 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import kernels
 from spiraltrunk.model.cables import hole_positions
+from spiraltrunk.model.compiled import hash_files
 from spiraltrunk.model.kernels import balance, batch, gaps, rotation, weight
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, Trunk, room_for_work
 from spiraltrunk.model.transforms import bend_rotation
@@ -267,11 +268,12 @@ def test_the_code_on_disc_is_stamped_with_all_sources():
         assert pickle.loads(index.read())[0] == kernels.STAMP
 
 
-def test_the_stamp_follows_every_source(tmp_path, monkeypatch):
-    for name, text in (("a.py", "one"), ("b.py", "two")):
-        (tmp_path / name).write_text(text)
-    monkeypatch.setattr(kernels, "__file__", str(tmp_path / "__init__.py"))
-    stamp = kernels._hash_sources()
-    assert kernels._hash_sources() == stamp
-    (tmp_path / "b.py").write_text("three")
-    assert kernels._hash_sources() != stamp
+def test_the_stamp_follows_every_source(tmp_path):
+    files = [tmp_path / "a.py", tmp_path / "b.py"]
+    for file, text in zip(files, ("one", "two"), strict=True):
+        file.write_text(text)
+    stamp = hash_files(files)
+    assert hash_files(reversed(files)) == stamp
+    files[1].write_text("three")
+    assert hash_files(files) != stamp
+    assert hash_files(Path(kernels.__file__).parent.glob("*.py")) == kernels.STAMP

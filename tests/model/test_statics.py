@@ -126,9 +126,10 @@ def test_the_status_says_how_it_ended():
     assert statics.solve(PAPER).status == Status.CONVERGED
     assert statics.solve(PAPER, pull=(0.06, free, free)).status == Status.CONVERGED
     assert statics.solve(PAPER, pull=(0.06, free, free), tension=2.0).status == Status.STALLED
-    full = statics.solve(PAPER, tension=(60.0, 60.0, 0))
-    assert full.status == Status.ALL_SHUT
-    assert full.is_shut.all()
+    for tension in ((60.0, 60.0, 0), (60.0, 0, 0)):
+        full = statics.solve(PAPER, tension=tension)
+        assert full.status == Status.ALL_SHUT
+        assert full.is_shut.all()
     assert "pull less" in full.advice
     few = statics.solve(PAPER, pull=(0.06, free, free), options=StaticsOptions(steps_most=2))
     assert few.status == Status.NOT_CONVERGED
