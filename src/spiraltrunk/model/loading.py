@@ -73,20 +73,23 @@ def read_drive(
     if by_tension is None:
         held = np.full(count, pull is None)
     else:
-        held = np.array(by_tension)
+        try:
+            held = np.array(by_tension)
+        except ValueError:  # Ragged.
+            held = np.empty(0)
         if held.shape != (count,) or held.dtype != bool:
-            raise ModelError(f"by_tension is {by_tension!r}; allowed: {count} booleans, one per cable")
+            raise ModelError(f"by_tension is {tell(by_tension)}; allowed: {count} booleans, one per cable")
     if pull is None and not all(held.tolist()):
         raise ModelError("pull is missing; allowed: a pull wherever by_tension is False")
     pulls = _read_cables("pull", 0.0 if pull is None else pull, count)
     forces = _read_cables("tension", np.where(held, 0.0, most) if tension is None else tension, count)
     least, largest = _span(pulls)
     if max(-least, largest) > 1.01 * design.cable_stroke:
-        worst = float(pulls.ravel()[np.abs(pulls).argmax()])
-        raise ModelError(f"pull is {worst:g} m; allowed: at most the cable stroke, {design.cable_stroke:.6g} m")
+        worst, full = float(pulls.ravel()[np.abs(pulls).argmax()]), f"{design.cable_stroke:.6g} m"
+        raise ModelError(f"pull is {worst:g} m; allowed: in or out at most 1.01 times the cable stroke, {full}")
     least, largest = _span(forces)
     if least < 0 or largest > most:
-        worst = float(forces.ravel()[np.abs(forces).argmax()])
+        worst = least if least < 0 else largest
         raise ModelError(f"tension is {worst:g} N; allowed: 0 to the cables' largest tension, {most:g} N")
     return Drive(pull=pulls, tension=forces, by_tension=held)
 
@@ -95,13 +98,14 @@ def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
     """Weight of the sections and the loads.
 
     Raises:
-        ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, or on no section.
+        ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, on no section, or batches do not fit.
     """
     if loads is None:
         return _own_weight(design)
     mass = read_numbers("loads.mass", loads.mass)
-    if (mass < 0).any() or (mass > 1e3).any():
-        raise ModelError(f"loads.mass is {float(mass.ravel()[np.abs(mass).argmax()]):g} kg; allowed: 0 to 1000 kg")
+    least, largest = _span(mass)
+    if least < 0 or largest > 1e3:
+        raise ModelError(f"loads.mass is {least if least < 0 else largest:g} kg; allowed: 0 to 1000 kg")
     at = _read_section(design, "loads.section", loads.section)
     factor = np.broadcast_to(design.section_mass, (*mass.shape, design.n_section)).copy()
     moment = factor * design.section_center
@@ -111,12 +115,14 @@ def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
     direction = np.broadcast_to(gravity, (*mass.shape, 3))
     if loads.force is None:
         return Fields(direction=direction[..., None, :], factor=factor[..., None, :], moment=moment[..., None, :])
-    force = read_numbers("loads.force", loads.force)
-    if force.shape[-1:] != (3,) or (np.abs(force) > 1e4).any():
-        raise ModelError(f"loads.force has shape {force.shape}; allowed: (..., 3), each up to 10 kN")
+    force = _read_force(loads.force)
     end = np.zeros(design.n_section)
     end[_read_section(design, "loads.force_section", loads.force_section)] = 1.0
-    batch = np.broadcast_shapes(mass.shape, force.shape[:-1])
+    try:
+        batch = np.broadcast_shapes(mass.shape, force.shape[:-1])
+    except ValueError:
+        told = f"loads.mass and loads.force have the batches {mass.shape} and {force.shape[:-1]}"
+        raise ModelError(f"{told}; allowed: batches that broadcast") from None
     return Fields(
         direction=_pair(direction, force, batch), factor=_pair(factor, end, batch),
         moment=_pair(moment, end * design.section_length, batch),
@@ -129,14 +135,22 @@ def read_numbers(name: str, value: ArrayLike) -> np.ndarray:
     Raises:
         ModelError: for anything else.
     """
+    if isinstance(value, np.ndarray) and value.dtype.kind == "c":  # NumPy drops the imaginary part.
+        raise ModelError(f"{name} has complex numbers; allowed: finite numbers")
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):
-        raise ModelError(f"{name} is {value!r}; allowed: finite numbers") from None
+        raise ModelError(f"{name} is {tell(value)}; allowed: finite numbers") from None
     is_finite = all(map(math.isfinite, array.ravel().tolist())) if array.size <= _FEW else np.isfinite(array).all()
     if not is_finite:
         raise ModelError(f"{name} is not finite; allowed: finite numbers")
     return array
+
+
+def tell(value: object, most: int = 80) -> str:
+    """What was given, in one short line."""
+    line = " ".join(repr(value).split())
+    return line if len(line) <= most else f"{line[:most]}..."
 
 
 def base_orientation(theta_0: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
@@ -179,6 +193,16 @@ def _read_cables(name: str, value: ArrayLike, count: int) -> np.ndarray:
     if array.shape[-1:] not in ((count,), ()):
         raise ModelError(f"{name} has shape {array.shape}; allowed: (..., {count}), one number per cable")
     return np.broadcast_to(array, (*array.shape[:-1], count)) if array.ndim else np.full(count, float(array))
+
+
+def _read_force(value: ArrayLike) -> np.ndarray:
+    force = read_numbers("loads.force", value)
+    if force.shape[-1:] != (3,):
+        raise ModelError(f"loads.force has shape {force.shape}; allowed: (..., 3)")
+    if (np.abs(force) > 1e4).any():
+        worst = float(force.ravel()[np.abs(force).argmax()])
+        raise ModelError(f"loads.force has a component of {worst:g} N; allowed: -10000 to 10000 N")
+    return force
 
 
 def _read_section(design: TrunkDesign, name: str, section: int) -> int:

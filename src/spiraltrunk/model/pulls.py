@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import cables, statics
+from spiraltrunk.model.loading import read_numbers, tell
 from spiraltrunk.model.reference_table import PULL_MARGIN, check_ventral, prepare, rest_mass
 from spiraltrunk.model.shape import Shape
 
@@ -86,8 +87,8 @@ def pull_dorsal(
     Raises:
         ModelError: for numbers that are not finite or not allowed, or a cable 1 that is not dorsal.
     """
-    _check_pull("pull", pull, prepare(design).stroke)
-    start = rest(design, theta_0, friction=friction)
+    pull = _read_pull("pull", pull, prepare(design).stroke)
+    start = _rest_alone(design, theta_0, friction)
     return _pull_on(design, start, {0: pull}, theta_0, friction)
 
 
@@ -110,8 +111,8 @@ def pull_ventral(
     """
     prepared = prepare(design)
     check_ventral(design, prepared)
-    _check_pull("lengthening", lengthening, prepared.ventral_stroke)
-    start = rest(design, theta_0, friction=friction)
+    lengthening = _read_pull("lengthening", lengthening, prepared.ventral_stroke)
+    start = _rest_alone(design, theta_0, friction)
 
     def bend(pull: float) -> Shape:
         return _pull_on(design, start, dict.fromkeys(range(1, design.n_cable), pull), theta_0, friction)
@@ -142,10 +143,10 @@ def pull_twist(
     """
     if design.n_cable < 3:
         raise ModelError(f"the design has {design.n_cable} cables; allowed for a twist: three or more")
-    for name, pull in (("pull_1", pull_1), ("pull_2", pull_2)):
-        _check_pull(name, pull, prepare(design).stroke)
-    first = pull_dorsal(design, pull_1, theta_0, friction=friction)
-    return _pull_on(design, first, {0: 0.0, 1: pull_2}, theta_0, friction)
+    stroke = prepare(design).stroke
+    first, second = _read_pull("pull_1", pull_1, stroke), _read_pull("pull_2", pull_2, stroke)
+    start = pull_dorsal(design, first, theta_0, friction=friction)
+    return _pull_on(design, start, {0: 0.0, 1: second}, theta_0, friction)
 
 
 def pull_cables(
@@ -162,12 +163,12 @@ def pull_cables(
     Raises:
         ModelError: for numbers that are not finite or not allowed, or are not one per cable.
     """
-    goal = np.asarray(change, float)
+    goal = read_numbers("change", change)
     if goal.shape != (design.n_cable,):
         raise ModelError(f"change has shape {goal.shape}; allowed: ({design.n_cable},), one number per cable")
     for value in goal:
-        _check_pull("change", float(value), design.cable_stroke)
-    start = rest(design, theta_0, friction=friction)
+        _read_pull("change", value, design.cable_stroke)
+    start = _rest_alone(design, theta_0, friction)
     more = {int(cable): float(goal[cable] - start.cable_change[cable]) for cable in np.flatnonzero(goal)}
     return _pull_on(design, start, more, theta_0, friction)
 
@@ -177,11 +178,25 @@ def find_shut(design: TrunkDesign, shape: Shape) -> np.ndarray:
     return shape.is_shut | (shape.joint_angle >= design.joint_limit - _NEAR_LIMIT)
 
 
-def _check_pull(name: str, value: float, full: float) -> None:
+def _read_pull(name: str, value: float, full: float) -> float:
     most = PULL_MARGIN * full
-    if not 0.0 <= value <= most * (1 + 1e-12):
-        told = f"{math.floor(most * 1e6) / 1e6:g} m, {PULL_MARGIN:g} times full curl"
-        raise ModelError(f"{name} is {value:.6g} m; allowed: 0 to {told}")
+    told = f"0 to {math.floor(most * 1e6) / 1e6:g} m, {PULL_MARGIN:g} times full curl"
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ModelError(f"{name} is {tell(value)}; allowed: one number, {told}") from None
+    if not 0.0 <= number <= most * (1 + 1e-12):
+        raise ModelError(f"{name} is {number:.6g} m; allowed: {told}")
+    return number
+
+
+def _rest_alone(design: TrunkDesign, theta_0: float, friction: float | None) -> Shape:
+    """Rest of one trunk: the steps of a pull are counted for one."""
+    if np.ndim(theta_0):
+        raise ModelError(
+            f"theta_0 has shape {np.shape(theta_0)}; allowed: one number, as one trunk is pulled at a time"
+        )
+    return rest(design, theta_0, friction=friction)
 
 
 def _full_ventral(design: TrunkDesign) -> float:
