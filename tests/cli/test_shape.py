@@ -129,6 +129,8 @@ def test_table_is_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert "mm" in next(line for line in table.splitlines() if "tip" in line)
     assert cli.main(["shape"]) == 0
     assert "joints shut  none" in capsys.readouterr().out
+    assert cli.main(["shape", "spirob-15"]) == 0
+    assert re.findall(r"cable \d +(.*)", capsys.readouterr().out) == ["0 mm in", "0 mm in"]
 
 
 REFUSED = {
@@ -139,6 +141,7 @@ REFUSED = {
     "--cables-mm 0 200 0": "--cables-mm is 200; allowed: 0 to 131.1 mm",
     "--cables-mm 1 2": "--cables-mm has 2 numbers; allowed: 3, one per cable",
     "--tensions-n 61 0 0": "--tensions-n is 61; allowed: 0 to 60 N",
+    "--cables-mm 1 0 spirob-15": "'spirob-15' given; allowed: a finite number, and DESIGN before the option",
     "--tensions-n 1": "--tensions-n has 1 number; allowed: 3",
     "--dorsal-mm nan": "--dorsal-mm: 'nan' given; allowed: a finite number",
     "--dorsal-mm 1e400": "allowed: a finite number",
@@ -187,3 +190,15 @@ def test_plot_below_a_file_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
     taken = tmp_path / "taken"
     taken.touch()
     assert f"--plot: '{taken}' is a file" in refuse(f"--plot {taken}/shape.png", capsys)
+
+
+def test_a_plot_that_cannot_be_written_is_named_as_typed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse_all(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied", str(tmp_path / ".draft.png"))
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", refuse_all)
+    path = tmp_path / "shape.png"
+    assert f"--plot: cannot write '{path}': Permission denied; allowed: " in refuse(f"--plot {path}", capsys)
+    assert list(tmp_path.iterdir()) == []

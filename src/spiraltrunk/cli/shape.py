@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.answers import DONE, FAILED, Answer, UsageError, check_folder, complain, format_json, quote
-from spiraltrunk.cli.options import add_parser, read_number, read_text
+from spiraltrunk.cli.options import Typed, add_parser, read_number, read_text
 from spiraltrunk.cli.shape_load import LOADS, MODELS, Load, check_load, pick_model, read_load, solve_load
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def add_verb(verbs: Any) -> None:
     parser = add_parser(verbs, "shape", _run, "one shape of the trunk, at rest or with cables pulled")
     parser.add_argument(
         "design", type=read_text, nargs="?", default="paper", metavar="DESIGN",
-        help="a preset or a TOML file (default paper)",
+        help="a preset or a TOML file (default paper); before --cables-mm and --tensions-n, if these are given",
     )  # fmt: skip
     parser.add_argument(
         "--model", choices=MODELS,
@@ -45,13 +45,22 @@ def add_verb(verbs: Any) -> None:
     )  # fmt: skip
     for name, spec in LOADS.items():
         parser.add_argument(
-            spec.option, dest=name, type=read_number, nargs=spec.numbers, metavar=spec.metavar, help=spec.help
-        )
+            spec.option, dest=name, type=read_number if isinstance(spec.numbers, int) else _read_listed,
+            nargs=spec.numbers, metavar=spec.metavar, help=spec.help,
+        )  # fmt: skip
     parser.add_argument(
         "--friction", type=read_number, metavar="MU",
         help="coefficient between cables and holes, statics only (default: the design's)",
     )  # fmt: skip
     parser.add_argument("--plot", type=read_text, metavar="FILE", help="draw it: FILE ends in .png, .svg or .pdf")
+
+
+def _read_listed(text: str) -> Typed:
+    """A number of a list without end, which takes in what follows it."""
+    try:
+        return read_number(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, and DESIGN before the option") from None
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -72,9 +81,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if model == "statics":
         figures["friction"] = design.cable.friction if arguments.friction is None else float(arguments.friction)
     if arguments.plot is not None:
-        from spiraltrunk.report.shape_plot import write_shape
-
-        write_shape(design, shape, theta_0, arguments.plot, title=_title(figures))
+        _draw(design, shape, theta_0, arguments.plot, _title(figures))
     text = format_json(figures) if arguments.json else _format_table(figures)
     return FAILED if figures["status_code"] == "NOT_CONVERGED" else DONE, text
 
@@ -99,6 +106,18 @@ def _check_picture(file: str) -> None:
         check_folder(str(path.parent))
     except UsageError as error:
         raise UsageError(str(error).replace("--out", "--plot", 1)) from None
+
+
+def _draw(design: TrunkDesign, shape: Shape, theta_0: float, file: str, title: str) -> None:
+    from spiraltrunk.report.shape_plot import write_shape
+
+    try:
+        write_shape(design, shape, theta_0, file, title=title)
+    except OSError as error:  # It names the draft, which nobody typed.
+        why = error.strerror or str(error)
+        raise UsageError(
+            f"--plot: cannot write {quote(file, 200)}: {why}; allowed: a place that can be made and written"
+        ) from None
 
 
 @contextmanager
@@ -154,7 +173,8 @@ def _format_table(figures: dict[str, Any]) -> str:
         ("joints shut", _name_joints(shut)),
     ]
     for cable, change in enumerate(figures["cable_change_m"]):
-        way = f"{_round(1e3 * abs(change)):g} mm {'in' if change >= 0 else 'out'}"
+        shift = _round(1e3 * change)
+        way = f"{abs(shift):g} mm {'in' if shift >= 0 else 'out'}"
         force = "" if tension is None else f", {_round(tension[cable], 2):g} N"
         rows.append((f"cable {cable + 1}", way + force))
     return format_table(rows, title=_title(figures), indent=2)
