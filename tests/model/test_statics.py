@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError, SpiralTrunkError
 from spiraltrunk.model import reference, statics
@@ -211,3 +212,15 @@ def test_impossible_options_are_refused(field, value):
 def test_torsion_and_hinges_exclude_each_other():
     with pytest.raises(ModelError, match="has_torsion and has_hinges"):
         StaticsOptions(has_torsion=True, has_hinges=True)
+
+
+def test_the_start_is_of_the_same_trunk():
+    other = statics.solve(presets.get("spirob-1m"))
+    with pytest.raises(ModelError, match="start has 42 joints and 3 cables; allowed: 17 joints"):
+        statics.solve(PAPER, start=other)
+
+
+def test_a_batch_of_none_is_answered():
+    shape = statics.solve(PAPER, theta_0=np.zeros(0))
+    assert shape.points.shape == (0, 18, 3)
+    assert shape.advice == "converged"

@@ -21,7 +21,9 @@ class UsageError(Exception):
 
 
 def put(code: int, text: str) -> int:
-    """Print the answer; a reader that has left is no error, a full disc is."""
+    """Print the answer; a reader that has left, or was never there, is no error, a full disc is."""
+    if sys.stdout is None:  # Started with its standard output closed.
+        return code
     try:
         print(text)
         sys.stdout.flush()
@@ -41,6 +43,8 @@ def complain(message: str, code: int) -> int:
         half = _LONGEST_LINE // 2
         line = f"{line[:half]} ... {line[-half:]}"
     with suppress(OSError):  # Nobody listens.
+        if sys.stderr is None:
+            return code
         print(f"spiraltrunk: {line}", file=sys.stderr, flush=True)
     return code
 

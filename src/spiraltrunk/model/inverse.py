@@ -102,6 +102,8 @@ def solve(
     aimed: np.ndarray = np.zeros(3) if direction is None else _read_unit("direction", direction)
     _check_range("direction_weight", direction_weight, 1e-6, 1e3)
     batch = _broadcast({"tip": wanted.shape[:-1], "direction": aimed.shape[:-1]})
+    if 0 in batch:
+        raise ModelError(f"tip has shape {wanted.shape}; allowed: at least one place")
     scene, batch = read_scene(read_numbers("theta_0", theta_0), read_numbers("roll", roll), loads or Loads(), batch)
     point = np.zeros((math.prod(batch), count, 3))
     point[:, -1] = np.broadcast_to(wanted, (*batch, 3)).reshape(-1, 3)

@@ -103,5 +103,7 @@ class Shape:
 
     @property
     def advice(self) -> str:
-        """The gravest status in words."""
+        """The gravest status in words; of no shapes, that of a good one."""
+        if np.size(self.status) == 0:
+            return Status.CONVERGED.advice
         return Status(int(np.max(self.status))).advice

@@ -119,13 +119,17 @@ def solve(
     The weight is that of the sections alone: a tip gripper's mass is a load, or is put into the last section, as the
     paper does, by `pulls.carry_gripper`.
 
+    More than one shape may balance, above all with every cable pulled or the trunk upright under a load. Which one is
+    found depends on ``start``; the trunk is led there in one step, or along ``increment`` where there is friction.
+
     Returns:
         The shape with its `Forces` and, for a next call, its `History`. Its status is CONVERGED, STALLED where a winder
         reached its largest tension before its length, ALL_SHUT where every joint is at its limit, or NOT_CONVERGED,
         where the moments left are in ``forces.residual``; numbers are finite in every case.
 
     Raises:
-        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+        ModelError: for shapes that do not fit, numbers that are not finite or out of range, a start of another trunk.
+        DesignError: for a friction out of range.
     """
     options = _DEFAULT if options is None else options
     mu = design.cable.friction if friction is None else friction
@@ -140,6 +144,10 @@ def solve(
     batch = _read_batch(shapes) if any(shapes) else ()
     if start is None and mu > 0:
         start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=options)
+    if start is not None and start.gap.shape[-2:] != (design.n_joint, design.n_cable):
+        joints, cables = start.gap.shape[-2:]
+        allowed = f"{design.n_joint} joints and {design.n_cable} cables, as the design"
+        raise ModelError(f"start has {joints} joints and {cables} cables; allowed: {allowed}")
     trunk, straight = _ready(design, options)
     problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
     solution = _start(trunk, drive, batch, start)
