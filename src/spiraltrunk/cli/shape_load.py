@@ -143,7 +143,8 @@ def _solve_reference(design: TrunkDesign, load: Load | None, theta_0: float) -> 
 
 def _range(design: TrunkDesign, name: str) -> tuple[float, str, str]:
     """Largest number of the option, rounded down, its unit and what sets it."""
-    from spiraltrunk.model.reference_table import PULL_MARGIN, prepare
+    from spiraltrunk.model.loading import PULL_MARGIN
+    from spiraltrunk.model.reference_table import prepare
 
     if name == "tensions":
         return design.cable.tension_max, "N", "the largest tension of the design's motors"

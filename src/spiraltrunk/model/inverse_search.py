@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, final
 
@@ -14,6 +12,7 @@ from spiraltrunk.design.checks import check_count, check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
+from spiraltrunk.model.compiled import share
 from spiraltrunk.model.inverse_starts import Stand, Starts, compute_starts, section_axes
 from spiraltrunk.model.kernels.aim import Aim, miss_rows
 from spiraltrunk.model.kernels.inverse import Found, Poses, rank, search_rows
@@ -209,18 +208,10 @@ def _search(design: TrunkDesign, rows: np.ndarray, work: tuple[Poses, Aim, Found
     trunk, nd = statics.build_trunk(design, options.statics), 3 if options.statics.has_torsion else 2
     poses, aim, found = work
 
-    def search(part: np.ndarray) -> None:
-        search_rows(part, options.rounds, options.tolerance, nd, trunk, poses, aim, found)
+    def search(first: int, last: int) -> None:
+        search_rows(rows[first:last], options.rounds, options.tolerance, nd, trunk, poses, aim, found)
 
-    if rows.size <= _CHUNK:
-        search(rows)
-        return
-    search(rows[:1])  # Compiled once, before the threads ask for it.
-    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
-    try:
-        list(pool.map(search, np.array_split(rows[1:], math.ceil(rows.size / _CHUNK))))
-    finally:
-        pool.shutdown(cancel_futures=True)
+    share(search, rows.size, _CHUNK)
 
 
 def _solve(design: TrunkDesign, scene: Scene, tension: np.ndarray, options: InverseOptions) -> Shape:

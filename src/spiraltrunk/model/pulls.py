@@ -18,8 +18,9 @@ from scipy.optimize import brentq
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import cables, statics
-from spiraltrunk.model.loading import read_numbers, tell
-from spiraltrunk.model.reference_table import PULL_MARGIN, check_ventral, prepare, rest_mass
+from spiraltrunk.model.kernels.batch import NEARLY
+from spiraltrunk.model.loading import PULL_MARGIN, read_numbers, tell
+from spiraltrunk.model.reference_table import check_ventral, prepare, rest_mass
 from spiraltrunk.model.shape import Shape
 
 LENGTH_TOLERANCE = 1e-6
@@ -28,9 +29,6 @@ LENGTH_TOLERANCE = 1e-6
 _STEP = 5e-3
 """Largest change of a cable's length that is solved at once without friction [m]: one leap may land elsewhere where
 cables work against each other."""
-
-_NEAR_LIMIT = 5e-4
-"""Angle from the limit at which a joint counts as shut [rad]: a gap that holds back its last micrometre."""
 
 
 @lru_cache(maxsize=16)
@@ -175,7 +173,7 @@ def pull_cables(
 
 def find_shut(design: TrunkDesign, shape: Shape) -> np.ndarray:
     """Which joints are at their limit, by faces that meet or a gap pulled shut, shape (..., n_joint) [bool]."""
-    return shape.is_shut | (shape.joint_angle >= design.joint_limit - _NEAR_LIMIT)
+    return shape.is_shut | (shape.joint_angle >= design.joint_limit - NEARLY)
 
 
 def _read_pull(name: str, value: float, full: float) -> float:

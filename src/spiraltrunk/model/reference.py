@@ -22,9 +22,10 @@ from numpy.typing import ArrayLike
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.compiled import share
+from spiraltrunk.model.loading import PULL_MARGIN
 from spiraltrunk.model.reference_lean import solve_points
 from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve
-from spiraltrunk.model.reference_table import PULL_MARGIN, Prepared, check_twist, check_ventral, prepare
+from spiraltrunk.model.reference_table import Prepared, check_twist, check_ventral, prepare
 from spiraltrunk.model.shape import Shape
 
 _CHUNK = 2048

@@ -33,9 +33,6 @@ compiled = compiler(hash_files(Path(__file__).parent.glob("reference_*.py")))
 _SAME = 1e-6
 """Distance of unit vectors up to which two directions are the same [-]."""
 
-PULL_MARGIN = 1.01
-"""Largest pull over the one that shuts every gap [-]: the paper itself pulls 130 mm of 129.86."""
-
 
 @final
 class Table(NamedTuple):

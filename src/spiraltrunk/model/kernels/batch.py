@@ -17,7 +17,7 @@ CONVERGED, ALL_SHUT, STALLED, NOT_CONVERGED = range(4)
 """The numbers of `Status`."""
 
 
-NEARLY = 3e-4
+NEARLY = 5e-4
 """Angle short of the limit at which faces count as meeting [rad]: a gap of ``shut`` keeps the tip's joint that open."""
 
 
