@@ -145,3 +145,35 @@ def test_impossible_bases_and_loads_are_refused():
     for given, name in (({"theta_0": math.nan}, "theta_0"), ({"roll": math.inf}, "roll"), ({"loads": -1.0}, "loads")):
         with pytest.raises(DesignError, match=name):
             SettleRig(PAPER, **given)
+
+
+@pytest.mark.parametrize("across", [(0, 1, 0), (0, 0, 1), (0, 0.6, -0.8)])
+def test_a_push_on_the_tip_bends_stiff_joints_by_its_moments(across):
+    """Straight along its weight, each joint bends by the force times its distance to the tip, over its stiffness."""
+    force = 0.02 * np.roll(across, 1)
+    rig = SettleRig(PAPER, options=replace(STIFF, still=1e-7))
+    rest = rig.settle()
+    pushed = rig.push(force)
+    lever = PAPER.length - np.cumsum(PAPER.section_length)[:-1]
+    expected = 0.02 * lever / (99.0 * PAPER.joint_stiffness)
+    np.testing.assert_allclose(pushed.shape.joint_angle, expected, rtol=0.02)
+    moved = pushed.shape.points[-1] - rest.shape.points[-1]
+    assert moved @ force > 0.999 * np.linalg.norm(moved) * np.linalg.norm(force)
+    np.testing.assert_allclose(rig.push(np.zeros(3)).shape.points, rest.shape.points, rtol=0, atol=1e-6)
+
+
+def test_locking_the_winders_moves_nothing_and_holds_the_lengths():
+    rig = SettleRig(PAPER, options=FAST)
+    rest = rig.settle([Stage(tension=(3.0, 6.0, 6.0))])
+    held = rig.push(np.zeros(3), is_locked=True)
+    np.testing.assert_allclose(held.shape.points, rest.shape.points, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(held.cable_tension, rest.cable_tension, rtol=0, atol=1e-2)
+    pushed = rig.push((0.1, 0.0, 0.0))
+    np.testing.assert_allclose(pushed.cable_pull, rest.cable_pull, rtol=0, atol=3.0 / rig.options.trunk.cable_gain)
+    assert np.abs(pushed.cable_tension - rest.cable_tension).max() > 0.05
+
+
+@pytest.mark.parametrize("force", [(1.0, 0.0), math.nan, (math.inf, 0.0, 0.0)])
+def test_a_force_that_is_none_is_refused(force):
+    with pytest.raises(ModelError, match=r"force is .*; allowed: 3 finite numbers"):
+        SettleRig(PAPER).push(force)

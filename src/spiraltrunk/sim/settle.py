@@ -145,6 +145,7 @@ class SettleRig:
         self._bodies = np.array([self.model.body(section_name(n)).id for n in range(design.n_section)])
         has_friction = design.cable.friction > 0
         self.friction = CableFriction(self.model, design, self.options.trunk) if has_friction else None
+        self._force = np.zeros(3)
         self._forward()
         self._straight = self.data.ten_length[self._cables].copy()
 
@@ -171,6 +172,7 @@ class SettleRig:
         """
         commands = [self._read(stage) for stage in stages]
         mujoco.mj_resetData(self.model, self.data)
+        self._force = np.zeros(3)
         if self.friction is not None:
             self.friction.reset(self.data)
         self._command(np.zeros(self.design.n_cable), np.zeros(self.design.n_cable))
@@ -178,9 +180,25 @@ class SettleRig:
         for pull, tension in commands:
             self._ramp(pull, tension)
             is_still = self._rest()
-        self._forward()
-        wanted = commands[-1][0] if commands else np.full(self.design.n_cable, math.nan)
-        return self._result(is_still, wanted)
+        return self._result(is_still, commands[-1][0] if commands else np.array(math.nan))
+
+    def push(self, force: ArrayLike, *, is_locked: bool = False) -> Settled:
+        """From where it is, let the trunk rest under a force on its tip, winders holding what they held.
+
+        Args:
+            force: at the end of the last section until the next call, in the frame of `Shape`, shape (3,) [N].
+            is_locked: whether winders of taut cables hold the lengths that these have now, up to the largest tension.
+
+        Raises:
+            ModelError: where the force is not three finite numbers.
+        """
+        self._force = np.asarray(force, float)
+        if self._force.shape != (3,) or not np.isfinite(self._force).all():
+            raise ModelError(f"force is {force!r}; allowed: 3 finite numbers")
+        self._aim_force()
+        if is_locked:
+            self._lock()
+        return self._result(self._rest(), np.array(math.nan))
 
     # Building.
 
@@ -249,10 +267,22 @@ class SettleRig:
         return False
 
     def _advance(self, steps: int) -> None:
+        if self._force.any():
+            self._aim_force()
         if self.friction is None:
             mujoco.mj_step(self.model, self.data, steps)
         else:
             self.friction.step(self.data, steps)
+
+    def _aim_force(self) -> None:
+        tip, end = self._bodies[-1], self.data.site(f"end_{self.design.n_section:02d}").xpos
+        self.data.xfrc_applied[tip] = *self._force, *np.cross(end - self.data.xipos[tip], self._force)
+
+    def _lock(self) -> None:
+        self._forward()
+        tension = self._tension()
+        most = np.where(tension > 0, self.design.cable.tension_max, 0.0)
+        self._command(self._pull() + tension / self.options.trunk.cable_gain, most)
 
     def _forward(self) -> None:
         if self.friction is not None:
@@ -275,6 +305,7 @@ class SettleRig:
     # Reading.
 
     def _result(self, is_still: bool, wanted: np.ndarray) -> Settled:
+        self._forward()
         shape = self._shape()
         tension, pull = self._tension(), self._pull()
         most = -self.model.actuator_forcerange[self._motors, 0]
