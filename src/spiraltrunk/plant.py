@@ -22,7 +22,7 @@ class Target:
     """The object as it was announced to the robot: its nominal place and size."""
 
     kind: str
-    """Shape: cylinder, sphere or box."""
+    """Shape, such as cylinder, sphere or box."""
     width: float
     """Extent across its axis, the diameter of a cylinder [m]."""
     length: float
@@ -32,7 +32,7 @@ class Target:
     position: np.ndarray
     """Centre in the world, shape (3,) [m]."""
     axis: np.ndarray
-    """Horizontal unit vector along the object, shape (3,) [-]."""
+    """Unit vector along the object: horizontal where it hangs or lies, up where it stands, shape (3,) [-]."""
     friction: float = 0.8
     """Coefficient of friction that the robot may count on [-]."""
 
@@ -50,6 +50,10 @@ class Goal:
     """Time to hold it still up there [s]."""
     place: np.ndarray
     """Where its centre shall rest at the end, shape (3,) [m]."""
+    zone: float = 0.05
+    """Distance from there within which it shall rest [m]."""
+    ground: float | None = None
+    """Height of the ground that the object stands or lies on [m]; None where it hangs."""
 
 
 @final
@@ -63,6 +67,19 @@ class Task:
     """The object."""
     goal: Goal
     """Where it shall go."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """Where a camera saw the object; right to a few millimetres."""
+
+    time: float
+    """When it looked [s]."""
+    position: np.ndarray
+    """Centre of the object in the world, shape (3,) [m]."""
+    axis: np.ndarray
+    """Unit vector along the object in the world, shape (3,) [-]."""
 
 
 @final
@@ -88,6 +105,8 @@ class Observation:
     """Force of all that hangs on the trunk's base, from the arm's joint torques, in the world, shape (3,) [N]."""
     base_torque: np.ndarray
     """Torque of the same about the trunk's base, in the world, shape (3,) [N m]."""
+    look: Look | None = None
+    """The camera's last look at the object; None on a plant without a camera, and for strategies that need none."""
 
 
 @final

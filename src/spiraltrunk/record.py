@@ -47,8 +47,11 @@ _MOMENTS = (
 )
 """Telling moments of a film strip: caption, action, and how far into it."""
 
-_VIEW = View(lookat=(0.32, 0.20, 1.14), distance=1.70)
-"""Where the camera stands: the arm's raised wrist and the hanging trunk are both in the picture."""
+_VIEWS = {
+    "hung": View(lookat=(0.32, 0.20, 1.14), distance=1.70),
+    "ground": View(lookat=(0.40, 0.10, 0.95), distance=1.90),
+}
+"""Where the camera stands: the arm's raised wrist and the trunk are both in the picture."""
 
 Tell = Callable[[str, int, int], None]
 """Called with what is being made, how much of it is done, and how much there is."""
@@ -88,6 +91,10 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
             "offset_m": list(options.offset),
             "friction": options.shape.friction,
             "stiffness_factor": options.trunk.stiffness_factor,
+            "width_m": options.shape.width,
+            "mass_kg": options.shape.mass,
+            "yaw_deg": math.degrees(options.yaw),
+            "yaw_error_deg": math.degrees(options.yaw_error),
         },
         "versions": _versions(),
         "files": list(files),
@@ -176,7 +183,7 @@ def write_pictures(trial: Trial, folder: Path, *, title: str = "", workers: int 
     shown = [sample.qpos for sample in trace[:: max(1, round(1 / (FPS * period)))]]
 
     def frames() -> Iterator[np.ndarray]:
-        view = replace(_VIEW, has_shadows=False)
+        view = replace(_VIEWS[trial.options.stage], has_shadows=False)
         for i, frame in enumerate(render_frames(trial.plant.model, shown, view, workers=workers)):
             tell("video", i, len(shown))
             yield frame
@@ -192,7 +199,7 @@ def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
         OSError: where the file cannot be written.
     """
     moments = find_moments(trial)
-    frames = list(render_frames(trial.plant.model, [sample.qpos for _, sample in moments], _VIEW))
+    frames = list(render_frames(trial.plant.model, [sample.qpos for _, sample in moments], _VIEWS[trial.options.stage]))
     captions = [caption for caption, _ in moments]
     write_filmstrip(path, frames, captions, title=title)
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -14,21 +15,45 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.plant import Observation
 from spiraltrunk.run import RunLog, run
 from spiraltrunk.sim.arm_spec import arm_limits
-from spiraltrunk.sim.objects import ObjectSpec
+from spiraltrunk.sim.objects import ObjectSpec, scaled
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene import SceneOptions
+from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 from spiraltrunk.sim.verdict import Moments, Verdict, judge
-from spiraltrunk.strategies.base import Status
+from spiraltrunk.strategies.base import Status, Strategy
 
-PLACE_SPREAD = 0.015
-"""Largest distance of the object's true place from the announced one, in any direction [m]."""
+NOISE = SensorOptions(
+    pull_noise=0.2e-3, tension_noise=0.2, tension_share=0.02, torque_noise=0.02, delay=0.020, look_error=0.003,
+    look_turn=math.radians(3.0),
+)  # fmt: skip
+"""Errors of the real robot's sensors, of our choosing: cable lengths to 0.2 mm, tensions from motor currents to 0.2 N
+and 2 %, the arm's torques to 0.02 N m, commands 20 ms late, a camera that is right to 3 mm and 3 deg."""
 
-FRICTION_RANGE = (0.5, 1.2)
-"""Coefficient of friction between silicone and object [-]."""
 
-STIFFNESS_SPREAD = 0.10
-"""Largest deviation of the joints' stiffness from the design's [-]."""
+@final
+@dataclass(frozen=True, kw_only=True)
+class Spread:
+    """How far trials differ from each other, and what the robot is not told; each drawn evenly."""
+
+    position: float = 0.030
+    """Largest distance of the object's true place from the announced one, in any direction [m]."""
+    yaw: float = math.radians(10.0)
+    """Largest turn of the object about the vertical that the robot is not told [rad]."""
+    size: float = 0.10
+    """Largest deviation of the object's size from what the robot is told [-]."""
+    mass: float = 0.20
+    """Largest deviation of its mass from what the robot is told [-]."""
+    friction: tuple[float, float] = (0.5, 1.2)
+    """Coefficient of friction between silicone and object [-]."""
+    stiffness: float = 0.10
+    """Largest deviation of the joints' stiffness from the design's [-]."""
+    sensors: SensorOptions = NOISE
+    """Errors of readings and commands."""
+
+
+EXACT = Spread(position=0.015, yaw=0.0, size=0.0, mass=0.0, sensors=SensorOptions())
+"""Place within 15 mm, friction and stiffness unknown, everything else as told, sensors without error."""
 
 
 @final
@@ -52,14 +77,32 @@ class Trial:
     """Simulated time over the time that the loop took on one core, Python included [-]."""
 
 
-def draw_scene(shape: ObjectSpec, seed: int) -> SceneOptions:
-    """A world whose object, friction and joints differ from what the robot is told, drawn from ``seed``."""
+def draw_scene(
+    shape: ObjectSpec, seed: int, *, strategy: Strategy[Any] | None = None, spread: Spread | None = None
+) -> SceneOptions:
+    """A world for a strategy, whose object and joints differ from what the robot is told, drawn from ``seed``."""
+    chosen = strategies.get("wrap-vertical") if strategy is None else strategy
+    spread = Spread() if spread is None else spread
     rng = np.random.default_rng(seed)
-    x, y, z = (float(value) for value in _draw_in_ball(rng, PLACE_SPREAD))
-    friction = float(rng.uniform(*FRICTION_RANGE))
-    stiffness = float(rng.uniform(1 - STIFFNESS_SPREAD, 1 + STIFFNESS_SPREAD))
-    trunk = TrunkOptions(stiffness_factor=stiffness)
-    return SceneOptions(shape=replace(shape, friction=friction), offset=(x, y, z), trunk=trunk)
+    x, y, z = (float(value) for value in _draw_in_ball(rng, spread.position))
+    friction = float(rng.uniform(*spread.friction))
+    stiffness = float(rng.uniform(1 - spread.stiffness, 1 + spread.stiffness))
+    size, mass = (float(rng.uniform(1 - part, 1 + part)) for part in (spread.size, spread.mass))
+    yaw_error = float(rng.uniform(-1, 1)) * spread.yaw
+    turned = float(rng.uniform(-math.pi / 2, math.pi / 2)) if chosen.stage == "ground" and spread.yaw > 0 else 0.0
+    sensors = replace(spread.sensors, looks=chosen.looks, seed=int(rng.integers(2**32)))
+    drawn = SceneOptions(
+        shape=replace(scaled(shape, size), mass=shape.mass * mass, friction=friction),
+        told=shape,
+        stage=chosen.stage,
+        stance=chosen.stance,
+        yaw=turned,
+        yaw_error=yaw_error,
+        offset=(x, y, z),
+        trunk=TrunkOptions(stiffness_factor=stiffness),
+        sensors=sensors,
+    )
+    return drawn if chosen.position is None else replace(drawn, position=(*chosen.position, drawn.position[2]))
 
 
 def _draw_in_ball(rng: np.random.Generator, radius: float) -> np.ndarray:
@@ -74,9 +117,10 @@ def run_trial(
     *,
     strategy: str = "wrap-vertical",
     seed: int = 0,
+    spread: Spread | None = None,
     watch: Callable[[Observation, Status], None] | None = None,
 ) -> Trial:
-    """Draw a world, run a strategy in it, and judge.
+    """Draw a world, run a strategy in it, and judge; ``spread`` says how far worlds differ.
 
     Raises:
         UnknownName: for a strategy that does not exist.
@@ -84,7 +128,7 @@ def run_trial(
         RunError: where the simulation diverges or does not end.
     """
     chosen = strategies.get(strategy)
-    options = draw_scene(shape, seed)
+    options = draw_scene(shape, seed, strategy=chosen, spread=spread)
     plant = SimPlant(design, options)
     began = time.perf_counter()
     log = run(plant, chosen, watch=watch)

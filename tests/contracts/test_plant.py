@@ -21,7 +21,7 @@ def plant(request):
 
 def _arrays(observation):
     values = {field.name: getattr(observation, field.name) for field in fields(observation)}
-    del values["task"]
+    del values["task"], values["look"]
     return values
 
 

@@ -33,7 +33,8 @@ def _sample(t):
     return Sample(
         time=t, qpos=np.zeros(1), object_position=position, joint_bend=np.full(17, 0.4), cable_pull=np.zeros(3),
         cable_tension=np.zeros(3), grip_force=5.0 if lifted else 0.0, string_tension=0.0 if lifted else 2.45,
-        penetration=1e-3, bend_most=0.5, touches_robot=False, touches_table=t >= 9.0, arm_torque=np.full(7, 5.0),
+        penetration=1e-3, bend_most=0.5, touches_robot=False, touches_table=t >= 9.0,
+        arm_touches_ground=False, arm_torque=np.full(7, 5.0),
         arm_position=home, arm_velocity=np.zeros(7), arm_command=home,
     )  # fmt: skip
 

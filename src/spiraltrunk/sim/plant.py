@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+from dataclasses import replace
 from typing import final
 
 import mujoco
@@ -16,6 +18,7 @@ from spiraltrunk.sim.friction import CableFriction
 from spiraltrunk.sim.gripper_spec import GROUPS
 from spiraltrunk.sim.reach import ArmReach
 from spiraltrunk.sim.scene import SceneOptions, build_model, build_task
+from spiraltrunk.sim.sensors import Sensors
 from spiraltrunk.sim.trace import Probe, Sample
 from spiraltrunk.sim.trunk_spec import cable_name
 
@@ -28,13 +31,13 @@ TENSION_SLEW = 240.0
 GRIPPER_TIME = 0.4
 """Time in which the gripper's servo goes from slack to full tension [s] (ours): a step would slam the fingers."""
 
-WATCH_STEPS = 10
-"""Physics steps between two looks at contacts and limits."""
+WATCH_PERIOD = 0.01
+"""Time between two looks at contacts and limits [s]."""
 
 
 @final
 class SimPlant(Plant):
-    """A trunk on an arm in MuJoCo, with an object hung before it.
+    """A trunk on an arm in MuJoCo, with an object before it.
 
     Args:
         design: the robot as designed; the paper's by default.
@@ -57,7 +60,11 @@ class SimPlant(Plant):
         self._arm_v = np.array([self.model.joint(name).dofadr[0] for name in names])
         self._arm_motors = _actuators_of(self.model, names)
         self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(self.design.n_cable)])
-        self._steps = round(CONTROL_PERIOD / self.model.opt.timestep)
+        self._watch_steps = max(1, round(WATCH_PERIOD / self.model.opt.timestep))
+        self._watches = max(1, round(CONTROL_PERIOD / self.model.opt.timestep / self._watch_steps))
+        self._sensors = Sensors(self.options.sensors, self.design.n_cable, len(names))
+        self._object = self.model.body("object").id
+        self._underway: deque[Command] = deque()
         self._arm_stiffness = _stiffness(self.model, self._arm_motors)
         self._arm_command, self._arm_lead = np.zeros(len(names)), np.zeros(len(names))
         self._ceiling = np.zeros(self.design.n_cable)
@@ -75,9 +82,11 @@ class SimPlant(Plant):
         return int(sum(warning.number for warning in self.data.warning))
 
     def reset(self) -> Observation:
-        """Object at rest on its strings, trunk straight and slack, arm still in its home posture."""
+        """Object at rest, trunk straight and slack, arm still in its home posture."""
         mujoco.mj_resetData(self.model, self.data)
         self.trace.clear()
+        self._sensors.reset()
+        self._underway.clear()
         self._arm_command = self._reach.home.copy()
         self.data.qpos[self._arm_q] = self._arm_command
         self._ceiling, self._grip = np.zeros(self.design.n_cable), 0.0
@@ -93,11 +102,12 @@ class SimPlant(Plant):
     def step(self, command: Command) -> Observation:
         """Advance one control period; arm targets go through inverse kinematics, cables through their winders."""
         _check_finite(command)
+        command = self._delayed(command)
         self._arm_command = self._reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD)
         self.data.ctrl[self._arm_motors] = self._arm_command + self._arm_lead
         self._pull(command)
-        for _ in range(self._steps // WATCH_STEPS):
-            self._advance(WATCH_STEPS)
+        for _ in range(self._watches):
+            self._advance(self._watch_steps)
             self._probe.watch(self.data)
         if not np.isfinite(self.data.qpos).all():
             raise RunError(f"the simulation diverged at {self.data.time:.2f} s")
@@ -117,6 +127,14 @@ class SimPlant(Plant):
         data.qacc[:] = 0.0
         mujoco.mj_inverse(self.model, data)
         return np.asarray((data.qfrc_inverse[self._arm_v] - held) / self._arm_stiffness)
+
+    def _delayed(self, command: Command) -> Command:
+        """The command that takes effect now; the first one holds until another is due."""
+        self._underway.append(command)
+        late = round(self.options.sensors.delay / CONTROL_PERIOD)
+        if len(self._underway) <= late:
+            return replace(command, T_world_base=self._reach.T_base(self._arm_command), cable_tension=self._ceiling)
+        return self._underway.popleft()
 
     def _advance(self, steps: int) -> None:
         if self._friction is None:
@@ -140,9 +158,9 @@ class SimPlant(Plant):
             self.data.ctrl[self._grippers] = max(0.0, tension * self._grip), max(0.0, -tension * self._grip)
 
     def _observe(self) -> Observation:
-        data = self.data
+        data, sensors = self.data, self._sensors
         position, velocity = data.qpos[self._arm_q].copy(), data.qvel[self._arm_v].copy()
-        torque = data.qfrc_actuator[self._arm_v]
+        torque = sensors.read_torque(data.qfrc_actuator[self._arm_v])
         wrench = self._reach.base_wrench(position, velocity, data.qacc[self._arm_v], torque)
         truth = self.trace[-1]
         return Observation(
@@ -151,10 +169,11 @@ class SimPlant(Plant):
             T_world_base=self._reach.T_base(position),
             arm_position=position,
             arm_velocity=velocity,
-            cable_pull=truth.cable_pull.copy(),
-            cable_tension=truth.cable_tension.copy(),
+            cable_pull=sensors.read_pull(truth.cable_pull),
+            cable_tension=sensors.read_tension(truth.cable_tension),
             base_force=wrench[:3],
             base_torque=wrench[3:],
+            look=sensors.look(float(data.time), data.xpos[self._object], data.xquat[self._object]),
         )
 
 

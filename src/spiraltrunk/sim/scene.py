@@ -1,4 +1,4 @@
-"""The world of a trial: floor, pedestal, arm, trunk, an object hung on two strings, a table to set it down on."""
+"""The world of a trial: floor, pedestal, arm, trunk, and an object, hung before a table or resting on the ground."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ import numpy as np
 from spiraltrunk.design import presets
 from spiraltrunk.design.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError
+from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.plant import Goal, Target, Task
 from spiraltrunk.sim.arm_spec import arm_spec
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
-from spiraltrunk.sim.objects import DEFAULT_OBJECT, ObjectSpec, add_object, parse_object
+from spiraltrunk.sim.objects import DEFAULT_OBJECT, ObjectSpec, parse_object
+from spiraltrunk.sim.sensors import SensorOptions
+from spiraltrunk.sim.stage import add_ground, add_hung_object, add_table
 from spiraltrunk.sim.trunk_spec import TrunkOptions, add_trunk, tune_joint_limits
 
 TIMESTEP = 1e-3
@@ -25,20 +27,8 @@ TIMESTEP = 1e-3
 ARM = "arm/"
 """Prefix of every name of the arm."""
 
-STRING = 1.0
-"""Height of the strings' anchors above the object [m]."""
-
-SLOT = 0.06
-"""Half the width of the slot in the table, in which the trunk withdraws from under the object [m] (ours)."""
-
-TABLE_DEPTH = 0.30
-"""Depth of the table in the direction of the carry [m] (ours)."""
-
-GROOVE = math.radians(8.0)
-"""Slope of the table towards its middle [rad] (ours): a round object on a flat table rolls off at the last touch."""
-
-ROLLING_FRICTION = 1e-3
-"""Rolling resistance of the table's felt [m] (ours)."""
+STAGES, STANCES = ("hung", "ground"), ("lying", "upright")
+"""What an object may rest on, and how."""
 
 
 @final
@@ -47,9 +37,21 @@ class SceneOptions:
     """One trial's world: what is known to the robot, and how the truth differs from it."""
 
     shape: ObjectSpec = field(default_factory=lambda: parse_object(DEFAULT_OBJECT))
-    """The object, hung with its axis along the world's x."""
+    """The object as it truly is."""
+    told: ObjectSpec | None = None
+    """The object as the robot is told of it; None tells the truth."""
+    stage: str = "hung"
+    """What the object rests on: "hung" on two strings, or on the "ground"."""
+    stance: str = "lying"
+    """How it rests: "lying", its axis horizontal, or "upright"; what hangs, lies."""
+    yaw: float = 0.0
+    """Turn of its axis about the vertical from the world's x, as the robot is told [rad]."""
+    yaw_error: float = 0.0
+    """True turn minus the one that is told [rad]."""
+    ground: float = 0.60
+    """Height of the ground [m]: where arm and trunk reach it both from above and from the side."""
     position: tuple[float, float, float] = (0.45, 0.10, 0.85)
-    """Nominal centre of the object, shape (3,) [m]."""
+    """Nominal centre of the object, shape (3,) [m]; on the ground, its height follows from the object."""
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """True centre minus nominal, unknown to the robot, shape (3,) [m]."""
     aside: float = 0.20
@@ -62,11 +64,23 @@ class SceneOptions:
     """Height of the place to set down above the object's start [m]; the strings stay slack there."""
     trunk: TrunkOptions = field(default_factory=TrunkOptions)
     """The trunk's simulation."""
+    sensors: SensorOptions = field(default_factory=SensorOptions)
+    """What the robot reads wrongly, and when."""
+    timestep: float = TIMESTEP
+    """Step of the physics [s]."""
 
     def __post_init__(self) -> None:
         for name in ("aside", "place_aside", "place_rise"):
             check_number(f"scene.{name}", getattr(self, name), above=-1.0, below=1.0)
         check_number("scene.lift", self.lift, above=0.0, below=1.0)
+        check_number("scene.ground", self.ground, above=0.0, below=2.0)
+        check_number("scene.timestep", self.timestep, above=0.0, below=0.0101)
+        for name in ("yaw", "yaw_error"):
+            check_number(f"scene.{name}", getattr(self, name), above=-7.0, below=7.0)
+        if self.stage not in STAGES:
+            raise UnknownName("stage", self.stage, STAGES)
+        if self.stance not in STANCES:
+            raise UnknownName("stance", self.stance, STANCES)
         if self.aside == 0:
             raise DesignError("scene.aside", got=self.aside, allowed="any distance but 0")
         for name in ("position", "offset"):
@@ -76,14 +90,21 @@ class SceneOptions:
 
 def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
     """The task as the robot is told it."""
-    shape, position = options.shape, np.array(options.position)
+    shape = options.shape if options.told is None else options.told
+    is_hung, is_upright = options.stage == "hung", options.stance == "upright"
+    position = np.array(options.position)
+    if not is_hung:
+        position[2] = options.ground + shape.size[0 if is_upright else 2] / 2
+    axis = np.array([math.cos(options.yaw), math.sin(options.yaw), 0.0])
     target = Target(
         kind=shape.kind, width=shape.width, length=shape.size[0], mass=shape.mass, position=position,
-        axis=np.array([1.0, 0.0, 0.0]),
+        axis=np.array([0.0, 0.0, 1.0]) if is_upright else axis,
     )  # fmt: skip
     aside = np.array([0.0, options.aside, 0.0])
-    place = position + np.array([0.0, options.place_aside, options.place_rise])
-    return Task(design=design, target=target, goal=Goal(lift=options.lift, aside=aside, place=place))
+    beside = np.array([0.0, options.place_aside, options.place_rise]) if is_hung else aside
+    ground = None if is_hung else options.ground
+    goal = Goal(lift=options.lift, aside=aside, place=position + beside, ground=ground)
+    return Task(design=design, target=target, goal=goal)
 
 
 def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
@@ -91,7 +112,7 @@ def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.compiler.autolimits = True
-    _set_options(spec)
+    _set_options(spec, options.timestep)
     _set_look(spec)
     _add_surroundings(spec, design)
     base = spec.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
@@ -99,9 +120,11 @@ def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
     mount = spec.site(f"{ARM}{design.arm.mount_site}")
     add_trunk(spec, mount.parent, design, options.trunk, pos=mount.pos, quat_wxyz=mount.quat)
     spec.add_exclude(bodyname1=mount.parent.name, bodyname2="housing")
-    task = build_task(design, options)
-    _add_hung_object(spec, options)
-    _add_table(spec, options, task)
+    if options.stage == "hung":
+        add_hung_object(spec, options)
+        add_table(spec, options, build_task(design, options))
+    else:
+        add_ground(spec, options)
     return spec
 
 
@@ -113,8 +136,8 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
     return model
 
 
-def _set_options(spec: mujoco.MjSpec) -> None:
-    spec.option.timestep = TIMESTEP
+def _set_options(spec: mujoco.MjSpec, timestep: float) -> None:
+    spec.option.timestep = timestep
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.tolerance = 1e-6  # Fewer iterations than at 1e-8, for the same rate of success.
@@ -164,52 +187,4 @@ def _add_surroundings(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
         world.add_geom(
             name="pedestal", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.13, 0.12, half], pos=[-0.04, 0, half],
             rgba=[0.30, 0.33, 0.38, 1],
-        )  # fmt: skip
-
-
-def _add_hung_object(spec: mujoco.MjSpec, options: SceneOptions) -> None:
-    """The object on two strings that pull and never push: tendons with a longest length."""
-    body = add_object(spec, options.shape)
-    center = np.array(options.position) + np.array(options.offset)
-    body.pos = center
-    half = options.shape.size[0] / 2
-    for side, x in (("left", -half), ("right", half)):
-        anchor = spec.worldbody.add_site(
-            name=f"anchor_{side}", pos=center + np.array([x, 0.0, STRING]), size=[0.004] * 3
-        )
-        string = spec.add_tendon(
-            name=f"string_{side}", limited=True, range=[0.0, STRING], width=0.0015, rgba=[0.25, 0.25, 0.25, 1],
-            solref_limit=[0.01, 1],
-        )  # fmt: skip
-        string.wrap_site(anchor.name)
-        string.wrap_site(f"object_{side}")
-
-
-def _add_table(spec: mujoco.MjSpec, options: SceneOptions, task: Task) -> None:
-    """A felt-covered table with a shallow groove, in two halves with a slot between.
-
-    The groove keeps a round object from rolling off; the object bridges the slot, in which the trunk withdraws.
-    """
-    place, half = task.goal.place, options.shape.size[0] / 2
-    slot = max(0.0, min(SLOT, half - 0.035))
-    wide = (half + 0.02 - slot) / 2
-    bottom = float(place[2]) - options.shape.size[2] / 2 / math.cos(GROOVE)
-    board = np.array([wide, TABLE_DEPTH / 4 / math.cos(GROOVE), 0.008])
-    for side, sign in (("near", -1.0), ("far", 1.0)):
-        middle = place[0] + sign * (slot + wide)
-        for part, slope in (("front", -1.0), ("back", 1.0)):
-            normal = np.array([0.0, -slope * math.sin(GROOVE), math.cos(GROOVE)])
-            surface = np.array(
-                [middle, place[1] + slope * TABLE_DEPTH / 4, bottom + TABLE_DEPTH / 4 * math.tan(GROOVE)]
-            )
-            spec.worldbody.add_geom(
-                name=f"table_{side}_{part}", type=mujoco.mjtGeom.mjGEOM_BOX, size=board, rgba=[0.62, 0.46, 0.30, 1],
-                pos=surface - board[2] * normal, quat=[math.cos(GROOVE / 2), slope * math.sin(GROOVE / 2), 0, 0],
-                solref=SOLREF, solimp=SOLIMP, condim=6, priority=2,
-                friction=[options.shape.friction, 0.005, ROLLING_FRICTION],
-            )  # fmt: skip
-        foot = (bottom - 0.016) / 2
-        spec.worldbody.add_geom(
-            name=f"table_{side}_leg", type=mujoco.mjtGeom.mjGEOM_BOX, size=[wide, 0.02, foot],
-            pos=[middle, place[1], foot], rgba=[0.45, 0.34, 0.24, 1],
         )  # fmt: skip

@@ -40,7 +40,9 @@ class Sample:
     touches_robot: bool
     """Whether the object touched housing or arm in the period."""
     touches_table: bool
-    """Whether the object touches table or floor now."""
+    """Whether the object touches table, ground or floor now."""
+    arm_touches_ground: bool
+    """Whether housing or arm touched table, ground or floor in the period."""
     arm_torque: np.ndarray
     """Actuator torques of the arm, shape (n_arm,) [N m]."""
     arm_position: np.ndarray
@@ -62,6 +64,7 @@ class Probe:
     penetration: float = field(default=0.0, init=False)
     cosine_least: float = field(default=1.0, init=False)
     touches_robot: bool = field(default=False, init=False)
+    arm_touches_ground: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         model, design = self.model, self.design
@@ -71,7 +74,7 @@ class Probe:
         )
         self._cables = np.array([model.tendon(cable_name(c)).id for c in range(design.n_cable)])
         self._motors = np.array([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
-        self._left, self._right = (model.tendon(f"string_{side}").id for side in ("left", "right"))
+        self._strings = [t for t in range(model.ntendon) if model.tendon(t).name.startswith("string_")]
         self._object = model.body("object").id
         self._arm_q = np.array([model.joint(name).qposadr[0] for name in self.arm_joints])
         self._arm_v = np.array([model.joint(name).dofadr[0] for name in self.arm_joints])
@@ -84,7 +87,9 @@ class Probe:
             return
         contact = data.contact
         self.penetration = max(self.penetration, -float(contact.dist.min()))
-        self.touches_robot = self.touches_robot or _OBJECT * _ROBOT in self._pairs(contact.geom)
+        pairs = self._pairs(contact.geom)
+        self.touches_robot = self.touches_robot or _OBJECT * _ROBOT in pairs
+        self.arm_touches_ground = self.arm_touches_ground or _ROBOT * _GROUND in pairs
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
         """The truth now; the extremes begin anew."""
@@ -103,12 +108,14 @@ class Probe:
             bend_most=float(np.arccos(self.cosine_least)),
             touches_robot=self.touches_robot,
             touches_table=_OBJECT * _GROUND in pairs,
+            arm_touches_ground=self.arm_touches_ground,
             arm_torque=data.qfrc_actuator[self._arm_v].copy(),
             arm_position=data.qpos[self._arm_q].copy(),
             arm_velocity=data.qvel[self._arm_v].copy(),
             arm_command=arm_command.copy(),
         )
-        self.penetration, self.cosine_least, self.touches_robot = 0.0, 1.0, False
+        self.penetration, self.cosine_least = 0.0, 1.0
+        self.touches_robot = self.arm_touches_ground = False
         return sample
 
     def joint_bend(self, data: mujoco.MjData) -> np.ndarray:
@@ -141,9 +148,10 @@ class Probe:
         return float(force[rows].sum())
 
     def _string_tension(self, data: mujoco.MjData) -> float:
+        if not self._strings:
+            return 0.0
         limited = data.efc_type == _LIMIT_TENDON
-        ids = data.efc_id
-        return float(data.efc_force[limited & ((ids == self._left) | (ids == self._right))].sum())
+        return float(data.efc_force[limited & np.isin(data.efc_id, self._strings)].sum())
 
     def _straight_lengths(self) -> np.ndarray:
         data = mujoco.MjData(self.model)
@@ -161,12 +169,12 @@ def _geom_kinds(model: mujoco.MjModel) -> np.ndarray:
     kinds = np.full(model.ngeom, _OTHER)
     for g in range(model.ngeom):
         name, body = model.geom(g).name, model.body(model.geom_bodyid[g]).name
-        if name == "object":
+        if body == "object":
             kinds[g] = _OBJECT
         elif body.startswith(("section_", "finger_", "neck")):
             kinds[g] = _TRUNK
         elif body == "housing" or body.startswith("arm/"):
             kinds[g] = _ROBOT
-        elif name.startswith(("table", "floor", "pedestal")):
+        elif name.startswith(("table", "ground", "floor")):
             kinds[g] = _GROUND
     return kinds

@@ -16,9 +16,6 @@ from spiraltrunk.sim.trace import Sample
 LIFT_TOLERANCE = 0.25
 """Part of the commanded lift and carry by which the real ones may differ [-]."""
 
-PLACE_TOLERANCE = 0.05
-"""Distance from the target within which the object must rest at the end [m]."""
-
 BEND_MOST = math.radians(33.0)
 """Largest bend that a joint of the paper's 30 deg may show; 10 % over the limit for other designs [rad]."""
 
@@ -78,11 +75,12 @@ def judge(
         (bend <= bend_most, f"a joint bent {math.degrees(bend):.1f} deg"),
         (penetration <= PENETRATION_MOST, f"bodies overlapped by {penetration * 1e3:.1f} mm"),
         (not any(s.touches_robot for s in trace), "the object touched housing or arm"),
+        (not any(s.arm_touches_ground for s in trace), "housing or arm touched the ground"),
         (abs(lift / task.goal.lift - 1) <= LIFT_TOLERANCE, f"lifted {lift * 100:.0f} cm"),
         (abs(carry / aside - 1) <= LIFT_TOLERANCE, f"carried {carry * 100:.0f} cm aside"),
         (hold >= task.goal.hold - 0.05, f"held alone for {hold:.1f} s"),
         (_is_released(trace), "not released at rest"),
-        (place_error <= PLACE_TOLERANCE, f"released {place_error * 100:.1f} cm from the target"),
+        (place_error <= task.goal.zone, f"released {place_error * 100:.1f} cm from the target"),
         *_arm_conditions(trace, limits),
     )
     reason = next((text for holds, text in conditions if not holds), "success")

@@ -32,6 +32,18 @@ class Strategy(ABC, Generic[State]):
     name: str
     number: int
     """Number in the paper's figure of nine strategies."""
+    stage: str = "hung"
+    """What it is for: "hung", objects on strings, or "ground", objects that rest on the ground."""
+    stance: str = "lying"
+    """How its objects rest: "lying", their axis horizontal, or "upright"."""
+    looks: bool = False
+    """Whether it needs a camera's looks at the object; otherwise the announced place must do."""
+    job: str = "grasp"
+    """What counts as success: "grasp" carries the object to its place, "kick" and "sweep" move it along the ground."""
+    objects: tuple[str, ...] = ("cylinder-60",)
+    """Objects of the catalogue that it is for."""
+    position: tuple[float, float] | None = None
+    """Where its objects wait on the ground (x, y) in the world [m]; None leaves the choice to the scene."""
 
     @abstractmethod
     def init(self, observation: Observation) -> State:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from spiraltrunk.plant import Command, Observation
 
@@ -31,6 +32,12 @@ class Move:
     """Where it takes the trunk's base, in the world, shape (3,) [m]."""
     tension: np.ndarray
     """Tension ceilings at its end, shape (n_cable,) [N]."""
+    rotation: np.ndarray | None = None
+    """Orientation of the base at its end, in the world, shape (3, 3) [-]; None keeps the one it began with."""
+    gripper: float = 0.0
+    """Tip gripper at its end, from -1 (open) over 0 (slack) to 1 (closed) [-]."""
+    pull: np.ndarray | None = None
+    """Cable to pull in at most at its end, shape (n_cable,) [m]; None sets no bound."""
 
 
 @final
@@ -45,11 +52,15 @@ class Progress:
     since: float
     """When it began [s]."""
     T_start: np.ndarray
-    """Frame of the base when it began; its orientation is kept, shape (4, 4) [-, m]."""
+    """Frame of the base when it began, shape (4, 4) [-, m]."""
     tension_start: np.ndarray
     """Tension ceilings when it began, shape (n_cable,) [N]."""
     velocity_start: np.ndarray
     """Velocity of the base when it began, shape (3,) [m/s]."""
+    gripper_start: float = 0.0
+    """Tip gripper when it began [-]."""
+    pull_start: np.ndarray | None = None
+    """Bound of the cables' pulls when it began, shape (n_cable,) [m]; None where there was none."""
 
     @property
     def move(self) -> Move:
@@ -76,13 +87,19 @@ def fraction(progress: Progress, time: float) -> float:
 
 
 def command_at(progress: Progress, time: float) -> Command:
-    """What to do at ``time`` [s]: base along a path of least jerk, tension along a ramp."""
-    s = fraction(progress, time)
+    """What to do at ``time`` [s]: base along a path of least jerk, tensions, pulls and gripper along ramps."""
+    s, move = fraction(progress, time), progress.move
     T_world_base = progress.T_start.copy()
-    way = progress.move.position - progress.T_start[:3, 3]
-    T_world_base[:3, 3] += _ease(s) * way + _run_out(s) * progress.move.duration * progress.velocity_start
-    tension = progress.tension_start + s * (progress.move.tension - progress.tension_start)
-    return Command(T_world_base=T_world_base, cable_tension=tension)
+    way = move.position - progress.T_start[:3, 3]
+    T_world_base[:3, 3] += _ease(s) * way + _run_out(s) * move.duration * progress.velocity_start
+    if move.rotation is not None:
+        T_world_base[:3, :3] = _turned(progress.T_start[:3, :3], move.rotation, _ease(s))
+    return Command(
+        T_world_base=T_world_base,
+        cable_tension=progress.tension_start + s * (move.tension - progress.tension_start),
+        cable_pull=_pull(progress, s),
+        gripper=progress.gripper_start + s * (move.gripper - progress.gripper_start),
+    )
 
 
 def advance(progress: Progress, time: float) -> Progress:
@@ -93,7 +110,21 @@ def advance(progress: Progress, time: float) -> Progress:
     return replace(
         progress, index=progress.index + 1, since=time, T_start=now.T_world_base, tension_start=now.cable_tension,
         velocity_start=velocity if fraction(progress, time) < 1.0 else np.zeros(3),
+        gripper_start=now.gripper, pull_start=now.cable_pull,
     )  # fmt: skip
+
+
+def _turned(start: np.ndarray, end: np.ndarray, s: float) -> np.ndarray:
+    """Orientation part ``s`` of the shortest turn from one to another, shape (3, 3) [-]."""
+    turn = Rotation.from_matrix(start.T @ end).as_rotvec()
+    return np.asarray(start @ Rotation.from_rotvec(s * turn).as_matrix())
+
+
+def _pull(progress: Progress, s: float) -> np.ndarray | None:
+    end, start = progress.move.pull, progress.pull_start
+    if end is None or start is None or not np.isfinite(start).all():
+        return end
+    return np.asarray(start + s * (end - start))
 
 
 def _ease(s: float) -> float:

@@ -1,0 +1,111 @@
+"""What stands between truth and robot: noise of the readings, delay of the commands, a camera's error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import mujoco
+import numpy as np
+
+from spiraltrunk.design.checks import check_number
+from spiraltrunk.plant import Look
+
+LOOK_PERIOD = 0.5
+"""Time between two looks of the camera [s] (ours)."""
+
+_JITTER = 0.3
+"""Part of the camera's error that differs from look to look; the rest stays for a whole trial [-] (ours)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SensorOptions:
+    """Errors of what the robot reads and does; none by default."""
+
+    pull_noise: float = 0.0
+    """Standard deviation of each cable's length, from encoder and winder [m]."""
+    tension_noise: float = 0.0
+    """Standard deviation of each tension estimate at rest [N]."""
+    tension_share: float = 0.0
+    """Further standard deviation as a part of the tension: motor currents tell it so well [-]."""
+    torque_noise: float = 0.0
+    """Standard deviation of each arm joint's torque [N m]."""
+    delay: float = 0.0
+    """Time from a command to its effect, rounded to control periods [s]."""
+    looks: bool = False
+    """Whether a camera looks at the object."""
+    look_error: float = 0.0
+    """Largest distance of the seen place from the true one [m]."""
+    look_turn: float = 0.0
+    """Largest angle between the seen axis and the true one [rad]."""
+    seed: int = 0
+    """What the errors are drawn from."""
+
+    def __post_init__(self) -> None:
+        for name in ("pull_noise", "tension_noise", "tension_share", "torque_noise", "look_error", "look_turn"):
+            check_number(f"sensors.{name}", getattr(self, name), least=0.0, below=10.0)
+        check_number("sensors.delay", self.delay, least=0.0, below=1.0)
+
+
+@final
+class Sensors:
+    """Draws the errors; the same seed gives the same errors."""
+
+    def __init__(self, options: SensorOptions, n_cable: int, n_arm: int) -> None:
+        self.options = options
+        self._shape = (n_cable, n_arm)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin a trial anew."""
+        self._rng = np.random.default_rng(self.options.seed)
+        self._bias = _draw_in_ball(self._rng) * self.options.look_error * (1 - _JITTER)
+        self._bias_turn = float(self._rng.uniform(-1, 1)) * self.options.look_turn
+        self._look: Look | None = None
+
+    def read_pull(self, pull: np.ndarray) -> np.ndarray:
+        """Cable pulled in, as the motors' angles tell it, shape (n_cable,) [m]."""
+        return pull + self._noise(0, self.options.pull_noise)
+
+    def read_tension(self, tension: np.ndarray) -> np.ndarray:
+        """Tension as the motors' currents tell it, shape (n_cable,) [N]."""
+        noise = self.options.tension_noise + self.options.tension_share * np.abs(tension)
+        return tension + self._noise(0, noise)
+
+    def read_torque(self, torque: np.ndarray) -> np.ndarray:
+        """Torques of the arm's joints, shape (n_arm,) [N m]."""
+        return torque + self._noise(1, self.options.torque_noise)
+
+    def look(self, time: float, position: np.ndarray, quat_wxyz: np.ndarray) -> Look | None:
+        """The camera's last look; a new one each LOOK_PERIOD."""
+        if not self.options.looks:
+            return None
+        if self._look is None or time >= self._look.time + LOOK_PERIOD - 1e-9:
+            jitter = _draw_in_ball(self._rng) * self.options.look_error * _JITTER
+            axis = _rotate(quat_wxyz, np.array([1.0, 0.0, 0.0]))
+            self._look = Look(time=time, position=position + self._bias + jitter, axis=_turn(axis, self._bias_turn))
+        return self._look
+
+    def _noise(self, which: int, deviation: float | np.ndarray) -> np.ndarray:
+        if not np.any(deviation):
+            return np.zeros(self._shape[which])
+        return np.asarray(deviation * self._rng.normal(size=self._shape[which]))
+
+
+def _draw_in_ball(rng: np.random.Generator) -> np.ndarray:
+    """A point evenly drawn in the unit ball, shape (3,) [-]."""
+    direction = rng.normal(size=3)
+    return np.asarray(float(rng.uniform()) ** (1 / 3) * direction / np.linalg.norm(direction))
+
+
+def _rotate(quat_wxyz: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    turned = np.zeros(3)
+    mujoco.mju_rotVecQuat(turned, vector, quat_wxyz)
+    return turned
+
+
+def _turn(axis: np.ndarray, angle: float) -> np.ndarray:
+    """The axis turned about the vertical, shape (3,) [-]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * axis[0] - s * axis[1], s * axis[0] + c * axis[1], axis[2]])
