@@ -115,26 +115,28 @@ def run_trial(
     design: TrunkDesign,
     shape: ObjectSpec,
     *,
-    strategy: str = "wrap-vertical",
+    strategy: str | Strategy[Any] = "wrap-vertical",
     seed: int = 0,
     spread: Spread | None = None,
     watch: Callable[[Observation, Status], None] | None = None,
 ) -> Trial:
-    """Draw a world, run a strategy in it, and judge; ``spread`` says how far worlds differ.
+    """Draw a world, run a strategy in it, by its name or one of your own, and judge.
+
+    ``spread`` says how far worlds differ; ``watch`` is called after every step.
 
     Raises:
         UnknownName: for a strategy that does not exist.
         ModelError: where the strategy cannot plan for the object.
         RunError: where the simulation diverges or does not end.
     """
-    chosen = strategies.get(strategy)
+    chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
     options = draw_scene(shape, seed, strategy=chosen, spread=spread)
     plant = SimPlant(design, options)
     began = time.perf_counter()
     log = run(plant, chosen, watch=watch)
     factor = plant.trace[-1].time / (time.perf_counter() - began)
     return Trial(
-        strategy=strategy, seed=seed, options=options, plant=plant, log=log, verdict=_judge(plant, log),
+        strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=_judge(plant, log),
         real_time_factor=factor,
     )  # fmt: skip
 

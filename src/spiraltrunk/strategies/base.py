@@ -6,6 +6,8 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Generic, TypeVar, final
 
+from spiraltrunk.design.rules import graspable_range
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.plant import Command, Observation
 
 State = TypeVar("State")
@@ -44,6 +46,10 @@ class Strategy(ABC, Generic[State]):
     """Objects of the catalogue that it is for."""
     position: tuple[float, float] | None = None
     """Where its objects wait on the ground (x, y) in the world [m]; None leaves the choice to the scene."""
+
+    def widths(self, design: TrunkDesign) -> tuple[float, float]:
+        """Least and greatest width of what it can take [m]: what the trunk can wrap, unless it takes hold otherwise."""
+        return graspable_range(design)
 
     @abstractmethod
     def init(self, observation: Observation) -> State:
