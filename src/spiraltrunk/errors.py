@@ -52,6 +52,10 @@ class MissingPackage(SpiralTrunkError, ImportError):
     """An optional package that is not installed; the message says how to install it."""
 
 
+class SurveyError(SpiralTrunkError, ValueError):
+    """A folder that holds another survey than the one that is asked for."""
+
+
 class RunError(SpiralTrunkError, RuntimeError):
     """A run that cannot start or cannot go on."""
 
