@@ -1,0 +1,85 @@
+"""Pictures of rates: what is drawn are the numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from spiraltrunk.errors import ShapeError
+from spiraltrunk.report.heatmap import Outcomes, build_heatmap_figure, compute_cells, write_heatmap
+from spiraltrunk.report.rates import Rate, build_rates_figure, write_rates
+
+RATES = [
+    Rate(name="wrap-vertical", trials=50, successes=48, low=0.865, high=0.989),
+    Rate(name="kick", trials=0, successes=0, low=0.0, high=1.0),
+]
+
+
+def build_outcomes(name: str = "wrap-vertical", count: int = 40) -> Outcomes:
+    rng = np.random.default_rng(3)
+    width, mass = rng.uniform(0.03, 0.12, count), rng.uniform(0.1, 0.5, count)
+    return Outcomes(name=name, width=list(width), mass=list(mass), success=list(mass < 0.3))
+
+
+def test_dots_and_lines_are_rates_and_intervals(tmp_path: Path) -> None:
+    axes = build_rates_figure(RATES).axes[0]
+    line, dot, empty = axes.lines
+    assert list(line.get_xdata()) == [86.5, 98.9]
+    assert list(dot.get_xdata()) == [96.0]
+    assert list(empty.get_xdata()) == [0.0, 100.0]
+    assert [text.get_text() for text in axes.texts] == ["48 of 50", "0 of 0"]
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["wrap-vertical", "kick"]
+    with Image.open(write_rates(RATES, tmp_path / "rates.png")) as picture:
+        assert picture.width > 800
+
+
+measures = st.lists(st.tuples(st.floats(0.005, 0.999), st.floats(0.001, 19.0), st.booleans()), min_size=1, max_size=40)
+
+
+@given(measures)
+def test_every_trial_is_in_one_cell(trials: list[tuple[float, float, bool]]) -> None:
+    width, mass, success = zip(*trials, strict=True)
+    cells = compute_cells(Outcomes(name="x", width=width, mass=mass, success=success))
+    assert cells.trials.sum() == len(trials)
+    assert cells.successes.sum() == sum(success)
+    assert (cells.successes <= cells.trials).all()
+    assert cells.trials.shape == (len(cells.width_mm) - 1, len(cells.mass_g) - 1)
+    assert (np.diff(cells.width_mm) > 0).all()
+
+
+def test_cells_lie_where_their_trials_are() -> None:
+    outcomes = Outcomes(name="x", width=[0.031, 0.119, 0.118], mass=[0.11, 0.49, 0.48], success=[True, False, True])
+    cells = compute_cells(outcomes)
+    assert (cells.trials[0, 0], cells.successes[0, 0]) == (1, 1)
+    assert (cells.trials[-1, -1], cells.successes[-1, -1]) == (2, 1)
+
+
+def test_the_sheet_has_a_map_for_each_and_its_counts(tmp_path: Path) -> None:
+    sheet = [build_outcomes(name) for name in ("a", "b", "c")] + [Outcomes(name="none", width=[], mass=[], success=[])]
+    figure = build_heatmap_figure(sheet)
+    maps = figure.axes[:4]
+    cells = compute_cells(sheet[0])
+    assert [axes.get_title() for axes in maps] == [
+        f"{one.name}: {sum(one.success)} of {len(one.success)}" for one in sheet
+    ]
+    told = sorted(text.get_text() for text in maps[0].texts)
+    assert told == sorted(f"{cells.successes[i, j]}/{cells.trials[i, j]}" for i, j in np.argwhere(cells.trials))
+    drawn = maps[0].collections[0].get_array()
+    assert np.ma.count_masked(drawn) == (cells.trials == 0).sum()
+    assert not maps[3].collections
+    with Image.open(write_heatmap(sheet, tmp_path / "heatmap.png")) as picture:
+        assert picture.width > 1000
+
+
+def test_a_sheet_of_nothing_is_drawn(tmp_path: Path) -> None:
+    assert write_heatmap([], tmp_path / "heatmap.png").stat().st_size > 0
+
+
+def test_unequal_numbers_are_refused() -> None:
+    with pytest.raises(ShapeError, match="2, 1 and 1 widths"):
+        Outcomes(name="x", width=[1.0, 2.0], mass=[1.0], success=[True])
