@@ -1,4 +1,4 @@
-"""Objects: their text form, their moments of inertia against numerical integrals, their bodies."""
+"""Objects: their text form, their names, their bodies."""
 
 import math
 
@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, SpiralTrunkError, UnknownName
-from spiraltrunk.sim.objects import CATALOGUE, DEFAULT_OBJECT, ObjectSpec, add_object, parse_object
+from spiraltrunk.sim.objects import CATALOGUE, DEFAULT_OBJECT, ObjectSpec, add_object, parse_object, scaled
 
 MM = st.floats(5.0, 900.0)
 GRAMS = st.floats(1.0, 15000.0)
@@ -32,7 +32,10 @@ def test_the_order_of_the_measures_and_spaces_do_not_matter(measures, comma):
     assert shape.width == 0.07
 
 
-@given(st.text(max_size=60) | st.from_regex(r"(cylinder|sphere|box):([a-z_]{0,12}=[-+0-9.einfa]{0,9},?){0,4}"))
+TEXTS = r"(cylinder|sphere|box|cone|ring|bottle|stl|mjcf):([a-z_]{0,12}=[-+0-9.einfa]{0,9},?){0,4}"
+
+
+@given(st.text(max_size=60) | st.from_regex(TEXTS))
 def test_any_text_is_an_object_or_one_line_of_error(text):
     try:
         shape = parse_object(text)
@@ -63,6 +66,11 @@ def test_any_text_is_an_object_or_one_line_of_error(text):
          "object.diameter_mm is 6000; allowed: a finite number, at least 5, below 1000"),
         ("sphere:diameter_mm=2,mass_g=250",
          "object.diameter_mm is 2; allowed: a finite number, at least 5, below 1000"),
+        ("cone:diameter_mm=50,mass_g=50", "object is without height_mm; allowed: cone:diameter_mm=,height_mm=,mass_g="),
+        ("ring:outer_mm=60,tube_mm=30,mass_g=40", "object.outer_mm is 60; allowed: more than twice the tube's 30"),
+        ("ring:outer_mm=60,tube_mm=3,mass_g=40", "object.tube_mm is 3; allowed: a finite number, at least 5"),
+        ("bottle:diameter_mm=60,height_mm=200,neck_mm=60,mass_g=40",
+         "object.neck_mm is 60; allowed: less than the diameter's 60"),
         ("sphere:diameter_mm=50,mass_g=0.5", "object.mass_g is 0.5; allowed: a finite number, at least 1, below 20000"),
     ],
 )  # fmt: skip
@@ -71,7 +79,7 @@ def test_impossible_measures_are_refused(text, match):
         parse_object(text)
 
 
-@pytest.mark.parametrize("text", ["teapot", "", "cone:diameter_mm=60", ":", "Cylinder-60"])
+@pytest.mark.parametrize("text", ["teapot", "", "pyramid:x_mm=60", ":", "Cylinder-60"])
 def test_unknown_names_list_the_known_ones(text):
     with pytest.raises(UnknownName, match="cylinder"):
         parse_object(text)
@@ -84,6 +92,10 @@ def test_unknown_names_list_the_known_ones(text):
         ("box", [0.1, 0.1, 0.1], "a tuple of numbers"),
         ("sphere", (0.1, 0.1, 0.2), "three equal extents for a sphere"),
         ("cylinder", (0.2, 0.1, 0.11), "width equal to height for a cylinder"),
+        ("cone", (0.2, 0.1, 0.11), "width equal to height for a cone"),
+        ("ring", (0.05, 0.1, 0.1), "more than two tubes wide"),
+        ("bottle", (0.2, 0.1, 0.1), r"object\.neck is 0"),
+        ("mesh", (0.2, 0.1, 0.1), "loaded is missing"),
     ],
 )
 def test_impossible_sizes_are_refused(kind, size, match):
@@ -112,38 +124,39 @@ def test_the_catalogue_builds_with_the_stated_mass_and_size(name):
     np.testing.assert_allclose(ends[1] - ends[0], [shape.size[0], 0, 0], atol=1e-12)
 
 
-def test_the_default_is_in_the_catalogue():
-    assert DEFAULT_OBJECT in CATALOGUE
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_every_geom_is_of_the_body_object_and_every_name_its_own(name):
+    spec = mujoco.MjSpec()
+    add_object(spec, parse_object(name))
+    model = spec.compile()
+    names = [model.geom(g).name for g in range(model.ngeom)]
+    assert names == ["object", *(f"object_{i}" for i in range(2, model.ngeom + 1))]
+    assert {model.body(b).name for b in model.geom_bodyid} == {"object"}
+    assert (model.geom_priority == 1).all()
 
 
-def _inside(shape, points):
-    x, y, z = (2 * points / np.array(shape.size)).T
-    if shape.kind == "sphere":
-        return x**2 + y**2 + z**2 <= 1
-    return (y**2 + z**2 <= 1) if shape.kind == "cylinder" else np.full(len(points), True)
+NAMES = (
+    "cylinder-33 cylinder-60 cylinder-60-heavy cylinder-90 cylinder-120 ball-80 ball-120 box-60 box-120 disc-80x20 "
+    "ring-90 bottle-70 rod-10 bar-12x20 ball-30 cube-28 cylinder-32 cone-35"
+)
 
 
-@pytest.mark.parametrize(("kind", "size"), [("sphere", (0.1, 0.1, 0.1)), ("cylinder", (0.24, 0.06, 0.06)),
-                                        ("box", (0.24, 0.05, 0.09))])  # fmt: skip
-def test_inertia_is_the_integral_over_the_solid(kind, size):
-    shape = ObjectSpec(kind=kind, size=size, mass=0.3)
-    axes = [extent * ((np.arange(100) + 0.5) / 100 - 0.5) for extent in size]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    points = points[_inside(shape, points)]
-    x2, y2, z2 = (points**2).mean(axis=0)
-    np.testing.assert_allclose(shape.inertia(), 0.3 * np.array([y2 + z2, x2 + z2, x2 + y2]), rtol=2e-3)
+@pytest.mark.parametrize("name", NAMES.split())
+def test_names_stay(name):
+    assert name in CATALOGUE
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
-def test_the_collision_shape_has_the_objects_inertia(name):
-    """MuJoCo's own integral of the geometry, at the density that gives the mass."""
+@given(factor=st.floats(0.9, 1.1))
+def test_a_scaled_object_keeps_its_mass_and_its_inertia_goes_with_the_square(name, factor):
     shape = parse_object(name)
-    spec = mujoco.MjSpec()
-    body = add_object(spec, shape)
-    body.explicitinertial = False
-    body.geoms[0].mass = shape.mass
-    model = spec.compile()
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.body("object").iquat)
-    inertia = turn.reshape(3, 3) @ np.diag(model.body("object").inertia) @ turn.reshape(3, 3).T
-    np.testing.assert_allclose(inertia, np.diag(shape.inertia()), rtol=1e-9, atol=1e-12)
+    larger = scaled(shape, factor)
+    assert larger.mass == shape.mass
+    assert larger.friction == shape.friction
+    np.testing.assert_allclose([larger.length, larger.width], factor * np.array([shape.length, shape.width]))
+    np.testing.assert_allclose(larger.center(), factor * shape.center(), atol=1e-15)
+    np.testing.assert_allclose(larger.inertia(), factor**2 * shape.inertia(), rtol=1e-9, atol=1e-15)
+
+
+def test_the_default_is_in_the_catalogue():
+    assert DEFAULT_OBJECT in CATALOGUE

@@ -1,90 +1,78 @@
-"""Objects to grasp: geometric solids by name or by their measures."""
+"""Objects to grasp: by name, by their measures, or from a user's file."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import final
 
 import mujoco
 
-from spiraltrunk.design.checks import Range, check_number, check_numbers, check_range
 from spiraltrunk.design.units import MILLI
 from spiraltrunk.errors import DesignError, UnknownName, Words
-from spiraltrunk.sim.materials import SOLIMP, SOLREF
+from spiraltrunk.sim.object_mesh import AXES, COLLIDES, UNITS, load_stl_solid
+from spiraltrunk.sim.object_mjcf import load_mjcf_solid
+from spiraltrunk.sim.object_spec import EXTENTS, MASSES, ObjectSpec, add_object, scaled
 
-_EXTENTS = Range(least=0.005, below=1.0)
-"""Extents that an object may have [m]."""
+__all__ = [
+    "CATALOGUE",
+    "DEFAULT_OBJECT",
+    "ObjectSpec",
+    "add_object",
+    "load_mjcf",
+    "load_stl",
+    "parse_object",
+    "scaled",
+]
 
-_MASSES = Range(least=0.001, below=20.0)
-"""Masses that an object may have [kg]."""
+CATALOGUE = {
+    "cylinder-33": "cylinder:diameter_mm=33,height_mm=240,mass_g=150",
+    "cylinder-60": "cylinder:diameter_mm=60,height_mm=240,mass_g=250",
+    "cylinder-60-heavy": "cylinder:diameter_mm=60,height_mm=240,mass_g=1500",
+    "cylinder-90": "cylinder:diameter_mm=90,height_mm=240,mass_g=300",
+    "cylinder-120": "cylinder:diameter_mm=120,height_mm=240,mass_g=400",
+    "cylinder-150": "cylinder:diameter_mm=150,height_mm=240,mass_g=500",
+    "ball-60": "sphere:diameter_mm=60,mass_g=100",
+    "ball-80": "sphere:diameter_mm=80,mass_g=200",
+    "ball-100": "sphere:diameter_mm=100,mass_g=250",
+    "ball-120": "sphere:diameter_mm=120,mass_g=300",
+    "box-60": "box:x_mm=240,y_mm=60,z_mm=60,mass_g=250",
+    "box-80": "box:x_mm=240,y_mm=80,z_mm=80,mass_g=300",
+    "box-100": "box:x_mm=240,y_mm=100,z_mm=100,mass_g=400",
+    "box-120": "box:x_mm=240,y_mm=120,z_mm=120,mass_g=500",
+    "cone-90": "cone:diameter_mm=90,height_mm=160,mass_g=200",
+    "disc-80x20": "cylinder:diameter_mm=80,height_mm=20,mass_g=80",
+    "disc-120x20": "cylinder:diameter_mm=120,height_mm=20,mass_g=150",
+    "ring-90": "ring:outer_mm=90,tube_mm=15,mass_g=40",
+    "bottle-70": "bottle:diameter_mm=70,height_mm=220,neck_mm=30,mass_g=350",
+    "rod-10": "cylinder:diameter_mm=10,height_mm=150,mass_g=30",
+    "rod-20": "cylinder:diameter_mm=20,height_mm=150,mass_g=60",
+    "bar-12x20": "box:x_mm=150,y_mm=12,z_mm=20,mass_g=40",
+    "bar-20x20": "box:x_mm=150,y_mm=20,z_mm=20,mass_g=60",
+    "ball-30": "sphere:diameter_mm=30,mass_g=15",
+    "cube-28": "box:x_mm=28,y_mm=28,z_mm=28,mass_g=20",
+    "cylinder-32": "cylinder:diameter_mm=32,height_mm=40,mass_g=30",
+    "cone-35": "cone:diameter_mm=35,height_mm=45,mass_g=20",
+}
+"""Objects by name, each as its measures: for wraps, for flat and hollow ones, for the pinch, for the tip's gripper."""
 
-OBJECT_COLOR = [0.85, 0.36, 0.16, 1.0]
-
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class ObjectSpec:
-    """A solid of uniform density. Its own x axis is the one that a wrap goes round."""
-
-    kind: str
-    """cylinder, sphere or box."""
-    size: tuple[float, float, float]
-    """Extents along its axis, across it and up [m]."""
-    mass: float
-    """Mass [kg]."""
-    friction: float = 0.8
-    """Coefficient of friction against everything it touches [-]."""
-
-    def __post_init__(self) -> None:
-        if self.kind not in _MEASURES:
-            raise UnknownName("kind of object", self.kind, _MEASURES)
-        check_numbers("object.size", self.size, count=3)
-        for name, extent in zip(("length", "width", "height"), self.size, strict=True):
-            check_range(f"object.{name}", extent, _EXTENTS)
-        length, width, height = self.size
-        if self.kind == "sphere" and not length == width == height:
-            raise DesignError("object.size", got=self.size, allowed="three equal extents for a sphere")
-        if self.kind == "cylinder" and width != height:
-            raise DesignError("object.size", got=self.size, allowed="width equal to height for a cylinder")
-        check_range("object.mass", self.mass, _MASSES)
-        check_number("object.friction", self.friction, above=0.0, below=5.0)
-
-    @property
-    def width(self) -> float:
-        """Larger extent across the axis [m]."""
-        return max(self.size[1], self.size[2])
-
-    def inertia(self) -> tuple[float, float, float]:
-        """Moments about the three axes through the centre [kg m^2]."""
-        x, y, z = self.size
-        m = self.mass
-        if self.kind == "sphere":
-            return (m * x**2 / 10,) * 3
-        if self.kind == "cylinder":
-            across = m * (3 * (y / 2) ** 2 + x**2) / 12
-            return m * (y / 2) ** 2 / 2, across, across
-        return m * (y**2 + z**2) / 12, m * (x**2 + z**2) / 12, m * (x**2 + y**2) / 12
-
+DEFAULT_OBJECT = "cylinder-60"
 
 _MEASURES = {
     "cylinder": ("diameter_mm", "height_mm", "mass_g"),
     "sphere": ("diameter_mm", "mass_g"),
     "box": ("x_mm", "y_mm", "z_mm", "mass_g"),
+    "cone": ("diameter_mm", "height_mm", "mass_g"),
+    "ring": ("outer_mm", "tube_mm", "mass_g"),
+    "bottle": ("diameter_mm", "height_mm", "neck_mm", "mass_g"),
+    "stl": ("path", "unit", "mass_g"),
+    "mjcf": ("path",),
 }
 """Measures that each kind is given by."""
 
-CATALOGUE = {
-    "cylinder-33": "cylinder:diameter_mm=33,height_mm=240,mass_g=150",
-    "cylinder-60": "cylinder:diameter_mm=60,height_mm=240,mass_g=250",
-    "cylinder-90": "cylinder:diameter_mm=90,height_mm=240,mass_g=300",
-    "cylinder-120": "cylinder:diameter_mm=120,height_mm=240,mass_g=400",
-    "ball-80": "sphere:diameter_mm=80,mass_g=200",
-    "box-60": "box:x_mm=240,y_mm=60,z_mm=60,mass_g=250",
-}
-"""Objects by name, each as its measures."""
+_WORDS = {"path": "FILE", "unit": "|".join(UNITS), "axis": "|".join(AXES), "collide": "|".join(COLLIDES)}
+"""Measures that are words, and which."""
 
-DEFAULT_OBJECT = "cylinder-60"
+_OPTIONS = {"stl": ("axis", "collide"), "mjcf": ("axis",)}
+"""Measures that may be left out."""
 
 
 def parse_object(text: str) -> ObjectSpec:
@@ -94,69 +82,110 @@ def parse_object(text: str) -> ObjectSpec:
 
     Raises:
         UnknownName: for a name or kind that does not exist.
-        DesignError: for a missing, doubled, unknown or impossible measure.
+        DesignError: for a missing, doubled, unknown or impossible measure, or a file that is no object.
     """
     if ":" not in text:
         if text not in CATALOGUE:
-            forms = [f"{kind}:{','.join(f'{name}=' for name in names)}" for kind, names in _MEASURES.items()]
-            raise UnknownName("object", text, [*CATALOGUE, *forms])
+            raise UnknownName("object", text, [*CATALOGUE, *map(_form, _MEASURES)])
         text = CATALOGUE[text]
     kind, _, rest = text.partition(":")
     if kind not in _MEASURES:
         raise UnknownName("kind of object", kind, _MEASURES)
-    values = _parse_measures(kind, rest)
+    given = _split_measures(kind, rest)
+    words = {name: value for name, value in given.items() if name in _WORDS}
+    values = {name: _parse_measure(name, value) for name, value in given.items() if name not in _WORDS}
+    return _build(kind, words, values)
+
+
+def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collide: str = "hull") -> ObjectSpec:
+    """An object of uniform density with the surface of an STL file.
+
+    Its axis is the longest side of the file's extents, or the one named. MuJoCo touches it at its convex hull;
+    `ObjectSpec.warning` says so where that is larger by more than 5 %, and ``collide="parts"`` splits it into convex
+    parts instead (seconds; needs coacd).
+
+    Args:
+        path: the file, binary or ASCII.
+        unit: of its coordinates, m, cm, mm or in; an STL does not say.
+        mass: of the object [kg].
+        axis: longest, x, y or z.
+        collide: hull or parts.
+
+    Raises:
+        DesignError: for a file that encloses no solid of a sensible size, with the reason.
+        UnknownName: for a unit, an axis or a way to collide that does not exist.
+    """
+    solid = load_stl_solid(path, unit=unit, axis=axis, collide=collide)
+    return _compiled(ObjectSpec(kind="mesh", size=solid.extents(), mass=mass, loaded=solid), path)
+
+
+def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
+    """The one rigid body of an MJCF file, with the mass and inertia that the file says.
+
+    Raises:
+        DesignError: for a file that is not one rigid body of a sensible size, with the reason.
+        UnknownName: for an axis that does not exist.
+    """
+    solid, mass = load_mjcf_solid(path, axis=axis)
+    return _compiled(ObjectSpec(kind="mjcf", size=solid.extents(), mass=mass, loaded=solid), path)
+
+
+def _compiled(shape: ObjectSpec, path: str) -> ObjectSpec:
+    """The object itself, refused where MuJoCo cannot build it."""
+    spec = mujoco.MjSpec()
+    add_object(spec, shape)
+    try:
+        spec.compile()
+    except ValueError as error:
+        said = " ".join(str(error).split())
+        raise DesignError("object", got=path, allowed=f"what MuJoCo can build; it says: {said[:200]}") from error
+    return shape
+
+
+def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> ObjectSpec:
+    if kind == "mjcf":
+        return load_mjcf(**words)
     mass = values["mass_g"]
-    if kind == "sphere":
-        return ObjectSpec(kind=kind, size=(values["diameter_mm"],) * 3, mass=mass)
-    if kind == "cylinder":
-        return ObjectSpec(kind=kind, size=(values["height_mm"], *(values["diameter_mm"],) * 2), mass=mass)
-    return ObjectSpec(kind=kind, size=(values["x_mm"], values["y_mm"], values["z_mm"]), mass=mass)
+    if kind == "stl":
+        return load_stl(**words, mass=mass)
+    if kind == "box":
+        return ObjectSpec(kind=kind, size=(values["x_mm"], values["y_mm"], values["z_mm"]), mass=mass)
+    if kind == "ring":
+        if not values["outer_mm"] > 2 * values["tube_mm"]:
+            got, allowed = f"{1e3 * values['outer_mm']:g}", f"more than twice the tube's {1e3 * values['tube_mm']:g}"
+            raise DesignError("object.outer_mm", got=Words(got), allowed=allowed)
+        return ObjectSpec(kind=kind, size=(values["tube_mm"], values["outer_mm"], values["outer_mm"]), mass=mass)
+    width, neck = values["diameter_mm"], values.get("neck_mm", 0.0)
+    if not neck < width:
+        got, allowed = f"{1e3 * neck:g}", f"less than the diameter's {1e3 * width:g}"
+        raise DesignError("object.neck_mm", got=Words(got), allowed=allowed)
+    return ObjectSpec(kind=kind, size=(values.get("height_mm", width), width, width), mass=mass, neck=neck)
 
 
-def add_object(spec: mujoco.MjSpec, shape: ObjectSpec, name: str = "object") -> mujoco.MjsBody:
-    """Add the object as a free body, its axis along the body's x."""
-    body = spec.worldbody.add_body(name=name)
-    body.add_freejoint(name=name)
-    body.explicitinertial = True
-    body.mass = shape.mass
-    body.ipos = [0, 0, 0]
-    body.inertia = shape.inertia()
-    length, width, height = shape.size
-    geom = body.add_geom(
-        name=name, rgba=OBJECT_COLOR, solref=SOLREF, solimp=SOLIMP, condim=3, priority=1,
-        friction=[shape.friction, 0.005, 1e-4],
-    )  # fmt: skip
-    if shape.kind == "sphere":
-        geom.type, geom.size = mujoco.mjtGeom.mjGEOM_SPHERE, [length / 2, 0, 0]
-    elif shape.kind == "cylinder":
-        geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CYLINDER, [width / 2, length / 2, 0]
-        geom.quat = [math.sqrt(0.5), 0, math.sqrt(0.5), 0]
-    else:
-        geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, [length / 2, width / 2, height / 2]
-    for side, x in (("left", -length / 2), ("right", length / 2)):
-        body.add_site(name=f"{name}_{side}", pos=[x, 0, 0])
-    return body
+def _form(kind: str) -> str:
+    """How a kind is typed, with what its words may be."""
+    return f"{kind}:" + ",".join(f"{name}={_WORDS.get(name, '')}" for name in _MEASURES[kind])
 
 
-def _parse_measures(kind: str, text: str) -> dict[str, float]:
-    """Measures in SI."""
-    allowed = _MEASURES[kind]
-    form = f"{kind}:{','.join(f'{name}=' for name in allowed)}"
-    values: dict[str, float] = {}
+def _split_measures(kind: str, text: str) -> dict[str, str]:
+    """What each measure is said to be."""
+    allowed = (*_MEASURES[kind], *_OPTIONS.get(kind, ()))
+    given: dict[str, str] = {}
     for part in filter(None, (piece.strip() for piece in text.split(","))):
-        name, equals, number = part.partition("=")
-        if name not in allowed or not equals or name in values:
-            raise DesignError("measure of the object", got=part, allowed=f"each measure once: {form}")
-        values[name] = _parse_measure(name, number.strip())
-    missing = [name for name in allowed if name not in values]
+        name, equals, value = part.partition("=")
+        if name not in allowed or not equals or name in given:
+            options = "".join(f"[,{name}={_WORDS[name]}]" for name in _OPTIONS.get(kind, ()))
+            raise DesignError("measure of the object", got=part, allowed=f"each measure once: {_form(kind)}{options}")
+        given[name] = value.strip()
+    missing = [name for name in _MEASURES[kind] if name not in given]
     if missing:
-        raise DesignError("object", got=Words(f"without {', '.join(missing)}"), allowed=form)
-    return values
+        raise DesignError("object", got=Words(f"without {', '.join(missing)}"), allowed=_form(kind))
+    return given
 
 
 def _parse_measure(name: str, text: str) -> float:
     """One measure in SI; a refusal tells it in its own unit."""
-    allowed = _MASSES if name == "mass_g" else _EXTENTS
+    allowed = MASSES if name == "mass_g" else EXTENTS
     try:
         value = float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:

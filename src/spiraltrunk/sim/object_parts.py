@@ -1,0 +1,155 @@
+"""What an object is made of: convex parts that collide, and the mass distribution of the whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import final
+
+import mujoco
+import numpy as np
+
+FORMS = {
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "mesh": mujoco.mjtGeom.mjGEOM_MESH,
+}
+"""Forms of a part, as MuJoCo has them."""
+
+HIDDEN = 3
+"""Group of the parts that collide but are not drawn."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Part:
+    """One form, placed in the object."""
+
+    form: str
+    """One of `FORMS`."""
+    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Half its extents, in MuJoCo's order for the form; unused for a mesh [m]."""
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    """Its middle in the object's frame, shape (3,) [m]."""
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    """Its axes in the object's frame, as columns, shape (3, 3) [-]."""
+    vertices: np.ndarray | None = None
+    """Corners of a mesh in its own frame, shape (n, 3) [m]."""
+    faces: np.ndarray | None = None
+    """Triangles of a mesh, counter-clockwise from outside, shape (m, 3)."""
+    collides: bool = True
+    """Whether anything touches it; a mesh is touched at its convex hull."""
+    group: int = 0
+    """MuJoCo's group: up to 2 it is drawn."""
+
+    def reach(self, direction: np.ndarray) -> float:
+        """Largest distance of a point of the part along a unit ``direction``, from the object's origin [m].
+
+        The support function of each form: what the part's shadow on a line is bounded by.
+        """
+        own = self.rotation.T @ direction
+        a, b, c = self.size
+        if self.vertices is not None:
+            far = float((self.vertices @ own).max())
+        elif self.form == "sphere":
+            far = a
+        elif self.form == "capsule":
+            far = a + b * abs(own[2])
+        elif self.form == "cylinder":
+            far = a * float(np.hypot(own[0], own[1])) + b * abs(own[2])
+        elif self.form == "ellipsoid":
+            far = float(np.linalg.norm(np.array([a, b, c]) * own))
+        else:
+            far = float(np.array([a, b, c]) @ np.abs(own))
+        return float(self.position @ direction) + far
+
+    def moved(self, offset: np.ndarray) -> Part:
+        """The part at another place of the object."""
+        return replace(self, position=self.position + offset)
+
+    def turned(self, rotation: np.ndarray) -> Part:
+        """The part of an object that is turned about its origin."""
+        return replace(self, position=rotation @ self.position, rotation=rotation @ self.rotation)
+
+    def scaled(self, factor: float) -> Part:
+        """The part of an object ``factor`` times as large."""
+        a, b, c = self.size
+        vertices = None if self.vertices is None else self.vertices * factor
+        return replace(
+            self, size=(a * factor, b * factor, c * factor), position=self.position * factor, vertices=vertices
+        )
+
+
+@final
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Solid:
+    """Parts, and the mass distribution of one kilogram of them; the origin is the middle of what collides."""
+
+    parts: tuple[Part, ...]
+    """What is touched and drawn."""
+    centroid: np.ndarray
+    """Centre of mass, shape (3,) [m]."""
+    inertia: np.ndarray
+    """Inertia about the centre of mass over the mass, shape (3, 3) [m^2]."""
+    excess: float = 0.0
+    """Volume of the parts that collide over the true volume, less one [-]."""
+
+    def extents(self) -> tuple[float, float, float]:
+        """Length along x, width along y and height along z [m]."""
+        low, high = compute_bounds(self.parts)
+        length, width, height = (float(value) for value in high - low)
+        return length, width, height
+
+    def centered(self) -> Solid:
+        """The same solid with the origin in the middle of its extents."""
+        low, high = compute_bounds(self.parts)
+        middle = (low + high) / 2
+        return replace(self, parts=tuple(part.moved(-middle) for part in self.parts), centroid=self.centroid - middle)
+
+    def turned(self, rotation: np.ndarray) -> Solid:
+        """The same solid turned about its origin."""
+        parts = tuple(part.turned(rotation) for part in self.parts)
+        return replace(
+            self, parts=parts, centroid=rotation @ self.centroid, inertia=rotation @ self.inertia @ rotation.T
+        )
+
+    def scaled(self, factor: float) -> Solid:
+        """The same solid, ``factor`` times as large."""
+        parts = tuple(part.scaled(factor) for part in self.parts)
+        return replace(self, parts=parts, centroid=self.centroid * factor, inertia=self.inertia * factor**2)
+
+
+def compute_bounds(parts: tuple[Part, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinates of all parts that collide, two of shape (3,) [m]."""
+    axes, touched = np.eye(3), [part for part in parts if part.collides]
+    high = np.array([max(part.reach(axis) for part in touched) for axis in axes])
+    low = np.array([-max(part.reach(-axis) for part in touched) for axis in axes])
+    return low, high
+
+
+def compute_turn(parts: tuple[Part, ...], axis: str) -> np.ndarray:
+    """Rotation that brings ``axis`` (x, y, z or longest) onto x, the other two following in turn, shape (3, 3).
+
+    The longest is that of the extents, the first of equals.
+    """
+    low, high = compute_bounds(parts)
+    first = "xyz".index(axis) if axis in {"x", "y", "z"} else int(np.argmax(np.round(high - low, 9)))
+    return np.roll(np.eye(3), -first, axis=0)
+
+
+def add_part(spec: mujoco.MjSpec, body: mujoco.MjsBody, part: Part, name: str) -> mujoco.MjsGeom:
+    """Add the part to a body, without mass of its own."""
+    geom = body.add_geom(name=name, type=FORMS[part.form], pos=part.position, group=part.group, mass=0)
+    quat = np.zeros(4)
+    mujoco.mju_mat2Quat(quat, part.rotation.ravel())
+    geom.quat = quat
+    if part.vertices is not None and part.faces is not None:
+        spec.add_mesh(name=name, uservert=part.vertices.ravel(), userface=part.faces.ravel())
+        geom.meshname = name
+    else:
+        geom.size = part.size
+    if not part.collides:
+        geom.contype = geom.conaffinity = 0
+    return geom

@@ -1,0 +1,464 @@
+"""Objects from files: exact mass distributions, frames, hulls, and every bad file refused in one line."""
+
+import dataclasses
+import math
+import pickle
+
+import mujoco
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from spiraltrunk.errors import DesignError, MissingPackage, SpiralTrunkError, UnknownName
+from spiraltrunk.sim.object_mesh import load_stl_solid, winding_numbers
+from spiraltrunk.sim.objects import add_object, load_mjcf, load_stl, parse_object, scaled
+
+BOX = (240.0, 50.0, 90.0)
+"""Extents of the test box [mm]."""
+
+
+@pytest.fixture
+def put(tmp_path):
+    """Writes a mesh and returns its path."""
+
+    def write(mesh, name="object.stl", *, ascii=False):
+        file = tmp_path / name
+        mesh.export(file, file_type="stl_ascii" if ascii else "stl")
+        return str(file)
+
+    return write
+
+
+def l_prism():
+    """An L-shaped prism: neither convex nor symmetric. Extents 60 x 40 x 20 mm."""
+    outline = [(0, 0), (60, 0), (60, 15), (20, 15), (20, 40), (0, 40)]
+    corners = np.array([(x, y, z) for z in (0, 20) for x, y in outline], dtype=float)
+    cap = np.array([(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)])
+    sides = [f for i in range(6) for f in ((i, (i + 1) % 6, i + 6), ((i + 1) % 6, (i + 1) % 6 + 6, i + 6))]
+    return trimesh.Trimesh(corners, np.vstack([cap[:, ::-1], cap + 6, sides]), process=False)
+
+
+def boxes(*placed):
+    """Inertia of axis-parallel boxes (size, centre) of equal density: centre and inertia over mass."""
+    volumes = np.array([np.prod(size) for size, _ in placed])
+    share = volumes / volumes.sum()
+    centers = np.array([center for _, center in placed])
+    middle = share @ centers
+    inertia = np.zeros((3, 3))
+    for part, (size, center) in zip(share, placed, strict=True):
+        squares = np.square(size)
+        arm = np.subtract(center, middle)
+        inertia += part * (np.diag(squares.sum() - squares) / 12 + arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return middle, inertia
+
+
+def mujoco_inertia(body):
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, body.iquat)
+    return turn.reshape(3, 3) @ np.diag(body.inertia) @ turn.reshape(3, 3).T
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+@pytest.mark.parametrize(("unit", "factor"), [("mm", 1.0), ("cm", 0.1), ("m", 1e-3), ("in", 1 / 25.4)])
+def test_a_box_from_a_file_is_a_box_in_every_unit(put, unit, factor, ascii):
+    mesh = trimesh.creation.box(extents=np.array(BOX) * factor)
+    mesh.apply_translation([3.0 * factor, -70.0 * factor, 1.0 * factor])
+    shape = parse_object(f"stl:path={put(mesh, ascii=ascii)},unit={unit},mass_g=250")
+    same = parse_object("box:x_mm=240,y_mm=50,z_mm=90,mass_g=250")
+    np.testing.assert_allclose(shape.size, same.size, rtol=1e-6)
+    np.testing.assert_allclose(shape.inertia(), same.inertia(), rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(shape.center(), 0, atol=1e-7)
+    assert shape.mass == 0.25
+    assert shape.kind == "mesh"
+    assert not shape.warning
+
+
+def test_centre_and_inertia_of_a_mesh_are_the_integrals_over_it(put):
+    solid = load_stl_solid(put(l_prism()), unit="mm")
+    middle, inertia = boxes(((60, 15, 20), (30, 7.5, 10)), ((20, 25, 20), (10, 27.5, 10)))
+    np.testing.assert_allclose(solid.centroid, (middle - [30, 20, 10]) * 1e-3, atol=1e-9)
+    np.testing.assert_allclose(solid.inertia, inertia * 1e-6, rtol=1e-6, atol=1e-12)
+
+
+def test_mujoco_integrates_the_same_mesh_to_the_same_inertia(put):
+    shape = load_stl(put(l_prism()), unit="mm", mass=0.1)
+    spec = mujoco.MjSpec()
+    body = add_object(spec, shape)
+    stated = spec.compile().body("object")
+    body.explicitinertial = False
+    body.geoms[0].mass = shape.mass
+    spec.meshes[0].inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_EXACT
+    integrated = spec.compile().body("object")
+    for body in (stated, integrated):
+        assert body.mass[0] == pytest.approx(0.1, rel=1e-9)
+        np.testing.assert_allclose(body.ipos, shape.center(), atol=1e-8)
+        np.testing.assert_allclose(mujoco_inertia(body), shape.inertia(), rtol=1e-5, atol=1e-11)
+
+
+def test_a_mesh_with_a_closed_hollow_weighs_its_walls_alone(put):
+    mesh = trimesh.creation.box(extents=(60, 40, 50))
+    hollow = trimesh.creation.box(extents=(40, 20, 30))
+    hollow.invert()
+    solid = load_stl_solid(put(trimesh.util.concatenate([mesh, hollow])), unit="mm")
+    full, empty = 60 * 40 * 50, 40 * 20 * 30
+    xx = (full * (40**2 + 50**2) - empty * (20**2 + 30**2)) / 12 / (full - empty) * 1e-6
+    assert solid.inertia[0, 0] == pytest.approx(xx, rel=1e-6)
+
+
+@pytest.mark.parametrize(("axis", "size"), [("longest", (240, 50, 90)), ("x", (240, 50, 90)), ("y", (50, 90, 240)),
+                                            ("z", (90, 240, 50))])  # fmt: skip
+def test_the_axis_is_the_longest_side_or_the_one_named(put, axis, size):
+    shape = parse_object(f"stl:path={put(trimesh.creation.box(extents=BOX))},unit=mm,mass_g=250,axis={axis}")
+    np.testing.assert_allclose(shape.size, np.array(size) * 1e-3, rtol=1e-6)
+
+
+def test_turning_the_axis_is_a_rotation_of_the_whole_object(put):
+    """The part of an L that is off the middle stays on its side: extents, centre and inertia turn together."""
+    path = put(l_prism())
+    plain, turned = (load_stl_solid(path, unit="mm", axis=axis) for axis in "xy")
+    turn = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])
+    assert np.linalg.det(turn) == pytest.approx(1)
+    np.testing.assert_allclose(turned.centroid, turn @ plain.centroid, atol=1e-12)
+    np.testing.assert_allclose(turned.inertia, turn @ plain.inertia @ turn.T, atol=1e-15)
+    np.testing.assert_allclose(turned.extents(), turn @ plain.extents(), rtol=1e-12)
+
+
+def test_a_hull_that_is_larger_than_the_solid_is_told(put):
+    shape = load_stl(put(l_prism()), unit="mm", mass=0.1)
+    volume, hull = 60 * 15 * 20 + 20 * 25 * 20, (60 * 40 - 25 * 40 / 2) * 20
+    assert shape.solid.excess == pytest.approx(hull / volume - 1, rel=1e-6)
+    assert shape.warning == (
+        "the mesh is touched at convex shapes 36 % larger than itself: hollows are filled; collide=parts keeps them"
+    )
+
+
+@given(factor=st.floats(0.9, 1.1))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=10)
+def test_a_scaled_mesh_keeps_its_mass_and_its_inertia_goes_with_the_square(put, factor):
+    shape = load_stl(put(l_prism()), unit="mm", mass=0.1)
+    larger = scaled(shape, factor)
+    assert larger.mass == 0.1
+    np.testing.assert_allclose(larger.size, factor * np.array(shape.size))
+    np.testing.assert_allclose(larger.inertia(), factor**2 * shape.inertia(), rtol=1e-12, atol=0)
+    spec = mujoco.MjSpec()
+    add_object(spec, larger)
+    assert spec.compile().body("object").mass[0] == pytest.approx(0.1)
+
+
+def test_a_loaded_object_survives_replace_and_pickle(put):
+    shape = load_stl(put(l_prism()), unit="mm", mass=0.1)
+    other = pickle.loads(pickle.dumps(dataclasses.replace(shape, friction=1.1)))
+    assert other.friction == 1.1
+    np.testing.assert_array_equal(other.inertia(), shape.inertia())
+
+
+def test_a_loaded_object_does_not_change_its_size_alone(put):
+    shape = load_stl(put(l_prism()), unit="mm", mass=0.1)
+    with pytest.raises(DesignError, match=r"object\.size"):
+        dataclasses.replace(shape, size=(0.1, 0.1, 0.1))
+
+
+def flipped():
+    mesh = trimesh.creation.box(extents=BOX)
+    mesh.faces[3] = mesh.faces[3][::-1]
+    return mesh
+
+
+def opened():
+    mesh = trimesh.creation.box(extents=BOX)
+    mesh.update_faces(np.arange(len(mesh.faces)) != 2)
+    return mesh
+
+
+def inside_out():
+    mesh = trimesh.creation.box(extents=BOX)
+    mesh.invert()
+    return mesh
+
+
+def apart(distance):
+    other = trimesh.creation.box(extents=BOX)
+    other.apply_translation([0, 0, distance])
+    return trimesh.util.concatenate([trimesh.creation.box(extents=BOX), other])
+
+
+def bow_tie():
+    """A prism over a bow tie whose larger wing looks outwards: closed, all neighbours agree, one wing is inverted."""
+    outline = [(0, 0), (60, 40), (60, 0), (-30, 40 * 1.5)]
+    corners = np.array([(x, y, z) for z in (0, 30) for x, y in outline], dtype=float)
+    cap = np.array([(0, 1, 2), (0, 2, 3)])
+    sides = [f for i in range(4) for f in ((i, (i + 1) % 4, i + 4), ((i + 1) % 4, (i + 1) % 4 + 4, i + 4))]
+    mesh = trimesh.Trimesh(corners, np.vstack([cap[:, ::-1], cap + 4, sides]), process=False)
+    if mesh.volume < 0:
+        mesh.invert()
+    return mesh
+
+
+def with_inverted_neighbour():
+    """A box, and beside it a smaller one inside out: closed, its volume positive."""
+    other = trimesh.creation.box(extents=(50, 50, 50))
+    other.invert()
+    other.apply_translation([0, 200, 0])
+    return trimesh.util.concatenate([trimesh.creation.box(extents=BOX), other])
+
+
+def folded():
+    """Two sheets back to back, a fold of no thickness."""
+    corners = np.array([(0, 0, 0), (60, 0, 0), (60, 40, 30), (0, 40, 30)], dtype=float)
+    return trimesh.Trimesh(corners, [(0, 1, 2), (0, 2, 3), (2, 1, 0), (3, 2, 0)], process=False)
+
+
+BAD = {
+    "open": (opened, "not closed: 3 edges do not join two triangles; allowed: a watertight surface"),
+    "flipped face": (flipped, "partly inside out: at [1-3] edges neighbours face .*; allowed: .*recompute the normals"),
+    "inside out": (inside_out, "is inside out; allowed: .*flip the normals"),
+    "bow tie": (bow_tie, "cutting or overlapping itself, or partly inside out"),
+    "inverted neighbour": (with_inverted_neighbour, "cutting or overlapping itself, or partly inside out"),
+    "overlap": (lambda: apart(30.0), "cutting or overlapping itself, or partly inside out"),
+    "two pieces": (lambda: apart(300.0), "in 2 pieces that do not touch; allowed: one piece"),
+    "touching faces": (lambda: apart(90.0), "not closed|partly inside out|overlapping"),
+    "folded": (folded, "without volume|partly inside out|not closed"),
+    "too small": (lambda: trimesh.creation.box(extents=(4, 30, 30)), "of 4 x 30 x 30 mm; allowed: 5 mm to below 1 m"),
+    "too large": (lambda: trimesh.creation.box(extents=(40, 30, 1200)), "of 40 x 30 x 1200 mm"),
+    "flat": (lambda: trimesh.creation.box(extents=(40, 30, 0)), "of 40 x 30 x 0 mm"),
+    "too fine": (lambda: trimesh.creation.icosphere(subdivisions=7, radius=40), "of 327680 triangles; allowed: 4 to"),
+}  # fmt: skip
+"""Meshes that are no solid, and what is said of them."""
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_mesh_that_is_no_solid_is_refused_with_the_reason(put, name):
+    build, match = BAD[name]
+    path = put(build())
+    with pytest.raises(DesignError, match=match) as caught:
+        parse_object(f"stl:path={path},unit=mm,mass_g=100")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_wrong_unit_is_told(put):
+    path = put(trimesh.creation.box(extents=BOX))
+    with pytest.raises(DesignError, match=r"of 2.4e\+05 x 5e\+04 x 9e\+04 mm; allowed: .*not m but one of cm, mm, in"):
+        load_stl(path, unit="m", mass=0.1)
+
+
+BAD_BYTES = {
+    "empty": (b"", "of 0 bytes; allowed: a file of 1 byte to 20 MB"),
+    "text": (b"hello, this is not a mesh at all", "no STL that can be read|of 0 triangles"),
+    "no triangles": (b"solid nothing\nendsolid nothing\n", "no STL that can be read|of 0 triangles"),
+    "cut short": (b"x" * 80 + (1000).to_bytes(4, "little") + b"y" * 500, "no STL that can be read"),
+    "a count beyond the file": (b"x" * 80 + (2**32 - 1).to_bytes(4, "little"), "no STL that can be read"),
+    "too big": (b"x" * 20_000_001, "of 20000001 bytes; allowed: a file of 1 byte to 20 MB"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_BYTES)
+def test_bytes_that_are_no_mesh_are_refused(tmp_path, name):
+    content, match = BAD_BYTES[name]
+    file = tmp_path / "object.stl"
+    file.write_bytes(content)
+    with pytest.raises(DesignError, match=match) as caught:
+        load_stl(str(file), unit="mm", mass=0.1)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_coordinates_that_are_not_finite_are_refused(tmp_path, value):
+    mesh = trimesh.creation.box(extents=BOX)
+    content = bytearray(mesh.export(file_type="stl"))
+    content[84 + 12 : 84 + 16] = np.float32(value).tobytes()
+    file = tmp_path / "object.stl"
+    file.write_bytes(content)
+    with pytest.raises(DesignError, match="not finite in some coordinates"):
+        load_stl(str(file), unit="mm", mass=0.1)
+
+
+@given(st.binary(max_size=400), st.booleans())
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60, deadline=None)
+def test_any_bytes_are_an_object_or_one_line_of_error(tmp_path, content, has_header):
+    file = tmp_path / "fuzz.stl"
+    file.write_bytes(bytes(80) + (len(content) // 50).to_bytes(4, "little") + content if has_header else content)
+    said = ""
+    for text in (f"stl:path={file},unit=mm,mass_g=100", f"mjcf:path={file}"):
+        try:
+            parse_object(text)
+        except SpiralTrunkError as error:
+            said += str(error)
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "match"),
+    [
+        ("stl:path=a.stl,mass_g=100", DesignError, r"without unit; allowed: stl:path=FILE,unit=m\|cm\|mm\|in,mass_g="),
+        ("stl:path=a.stl,unit=mm", DesignError, "without mass_g"),
+        ("stl:path=a.stl,unit=feet,mass_g=100", UnknownName, "unknown unit 'feet'; known: m, cm, mm, in"),
+        ("stl:path=a.stl,unit=,mass_g=100", UnknownName, "unknown unit ''"),
+        ("stl:path=a.stl,unit=mm,mass_g=100,axis=w", UnknownName, "unknown axis 'w'; known: longest, x, y, z"),
+        ("stl:path=a.stl,unit=mm,mass_g=100,collide=no", UnknownName, "unknown way to collide 'no'"),
+        ("stl:path=no such.stl,unit=mm,mass_g=100", DesignError, "'no such.stl'; allowed: a file that exists"),
+        ("stl:path=/,unit=mm,mass_g=100", DesignError, "allowed: a file that exists"),
+        ("stl:path=/dev/zero,unit=mm,mass_g=100", DesignError, "allowed: a file that exists"),
+        ("stl:path=a\0b,unit=mm,mass_g=100", DesignError, "allowed: a file that"),
+        ("stl:path=~nobody-at-all/a,unit=mm,mass_g=100", DesignError, "allowed: a file that"),
+        ("stl:path=a,b.stl,unit=mm,mass_g=100", DesignError, r"each measure once: stl:.*\[,axis=longest\|x\|y\|z\]"),
+        ("mjcf:path=there is none.xml", DesignError, "mjcf:path is 'there is none.xml'"),
+        ("mjcf:", DesignError, "without path; allowed: mjcf:path=FILE"),
+        ("mjcf:path=a,mass_g=100", DesignError, "each measure once: mjcf:path="),
+    ],
+)  # fmt: skip
+def test_bad_texts_are_refused(text, error, match):
+    with pytest.raises(error, match=match):
+        parse_object(text)
+
+
+def test_a_ball_of_many_triangles_encloses_its_middle_once():
+    mesh = trimesh.creation.icosphere(subdivisions=4)
+    points = np.array([(0, 0, 0), (0.9, 0, 0), (1.1, 0, 0), (5, 5, 5)], dtype=float)
+    np.testing.assert_allclose(winding_numbers(points, mesh.triangles), [1, 1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(winding_numbers(points, mesh.triangles[:, ::-1]), [-1, -1, 0, 0], atol=1e-12)
+
+
+def tube():
+    """A pipe: bore 60 mm, outside 80 mm, 100 mm long."""
+    return trimesh.creation.annulus(r_min=30, r_max=40, height=100, sections=32)
+
+
+def test_convex_parts_leave_a_pipe_open(put):
+    pytest.importorskip("coacd")
+    path = put(tube())
+    hull, parts = (load_stl(path, unit="mm", mass=0.2, collide=collide) for collide in ("hull", "parts"))
+    assert hull.solid.excess == pytest.approx(40**2 / (40**2 - 30**2) - 1, rel=1e-3)
+    assert abs(parts.solid.excess) < 0.15
+    np.testing.assert_allclose(parts.size, hull.size, rtol=1e-3)
+    np.testing.assert_allclose(parts.inertia(), hull.inertia(), rtol=1e-9, atol=1e-12)
+    assert [touches_a_ball_in_the_bore(shape) for shape in (hull, parts)] == [True, False]
+
+
+def touches_a_ball_in_the_bore(shape):
+    spec = mujoco.MjSpec()
+    add_object(spec, shape)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.02, 0, 0])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return data.ncon > 0
+
+
+def test_the_same_mesh_gives_the_same_parts(put):
+    pytest.importorskip("coacd")
+    path = put(l_prism())
+    first, second = (load_stl_solid(path, unit="mm", collide="parts") for _ in range(2))
+    assert len(first.parts) == len(second.parts) >= 3
+    for one, other in zip(first.parts, second.parts, strict=True):
+        np.testing.assert_array_equal(one.vertices, other.vertices)
+
+
+def test_parts_without_the_package_say_which_extra(put, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "coacd", None)
+    with pytest.raises(MissingPackage, match=r"pip install 'spiraltrunk\[objects\]'"):
+        load_stl_solid(put(l_prism()), unit="mm", collide="parts")
+
+
+DUMBBELL = """
+<mujoco>
+  <worldbody>
+    <geom type="plane" size="1 1 .1"/>
+    <body name="dumbbell" pos="1 2 3" quat="0.5 0.5 0.5 0.5">
+      <freejoint/>
+      <geom type="box" size="0.02 0.03 0.01" mass="0.2"/>
+      <geom type="sphere" size="0.01" pos="0.1 0 0" mass="0.1"/>
+      <geom type="box" size="0.2 0.2 0.2" contype="0" conaffinity="0" mass="0"/>
+      <body pos="0 0.05 0" euler="0 0 90"><geom type="capsule" size="0.01 0.03" mass="0.05"/></body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+@pytest.fixture
+def mjcf(tmp_path):
+    def write(text):
+        file = tmp_path / "object.xml"
+        file.write_text(text)
+        return str(file)
+
+    return write
+
+
+def test_a_body_from_mjcf_has_the_mass_and_inertia_that_mujoco_gives_it(mjcf):
+    path = mjcf(DUMBBELL)
+    shape = parse_object(f"mjcf:path={path},axis=x")
+    fused = mujoco.MjSpec.from_file(path)
+    fused.compiler.fusestatic = True
+    model = fused.compile()
+    assert model.nbody == 2
+    assert shape.mass == pytest.approx(0.35, rel=1e-9)
+    low, high = np.array([-0.02, -0.03, -0.04]), np.array([0.11, 0.06, 0.04])
+    np.testing.assert_allclose(shape.size, high - low, rtol=1e-9)
+    np.testing.assert_allclose(shape.center(), model.body_ipos[1] - (low + high) / 2, atol=1e-12)
+    np.testing.assert_allclose(shape.inertia(), mujoco_inertia(model.body(1)), rtol=1e-9, atol=1e-12)
+    spec = mujoco.MjSpec()
+    add_object(spec, shape)
+    model = spec.compile()
+    assert {model.body(b).name for b in model.geom_bodyid} == {"object"}
+    assert [bool(kind) for kind in model.geom_contype] == [True, True, False, True]
+
+
+def test_a_body_with_a_mesh_from_mjcf_is_where_the_mesh_is(mjcf, put):
+    put(l_prism(), "l.stl")
+    path = mjcf(
+        '<mujoco><asset><mesh name="l" file="l.stl" scale=".001 .001 .001" inertia="exact"/></asset><worldbody><body>'
+        '<geom type="mesh" mesh="l" density="1000"/></body></worldbody></mujoco>'
+    )
+    shape, same = load_mjcf(path), load_stl(put(l_prism()), unit="mm", mass=0.028)
+    np.testing.assert_allclose(shape.size, same.size, rtol=1e-5)
+    np.testing.assert_allclose(shape.center(), same.center(), atol=1e-7)
+    np.testing.assert_allclose(shape.inertia(), same.inertia(), rtol=1e-4, atol=1e-10)
+
+
+def one_body(inner):
+    return f"<mujoco><worldbody><body>{inner}</body></worldbody></mujoco>"
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("<mujoco><worldbody/></mujoco>", "of 0 bodies on the world; allowed: one"),
+        ("<mujoco><worldbody>" + "<body><geom size='.03'/></body>" * 2 + "</worldbody></mujoco>",
+         "of 2 bodies on the world"),
+        (one_body("<joint/><geom size='.03'/>"), "of 1 joints that bend or slide; allowed: one rigid body"),
+        (one_body("<geom size='.03'/><body><joint/><geom size='.03'/></body>"), "of 1 joints"),
+        (one_body("<geom size='.001'/>"), r"object\.length is 0.002"),
+        (one_body("<geom size='.03' density='1e9'/>"), r"object\.mass"),
+        (one_body("<geom size='.03' contype='0' conaffinity='0'/>"), "without a geom that collides"),
+        (one_body("<geom size='.03' mass='0'/>"), "of 0 g; allowed: some mass|MuJoCo"),
+        (one_body("<geom type='mesh' mesh='none'/>"), "no MJCF that MuJoCo loads"),
+        (one_body("<geom size='.03'/>" * 201), "of 201 geoms; allowed: at most 200"),
+        ("<urdf/>", "no MJCF that MuJoCo loads"),
+        ("not xml", "no MJCF that MuJoCo loads"),
+        ("<mujoco><include file='none.xml'/></mujoco>", "no MJCF that MuJoCo loads"),
+    ],
+)  # fmt: skip
+def test_what_is_not_one_rigid_body_is_refused(mjcf, text, match):
+    with pytest.raises(DesignError, match=match) as caught:
+        load_mjcf(mjcf(text))
+    assert "\n" not in str(caught.value)
+
+
+def test_the_reader_is_not_trusted(put, monkeypatch):
+    def fail(*_, **__):
+        raise IndexError("somewhere in the reader")
+
+    monkeypatch.setattr(trimesh, "load_mesh", fail)
+    with pytest.raises(DesignError, match="no STL that can be read"):
+        load_stl(put(l_prism()), unit="mm", mass=0.1)
+
+
+@pytest.mark.slow
+def test_a_large_mesh_is_checked_in_seconds(put):
+    mesh = trimesh.creation.icosphere(subdivisions=6, radius=40)
+    shape = load_stl(put(mesh), unit="mm", mass=0.1)
+    assert len(mesh.faces) == 81920
+    np.testing.assert_allclose(np.diag(shape.inertia()), 0.4 * 0.1 * 0.04**2, rtol=1e-3)
