@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Any, final
 
 from spiraltrunk.errors import RunError
@@ -28,6 +29,8 @@ class RunLog:
 
     gave_up: str | None
     """Why the strategy ended before its goal, if it did."""
+    planning: float = 0.0
+    """Wall time of the strategy's plan, made from the first observation [s]."""
 
     def span(self, phase: str, action: str | None = None) -> tuple[float, float] | None:
         """First and last time of a phase, or of one action in it [s]; None where it never came."""
@@ -51,7 +54,9 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
         RunError: where the plant cannot go on or the strategy does not end in LONGEST seconds.
     """
     observation = plant.reset()
+    began = perf_counter()
     state = strategy.init(observation)
+    planning = perf_counter() - began
     observations, commands, statuses = [observation], [], []
     while True:
         state, command = strategy.step(state, observation)
@@ -69,5 +74,6 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
     if status.gave_up and statuses:
         statuses[-1] = status
     return RunLog(
-        observations=tuple(observations), commands=tuple(commands), statuses=tuple(statuses), gave_up=status.gave_up
-    )
+        observations=tuple(observations), commands=tuple(commands), statuses=tuple(statuses), gave_up=status.gave_up,
+        planning=planning,
+    )  # fmt: skip

@@ -1,0 +1,88 @@
+"""Puts surveys of the nine strategies into docs/strategies.md: rates, failures, and where in size and mass they hold.
+
+`spiraltrunk survey --trials 100 --out FOLDER` makes a survey, hours on two cores; several of one seed, each of some
+strategies, are as good as one. Then: `python docs/make_strategies.py FOLDER [FOLDER ...]`.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from spiraltrunk import strategies
+from spiraltrunk.report.heatmap import Outcomes, write_heatmap
+from spiraltrunk.report.rates import Rate, write_rates
+from spiraltrunk.survey.tables import format_markdown
+
+DOCS = Path(__file__).parent
+
+
+def main(folders: Sequence[str]) -> int:
+    """Gather, draw, and put the tables into the page."""
+    if not folders:
+        print(
+            "make_strategies: no folder given; allowed: folders that `spiraltrunk survey --out` made", file=sys.stderr
+        )
+        return 2
+    surveys = [json.loads((Path(folder) / "survey.json").read_text()) for folder in folders]
+    seeds = {survey["settings"]["seed"] for survey in surveys}
+    if len(seeds) > 1:
+        print(f"make_strategies: surveys of seeds {sorted(seeds)}; allowed: surveys of one seed", file=sys.stderr)
+        return 2
+    result = gather(surveys)
+    (DOCS / "strategies.json").write_text(json.dumps(result, indent=1) + "\n")
+    page = DOCS / "strategies.md"
+    page.write_text(put_tables(page.read_text(), result))
+    draw(result, [row for survey in surveys for row in survey["rows"]])
+    return 0
+
+
+def gather(surveys: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Counts of all strategies in the order of their numbers, without the single trials."""
+    told = {name: counts for survey in surveys for name, counts in survey["strategies"].items()}
+    ordered = sorted(told, key=lambda name: strategies.get(name).number)
+    settings = surveys[0]["settings"]
+    return {
+        "strategies": {name: told[name] for name in ordered},
+        "complete": all(survey["complete"] for survey in surveys),
+        "asked": sum(survey["asked"] for survey in surveys),
+        "seed": settings["seed"],
+        "versions": settings["versions"],
+    }
+
+
+def put_tables(page: str, result: dict[str, Any]) -> str:
+    """The page with its tables made anew."""
+    rates, objects = format_markdown(result).rstrip().rsplit("\n\n", 1)
+    for name, table in (("rates", rates), ("objects", objects)):
+        pattern = rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)"
+        page = re.sub(pattern, lambda match, table=table: f"{match[1]}{table}\n{match[2]}", page, flags=re.DOTALL)
+    return page
+
+
+def draw(result: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:
+    """Rates with their intervals, and success by size and mass."""
+    rates = [
+        Rate(name=name, trials=told["trials"], successes=told["successes"], low=told["low"], high=told["high"])
+        for name, told in result["strategies"].items()
+    ]
+    write_rates(rates, DOCS / "images" / "strategies_rates.png")
+    outcomes = [
+        Outcomes(
+            name=name,
+            width=[row["width_m"] for row in own],
+            mass=[row["mass_kg"] for row in own],
+            success=[row["success"] for row in own],
+        )
+        for name in result["strategies"]
+        for own in [[row for row in rows if row["strategy"] == name and row["width_m"] is not None]]
+    ]
+    write_heatmap(outcomes, DOCS / "images" / "strategies_heatmap.png")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
