@@ -9,11 +9,10 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import multiprocessing
 import os
 import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,8 @@ import numpy as np
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.sim.objects import ObjectSpec
+from spiraltrunk.survey.interval import wilson
+from spiraltrunk.survey.pool import run_jobs
 from spiraltrunk.trial import EXACT, draw_scene, run_trial
 
 BAR = 0.96
@@ -38,9 +39,6 @@ MASS_RANGE = (0.1, 0.5)
 
 LENGTH = 0.24
 """Length of the cylinder [m]."""
-
-Z_95 = 1.959964
-"""Quantile of the normal distribution for an interval of 95 % [-]."""
 
 
 def draw_object(seed: int) -> ObjectSpec:
@@ -78,16 +76,6 @@ def run_seed(seed: int) -> dict[str, Any]:
     }
 
 
-def wilson(successes: int, trials: int) -> tuple[float, float]:
-    """Interval of 95 % for the rate of success (Wilson, "Probable Inference", JASA 1927)."""
-    if trials == 0:
-        return 0.0, 1.0
-    rate, spread = successes / trials, Z_95**2 / trials
-    middle = rate + spread / 2
-    half = math.sqrt(spread * (rate * (1 - rate) + spread / 4))
-    return max(0.0, (middle - half) / (1 + spread)), min(1.0, (middle + half) / (1 + spread))
-
-
 def summarize(rows: Sequence[dict[str, Any]], asked: int) -> dict[str, Any]:
     """Rate of success and its interval over the trials that ended."""
     successes = sum(row["success"] for row in rows)
@@ -120,13 +108,11 @@ def run_all(seeds: Sequence[int], workers: int) -> Iterator[dict[str, Any]]:
     if workers == 1:
         yield from map(run_seed, seeds)
         return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_ignore_interrupt)
-    try:
-        for future in as_completed([pool.submit(run_seed, seed) for seed in seeds]):
-            yield future.result()
-    finally:
-        _stop(pool)
+    with closing(run_jobs(run_seed, seeds, workers)) as outcomes:
+        for outcome in outcomes:
+            if outcome.result is None:
+                raise RuntimeError(f"seed {outcome.job}: {outcome.fault}")
+            yield outcome.result
 
 
 def write_table(folder: Path, table: dict[str, Any]) -> Path:
@@ -191,23 +177,6 @@ def _tell(row: dict[str, Any], done: int, total: int) -> None:
 
 def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
-
-
-def _ignore_interrupt() -> None:
-    """Ctrl-C reaches every process of the terminal; the first one alone answers."""
-    import signal
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _stop(pool: ProcessPoolExecutor) -> None:
-    """End the workers at once: after the last trial they idle, after Ctrl-C nobody waits for them."""
-    workers = list((pool._processes or {}).values())
-    pool.shutdown(wait=False, cancel_futures=True)
-    for worker in workers:
-        worker.terminate()
-    for worker in workers:
-        worker.join()
 
 
 if __name__ == "__main__":

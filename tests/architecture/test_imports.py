@@ -24,6 +24,8 @@ BREACHES = {
     "errors above design": ("errors.py", "import spiraltrunk.design.spiral", "layers"),
     "plant above sim": ("plant.py", "import spiraltrunk.sim.breach", "layers"),
     "sim beside report": ("sim/breach.py", "import spiraltrunk.report.breach", "layers"),
+    "record beside survey": ("record.py", "import spiraltrunk.survey.plan", "layers"),
+    "trial above survey": ("trial.py", "import spiraltrunk.survey.plan", "layers"),
     "hidden in a function": ("design/spiral.py", "def f() -> None:\n    import spiraltrunk.model", "layers"),
     "a folder that is no layer": ("utils/__init__.py", "", "layers"),
     "mujoco in strategies": ("strategies/breach.py", "import mujoco", "dynamics"),

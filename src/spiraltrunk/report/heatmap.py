@@ -101,7 +101,8 @@ def build_heatmap_figure(sheet: Sequence[Outcomes]) -> Figure:
         _add_map(axes, outcomes)
     for axes in list(grid.flat)[len(sheet) :]:
         axes.set_axis_off()
-    bar = figure.colorbar(ScalarMappable(Normalize(0, 100), _COLOR_MAP), ax=grid, shrink=0.85, pad=0.02, aspect=15 * rows)
+    colors = ScalarMappable(Normalize(0, 100), _COLOR_MAP)
+    bar = figure.colorbar(colors, ax=grid, shrink=0.85, pad=0.02, aspect=15 * rows)
     bar.set_label("Rate of success [%]", fontsize=NORMAL, color=INK)
     bar.ax.tick_params(labelsize=SMALL, colors=INK)
     return figure

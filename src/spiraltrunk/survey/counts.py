@@ -1,0 +1,56 @@
+"""What the rows of a survey come to."""
+
+from __future__ import annotations
+
+import re
+import statistics
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from spiraltrunk.survey.interval import wilson
+from spiraltrunk.survey.plan import Plan
+
+_NUMBER = re.compile(r"(?<![\w.-])-?(?:\d+(?:\.\d+)?(?:e[+-]?\d+)?|nan|inf)(?![\w])", flags=re.IGNORECASE)
+
+
+def summarize(plan: Plan, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Rates of every strategy, whole and by object, and whether all trials have ended; ready for JSON."""
+    told = {}
+    for name, objects in plan.objects.items():
+        own = [row for row in rows if row["strategy"] == name]
+        by_object = {each: count_rate([row for row in own if row["object"] == each]) for each in dict.fromkeys(objects)}
+        told[name] = {
+            **count_rate(own),
+            "failures": count_failures(own),
+            "median_wall_s": _median(row["wall_s"] for row in own),
+            "median_simulated_s": _median(row["simulated_s"] for row in own),
+            "retried": sum(bool(row["retries"]) for row in own),
+            "objects": by_object,
+        }
+    asked = plan.trials * len(plan.objects)
+    return {"strategies": told, "complete": len(rows) == asked, "asked": asked}
+
+
+def count_rate(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Trials, successes, their rate (null without trials), and its interval of 95 %."""
+    trials, successes = len(rows), sum(row["success"] for row in rows)
+    low, high = wilson(successes, trials)
+    rate = successes / trials if trials else None
+    return {"trials": trials, "successes": successes, "rate": rate, "low": low, "high": high}
+
+
+def count_failures(rows: Iterable[dict[str, Any]]) -> dict[str, int]:
+    """How many trials failed of each kind of reason, the most frequent first."""
+    counted = Counter(find_kind(row["reason"]) for row in rows if not row["success"])
+    return dict(sorted(counted.items(), key=lambda pair: (-pair[1], pair[0])))
+
+
+def find_kind(reason: str) -> str:
+    """The reason with N for its numbers: "lifted 3 cm" and "lifted 5 cm" are of one kind, as "lifted N cm"."""
+    return _NUMBER.sub("N", reason)
+
+
+def _median(values: Iterable[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return statistics.median(known) if known else None

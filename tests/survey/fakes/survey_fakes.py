@@ -1,0 +1,66 @@
+"""Trials that take no time, in a module that processes can import; their outcomes depend on the seed alone."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from dataclasses import replace
+from typing import Any
+
+from spiraltrunk.survey.plan import Entry
+from spiraltrunk.survey.row import build_empty_row
+
+
+def work(entry: Entry) -> dict[str, Any]:
+    """One trial of three fails, with a number in its reason."""
+    part = entry.seed / 2**32
+    drawn = {"width_m": 0.03 + 0.09 * part, "mass_kg": 0.1 + 0.4 * (97 * part % 1), "wall_s": time.perf_counter()}
+    if entry.seed % 3 == 0:
+        return build_empty_row(entry, f"lifted {entry.seed % 20} cm") | drawn
+    return build_empty_row(entry, "success") | drawn | {"success": True, "simulated_s": 30.0 + part}
+
+
+def raise_second(entry: Entry) -> dict[str, Any]:
+    if entry.index == 1:
+        raise ValueError(f"no plan\nfor seed {entry.seed}")
+    return work(replace(entry, seed=1))
+
+
+def die_second(entry: Entry) -> dict[str, Any]:
+    if entry.index == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return work(replace(entry, seed=1))
+
+
+def hang_after_third(entry: Entry) -> dict[str, Any]:
+    if entry.index >= 3:
+        time.sleep(60)
+    return work(entry)
+
+
+def double(number: int) -> int:
+    return 2 * number
+
+
+def tell_threads(name: str) -> str | None:
+    print("what a library prints")
+    return os.environ.get(name)
+
+
+def shout(job: object) -> object:
+    """Ended by a signal of the terminal, if any could reach it."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        os.kill(os.getpid(), number)
+    return job
+
+
+class Unreadable:
+    """A job or function that a process cannot take over."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return sys.exit, (3,)
+
+    def __call__(self, job: object) -> object:
+        return job

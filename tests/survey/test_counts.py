@@ -1,0 +1,85 @@
+"""Rates, kinds of failures and the tables of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spiraltrunk.survey.counts import count_failures, find_kind, summarize
+from spiraltrunk.survey.plan import Plan
+from spiraltrunk.survey.row import build_empty_row
+from spiraltrunk.survey.tables import format_markdown, format_text
+
+KINDS = {
+    "lifted 3 cm": "lifted N cm",
+    "lifted -3 cm": "lifted N cm",
+    "held alone for 0.4 s": "held alone for N s",
+    "released nan cm from the target": "released N cm from the target",
+    "error 1.5e-07 at [0.1 -2. 3]": "error N at [N N. N]",
+    "cylinder-60 is lost": "cylinder-60 is lost",
+    "its process died (SIGKILL)": "its process died (SIGKILL)",
+    "the object touched housing or arm": "the object touched housing or arm",
+}
+
+
+@pytest.fixture
+def rows(plan: Plan) -> list[dict[str, Any]]:
+    """All but the last trial; wrap-vertical fails at its first two, kick at none."""
+    rows = [build_empty_row(entry, "lifted 3 cm") for entry in plan.entries()[:-1]]
+    for i, row in enumerate(rows):
+        row |= {"wall_s": float(i), "simulated_s": 30.0, "retries": i % 2}
+        if row["strategy"] == "kick" or row["index"] > 1:
+            row |= {"success": True, "reason": "success"}
+    rows[2]["reason"] = "lifted 12 cm"
+    return rows
+
+
+@pytest.mark.parametrize("reason", KINDS)
+def test_kinds_of_reasons(reason: str) -> None:
+    assert find_kind(reason) == KINDS[reason]
+
+
+@given(st.floats(), st.floats())
+def test_reasons_that_differ_in_a_number_are_of_one_kind(one: float, other: float) -> None:
+    assert len({find_kind(f"lifted {value} cm") for value in (one, other)}) == 1
+
+
+def test_failures_come_most_frequent_first() -> None:
+    reasons = ("b 1", "a 1", "b 2", "c", "success")
+    counted = count_failures({"success": reason == "success", "reason": reason} for reason in reasons)
+    assert list(counted.items()) == [("b N", 2), ("a N", 1), ("c", 1)]
+
+
+def test_summary_counts_strategies_and_objects(plan: Plan, rows: list[dict[str, Any]]) -> None:
+    summary = summarize(plan, rows)
+    wrap, kick = summary["strategies"]["wrap-vertical"], summary["strategies"]["kick"]
+    assert (wrap["trials"], wrap["successes"], wrap["rate"]) == (5, 3, 0.6)
+    assert wrap["failures"] == {"lifted N cm": 2}
+    assert [(name, part["successes"], part["trials"]) for name, part in wrap["objects"].items()] == [
+        ("cylinder-60", 2, 3),
+        ("ball-80", 1, 2),
+    ]
+    assert (kick["trials"], kick["rate"], kick["failures"]) == (4, 1.0, {})
+    assert (wrap["median_wall_s"], wrap["median_simulated_s"], kick["retried"]) == (4.0, 30.0, 4)
+    assert (summary["complete"], summary["asked"]) == (False, 10)
+
+
+def test_summary_of_nothing_claims_nothing(plan: Plan) -> None:
+    told = summarize(plan, [])["strategies"]["kick"]
+    assert (told["rate"], told["low"], told["high"], told["median_wall_s"]) == (None, 0.0, 1.0, None)
+
+
+def test_tables(plan: Plan, rows: list[dict[str, Any]]) -> None:
+    summary = summarize(plan, rows)
+    assert format_text(summary).splitlines()[2:] == [
+        "wrap-vertical  3 of 5     60 %   23.1-88.2 %    4.0        2 x lifted N cm",
+        "kick           4 of 4     100 %  51.0-100.0 %   4.0        -",
+    ]
+    page = format_markdown(summary)
+    assert page.startswith("Incomplete: 9 of 10 trials.\n\n| strategy |")
+    assert "| `wrap-vertical` | 3 of 5 | 60 % | 23.1-88.2 % | 2 x lifted N cm |\n" in page
+    assert "| `wrap-vertical` | `ball-80` | 1 of 2 | 50 % | 9.5-90.5 % |\n" in page
+    assert format_markdown({**summary, "complete": True}).startswith("| strategy |")
