@@ -1,0 +1,66 @@
+"""A survey told while it goes on: a bar for each strategy on a terminal, else a line for each trial."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+Watch = Callable[[Sequence[Mapping[str, Any]]], None]
+"""Called with all rows so far."""
+
+
+@contextmanager
+def show_survey(stream: TextIO, names: Sequence[str], trials: int) -> Iterator[Watch]:
+    """A function to call with all rows so far, before the first trial and after each."""
+    if not stream.isatty():
+        yield _speak(stream, trials * len(names))
+        return
+    with _build_bars(stream) as bars:
+        tasks = {name: bars.add_task(name, total=trials, held="") for name in names}
+
+        def show(rows: Sequence[Mapping[str, Any]]) -> None:
+            for name, task in tasks.items():
+                own = [row["success"] for row in rows if row["strategy"] == name]
+                bars.update(task, completed=len(own), held=f"{sum(own)} succeeded")
+
+        yield show
+
+
+def _build_bars(stream: TextIO) -> Progress:
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    return Progress(
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[held]}"),
+        TimeElapsedColumn(), TimeRemainingColumn(), console=Console(file=stream), transient=True,
+    )  # fmt: skip
+
+
+def _speak(stream: TextIO, total: int) -> Watch:
+    is_first = True
+
+    def say(rows: Sequence[Mapping[str, Any]]) -> None:
+        nonlocal is_first
+        head = f"spiraltrunk: {len(rows)}/{total}"
+        if is_first:
+            is_first = False
+            text = f"{head} trials are there already" if rows else f"{head} trials"
+        else:
+            row = rows[-1]
+            own = [other["success"] for other in rows if other["strategy"] == row["strategy"]]
+            what = f"{row['strategy']}, {row['object']}, seed {row['seed']}: {row['reason']}"
+            text = f"{head} {what} ({sum(own)} of {len(own)} succeeded)"
+        print(text, file=stream, flush=True)
+
+    return say

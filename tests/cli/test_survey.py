@@ -1,0 +1,198 @@
+"""``spiraltrunk survey`` with fake trials: what it prints, what it refuses, and what a signal leaves behind."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+import spiraltrunk.survey.engine as engine
+from spiraltrunk import cli, strategies
+
+FAKES = Path(__file__).parents[1] / "survey" / "fakes"
+
+SURVEY = """
+import functools, sys
+sys.path.insert(0, sys.argv[1])
+import survey_fakes
+import spiraltrunk.survey.engine as engine
+from spiraltrunk import cli
+engine.run_survey = functools.partial(engine.run_survey, work=getattr(survey_fakes, sys.argv[2]))
+sys.exit(cli.main(["survey", *sys.argv[3:]]))
+"""
+"""The verb with other trials."""
+
+
+@pytest.fixture
+def fakes(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(FAKES)
+    fakes = importlib.import_module("survey_fakes")
+    monkeypatch.setattr(engine, "run_survey", functools.partial(engine.run_survey, work=fakes.work))
+    return fakes
+
+
+def start(work: str, *arguments: str) -> subprocess.Popen[str]:
+    """Begin the command with Ctrl-C heard, also where the tests run in the background and ignore it."""
+    pipe = subprocess.PIPE
+    command = [sys.executable, "-c", SURVEY, str(FAKES), work, *arguments]
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def is_gone(group: int, patience: float = 10.0) -> bool:
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def load(folder: Path) -> dict[str, Any]:
+    return json.loads((folder / "survey.json").read_text())
+
+
+@pytest.mark.usefixtures("fakes")
+def test_json_is_the_survey_without_its_trials(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["survey", "--strategies", "wrap-vertical", "--trials", "6", "--workers", "2", "--out", str(tmp_path)]
+    assert cli.main([*argv, "--json"]) == 0
+    printed = capsys.readouterr()
+    result = json.loads(printed.out)
+    held = load(tmp_path)
+    assert len(held.pop("rows")) == 6
+    assert result == held
+    told = result["strategies"]["wrap-vertical"]
+    assert set(told) >= {"trials", "successes", "rate", "low", "high", "failures"}
+    assert told["successes"] + sum(told["failures"].values()) == told["trials"] == 6
+    assert 0 <= told["low"] <= told["rate"] <= told["high"] <= 1
+    assert set(result["files"]) == {path.name for path in tmp_path.iterdir()}
+    lines = printed.err.splitlines()
+    assert lines[0] == "spiraltrunk: 0/6 trials"
+    assert len(lines) == 7
+    assert lines[-1].startswith("spiraltrunk: 6/6 wrap-vertical, ")
+    assert lines[-1].endswith(f"({told['successes']} of 6 succeeded)")
+    assert cli.main(argv) == 0
+    printed = capsys.readouterr()
+    assert printed.err == "spiraltrunk: 6/6 trials are there already\n"
+    assert printed.out.splitlines()[2].startswith(f"wrap-vertical  {told['successes']} of 6")
+    assert printed.out.splitlines()[-1] == f"5 files in {tmp_path}"
+
+
+@pytest.mark.usefixtures("fakes")
+def test_all_strategies_with_their_objects_or_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["survey", "--trials", "1", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert tuple(result["strategies"]) == strategies.NAMES
+    assert result["settings"]["objects"] == {name: list(strategies.get(name).objects) for name in strategies.NAMES}
+    assert list(tmp_path.iterdir()) == []
+    thin = "cylinder:diameter_mm=40,height_mm=240,mass_g=100"
+    assert cli.main(["survey", "--trials", "1", "--object", thin, "--strategies", "wrap-vertical", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["settings"]["objects"] == {"wrap-vertical": [thin]}
+
+
+@pytest.mark.parametrize(
+    ("argv", "told"),
+    [
+        (["--strategies", "juggle"], "unknown strategy 'juggle'; known: wrap-vertical"),
+        (["--strategies", "wrap-vertical,"], "unknown strategy ''"),
+        (["--trials", "0"], "'0' given; allowed: a whole number from 1 to 100000"),
+        (["--trials", "100001"], "allowed: a whole number from 1 to 100000"),
+        (["--trials", "1e3"], "allowed: a whole number"),
+        (["--workers", "0"], "allowed: a whole number from 1 to 64"),
+        (["--workers", "65"], "allowed: a whole number from 1 to 64"),
+        (["--seed", "-1"], "allowed: a whole number from 0"),
+        (["--object", "banana"], "cylinder-60"),
+        (["extra"], "unrecognized"),
+    ],
+)
+def test_bad_input_is_refused(argv: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["survey", "--out", str(tmp_path / "new"), *argv]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert told in printed.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("fakes")
+def test_another_surveys_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["survey", "--strategies", "wrap-vertical", "--workers", "1", "--out", str(tmp_path)]
+    assert cli.main([*argv, "--trials", "1"]) == 0
+    capsys.readouterr()
+    assert cli.main([*argv, "--trials", "2"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"spiraltrunk: error: --out: '{tmp_path}' holds a survey with trials 1, not 2; allowed: ")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "last", "to_all"),
+    [
+        (signal.SIGINT, 130, "spiraltrunk: interrupted", True),
+        (signal.SIGTERM, 143, "spiraltrunk: terminated", False),
+    ],
+)
+def test_a_signal_leaves_what_has_ended(
+    number: signal.Signals, code: int, last: str, to_all: bool, tmp_path: Path
+) -> None:
+    """Ctrl-C reaches every process of the terminal, ``kill`` one."""
+    out = tmp_path / "out"
+    arguments = ("--strategies", "wrap-vertical", "--trials", "6", "--workers", "2", "--json", "--out", str(out))
+    running = start("hang_after_third", *arguments)
+    assert running.stderr is not None
+    for line in running.stderr:
+        if line.startswith("spiraltrunk: 3/6"):
+            break
+    began = time.monotonic()
+    (os.killpg if to_all else os.kill)(running.pid, number)
+    printed, said = running.communicate(timeout=30)
+    assert time.monotonic() - began < 20, "a trial of a minute was waited for"
+    assert (running.returncode, printed) == (code, ""), said
+    assert said.splitlines() == [
+        f"spiraltrunk: 3 of 6 trials are in {out}; the same command goes on with the rest",
+        last,
+    ]
+    assert is_gone(running.pid)
+    held = load(out)
+    assert not held["complete"]
+    assert [row["index"] for row in held["rows"]] == [0, 1, 2]
+    if to_all:
+        assert_goes_on(out, arguments)
+
+
+def assert_goes_on(out: Path, arguments: tuple[str, ...]) -> None:
+    again = start("work", *arguments)
+    printed, said = again.communicate(timeout=60)
+    assert again.returncode == 0, said
+    assert said.startswith("spiraltrunk: 3/6 trials are there already\n")
+    assert json.loads(printed)["strategies"]["wrap-vertical"]["trials"] == 6
+
+
+def test_without_out_an_interrupted_survey_says_that_it_is_lost(tmp_path: Path) -> None:
+    running = start("hang_after_third", "--strategies", "wrap-vertical", "--trials", "5", "--workers", "1")
+    assert running.stderr is not None
+    for line in running.stderr:
+        if line.startswith("spiraltrunk: 3/5"):
+            break
+    running.send_signal(signal.SIGINT)
+    _, said = running.communicate(timeout=30)
+    assert running.returncode == 130
+    assert said.splitlines()[0] == "spiraltrunk: 3 of 5 trials are lost, as there is no --out"
