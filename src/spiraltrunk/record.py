@@ -9,7 +9,7 @@ import secrets
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, final
@@ -20,6 +20,7 @@ import spiraltrunk
 from spiraltrunk.design.files import write_design
 from spiraltrunk.errors import MissingPackage
 from spiraltrunk.report import Series, write_filmstrip, write_overview, write_plots, write_video
+from spiraltrunk.report.front import compute_propagation
 from spiraltrunk.run import RunLog
 from spiraltrunk.sim.render import View, render_frames
 from spiraltrunk.sim.trace import Sample
@@ -30,8 +31,8 @@ FPS = 10
 """Frames per second of the video, which plays in real time."""
 
 FILES = (
-    "result.json", "trunk.toml", "grasp.mp4", "filmstrip.png", "overview.png", "cables.png", "joints.png", "object.png",
-    "force.png",
+    "result.json", "trunk.toml", "grasp.mp4", "filmstrip.png", "overview.png", "cables.png", "joints.png",
+    "curvature.png", "object.png", "force.png",
 )  # fmt: skip
 """Everything that a trial can leave behind."""
 
@@ -80,6 +81,7 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
         "phases": [
             {"name": phase, "start_s": begin, "end_s": end} for phase, begin, end in compute_phase_spans(trial.log)
         ],
+        "front": compute_front_figures(trial),
         "lift_m": verdict.lift,
         "carry_m": verdict.carry,
         "hold_s": verdict.hold,
@@ -100,6 +102,16 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
         "files": list(files),
     }
     return {key: _to_json(value) for key, value in figures.items()}
+
+
+def compute_front_figures(trial: Trial) -> dict[str, float | bool | None]:
+    """Where the curl ended, over the trunk's length, and whether it spread from tip to base and back [-]."""
+    trace, design = trial.plant.trace, trial.plant.task.design
+    found = compute_propagation(
+        np.array([s.time for s in trace]), np.array([s.joint_bend for s in trace]), compute_phase_spans(trial.log),
+        section_length=design.section_length, joint_limit=design.joint_limit,
+    )  # fmt: skip
+    return {**asdict(found), "is_inward": found.is_inward, "is_outward": found.is_outward}
 
 
 def compute_phase_spans(log: RunLog) -> tuple[tuple[str, float, float], ...]:
@@ -233,6 +245,7 @@ def compute_series(trial: Trial, name: str) -> Series:
         cable_tension=np.array([s.cable_tension for s in trace]),
         joint_bend=np.array([s.joint_bend for s in trace]),
         joint_limit=task.design.joint_limit,
+        section_length=task.design.section_length,
         object_height=np.array([s.object_position[2] for s in trace]),
         target_height=_target_height(trial),
         grip_force=np.array([s.grip_force for s in trace]),

@@ -28,8 +28,11 @@ from spiraltrunk.trial import Trial, run_trial
 KEYS = {
     "strategy", "object", "success", "reason", "phases", "lift_m", "hold_s", "max_penetration_m", "max_joint_deg",
     "real_time_factor", "seed", "versions", "world", "place_error_m", "files",
+    "front",
 }  # fmt: skip
-PLAIN = {"result.json", "trunk.toml", "overview.png", "cables.png", "joints.png", "object.png", "force.png"}
+PLAIN = {
+    "result.json", "trunk.toml", "overview.png", "cables.png", "joints.png", "curvature.png", "object.png", "force.png",
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +76,14 @@ def test_real_grasp_leaves_a_record_and_is_the_same_again(
 
 def test_default_grasp_succeeds(trial: Trial) -> None:
     assert trial.verdict.reason == "success"
+
+
+def test_the_curl_spreads_from_the_tip_and_back(trial: Trial) -> None:
+    front = spiraltrunk.record.compute_result(trial, DEFAULT_OBJECT)["front"]
+    assert (front["is_inward"], front["is_outward"]) == (True, True)
+    assert front["prehension_start"] == front["release_end"] == 0.0
+    assert 0.5 < front["transport_max"] < 0.9
+    assert min(front["tip_first"], front["base_first"]) >= 0.75
 
 
 def test_phases_follow_one_another(trial: Trial) -> None:

@@ -36,6 +36,7 @@ def parts() -> dict[str, Any]:
         "cable_tension": 1.0 + np.outer(grasp, [0.0, 18.0, 17.0]),
         "joint_bend": bend,
         "joint_limit": np.pi / 6,
+        "section_length": 0.05 * 0.92 ** np.arange(N_JOINT + 1),
         "object_height": 0.9 + 0.2 * (ramp(time, 5.0, 6.0) - ramp(time, 8.0, 9.5)),
         "target_height": 1.1,
         "grip_force": 22.0 * grasp,

@@ -20,6 +20,7 @@ from spiraltrunk.report.bands import place_labels
 from spiraltrunk.report.plots import (
     FIGURES,
     build_cables_figure,
+    build_curvature_figure,
     build_force_figure,
     build_joints_figure,
     build_object_figure,
@@ -82,6 +83,20 @@ def test_bend_beyond_the_limit_is_told_apart(build: Callable[..., Series], serie
     assert mesh.get_clim()[1] == pytest.approx(np.degrees(2.0 * series.joint_bend.max()))
 
 
+def test_front_is_shown_in_parts_of_the_length(build: Callable[..., Series]) -> None:
+    bend = np.zeros((120, 17))
+    bend[30:, 10:], bend[60:, 5:] = 0.5, 0.5
+    series = build(joint_bend=bend)
+    (axes,) = build_curvature_figure(series).axes
+    (line,) = axes.get_legend_handles_labels()[0]
+    length = series.section_length
+    expected = np.repeat([0.0, length[11:].sum(), length[6:].sum()], [30, 30, 60]) / length.sum()
+    np.testing.assert_allclose(line.get_ydata(), 100 * expected, rtol=0, atol=1e-9)
+    ticks = {label.get_text(): tick for tick, label in zip(axes.get_yticks(), axes.get_yticklabels(), strict=True)}
+    assert (ticks["0  tip"], ticks["100  base"]) == (0.0, 100.0)
+    assert axes.get_ylim() == (0.0, 100.0)
+
+
 @pytest.mark.parametrize("target", [1.1, None])
 def test_object_shows_its_target_dashed(build: Callable[..., Series], target: float | None) -> None:
     (axes,) = build_object_figure(build(target_height=target)).axes
@@ -101,9 +116,9 @@ def test_forces_are_told_apart(series: Series) -> None:
 
 def test_overview_shares_its_time(series: Series) -> None:
     columns = build_overview_figure(series).axes
-    assert len(columns) == 5
+    assert len(columns) == 6
     assert all(columns[0].get_shared_x_axes().joined(columns[0], axes) for axes in columns)
-    assert [axes.get_xlabel() for axes in columns] == ["", "", "", "", "Time [s]"]
+    assert [axes.get_xlabel() for axes in columns] == ["", "", "", "", "", "Time [s]"]
 
 
 @pytest.mark.parametrize("spans", ["even", "short", "beyond", "none"])
@@ -155,7 +170,7 @@ def test_labels_never_touch(lengths: list[tuple[str, float]], letter: float) -> 
 def test_files_are_written(series: Series, tmp_path: Path) -> None:
     folder = tmp_path / "new" / "plots"
     paths = write_plots(series, folder)
-    assert [path.name for path in paths] == ["cables.png", "joints.png", "object.png", "force.png"]
+    assert [path.name for path in paths] == ["cables.png", "joints.png", "curvature.png", "object.png", "force.png"]
     assert sorted(folder.iterdir()) == sorted(paths)
     for path in (*paths, write_overview(series, folder / "overview.png")):
         pixels = imread(path)

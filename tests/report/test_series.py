@@ -19,6 +19,7 @@ BAD = {
     "grip_force": (np.full(120, np.nan), "grip_force holds what is not finite"),
     "string_tension": (["much"] * 120, "string_tension is not an array of numbers"),
     "time": (np.linspace(1.0, 0.0, 120), "each later than the one before"),
+    "section_length": (np.ones(17), r"section_length has shape \(17,\); allowed: \(18,\), one more than there are"),
     "joint_limit": (0.0, "joint_limit is 0.0"),
     "target_height": (np.inf, "target_height is inf"),
     "phase_spans": ((("reach", 2.0, 1.0),), "phase reach spans 2.0 to 1.0 s"),
@@ -30,6 +31,11 @@ def test_misfit_is_named(build: Callable[..., Series], name: str) -> None:
     value, message = BAD[name]
     with pytest.raises(ShapeError, match=message):
         build(**{name: value})
+
+
+def test_sections_have_a_length(build: Callable[..., Series]) -> None:
+    with pytest.raises(ShapeError, match=r"section_length is 0 m at least; allowed: > 0 m"):
+        build(section_length=np.arange(18.0))
 
 
 @pytest.mark.parametrize("n", [0, 1])

@@ -46,6 +46,16 @@ def add_joint_bend(axes: Axes, series: Series) -> None:
     _add_color_bar(axes, mesh, limit)
 
 
+def add_front(axes: Axes, series: Series) -> None:
+    """Where along the trunk the curl ends, counted from the tip [% of its length]."""
+    front = 100 * series.front
+    _add_lines(axes, series, front[:, None], ["end of the curl"])
+    axes.fill_between(series.time, front, color=COLORS[0], alpha=0.15, linewidth=0.0)
+    axes.set_ylim(0.0, 100.0)
+    axes.set_yticks([0, 25, 50, 75, 100], ["0  tip", "25", "50", "75", "100  base"])
+    _finish(axes, series, "Curled part\n[% of length]")
+
+
 def add_object_height(axes: Axes, series: Series) -> None:
     """Height of the object, and the height that it is to be lifted to [m]."""
     _add_lines(axes, series, series.object_height[:, None], ["object"])

@@ -13,6 +13,7 @@ from spiraltrunk.report.panels import (
     add_cable_pull,
     add_cable_tension,
     add_forces,
+    add_front,
     add_joint_bend,
     add_object_height,
 )
@@ -36,6 +37,11 @@ def build_joints_figure(series: Series) -> Figure:
     return _stack(series, [(add_joint_bend, 1.0)], height=3.4)
 
 
+def build_curvature_figure(series: Series) -> Figure:
+    """How far from the tip the trunk is curled: inwards in prehension and transport, back in release."""
+    return _stack(series, [(add_front, 1.0)], height=3.0)
+
+
 def build_object_figure(series: Series) -> Figure:
     """Height of the object and where it shall go."""
     return _stack(series, [(add_object_height, 1.0)], height=3.0)
@@ -52,15 +58,17 @@ def build_overview_figure(series: Series) -> Figure:
         (add_cable_pull, 1.0),
         (add_cable_tension, 1.0),
         (add_joint_bend, 1.3),
+        (add_front, 0.9),
         (add_object_height, 0.9),
         (add_forces, 0.9),
     ]
-    return _stack(series, panels, height=9.0)
+    return _stack(series, panels, height=10.6)
 
 
 FIGURES: dict[str, Callable[[Series], Figure]] = {
     "cables.png": build_cables_figure,
     "joints.png": build_joints_figure,
+    "curvature.png": build_curvature_figure,
     "object.png": build_object_figure,
     "force.png": build_force_figure,
 }

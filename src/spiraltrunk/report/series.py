@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.errors import ShapeError
+from spiraltrunk.report.front import compute_front
 
 _AXES = {
     "time": 1,
@@ -42,6 +43,8 @@ class Series:
     """Bend of each joint, the base's first, shape (n, n_joint) [rad]."""
     joint_limit: float
     """Bend at which neighbouring sections touch [rad]."""
+    section_length: np.ndarray
+    """Length of each section, the base's first, shape (n_joint + 1,) [m]."""
     object_height: np.ndarray
     """Height of the object's centre, shape (n,) [m]."""
     target_height: float | None
@@ -64,6 +67,7 @@ class Series:
             )
         if not (np.isfinite(self.joint_limit) and self.joint_limit > 0):
             raise ShapeError(f"joint_limit is {self.joint_limit}; allowed: finite, > 0 rad")
+        object.__setattr__(self, "section_length", _read_lengths(self.section_length, self.n_joint))
         if self.target_height is not None and not np.isfinite(self.target_height):
             raise ShapeError(f"target_height is {self.target_height}; allowed: None or finite")
         for phase, begin, end in self.phase_spans:
@@ -80,20 +84,34 @@ class Series:
         """Number of joints."""
         return self.joint_bend.shape[1]
 
+    @property
+    def front(self) -> np.ndarray:
+        """How much of the trunk is curled, counted from the tip, over its length, shape (n,) [-]."""
+        front = compute_front(self.joint_bend, self.section_length, self.joint_limit)
+        return np.asarray(front / self.section_length.sum())
 
-def _read(name: str, values: object, axes: int, *, n: int) -> np.ndarray:
-    """A read-only copy in floating point, with its first axis as long as time."""
+
+def _read_lengths(values: object, n_joint: int) -> np.ndarray:
+    """A read-only copy of the sections' lengths."""
+    length = _read("section_length", values, 1, n=n_joint + 1, like="one more than there are joints")
+    if not (length > 0).all():
+        raise ShapeError(f"section_length is {float(length.min()):g} m at least; allowed: > 0 m")
+    return length
+
+
+def _read(name: str, values: object, axes: int, *, n: int, like: str = "as time") -> np.ndarray:
+    """A read-only copy in floating point, with its first axis of length n."""
     try:
         array = np.array(values, dtype=float)
     except (TypeError, ValueError):
-        raise ShapeError(f"{name} is not an array of numbers; allowed: {_shape(axes, n)}") from None
+        raise ShapeError(f"{name} is not an array of numbers; allowed: {_shape(axes, n, like)}") from None
     if array.ndim != axes or len(array) != n or 0 in array.shape:
-        raise ShapeError(f"{name} has shape {array.shape}; allowed: {_shape(axes, n)}")
+        raise ShapeError(f"{name} has shape {array.shape}; allowed: {_shape(axes, n, like)}")
     if not np.isfinite(array).all():
         raise ShapeError(f"{name} holds what is not finite; allowed: finite numbers")
     array.setflags(write=False)
     return array
 
 
-def _shape(axes: int, n: int) -> str:
-    return f"({n},), as time" if axes == 1 else f"({n}, at least 1), as time"
+def _shape(axes: int, n: int, like: str) -> str:
+    return f"({n},), {like}" if axes == 1 else f"({n}, at least 1), {like}"
