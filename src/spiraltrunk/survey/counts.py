@@ -24,6 +24,7 @@ def summarize(plan: Plan, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
             **count_rate(own),
             "failures": count_failures(own),
             "median_wall_s": _median(row["wall_s"] for row in own),
+            "median_planning_wall_s": _median(row["planning_wall_s"] for row in own),
             "median_simulated_s": _median(row["simulated_s"] for row in own),
             "retried": sum(bool(row["retries"]) for row in own),
             "objects": by_object,

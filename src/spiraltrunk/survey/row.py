@@ -12,7 +12,7 @@ Row = dict[str, Any]
 WORLD = ("width_m", "mass_kg", "friction", "stiffness_factor")
 """What a row tells of the world that was drawn."""
 
-FIGURES = ("simulated_s", "real_time_factor", "lift_m", "hold_s", "place_error_m", "retries")
+FIGURES = ("simulated_s", "real_time_factor", "planning_wall_s", "lift_m", "hold_s", "place_error_m", "retries")
 """What it tells of the trial; null where there was none."""
 
 

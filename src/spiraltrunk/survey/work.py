@@ -49,6 +49,7 @@ def _tell(trial: Trial) -> Row:
         "reason": verdict.reason,
         "simulated_s": _finite(trial.plant.trace[-1].time),
         "real_time_factor": _finite(trial.real_time_factor),
+        "planning_wall_s": _finite(trial.log.planning),
         "lift_m": _finite(verdict.lift),
         "hold_s": _finite(verdict.hold),
         "place_error_m": _finite(verdict.place_error),
