@@ -9,6 +9,8 @@ import pytest
 from spiraltrunk.sim.object_parts import compute_bounds
 from spiraltrunk.sim.object_solids import NECK_SHARE, RING_PARTS
 from spiraltrunk.sim.objects import CATALOGUE, ObjectSpec, add_object, parse_object
+from spiraltrunk.sim.scene import SceneOptions
+from spiraltrunk.sim.stage import add_ground
 
 SOLIDS = {
     "sphere": ObjectSpec(kind="sphere", size=(0.1, 0.1, 0.1), mass=0.3),
@@ -155,4 +157,26 @@ def test_a_rolling_ball_comes_to_rest_where_its_rolling_friction_says(name):
     way = speed**2 / 2 / (1e-3 * 9.81 / (1.4 * radius))
     data = dropped(shape, time=8.0, speed=speed)
     assert data.body("object").xpos[1] == pytest.approx(way, rel=0.02)
+    assert np.abs(data.qvel).max() < 1e-5
+
+
+def test_a_cylinder_on_the_ground_comes_to_rest_too():
+    """As the ball, with an inertia of m r^2 / 2."""
+    shape = parse_object("cylinder-60")
+    spec = mujoco.MjSpec()
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.timestep = 1e-3
+    spec.add_material(name="tiles")
+    add_ground(spec, SceneOptions(shape=shape, stage="ground", stance="lying"))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    start, speed, radius = data.body("object").xpos.copy(), 0.2, shape.width / 2
+    across = data.body("object").xmat.reshape(3, 3)[:, 1].copy()
+    data.qvel[:3], data.qvel[3] = speed * across, -speed / radius
+    while data.time < 5.0:
+        mujoco.mj_step(model, data)
+    way = speed**2 / 2 / (1e-3 * 9.81 / (1.5 * radius))
+    assert (data.body("object").xpos - start) @ across == pytest.approx(way, rel=0.02)
     assert np.abs(data.qvel).max() < 1e-5

@@ -39,7 +39,7 @@ _ROUND = ("cylinder", "cone", "ring", "bottle")
 """Kinds that are as wide as high."""
 
 _ROLLING = ("sphere", "cone", "ring", "bottle")
-"""Kinds with rolling friction of their own. A cylinder has none: where it lies, tables have it."""
+"""Kinds with rolling friction against everything. Others have it where they lie on the ground."""
 
 
 @final

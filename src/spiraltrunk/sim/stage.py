@@ -99,6 +99,9 @@ def add_ground(spec: mujoco.MjSpec, options: SceneOptions) -> None:
         pos=[(GROUND_FAR + GROUND_NEAR) / 2, 0.0, options.ground / 2], solref=SOLREF, solimp=SOLIMP,
     )  # fmt: skip
     body = add_object(spec, options.shape)
+    if options.shape.kind != "box":
+        for geom in body.geoms:
+            geom.condim = 6  # The object's rolling friction, or what lies here would roll for ever.
     center = np.array(options.position) + np.array(options.offset)
     body.pos, body.quat = [*center[:2], rest_height(options)], object_quat_wxyz(options)
 
