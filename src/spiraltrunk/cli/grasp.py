@@ -65,6 +65,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
     shape, design = parse_object(name), load_design(arguments.design)
     _check_width(strategy, design, shape, name)
     _check_mass(strategy, design, shape, name)
+    if shape.warning:
+        complain(shape.warning, DONE)
 
     missing = None
     if arguments.out is None:
