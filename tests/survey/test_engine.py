@@ -117,7 +117,8 @@ def test_another_survey_is_refused(
 BROKEN = {
     "a list": ("survey.json", "[1]", "is no survey's"),
     "torn": ("survey.json", "{", "is no survey's"),
-    "a line": ("trials.jsonl", "{}\nnot a trial\n{}\n", "line 2 of"),
+    "no JSON": ("trials.jsonl", "not a trial\n", "line 1 of"),
+    "no trial": ("trials.jsonl", '{"strategy": "kick"}\n', "line 1 of"),
 }
 
 

@@ -11,6 +11,7 @@ from typing import IO, Any, final
 
 from spiraltrunk.errors import SurveyError
 from spiraltrunk.report.draft import write_draft
+from spiraltrunk.survey.row import check_row
 
 FILES = ("survey.json", "trials.jsonl", "table.md", "rates.png", "heatmap.png")
 """Everything that a survey leaves behind; the pictures come when it is complete."""
@@ -96,9 +97,11 @@ def _read_rows(path: Path, text: str) -> tuple[list[dict[str, Any]], int]:
     rows = []
     for number, line in enumerate(lines, start=1):
         try:
-            rows.append(dict(json.loads(line)))
+            row = dict(json.loads(line))
+            check_row(row)
         except (ValueError, TypeError):
             raise SurveyError(f"--out: line {number} of {str(path)!r} is no trial; {_ALLOWED}") from None
+        rows.append(row)
     return rows, sum(len(line.encode()) for line in lines)
 
 

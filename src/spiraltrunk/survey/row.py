@@ -16,16 +16,21 @@ FIGURES = ("simulated_s", "real_time_factor", "planning_wall_s", "lift_m", "hold
 """What it tells of the trial; null where there was none."""
 
 
+_NAMES = ("strategy", "object", "index", "seed", "success", "reason", "wall_s")
+
+
 def build_empty_row(entry: Entry, reason: str = "") -> Row:
     """A failed trial of which nothing else is known."""
-    return {
-        "strategy": entry.strategy,
-        "object": entry.object,
-        "index": entry.index,
-        "seed": entry.seed,
-        "success": False,
-        "reason": reason,
-        "wall_s": None,
-        **dict.fromkeys(WORLD),
-        **dict.fromkeys(FIGURES),
-    }
+    told = (entry.strategy, entry.object, entry.index, entry.seed, False, reason, None)
+    return {**dict(zip(_NAMES, told, strict=True)), **dict.fromkeys((*WORLD, *FIGURES))}
+
+
+def check_row(row: Row) -> None:
+    """Refuse what tells other things than a trial.
+
+    Raises:
+        ValueError: with what is missing or strange.
+    """
+    differing = row.keys() ^ {*_NAMES, *WORLD, *FIGURES}
+    if differing:
+        raise ValueError(f"{sorted(differing)} missing or strange")
