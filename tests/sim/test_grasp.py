@@ -11,7 +11,7 @@ from spiraltrunk.model.wrap import predict_wrap
 from spiraltrunk.run import run
 from spiraltrunk.sim import SimPlant, parse_object
 from spiraltrunk.sim.objects import DEFAULT_OBJECT
-from spiraltrunk.trial import FRICTION_RANGE, PLACE_SPREAD, STIFFNESS_SPREAD, draw_scene, run_trial
+from spiraltrunk.trial import EXACT, Spread, draw_scene, run_trial
 
 SHAPE = parse_object(DEFAULT_OBJECT)
 
@@ -56,15 +56,38 @@ def test_another_seed_gives_another_world(trial):
 
 
 def test_worlds_are_drawn_within_their_bounds():
-    drawn = [draw_scene(SHAPE, seed) for seed in range(200)]
+    spread, drawn = Spread(), [draw_scene(SHAPE, seed) for seed in range(200)]
     offset = np.array([scene.offset for scene in drawn])
+    assert (np.abs(offset) <= spread.position).all()
+    assert np.abs(offset).max() > 0.8 * spread.position
     friction = np.array([scene.shape.friction for scene in drawn])
-    stiffness = np.array([scene.trunk.stiffness_factor for scene in drawn])
-    assert (np.abs(offset) <= PLACE_SPREAD).all()
-    assert np.abs(offset).max() > 0.8 * PLACE_SPREAD
-    assert FRICTION_RANGE[0] <= friction.min() < 0.55 < 1.15 < friction.max() <= FRICTION_RANGE[1]
-    assert 1 - STIFFNESS_SPREAD <= stiffness.min() < 0.92 < 1.08 < stiffness.max() <= 1 + STIFFNESS_SPREAD
+    assert spread.friction[0] <= friction.min() < 0.55 < 1.15 < friction.max() <= spread.friction[1]
+    ratios = {
+        "stiffness": [scene.trunk.stiffness_factor for scene in drawn],
+        "size": [scene.shape.width / SHAPE.width for scene in drawn],
+        "mass": [scene.shape.mass / SHAPE.mass for scene in drawn],
+    }
+    for name, ratio in ratios.items():
+        bound, most = getattr(spread, name), np.abs(np.array(ratio) - 1)
+        assert 0.8 * bound < most.max() <= bound + 1e-12, name
+    yaw = np.abs([scene.yaw_error for scene in drawn])
+    assert 0.8 * spread.yaw < yaw.max() <= spread.yaw
+    assert len({scene.sensors.seed for scene in drawn}) == 200
     assert drawn[3] == draw_scene(SHAPE, 3)
+
+
+def test_what_the_robot_is_told_is_not_what_was_drawn():
+    plant = SimPlant(PAPER, draw_scene(SHAPE, 3))
+    told = plant.task.target
+    assert (told.width, told.mass) == (SHAPE.width, SHAPE.mass)
+    assert plant.options.shape.width != told.width
+
+
+def test_an_exact_world_differs_in_place_friction_and_stiffness_alone():
+    scene = draw_scene(SHAPE, 3, spread=EXACT)
+    assert replace(scene.shape, friction=SHAPE.friction) == SHAPE
+    assert (scene.yaw, scene.yaw_error) == (0.0, 0.0)
+    assert scene.sensors.delay == scene.sensors.torque_noise == 0.0
 
 
 def test_nothing_slippery_is_carried():
