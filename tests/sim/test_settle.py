@@ -165,12 +165,14 @@ def test_a_push_on_the_tip_bends_stiff_joints_by_its_moments(across):
 def test_locking_the_winders_moves_nothing_and_holds_the_lengths():
     rig = SettleRig(PAPER, options=FAST)
     rest = rig.settle([Stage(tension=(3.0, 6.0, 6.0))])
-    held = rig.push(np.zeros(3), is_locked=True)
+    held = rig.push(np.zeros(3), hold="length")
     np.testing.assert_allclose(held.shape.points, rest.shape.points, rtol=0, atol=1e-5)
     np.testing.assert_allclose(held.cable_tension, rest.cable_tension, rtol=0, atol=1e-2)
     pushed = rig.push((0.1, 0.0, 0.0))
     np.testing.assert_allclose(pushed.cable_pull, rest.cable_pull, rtol=0, atol=3.0 / rig.options.trunk.cable_gain)
     assert np.abs(pushed.cable_tension - rest.cable_tension).max() > 0.05
+    freed = rig.push((0.1, 0.0, 0.0), hold="tension")
+    np.testing.assert_allclose(rig.push(np.zeros(3)).cable_tension, freed.cable_tension, rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("force", [(1.0, 0.0), math.nan, (math.inf, 0.0, 0.0)])

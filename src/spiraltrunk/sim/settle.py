@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import final
+from typing import Literal, final
 
 import mujoco
 import numpy as np
@@ -182,12 +182,12 @@ class SettleRig:
             is_still = self._rest()
         return self._result(is_still, commands[-1][0] if commands else np.array(math.nan))
 
-    def push(self, force: ArrayLike, *, is_locked: bool = False) -> Settled:
+    def push(self, force: ArrayLike, *, hold: Literal["length", "tension"] | None = None) -> Settled:
         """From where it is, let the trunk rest under a force on its tip, winders holding what they held.
 
         Args:
             force: at the end of the last section until the next call, in the frame of `Shape`, shape (3,) [N].
-            is_locked: whether winders of taut cables hold the lengths that these have now, up to the largest tension.
+            hold: what winders of taut cables keep from now on, as it is now; a length up to the largest tension.
 
         Raises:
             ModelError: where the force is not three finite numbers.
@@ -196,8 +196,8 @@ class SettleRig:
         if self._force.shape != (3,) or not np.isfinite(self._force).all():
             raise ModelError(f"force is {force!r}; allowed: 3 finite numbers")
         self._aim_force()
-        if is_locked:
-            self._lock()
+        if hold is not None:
+            self._keep(hold == "length")
         return self._result(self._rest(), np.array(math.nan))
 
     # Building.
@@ -278,11 +278,11 @@ class SettleRig:
         tip, end = self._bodies[-1], self.data.site(f"end_{self.design.n_section:02d}").xpos
         self.data.xfrc_applied[tip] = *self._force, *np.cross(end - self.data.xipos[tip], self._force)
 
-    def _lock(self) -> None:
+    def _keep(self, is_length: bool) -> None:
         self._forward()
         tension = self._tension()
-        most = np.where(tension > 0, self.design.cable.tension_max, 0.0)
-        self._command(self._pull() + tension / self.options.trunk.cable_gain, most)
+        pull = self._pull() + tension / self.options.trunk.cable_gain if is_length else self._straight
+        self._command(pull, np.where((tension > 0) & is_length, self.design.cable.tension_max, tension))
 
     def _forward(self) -> None:
         if self.friction is not None:

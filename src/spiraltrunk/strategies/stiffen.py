@@ -1,0 +1,81 @@
+"""A grasp made stiff for transport: winders that hold lengths, and a dorsal cable that pulls against the ventral ones.
+
+"Grasping by Spiraling" (Results, transport) stiffens the trunk by opposing tensions of dorsal and ventral cables. The
+equilibrium and the simulation find (docs/stiffness.md): held by tension without friction, opposing cables stiffen
+nothing, they soften; held by length they stiffen at once, whatever the tension; and only friction in the holes makes
+stiffness grow with tension.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model.cables import planar_lever
+from spiraltrunk.model.wrap import ventral_cables
+
+CEILING = 0.95
+"""Tension over the largest one that a winder may take to hold its length [-]: the rest is left to move."""
+
+
+def co_contraction(design: TrunkDesign, ventral: float, dorsal: float, bend: float = 0.0) -> np.ndarray:
+    """Tensions that bend as the ventral ones alone, with dorsal tension against them, shape (n_cable,) [N].
+
+    Each ventral cable pulls harder by what balances the dorsal ones' moment about a joint,
+
+        more = dorsal * sum lever_dorsal(bend) / sum lever_ventral(bend),
+
+    the same at every joint of that bend, as the trunk's sections are similar. The whole shape keeps where all joints
+    bend alike; elsewhere the trunk shifts, in the half curled paper's trunk by 13 mm at 5 N without friction, by
+    0.02 mm with a coefficient of 0.2.
+
+    Args:
+        design: the trunk; cables on both sides.
+        ventral: tension of each ventral cable alone [N].
+        dorsal: tension of each dorsal cable [N].
+        bend: ventral bend of the joints that shall feel no difference [rad].
+
+    Raises:
+        DesignError: for a tension that is negative, or a bend beyond the joint limit.
+        ModelError: where the cables are not on both sides, or a motor cannot pull so hard.
+    """
+    check_number("ventral", ventral, least=0.0)
+    check_number("dorsal", dorsal, least=0.0)
+    check_number("bend", bend, least=0.0, most=design.joint_limit)
+    pulls_ventral, pulls_dorsal = ventral_cables(design), design.cable_direction[:, 1] > 1e-6
+    if not (pulls_ventral.any() and pulls_dorsal.any()):
+        raise ModelError("cables pull to one side alone; allowed: a design with dorsal and ventral cables")
+    lever = planar_lever(design, np.full(design.n_joint, -bend))[0]
+    more = dorsal * lever[pulls_dorsal].sum() / -lever[pulls_ventral].sum()
+    tension = np.where(pulls_ventral, ventral + more, np.where(pulls_dorsal, dorsal, 0.0))
+    if tension.max() > design.cable.tension_max:
+        allowed = f"{design.cable.tension_max:g} N, the motors' largest"
+        raise ModelError(f"ventral tension with {dorsal:g} N against it is {tension.max():.3g} N; allowed: {allowed}")
+    return tension
+
+
+def hold_lengths(
+    design: TrunkDesign, pull: np.ndarray, tension: np.ndarray, *, dorsal: float = 0.0, give: float = 5e-5
+) -> tuple[np.ndarray, np.ndarray]:
+    """Longest pulls and tension ceilings with which the ventral winders keep the lengths that they have.
+
+    The dorsal cables pull with a tension, whatever their length.
+
+    Args:
+        design: the trunk.
+        pull: cable pulled in now, shape (n_cable,) [m].
+        tension: tension now, shape (n_cable,) [N].
+        dorsal: tension of the dorsal cables from now on [N].
+        give: cable that a winder pays out per tension while it holds [m/N]; 5e-5 is the simulated one's.
+
+    Returns:
+        ``cable_pull`` and ``cable_tension`` of the commands to come, shapes (n_cable,) [m], [N].
+    """
+    check_number("dorsal", dorsal, least=0.0, most=design.cable.tension_max)
+    check_number("give", give, least=0.0, below=1e-2)
+    ventral = ventral_cables(design)
+    ceiling = np.where(ventral, CEILING * design.cable.tension_max, dorsal)
+    ceiling[~ventral & (design.cable_direction[:, 1] <= 1e-6)] = 0.0
+    return np.where(ventral, np.asarray(pull) + give * np.asarray(tension), np.inf), ceiling
