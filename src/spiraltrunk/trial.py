@@ -21,6 +21,7 @@ from spiraltrunk.sim.scene import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 from spiraltrunk.sim.verdict import Moments, Verdict, judge
+from spiraltrunk.sim.verdict_push import judge_kick, judge_sweep
 from spiraltrunk.strategies.base import Status, Strategy
 
 NOISE = SensorOptions(
@@ -101,6 +102,7 @@ def draw_scene(
         offset=(x, y, z),
         trunk=TrunkOptions(stiffness_factor=stiffness),
         sensors=sensors,
+        push=chosen.push,
     )
     return drawn if chosen.position is None else replace(drawn, position=(*chosen.position, drawn.position[2]))
 
@@ -136,14 +138,22 @@ def run_trial(
     log = run(plant, chosen, watch=watch)
     factor = plant.trace[-1].time / (time.perf_counter() - began)
     return Trial(
-        strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=_judge(plant, log),
+        strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=_judge(plant, log, chosen.job),
         real_time_factor=factor,
     )  # fmt: skip
 
 
-def _judge(plant: SimPlant, log: RunLog) -> Verdict:
+def _judge(plant: SimPlant, log: RunLog, job: str) -> Verdict:
     moments = Moments(
         lift=log.span("transport", "lift"), carry=log.span("transport", "carry"), hold=log.span("transport", "hold")
     )
     limits = arm_limits(plant.design.arm)
+    if job == "kick":
+        return judge_kick(plant.trace, plant.task, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)
+    if job == "sweep":
+        swept = log.span("reach", "look")
+        rest = None if swept is None else swept[1]
+        return judge_sweep(
+            plant.trace, plant.task, moments, rest, gave_up=log.gave_up, warnings=plant.warnings, limits=limits
+        )
     return judge(plant.trace, plant.task, moments, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)

@@ -58,6 +58,8 @@ class SceneOptions:
     """Carry along y, not 0 [m]."""
     lift: float = 0.20
     """Height to lift by, above 0 [m]."""
+    push: tuple[float, float] = (0.0, 0.0)
+    """Way from where it lies on the ground to where it shall be pushed (x, y) [m]; none where it shall be lifted."""
     place_aside: float = 0.35
     """Distance of the table's middle along y from where the object hangs [m]: clear of the curling trunk."""
     place_rise: float = 0.08
@@ -83,7 +85,7 @@ class SceneOptions:
             raise UnknownName("stance", self.stance, STANCES)
         if self.aside == 0:
             raise DesignError("scene.aside", got=self.aside, allowed="any distance but 0")
-        for name in ("position", "offset"):
+        for name in ("position", "offset", "push"):
             for i, value in enumerate(getattr(self, name)):
                 check_number(f"scene.{name}[{i}]", value, above=-3.0, below=3.0)
 
@@ -102,6 +104,8 @@ def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
     )  # fmt: skip
     aside = np.array([0.0, options.aside, 0.0])
     beside = np.array([0.0, options.place_aside, options.place_rise]) if is_hung else aside
+    if any(options.push):
+        beside = np.array([*options.push, 0.0])
     ground = None if is_hung else options.ground
     goal = Goal(lift=options.lift, aside=aside, place=position + beside, ground=ground)
     return Task(design=design, target=target, goal=goal)

@@ -67,27 +67,37 @@ def judge(
     hold = _held(trace, moments.hold, task)
     place_error = float(np.linalg.norm(trace[-1].object_position - task.goal.place))
     penetration, bend = max(s.penetration for s in trace), max(s.bend_most for s in trace)
-    bend_most = task.design.joint_limit * BEND_MOST / math.radians(30.0)
     aside = float(np.linalg.norm(task.goal.aside))
     conditions = (
-        (warnings == 0, f"the solver warned {warnings} times"),
-        (gave_up is None, f"{gave_up}"),
-        (bend <= bend_most, f"a joint bent {math.degrees(bend):.1f} deg"),
-        (penetration <= PENETRATION_MOST, f"bodies overlapped by {penetration * 1e3:.1f} mm"),
-        (not any(s.touches_robot for s in trace), "the object touched housing or arm"),
-        (not any(s.arm_touches_ground for s in trace), "housing or arm touched the ground"),
+        *fault_conditions(trace, task, gave_up=gave_up, warnings=warnings),
         (abs(lift / task.goal.lift - 1) <= LIFT_TOLERANCE, f"lifted {lift * 100:.0f} cm"),
         (abs(carry / aside - 1) <= LIFT_TOLERANCE, f"carried {carry * 100:.0f} cm aside"),
         (hold >= task.goal.hold - 0.05, f"held alone for {hold:.1f} s"),
         (_is_released(trace), "not released at rest"),
         (place_error <= task.goal.zone, f"released {place_error * 100:.1f} cm from the target"),
-        *_arm_conditions(trace, limits),
+        *arm_conditions(trace, limits),
     )
     reason = next((text for holds, text in conditions if not holds), "success")
     return Verdict(
         success=reason == "success", reason=reason, lift=lift, carry=carry, hold=hold, place_error=place_error,
         penetration=penetration, bend=bend,
     )  # fmt: skip
+
+
+def fault_conditions(
+    trace: Sequence[Sample], task: Task, *, gave_up: str | None, warnings: int
+) -> list[tuple[bool, str]]:
+    """What no trial may show, whatever its job: faults of the simulation, overbent joints, touches of the arm."""
+    penetration, bend = max(s.penetration for s in trace), max(s.bend_most for s in trace)
+    bend_most = task.design.joint_limit * BEND_MOST / math.radians(30.0)
+    return [
+        (warnings == 0, f"the solver warned {warnings} times"),
+        (gave_up is None, f"{gave_up}"),
+        (bend <= bend_most, f"a joint bent {math.degrees(bend):.1f} deg"),
+        (penetration <= PENETRATION_MOST, f"bodies overlapped by {penetration * 1e3:.1f} mm"),
+        (not any(s.touches_robot for s in trace), "the object touched housing or arm"),
+        (not any(s.arm_touches_ground for s in trace), "housing or arm touched the ground"),
+    ]
 
 
 def _between(trace: Sequence[Sample], span: tuple[float, float] | None) -> list[Sample]:
@@ -126,7 +136,7 @@ def _is_released(trace: Sequence[Sample]) -> bool:
     return moved <= 0.002 and part[-1].grip_force == 0.0 and part[-1].touches_table
 
 
-def _arm_conditions(trace: Sequence[Sample], limits: ArmLimits) -> list[tuple[bool, str]]:
+def arm_conditions(trace: Sequence[Sample], limits: ArmLimits) -> list[tuple[bool, str]]:
     """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands."""
     if len(trace) < 2:
         return []

@@ -51,6 +51,9 @@ class Strategy(ABC, Generic[State]):
         """Least and greatest width of what it can take [m]: what the trunk can wrap, unless it takes hold otherwise."""
         return graspable_range(design)
 
+    push: tuple[float, float] = (0.0, 0.0)
+    """Way that it shall move its objects along the ground (x, y) [m]; none where its job is a grasp."""
+
     @abstractmethod
     def init(self, observation: Observation) -> State:
         """Plan from the first observation."""
