@@ -4,9 +4,13 @@ from typing import Any
 
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.kick import Kick
 from spiraltrunk.strategies.wrap_vertical import WrapVertical
 
-_STRATEGIES: dict[str, type[Strategy[Any]]] = {WrapVertical.name: WrapVertical}
+_STRATEGIES: dict[str, type[Strategy[Any]]] = {
+    WrapVertical.name: WrapVertical,
+    Kick.name: Kick,
+}
 
 NAMES = tuple(_STRATEGIES)
 """Names of the strategies."""
