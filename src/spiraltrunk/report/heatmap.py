@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _COLOR_MAP = "viridis"
 
 _BINS = 4
-"""Most bins in each direction: the edges are round numbers, so that there are often fewer."""
+"""About how many bins there are in each direction: their edges are round numbers."""
 
 _COLUMNS = 3
 """Maps side by side."""
