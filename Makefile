@@ -61,6 +61,7 @@ trials: $(STAMP)  ## 50 drawn grasps, of which 48 are to succeed (minutes)
 docs: $(STAMP)  ## make the pictures and numbers of README and docs again
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python docs/study_forward_models.py
+	$(BIN)/python docs/study_stiffness.py
 
 clean:  ## remove caches and build products; out and .venv stay
 	rm -rf build dist src/*.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
