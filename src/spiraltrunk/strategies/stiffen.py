@@ -27,9 +27,10 @@ def co_contraction(design: TrunkDesign, ventral: float, dorsal: float, bend: flo
 
         more = dorsal * sum lever_dorsal(bend) / sum lever_ventral(bend),
 
-    the same at every joint of that bend, as the trunk's sections are similar. The whole shape keeps where all joints
-    bend alike; elsewhere the trunk shifts, in the half curled paper's trunk by 13 mm at 5 N without friction, by
-    0.02 mm with a coefficient of 0.2.
+    the same at every joint of that bend, as the trunk's sections are similar. The shape keeps where joints bend alike;
+    elsewhere it shifts, in the half curled paper's trunk by 13 mm at 5 N without friction. With friction in the holes
+    the order matters: bend first, hold the ventral lengths, then pull dorsal, and these are the tensions that come of
+    it; pulled together from slack they bend less.
 
     Args:
         design: the trunk; cables on both sides.
