@@ -9,14 +9,11 @@ import numpy as np
 
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.model.fingers import STRAND_LEVER
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
 
 GROUPS = ("gripper_close", "gripper_open")
 """Tendon and actuator of the two cable groups, on the fingers' inner and outer sides."""
-
-LEVER = 0.4
-"""Distance of a strand from the joint's axis over the phalanx's width [-]: just under its skin."""
-
 
 SOLIMP_LIMIT = [0.95, 0.999, 0.01, 0.5, 2.0]
 """Impedance of a finger joint's limit: stiff within half a degree, as the phalanges' faces are."""
@@ -82,11 +79,11 @@ def _half_core(gripper: GripperDesign, j: int) -> float:
 
 
 def _add_group(spec: mujoco.MjSpec, gripper: GripperDesign, group: str, side: float) -> None:
-    """One cable of as many strands as fingers, past each joint at LEVER of the phalanx's width."""
+    """One cable of as many strands as fingers, past each joint at STRAND_LEVER of the phalanx's width."""
     tendon = spec.add_tendon(name=group)
     for f in range(gripper.n_finger):
         for j in range(gripper.n_phalanx):
-            tendon.wrap_joint(phalanx_name(f, j), side * LEVER * float(gripper.phalanx_width[j]))
+            tendon.wrap_joint(phalanx_name(f, j), side * STRAND_LEVER * float(gripper.phalanx_width[j]))
     actuator = spec.add_actuator(
         name=group, target=group, trntype=mujoco.mjtTrn.mjTRN_TENDON, ctrllimited=True,
         ctrlrange=[0.0, gripper.tension_max],

@@ -68,6 +68,9 @@ class SceneOptions:
     """The trunk's simulation."""
     sensors: SensorOptions = field(default_factory=SensorOptions)
     """What the robot reads wrongly, and when."""
+    friction_hardness: float = 1.0
+    """How much harder friction is than the contact that it acts in [-]: soft friction creeps, a wrap bears it, small
+    things creep out of fingers."""
     timestep: float = TIMESTEP
     """Step of the physics [s]."""
 
@@ -76,6 +79,7 @@ class SceneOptions:
             check_number(f"scene.{name}", getattr(self, name), above=-1.0, below=1.0)
         check_number("scene.lift", self.lift, above=0.0, below=1.0)
         check_number("scene.ground", self.ground, above=0.0, below=2.0)
+        check_number("scene.friction_hardness", self.friction_hardness, above=0.0, below=1e3)
         check_number("scene.timestep", self.timestep, above=0.0, below=0.0101)
         for name in ("yaw", "yaw_error"):
             check_number(f"scene.{name}", getattr(self, name), above=-7.0, below=7.0)
@@ -116,7 +120,7 @@ def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.compiler.autolimits = True
-    _set_options(spec, options.timestep)
+    _set_options(spec, options)
     _set_look(spec)
     _add_surroundings(spec, design)
     base = spec.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
@@ -140,8 +144,9 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
     return model
 
 
-def _set_options(spec: mujoco.MjSpec, timestep: float) -> None:
-    spec.option.timestep = timestep
+def _set_options(spec: mujoco.MjSpec, options: SceneOptions) -> None:
+    spec.option.timestep = options.timestep
+    spec.option.impratio = options.friction_hardness
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.tolerance = 1e-6  # Fewer iterations than at 1e-8, for the same rate of success.

@@ -40,6 +40,8 @@ class Strategy(ABC, Generic[State]):
     """How its objects rest: "lying", their axis horizontal, or "upright"."""
     looks: bool = False
     """Whether it needs a camera's looks at the object; otherwise the announced place must do."""
+    holds: str = "trunk"
+    """What holds the object: the "trunk" round it, or the "fingers" at its tip."""
     job: str = "grasp"
     """What counts as success: "grasp" carries the object to its place, "kick" and "sweep" move it along the ground."""
     objects: tuple[str, ...] = ("cylinder-60",)

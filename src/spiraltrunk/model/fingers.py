@@ -1,0 +1,84 @@
+"""A finger of the tip gripper, bent by its cables alone: what planning needs to know before anything is touched.
+
+A strand passes each joint at the same part of its phalanx's width, so that one tension gives every joint a torque in
+proportion to its width, while stiffness falls with the width's cube: the last phalanx bends first, as in the trunk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from spiraltrunk.design.gripper import GripperDesign
+
+STRAND_LEVER = 0.4
+"""Distance of a strand from the joint's axis over the phalanx's width [-] (ours): just under its skin."""
+
+_TENSIONS, _SAMPLES = 81, 20
+"""Tensions tried, and points along a phalanx looked at."""
+
+
+def finger_bend(gripper: GripperDesign, tension: float) -> np.ndarray:
+    """Bend of a free finger's joints, positive inwards: torque over stiffness, up to the joints' limit.
+
+    Args:
+        gripper: the gripper.
+        tension: of the closing cables where positive, of the opening ones where negative [N].
+
+    Returns:
+        Shape (n_phalanx,) [rad].
+    """
+    torque = STRAND_LEVER * gripper.phalanx_width * tension
+    return np.asarray(np.clip(torque / gripper.joint_stiffness, -gripper.delta_theta, gripper.delta_theta))
+
+
+def finger_points(gripper: GripperDesign, bend: np.ndarray) -> np.ndarray:
+    """Joints and tip of a finger: distance from the trunk's axis, and depth beyond the trunk's end.
+
+    Args:
+        gripper: the gripper.
+        bend: of its joints, positive inwards, shape (n_phalanx,) [rad].
+
+    Returns:
+        Shape (n_phalanx + 1, 2) [m].
+    """
+    angle = np.cumsum(bend)
+    steps = gripper.phalanx_length[:, None] * np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+    start = np.array([[gripper.mount_radius, 0.0]])
+    return np.concatenate([start, start + np.cumsum(steps, axis=0)])
+
+
+def opening_tension(gripper: GripperDesign, outline: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> float | None:
+    """Least tension of the opening cables at which the fingers clear a body of revolution [N].
+
+    Args:
+        gripper: the gripper.
+        outline: the least distance from the axis that a ball may have at a depth beyond the trunk's end, given depth
+            and the ball's radius, of any shape [m].
+
+    Returns:
+        The tension; None where the fingers do not open so wide.
+    """
+    for tension in np.linspace(0.0, gripper.tension_max, _TENSIONS):
+        points = finger_points(gripper, finger_bend(gripper, -float(tension)))
+        along = points[:-1] + np.linspace(0.0, 1.0, _SAMPLES)[:, None, None] * np.diff(points, axis=0)
+        if (along[..., 0] >= outline(along[..., 1], gripper.phalanx_width / 2)).all():
+            return float(tension)
+    return None
+
+
+def closing_tension(gripper: GripperDesign, radius: float, force: float) -> float:
+    """Tension of the closing cables with which each fingertip presses on a circle of ``radius`` [m] [N].
+
+    Joint 1 carries the force at a straight finger's length, and its own stiffness at the bend that brings the tip
+    there; joint 2 and beyond need less.
+
+    Args:
+        gripper: the gripper.
+        radius: of what is held [m].
+        force: of each finger [N].
+    """
+    reach = float(np.clip((gripper.mount_radius - radius) / gripper.finger_length, -1.0, 1.0))
+    torque = force * gripper.finger_length + float(gripper.joint_stiffness[0]) * float(np.arcsin(reach))
+    return float(np.clip(torque / (STRAND_LEVER * gripper.phalanx_width[0]), 0.0, gripper.tension_max))
