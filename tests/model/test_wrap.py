@@ -10,7 +10,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.model import cables
-from spiraltrunk.model.wrap import predict_wrap, ventral_cables, wrap_tension
+from spiraltrunk.model.wrap import free_curl, predict_wrap, ventral_cables, wrap_tension
 
 
 def test_cables_two_and_three_of_the_papers_are_ventral():
@@ -108,6 +108,29 @@ def test_the_prediction_scales_with_trunk_and_object():
     np.testing.assert_allclose(two.bend, one.bend, rtol=1e-6)
     np.testing.assert_allclose(two.center, 2 * one.center, rtol=1e-6)
     np.testing.assert_allclose(two.pull, 2 * one.pull, rtol=1e-6)
+
+
+def test_an_empty_trunk_takes_in_more_cable_with_more_tension_until_all_is_shut():
+    pull = np.array([free_curl(PAPER, tension) for tension in np.linspace(0, 60, 13)])
+    assert pull[0] == pytest.approx(0.0, abs=1e-12)
+    assert (np.diff(pull) > -1e-9).all()
+    shut = np.stack([0 * PAPER.joint_stiffness, -PAPER.joint_limit + 0 * PAPER.joint_stiffness], axis=-1)
+    assert pull[-1] == pytest.approx(cables.lengths(PAPER, shut).change[1], rel=1e-3)
+
+
+def test_a_little_tension_bends_a_weightless_trunk_as_its_springs_let_it():
+    """Joint by joint: moment over stiffness, by the levers of the cables in space."""
+    light = replace(PAPER, mass=replace(PAPER.mass, sections=(1e-9,) * 18), gripper=None)
+    tension = 1e-3
+    slope = np.array([_ventral_slope(np.zeros(17), i) for i in range(17)])
+    taken = tension * (slope**2 / light.joint_stiffness).sum() / 2
+    assert free_curl(light, tension) == pytest.approx(taken, rel=1e-3)
+
+
+@pytest.mark.parametrize("width", [0.033, 0.06, 0.09, 0.12])
+def test_what_is_wrapped_keeps_cable_out(width):
+    """By more than the share from which the strategy speaks of contact."""
+    assert predict_wrap(PAPER, width, 0.25, 12.0).pull[1] < 0.85 * free_curl(PAPER, 12.0)
 
 
 @pytest.mark.parametrize(("width", "mass"), [(0.0, 0.1), (-0.1, 0.1), (math.nan, 0.1), (0.1, -0.1), (0.1, math.nan)])

@@ -10,6 +10,7 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
+from spiraltrunk.model.wrap import free_curl
 from spiraltrunk.plant import Command, Goal, Observation, Plant, Target, Task
 from spiraltrunk.run import run
 from spiraltrunk.strategies.phases import PHASES
@@ -152,16 +153,21 @@ def test_touching_down_early_cuts_the_lowering_short():
     assert np.abs(np.diff(place, 2, axis=0) / DT**2).max() < 2.5
 
 
+def _held(time):
+    """The same for as long as no table bears it."""
+    return 0.25 * 9.81 if time > 6.0 else 0.0
+
+
 class Table(Stub):
     """A stub whose load is borne by a table that it touches at a height of the base [m]."""
 
     def __init__(self, task, height, beside):
-        super().__init__(task, _carried, beside)
+        super().__init__(task, _held, beside)
         self.height = height
 
     def step(self, command: Command):
         is_lowering = self.time > 15.0 and command.T_world_base[2, 3] < self.height
-        self.load = (lambda time: 0.0) if is_lowering else _carried
+        self.load = (lambda time: 0.0) if is_lowering else _held
         return super().step(command)
 
 
@@ -196,17 +202,41 @@ def test_what_touches_level_is_let_go_where_it_is():
     assert len(places) == 1
 
 
-def test_a_thin_object_is_grasped_once_more_at_a_smaller_lever():
-    """Between 0.15 of its width and 0.024 of the trunk's length; a wide one at the latter alone."""
-    task = _task()
-    total = 9.81 * (PAPER.total_mass + task.target.mass)
-    lever = 0.15 * task.target.width
-    assert lever < 0.024 * PAPER.length
+@pytest.mark.parametrize("width", [0.03, 0.06])
+def test_what_hangs_beside_its_middle_is_wrapped_once_more_where_that_is(width):
+    """From a quarter of the width or 0.018 of the trunk's length on, whichever is less; it is moved by part of that."""
+    task = dataclasses.replace(_task(), target=dataclasses.replace(_task().target, width=width))
+    least = min(0.25 * width, 0.018 * PAPER.length)
     for part, count in ((0.9, 0), (1.1, 1)):
-        beside = part * lever * total / (9.81 * task.target.mass)
-        log = run(Stub(task, _carried, beside), WrapVertical())
+        log = run(Stub(task, _carried, part * least), WrapVertical())
         actions = [status.action for status in log.statuses]
         assert sum(a == "let go" != b for a, b in pairwise(actions)) == count
+        first, last = (log.commands[i].T_world_base[0, 3] for i in (actions.index("curl"), _last(actions, "settle")))
+        assert last - first == pytest.approx(count * 0.65 * part * least, abs=1e-3)
+
+
+def _last(actions, action):
+    return len(actions) - 1 - actions[::-1].index(action)
+
+
+class Empty(Stub):
+    """A stub whose cables take in what those of a trunk in the air do."""
+
+    def _observe(self, time, T, tension):
+        seen = super()._observe(time, T, tension)
+        return dataclasses.replace(seen, cable_pull=np.full(3, free_curl(PAPER, float(tension[1]))))
+
+
+def test_where_nothing_is_touched_it_lets_go_at_half_the_tension_and_reaches_further_once():
+    log = run(Empty(_task()), WrapVertical())
+    actions = [status.action for status in log.statuses]
+    assert sum(a == "let go" != b for a, b in pairwise(actions)) == 1
+    letting_go, tension = actions.index("let go"), np.array([command.cable_tension[1] for command in log.commands])
+    assert "settle" not in actions[:letting_go]
+    assert tension[:letting_go].max() == pytest.approx(0.5 * tension.max(), rel=0.02)
+    ahead = [log.commands[i].T_world_base[1, 3] for i in (actions.index("curl") - 1, _last(actions, "touch"))]
+    assert ahead[1] - ahead[0] == pytest.approx(0.08 * PAPER.length, abs=1e-4)  # Each a reading before its end.
+    assert log.gave_up == "nothing was lifted: the arm feels no load"
 
 
 def test_a_plan_scales_with_robot_and_object():

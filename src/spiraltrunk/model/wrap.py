@@ -59,6 +59,15 @@ def predict_wrap(design: TrunkDesign, width: float, mass: float, tension: float)
     return Wrap(bend=bend, first=first, center=_object_center(design, bend, first, width), pull=_pull(design, bend))
 
 
+def free_curl(design: TrunkDesign, tension: float) -> float:
+    """Cable that a hanging trunk that touches nothing takes in with its ventral cables at ``tension`` [N] [m]."""
+    check_number("tension", tension, least=0.0)
+    bend = np.zeros(design.n_joint)
+    for _ in range(_ROUNDS):
+        bend += 0.5 * (_balance(design, bend, tension, 0.0, np.zeros(2)) - bend)
+    return float(_pull(design, bend)[ventral_cables(design)].mean())
+
+
 def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: float) -> float:
     """Tension of each ventral cable at which joint 1, under trunk and object, still bends by ``base_bend`` [rad] [N].
 

@@ -38,6 +38,11 @@ def ventral_pull(observation: Observation) -> float:
     return float(observation.cable_pull[ventral_cables(observation.task.design)].mean())
 
 
+def ventral_tension(observation: Observation) -> float:
+    """Mean tension of the ventral cables [N]."""
+    return float(observation.cable_tension[ventral_cables(observation.task.design)].mean())
+
+
 def way_to_turn_flat(length: float, width: float, height: float) -> float:
     """How far an object's centre moves along while it turns flat about the end that touched first [m].
 

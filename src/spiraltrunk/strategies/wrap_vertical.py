@@ -1,11 +1,18 @@
 """Strategy 1, distal wrap in the vertical plane of a suspended object, by bending alone.
 
-Source: "Grasping by Spiraling", figure 5, strategy 1. The arm reaches the object with the trunk hanging straight beside
-it; the ventral cables curl the trunk from the tip, and the curvature spreads towards the base as tension grows while
-the arm gives way downwards; the arm lifts, carries, holds, sets down; slack cables open the trunk from its base.
+Source: "Grasping by Spiraling", figure 5, strategy 1.
 
-Limits: round or square-edged objects of one width within the graspable range, hung free, lighter than the payload; the
-trunk hangs at the start. It knows the object's nominal place and size, and afterwards feels with cables alone.
+Reach: the arm brings the trunk, hanging straight, beside the object. Prehension: the ventral cables curl it from the
+tip, and the curvature spreads towards the base as tension grows; that the cables take in less than those of a trunk in
+the air tells of contact. Meanwhile the arm goes down to where the wrapped trunk would just bear the object, so that the
+strings keep it level until the set tension makes the wrap tight. A first small rise tells whether it is held, and where
+it hangs: what was not touched or not held is let go and wrapped once more, further on; what hangs beside its middle,
+about there. Transport: the arm lifts, carries and holds; cables that pay out tell of slip and are answered with more
+tension. Release: the arm lowers the object until the table bears it; slack cables open the trunk from its base.
+
+Limits: round or square-edged objects of one width, hung free, long enough not to slip out sideways where they are held
+beside their middle: a ball or a ring needs its place known better. The trunk hangs at the start. The object's nominal
+place and size are told; everything else is felt with cables and the arm's torques.
 """
 
 from __future__ import annotations
@@ -17,14 +24,11 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError
-from spiraltrunk.model.wrap import predict_wrap, ventral_cables, wrap_tension
-from spiraltrunk.plant import Command, Observation, Target
+from spiraltrunk.model.wrap import free_curl
+from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
-from spiraltrunk.strategies.feel import in_step, lever, ventral_pull, way_to_turn_flat, weight
+from spiraltrunk.strategies.feel import in_step, lever, ventral_pull, ventral_tension, way_to_turn_flat, weight
 from spiraltrunk.strategies.phases import (
-    Move,
     Progress,
     advance,
     begin,
@@ -34,59 +38,19 @@ from spiraltrunk.strategies.phases import (
     raise_tension,
     shift_later,
 )
-
-_OVERSHOOT = 0.3
-"""How far beyond the expected touch the arm goes down to find the table, over the trunk's length [-]."""
+from spiraltrunk.strategies.wrap_plan import OVERSHOOT, WrapOptions, lowering_time, plan_wrap, wrap_again
 
 _SMOOTHING = 0.2
 """Share of a new reading in the smoothed weight, at 50 readings a second."""
 
+_SLOWER = 0.05
+"""The same for the lever, which noise covers more."""
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class WrapOptions:
-    """What the strategy chooses; lengths are parts of the trunk's own."""
+_STEPS = 31
+"""Tensions at which the free curl is worked out."""
 
-    contact: float = 0.30
-    """Height of the object above the hanging tip, over the trunk's length [-]."""
-    clearance: float = 0.16
-    """Gap to the object before the approach, over the trunk's length [-]."""
-    give_way: float = 0.30
-    """How far the arm goes down while the trunk curls, over the trunk's length [-]: the curl climbs."""
-    follow: float = 0.15
-    """How far the arm goes towards the object meanwhile, over the trunk's length [-]."""
-    base_bend: float = 0.40
-    """Bend that joint 1 keeps under the load, over its limit [-]; it sets the tension."""
-    back_off: float = 0.09
-    """How far the arm backs off while the trunk opens, over the trunk's length [-]: straightening, it pushes ahead."""
-    ease: float = 0.5
-    """Tension kept when the object touches down, over the tension that carried it [-]."""
-    ease_rise: float = 0.12
-    """How far the arm rises meanwhile, over the trunk's length [-]."""
-    curl_time: float = 4.0
-    """Time to curl [s]: fast pulls shake the object."""
-    lead: float = 0.02
-    """How far one ventral cable may be pulled in beyond the other, over the stroke [-]: keeps the wrap in its plane."""
-    slip: float = 0.04
-    """Cable that pays out while lifting, over the stroke, that counts as unrolling [-]."""
-    off_center: float = 0.024
-    """Lever of the load along its own axis at which the grasp is tried once more, over the trunk's length [-]."""
-    off_center_thin: float = 0.15
-    """The same over the object's width, whichever is less: friction has no longer a lever against the tilting [-]."""
-    recenter: float = 0.5
-    """Part of that lever to move by [-]: in a single loop, an object held beside its centre slides on as it tilts."""
-    retries: int = 1
-    """How often to try again [-]."""
-    borne: float = 0.9
-    """Part of the object's weight from which the lever can be trusted: until then the strings bear one end [-]."""
-    touch: float = 0.5
-    """Part of the object's weight that tells, in the arm's torques, whether it is carried or set down [-]."""
-    turn: float = 0.5
-    """Part of the way from an object's low end staying put, while it turns flat, to its centre staying put [-]."""
-    turn_least: float = 0.02
-    """Way over the trunk's length from which it is worth while to move along before setting down [-]."""
-    turn_rise: float = 0.08
-    """How far the arm rises to move along, over the trunk's length [-]."""
+_CARRYING = ("lift", "carry", "hold", "bring")
+"""Actions in which cable that pays out is a slip."""
 
 
 @final
@@ -96,6 +60,10 @@ class WrapState:
 
     progress: Progress
     """Moves done and to do."""
+    free: tuple[np.ndarray, np.ndarray]
+    """Tension of the ventral cables, and what a trunk that touches nothing takes in, shapes (n,) [N], [m]."""
+    is_felt: bool = False
+    """Whether the curling trunk met something."""
     pull_held: float = 0.0
     """Mean pull of the ventral cables when the present move began [m]."""
     weight: float = 0.0
@@ -122,6 +90,7 @@ class WrapVertical(Strategy[WrapState]):
 
     name = "wrap-vertical"
     number = 1
+    objects = ("cylinder-33", "cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
 
     def __init__(self, options: WrapOptions | None = None) -> None:
         self.options = WrapOptions() if options is None else options
@@ -132,14 +101,19 @@ class WrapVertical(Strategy[WrapState]):
         Raises:
             ModelError: where no cable pulls ventral.
         """
-        return WrapState(progress=begin(_plan(observation, self.options), observation), weight=weight(observation))
+        moves, design = plan_wrap(observation, self.options), observation.task.design
+        tension = np.linspace(0.0, design.cable.tension_max, _STEPS)
+        taken = np.array([free_curl(design, float(value)) for value in tension])
+        return WrapState(
+            progress=begin(moves, observation), free=(tension, taken), weight=weight(observation),
+        )  # fmt: skip
 
     def step(self, state: WrapState, observation: Observation) -> tuple[WrapState, Command]:
-        """Follow the moves; feel for slip while lifting and for the table while lowering."""
+        """Follow the moves; feel for the object, for what it weighs and where, for slip, and for the table."""
         state = replace(
             state,
             weight=state.weight + _SMOOTHING * (weight(observation) - state.weight),
-            lever=state.lever + _SMOOTHING * (lever(observation) - state.lever),
+            lever=state.lever + _SLOWER * (lever(observation) - state.lever),
         )
         state = self._feel(state, observation)
         if fraction(state.progress, observation.time) >= 1.0:
@@ -155,13 +129,23 @@ class WrapVertical(Strategy[WrapState]):
 
     def _feel(self, state: WrapState, observation: Observation) -> WrapState:
         action = state.progress.move.action
-        if action in ("curl", "settle") and self._is_off_center(state, observation):
-            return self._try_again(state, observation)
-        if action == "lift":
+        if action == "curl":
+            return self._feel_contact(state, observation)
+        if action in _CARRYING:
             return self._answer_slip(state, observation)
         if action == "lower" and not self._is_carried(state, observation):
             return self._set_down(state, observation)
         return state
+
+    def _feel_contact(self, state: WrapState, observation: Observation) -> WrapState:
+        """Notice that the cables take in less than those of a trunk in the air; at half the tension, reach further."""
+        part = fraction(state.progress, observation.time)
+        if state.is_felt or part < 0.25:
+            return state
+        empty = float(np.interp(ventral_tension(observation), *state.free))
+        if ventral_pull(observation) < (1 - self.options.felt) * empty:
+            return replace(state, is_felt=True)
+        return state if part < 0.5 or not self._may_try(state) else self._reach_on(state, observation)
 
     def _answer_slip(self, state: WrapState, observation: Observation) -> WrapState:
         """Pull harder where the load unrolls the trunk."""
@@ -173,10 +157,7 @@ class WrapVertical(Strategy[WrapState]):
 
     def _aim(self, state: WrapState, observation: Observation) -> WrapState:
         """Shift what follows so that the object, hanging beside the base along its axis, comes over its place."""
-        load = state.weight - state.weight_empty
-        beside = state.lever * state.weight / load if load > 0 else 0.0
-        reach = observation.task.target.length / 2
-        beside = max(-reach, min(reach, beside))
+        beside = self._hangs_beside(state, observation)
         progress = shift_later(state.progress, -beside * observation.task.target.axis)
         return replace(state, beside=beside, progress=progress)
 
@@ -196,13 +177,13 @@ class WrapVertical(Strategy[WrapState]):
         raised = replace(progress.move, action="raise", duration=1.0, position=above)
         aside = replace(raised, action="move along", position=above + along)
         low = progress.move.position + along
-        again = replace(progress.move, duration=_lowering_time(above + along, low), position=low)
+        again = replace(progress.move, duration=lowering_time(above + along, low), position=low)
         progress = insert_next(shift_later(progress, along), (raised, aside, again))
         return replace(state, is_moved=True, progress=advance(progress, observation.time))
 
     def _way_to_turn(self, progress: Progress, observation: Observation) -> float:
         """How far the centre moves while what just touched turns flat about its low end [m]."""
-        expected = progress.move.position[2] + _OVERSHOOT * observation.task.design.length
+        expected = progress.move.position[2] + OVERSHOOT * observation.task.design.length
         target, height = observation.task.target, float(observation.T_world_base[2, 3]) - expected
         return 0.0 if target.kind == "sphere" else way_to_turn_flat(target.length, target.width, height)
 
@@ -220,36 +201,50 @@ class WrapVertical(Strategy[WrapState]):
         action = state.progress.move.action
         if action == "approach":
             state = replace(state, weight_empty=state.weight)
+        if action == "heft":
+            return self._judge(state, observation)
         if action == "lift" and not self._is_carried(state, observation):
             return replace(state, is_done=True, gave_up="nothing was lifted: the arm feels no load")
         if action == "hold":
             state = self._aim(state, observation)
         if state.progress.is_last:
             return replace(state, is_done=True)
+        return self._go_on(state, observation)
+
+    def _go_on(self, state: WrapState, observation: Observation) -> WrapState:
         progress = advance(state.progress, observation.time)
         return replace(state, progress=progress, pull_held=ventral_pull(observation))
 
-    def _is_off_center(self, state: WrapState, observation: Observation) -> bool:
+    def _judge(self, state: WrapState, observation: Observation) -> WrapState:
+        """Lift what is held near its middle; wrap anew, further on, what is not held, or beside."""
+        if not self._may_try(state):
+            return self._go_on(state, observation)
+        if not self._is_carried(state, observation):
+            return self._reach_on(state, observation)
         options, task = self.options, observation.task
-        most = min(options.off_center * task.design.length, options.off_center_thin * task.target.width)
-        is_borne = self._load(state, observation) > options.borne
-        return state.retries < options.retries and is_borne and abs(state.lever) > most
+        beside = self._hangs_beside(state, observation)
+        if abs(beside) <= min(options.off_center * task.design.length, options.off_center_thin * task.target.width):
+            return self._go_on(state, observation)
+        return self._try_again(state, observation, options.recenter * beside * task.target.axis)
 
-    def _try_again(self, state: WrapState, observation: Observation) -> WrapState:
-        """Let the object back onto its strings, move along it, and wrap again; all that follows moves along as well."""
-        progress, axis = state.progress, observation.task.target.axis
-        shift = self.options.recenter * state.lever * axis
-        last = {move.action: i for i, move in enumerate(progress.moves)}
-        beside, curl, settle = (progress.moves[last[action]] for action in ("touch", "curl", "settle"))
-        slack = beside.tension
-        again = (
-            replace(curl, action="let go", duration=3.0, position=beside.position, tension=slack),
-            replace(beside, phase="prehension", action="touch", duration=2.0, position=beside.position + shift),
-            *(replace(move, position=move.position + shift) for move in (curl, settle)),
-        )
-        left = replace(progress, moves=progress.moves[: progress.index + 1] + progress.moves[last["settle"] + 1 :])
-        progress = advance(insert_next(shift_later(left, shift), again), observation.time)
-        return replace(state, progress=progress, retries=state.retries + 1)
+    def _may_try(self, state: WrapState) -> bool:
+        return state.retries < self.options.retries
+
+    def _reach_on(self, state: WrapState, observation: Observation) -> WrapState:
+        ahead = -observation.T_world_base[:3, 1]
+        return self._try_again(state, observation, self.options.reach_on * observation.task.design.length * ahead)
+
+    def _try_again(self, state: WrapState, observation: Observation, shift: np.ndarray) -> WrapState:
+        """Put the object back onto its strings, let go, and wrap it again with all that follows shifted."""
+        back = self.options.back_off * observation.task.design.length * observation.T_world_base[:3, 1]
+        progress = advance(wrap_again(state.progress, shift, back), observation.time)
+        return replace(state, progress=progress, retries=state.retries + 1, is_felt=False)
+
+    def _hangs_beside(self, state: WrapState, observation: Observation) -> float:
+        """Where the object alone hangs beside the base along its axis [m]."""
+        load = state.weight - state.weight_empty
+        reach = observation.task.target.length / 2
+        return max(-reach, min(reach, state.lever * state.weight / load)) if load > 0 else 0.0
 
     def _is_carried(self, state: WrapState, observation: Observation) -> bool:
         return self._load(state, observation) > self.options.touch
@@ -257,59 +252,3 @@ class WrapVertical(Strategy[WrapState]):
     def _load(self, state: WrapState, observation: Observation) -> float:
         """Part of the object's weight that the arm feels [-]."""
         return (state.weight - state.weight_empty) / (observation.task.target.mass * GRAVITY)
-
-
-def _plan(observation: Observation, options: WrapOptions) -> tuple[Move, ...]:
-    design, target = observation.task.design, observation.task.target
-    ventral = ventral_cables(design)
-    if not ventral.any():
-        raise ModelError("no cable pulls ventral; allowed: a design with a cable more than 90 deg from dorsal")
-    tension = wrap_tension(design, target.width, target.mass, options.base_bend * design.joint_limit)
-    wrap = predict_wrap(design, target.width, target.mass, tension)
-    return _moves(observation, options, tension * ventral, wrap.center)
-
-
-def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, center: np.ndarray) -> tuple[Move, ...]:
-    design, target, goal = observation.task.design, observation.task.target, observation.task.goal
-    down, ahead = observation.T_world_base[:3, 0], -observation.T_world_base[:3, 1]
-    length, slack = design.length, 0.0 * pull
-    beside = target.position + _beside(design, target, options, down, ahead)
-    wrapped = beside + options.give_way * length * down + options.follow * length * ahead
-    lifted = wrapped - goal.lift * down
-    over = lifted + goal.aside
-    placing = goal.place - center[0] * down - center[1] * ahead
-    above = placing + np.array([0.0, 0.0, (over - placing)[2]])
-    low = placing + _OVERSHOOT * length * down
-    clear = placing - options.back_off * length * ahead
-    opened = clear + np.dot(goal.place + _beside(design, target, options, down, ahead) - clear, down) * down
-
-    def move(phase: str, action: str, duration: float, position: np.ndarray, tension: np.ndarray) -> Move:
-        return Move(phase=phase, action=action, duration=duration, position=position, tension=tension)
-
-    return (
-        move("reach", "approach", 2.0, beside - options.clearance * length * ahead, slack),
-        move("reach", "touch", 1.0, beside, slack),
-        move("prehension", "curl", options.curl_time, wrapped, pull),
-        move("prehension", "settle", 1.0, wrapped, pull),
-        move("transport", "lift", 2.0, lifted, pull),
-        move("transport", "carry", 2.0, over, pull),
-        move("transport", "hold", goal.hold, over, pull),
-        move("release", "bring", 1.5, above, pull),
-        move("release", "lower", _lowering_time(above, low), low, pull),
-        move("release", "uncurl", 4.0, opened, slack),
-        move("release", "leave", 2.0, opened - options.clearance * length * ahead, slack),
-        move("release", "rest", 2.5, opened - options.clearance * length * ahead, slack),
-    )
-
-
-def _lowering_time(above: np.ndarray, low: np.ndarray, speed: float = 0.05) -> float:
-    return float(np.linalg.norm(low - above)) / speed
-
-
-def _beside(
-    design: TrunkDesign, target: Target, options: WrapOptions, down: np.ndarray, ahead: np.ndarray
-) -> np.ndarray:
-    """From the object to the place of the base at which the hanging trunk just touches it, shape (3,) [m]."""
-    along = (1 - options.contact) * design.length
-    radius = np.interp(along, np.cumsum(design.section_length) - design.section_length / 2, design.section_radius)
-    return -along * down - (target.width / 2 + radius) * ahead
