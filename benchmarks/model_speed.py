@@ -18,7 +18,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
-from spiraltrunk.bench.bending import COUNT, MOST, PULL, TILT, NumpyBending, chain_matrices
+from spiraltrunk.bench.bending import COUNT, MOST, PULL, TILT, NumpyBending
 from spiraltrunk.bench.claim import one_core, time_in_turns
 from spiraltrunk.bench.rest import rest_in_turn
 from spiraltrunk.design import presets
@@ -36,13 +36,13 @@ OPERATIONS = 60 * PAPER.n_joint
 """Additions, multiplications, divisions and roots of one bending, counted in the source of `reference_lean` [-]."""
 
 WRITTEN = 8 * (3 * PAPER.n_section + PAPER.n_joint)
-"""What one bending writes: section ends and bends [B]."""
+"""What one bending fills: section ends, of which memory comes with z = 0, and bends [B]."""
 
 
 def time_single() -> dict[str, float]:
-    """Wall time of single calls [us]; the last two have no Python around them that could be ours."""
+    """Wall time of single calls, the last one not ours [us]."""
     slack = np.array([False, True, True])
-    bends = np.zeros(PAPER.n_joint).tolist()
+    law = NumpyBending(TILT)
     calls = {
         "reference.rest": rest_in_turn(),
         "reference.bend_dorsal": lambda: reference.bend_dorsal(PAPER, PULL, TILT),
@@ -52,7 +52,7 @@ def time_single() -> dict[str, float]:
         "statics.solve, one cable": lambda: statics.solve(
             PAPER, pull=[PULL, 0.0, 0.0], by_tension=slack, theta_0=TILT, friction=0.0
         ),
-        "chain of 4 x 4 matrices": lambda: chain_matrices(TILT, bends, PAPER.section_length.tolist()),
+        "the same in NumPy": lambda: law.bend_one(PULL),
     }
     return {name: time * 1e6 for name, time in zip(calls, time_in_turns(*calls.values()), strict=True)}
 
@@ -60,8 +60,8 @@ def time_single() -> dict[str, float]:
 def time_batch() -> dict[str, float]:
     """Bendings of one core, and its floors [1/s]."""
     pulls = np.random.default_rng(0).uniform(0.0, MOST, COUNT)
-    asked = np.stack([pulls, np.zeros(COUNT), np.full(COUNT, TILT)], axis=-1)
-    ends, bend = np.empty((COUNT, PAPER.n_section, 3)), np.empty((COUNT, PAPER.n_joint))
+    asked = pulls, np.array([TILT])
+    ends, bend = np.zeros((COUNT, PAPER.n_section, 3)), np.empty((PAPER.n_joint, COUNT))
     constants, law, block = prepare(PAPER).constants, NumpyBending(TILT), np.empty(COUNT * WRITTEN // 8)
     calls = {
         "laws alone": lambda: solve_points(asked, constants, ends, bend, (0, COUNT)),

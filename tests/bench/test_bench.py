@@ -65,10 +65,13 @@ def test_scipy_solves_the_same_rest(tilt):
     np.testing.assert_allclose(rival.jacobian(sag), np.transpose(slopes), atol=1e-9)
 
 
-def test_the_matrix_chain_is_the_same_chain():
-    shape = reference.bend_dorsal(PAPER, bending.PULL, bending.TILT)
-    ends = bending.chain_matrices(bending.TILT, bends(shape).tolist(), PAPER.section_length.tolist())
+@pytest.mark.parametrize("pull", [0.0, 0.02, bending.PULL, bending.MOST])
+def test_the_law_with_a_matrix_chain_is_the_same_law(pull):
+    shape = reference.bend_dorsal(PAPER, pull, bending.TILT)
+    ends, angle, change = bending.NumpyBending(bending.TILT).bend_one(pull)
     np.testing.assert_allclose(ends, shape.points, atol=1e-14)
+    np.testing.assert_allclose(angle, shape.joint_angle, atol=1e-12)
+    np.testing.assert_allclose(change, shape.cable_change, atol=1e-14)
 
 
 @pytest.mark.parametrize("tilt", [bending.TILT, 1.5, -1.0])

@@ -40,14 +40,18 @@ def compiler(stamp: str) -> Callable[[_F], _F]:
 def share(solve: Callable[[int, int], object], count: int, chunk: int) -> None:
     """Call ``solve(first, last)`` on chunks of 0 to ``count`` in as many threads as there are cores.
 
-    The first chunk is solved alone, so that what must be compiled is compiled once. Between chunks Ctrl-C is heard.
+    The first chunk is solved alone, so that what must be compiled is compiled once; on one core all are. Between chunks
+    Ctrl-C is heard.
     """
-    solve(0, min(chunk, count))
-    if count <= chunk:
+    spans = [(first, min(first + chunk, count)) for first in range(0, max(count, 1), chunk)]
+    cores = len(os.sched_getaffinity(0))
+    alone = 1 if cores > 1 else len(spans)
+    for span in spans[:alone]:
+        solve(*span)
+    if alone == len(spans):
         return
-    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    pool = ThreadPoolExecutor(cores)
     try:
-        spans = [(first, min(first + chunk, count)) for first in range(chunk, count, chunk)]
-        list(pool.map(lambda span: solve(*span), spans))
+        list(pool.map(lambda span: solve(*span), spans[alone:]))
     finally:
         pool.shutdown(cancel_futures=True)

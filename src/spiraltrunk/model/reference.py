@@ -26,7 +26,7 @@ from spiraltrunk.model.loading import PULL_MARGIN
 from spiraltrunk.model.reference_lean import solve_points
 from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve
 from spiraltrunk.model.reference_table import Prepared, check_twist, check_ventral, prepare
-from spiraltrunk.model.shape import Shape
+from spiraltrunk.model.shape import Shape, build_shape
 
 _CHUNK = 2048
 """Shapes that one core solves in a row, a multiple of the lanes of the lean law [-]."""
@@ -47,7 +47,7 @@ def rest(design: TrunkDesign, theta_0: ArrayLike, *, as_authors: bool = True) ->
         ModelError: where theta_0 is not finite or cable 1 is not dorsal.
     """
     prepared = prepare(design, as_authors)
-    return _solve(REST, prepared, _ask((("theta_0", theta_0, math.inf),)))
+    return _solve(REST, prepared, (("theta_0", theta_0, math.inf),))
 
 
 def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
@@ -66,8 +66,7 @@ def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_
         ModelError: where a number is not finite or not allowed, or cable 1 is not dorsal.
     """
     prepared = prepare(design, as_authors)
-    given = ("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)
-    return _solve(DORSAL, prepared, _ask(given))
+    return _solve(DORSAL, prepared, (("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
 
 
 @final
@@ -78,7 +77,7 @@ class PlaneShape:
     points: np.ndarray
     """Section ends, base to tip, shape (..., n_section, 3) [m]; not a number where the rest did not converge."""
     bend: np.ndarray
-    """Bend of each joint about z, dorsal positive, shape (..., n_joint) [rad]."""
+    """Bend of each joint about z, dorsal positive, shape (..., n_joint) [rad]; kept joint by joint."""
 
 
 def bend_dorsal_points(
@@ -96,12 +95,13 @@ def bend_dorsal_points(
         ModelError: where a number is not finite or not allowed, or cable 1 is not dorsal.
     """
     prepared = prepare(design, as_authors)
-    asked = _ask((("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
-    batch, rows = asked.shape[:-1], asked.reshape(-1, 3)
-    n, n_joint = len(rows), prepared.n_joint
-    points, bend = np.empty((n, n_joint + 1, 3)), np.empty((n, n_joint))
-    share(lambda *span: solve_points(rows, prepared.constants, points, bend, span), n, _CHUNK)
-    return PlaneShape(points=points.reshape(*batch, n_joint + 1, 3), bend=bend.reshape(*batch, n_joint))
+    arrays, batch = _read((("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
+    n, n_joint = math.prod(batch), prepared.n_joint
+    pulls, tilts = (np.broadcast_to(array, batch).ravel() if array.ndim else array.reshape(1) for array in arrays)
+    pulls = pulls if pulls.size == n else np.full(n, pulls[0])
+    points, bend = np.zeros((n, n_joint + 1, 3)), np.empty((n_joint, n))
+    share(lambda *span: solve_points((pulls, tilts), prepared.constants, points, bend, span), n, _CHUNK)
+    return PlaneShape(points=points.reshape(*batch, n_joint + 1, 3), bend=bend.T.reshape(*batch, n_joint))
 
 
 def bend_ventral(design: TrunkDesign, lengthening: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
@@ -124,9 +124,8 @@ def bend_ventral(design: TrunkDesign, lengthening: ArrayLike, theta_0: ArrayLike
     """
     prepared = prepare(design, as_authors)
     check_ventral(design, prepared)
-    return _solve(
-        VENTRAL, prepared, _ask((("lengthening", lengthening, prepared.ventral_stroke), ("theta_0", theta_0, math.inf)))
-    )
+    given = ("lengthening", lengthening, prepared.ventral_stroke), ("theta_0", theta_0, math.inf)
+    return _solve(VENTRAL, prepared, given)
 
 
 def twist(
@@ -153,10 +152,8 @@ def twist(
     """
     prepared = prepare(design, as_authors)
     check_twist(design, prepared)
-    asked = _ask(
-        (("pull_1", pull_1, prepared.stroke), ("pull_2", pull_2, prepared.stroke), ("theta_0", theta_0, math.inf))
-    )
-    return _solve(TWIST, prepared, asked)
+    given = ("pull_1", pull_1, prepared.stroke), ("pull_2", pull_2, prepared.stroke), ("theta_0", theta_0, math.inf)
+    return _solve(TWIST, prepared, given)
 
 
 def first_shut(shape: Shape) -> np.ndarray:
@@ -176,21 +173,24 @@ _PLAIN = {float, int, bool, np.float64}
 """Types of single numbers."""
 
 
-def _ask(given: tuple[_Given, ...]) -> np.ndarray:
-    """First pull [m], second pull [m] and theta_0 [rad] side by side, shape (..., 3); checked."""
-    if {type(value) for _, value, _ in given} <= _PLAIN:
-        *pulls, theta_0 = [_check_number(*entry) for entry in given]  # type: ignore[arg-type]
-        return np.array((*pulls, *(0.0,) * (2 - len(pulls)), theta_0))
+def _read_plain(given: tuple[_Given, ...]) -> list[float] | None:
+    """The inputs as checked numbers where each is a single one."""
+    numbers = []
+    for name, value, full in given:
+        if type(value) not in _PLAIN:
+            return None
+        numbers.append(_check_number(name, value, full))  # type: ignore[arg-type]
+    return numbers
+
+
+def _read(given: tuple[_Given, ...]) -> tuple[list[np.ndarray], tuple[int, ...]]:
+    """The inputs as checked arrays, and the shape to which they broadcast."""
     arrays = [_check_array(*entry) for entry in given]
     try:
-        shape = np.broadcast_shapes(*(array.shape for array in arrays))
+        return arrays, np.broadcast_shapes(*(array.shape for array in arrays))
     except ValueError as error:
         shapes = ", ".join(f"{name} {array.shape}" for (name, _, _), array in zip(given, arrays, strict=True))
         raise ModelError(f"shapes are {shapes}; allowed: shapes that broadcast against each other") from error
-    asked = np.zeros((*shape, 3))
-    for column, array in zip((*range(len(arrays) - 1), 2), arrays, strict=True):
-        asked[..., column] = array
-    return asked
 
 
 def _check_array(name: str, value: ArrayLike, full: float) -> np.ndarray:
@@ -228,41 +228,61 @@ def _most(full: float) -> float:
     return PULL_MARGIN * full * (1 + 1e-12)
 
 
-def _solve(law: int, prepared: Prepared, asked: np.ndarray) -> Shape:
-    """Shapes for the last axis of ``asked``, on all cores where there are many."""
-    batch = asked.shape[:-1]
+def _solve(law: int, prepared: Prepared, given: tuple[_Given, ...]) -> Shape:
+    """Shapes for the inputs, the last of them theta_0; on all cores where there are many."""
+    numbers = _read_plain(given)
+    if numbers is not None:
+        return _solve_one(law, prepared, numbers)
+    arrays, batch = _read(given)
     if not batch:
-        return _solve_one(law, prepared, asked)
+        return _solve_one(law, prepared, [float(array) for array in arrays])
     n, n_joint = math.prod(batch), prepared.n_joint
-    numbers, marks = np.empty(n * prepared.layout[-1][2]), np.empty(n * (n_joint + 1), np.uint8)
-    rows = asked.reshape(n, 3)
-    share(lambda *span: solve(law, rows, prepared.constants, (numbers, marks), span), n, _CHUNK)
+    asked = np.zeros((*batch, 3))
+    for column, array in zip((*range(len(arrays) - 1), 2), arrays, strict=True):
+        asked[..., column] = array
+    rows, count = asked.reshape(n, 3), prepared.layout[-1][2]
+    answers = np.empty(n * count + -(-n * (n_joint + 1) // 8))
+    share(lambda *span: solve(law, (rows, prepared.build_desk()[1]), prepared.constants, answers, span), n, _CHUNK)
     points, rotation, angle, gap, change = (
-        numbers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
+        answers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
     )
-    return Shape(
-        points=points,
-        joint_rotation=rotation,
-        joint_angle=angle,
-        gap=gap,
-        cable_change=change,
-        is_shut=marks[: n * n_joint].view(np.bool_).reshape((*batch, n_joint)),
-        status=marks[n * n_joint :].reshape(batch),
+    marks = answers[n * count :].view(np.uint8)
+    return build_shape(
+        {
+            "points": points,
+            "joint_rotation": rotation,
+            "joint_angle": angle,
+            "gap": gap,
+            "cable_change": change,
+            "is_shut": marks[: n * n_joint].view(np.bool_).reshape((*batch, n_joint)),
+            "status": marks[n * n_joint : n * (n_joint + 1)].reshape(batch),
+            "forces": None,
+            "history": None,
+        }
     )
 
 
-def _solve_one(law: int, prepared: Prepared, asked: np.ndarray) -> Shape:
-    """The shape for ``asked``, shape (3,); its arrays are fields of one record, which is sooner made than many."""
-    answer = np.empty((), prepared.record)
-    numbers = np.ndarray(prepared.layout[-1][2], float, answer)
-    marks = np.ndarray(prepared.n_joint + 1, np.uint8, answer, numbers.nbytes)
-    solve(law, asked[None], prepared.constants, (numbers, marks), (0, 1))
-    return Shape(
-        points=answer["points"],
-        joint_rotation=answer["joint_rotation"],
-        joint_angle=answer["joint_angle"],
-        gap=answer["gap"],
-        cable_change=answer["cable_change"],
-        is_shut=answer["is_shut"],
-        status=answer["status"],
+def _solve_one(law: int, prepared: Prepared, numbers: list[float]) -> Shape:
+    """The shape for single inputs; its arrays are fields of one record, which is sooner made than many."""
+    answers = np.empty(prepared.record.itemsize // 8)
+    desk = prepared.desks.pop() if prepared.desks else prepared.build_desk()
+    asked = desk[0]
+    asked[0, 0], asked[0, 2] = numbers[0], numbers[-1]
+    if len(numbers) == 3:
+        asked[0, 1] = numbers[1]
+    solve(law, desk, prepared.constants, answers, (0, 1))
+    prepared.desks.append(desk)
+    answer = np.ndarray((), prepared.record, answers)
+    return build_shape(
+        {
+            "points": answer["points"],
+            "joint_rotation": answer["joint_rotation"],
+            "joint_angle": answer["joint_angle"],
+            "gap": answer["gap"],
+            "cable_change": answer["cable_change"],
+            "is_shut": answer["is_shut"],
+            "status": answer["status"],
+            "forces": None,
+            "history": None,
+        }
     )

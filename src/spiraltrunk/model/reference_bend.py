@@ -79,28 +79,39 @@ def arcsine(x: float) -> float:
     is_large = x > 0.5
     z = 0.5 * (1.0 - x) if is_large else x * x
     s = math.sqrt(z) if is_large else x
+    angle = s + s * _excess(z)
+    return 0.5 * math.pi - 2.0 * angle if is_large else angle
+
+
+@compiled
+def arcsine_narrow(x: float) -> float:
+    """The same to the bit for ``x`` up to 0.5, without the root."""
+    return x + x * _excess(x * x)
+
+
+@compiled
+def _excess(z: float) -> float:
+    """What fdlibm's arcsine of the root of ``z`` exceeds that root by, in parts of it."""
     p = 7.91534994289814532176e-04 + z * 3.47933107596021167570e-05
     p = 2.01212532134862925881e-01 + z * (-4.00555345006794114027e-02 + z * p)
     p = z * (1.66666666666666657415e-01 + z * (-3.25565818622400915405e-01 + z * p))
     q = -6.88283971605453293030e-01 + z * 7.70381505559019352791e-02
     q = 1.0 + z * (-2.40339491173441421878e00 + z * (2.02094576023350569471e00 + z * q))
-    angle = s + s * (p / q)
-    return 0.5 * math.pi - 2.0 * angle if is_large else angle
+    return p / q
 
 
 @compiled
-def turn(length: float, diameter: float, limit: float, cos: float, sin: float) -> tuple[float, float, float]:
-    """Bend limit - 2 asin(length / diameter) of a joint, at most the limit ventrally, with its cos and sin.
+def turn(x: float, half: float, limit: float, cos: float, sin: float) -> tuple[float, float, float]:
+    """Bend limit - 2 asin(x) of a joint whose gap is ``x`` diameters, at most the limit ventrally, its cos and sin.
 
-    ``cos`` and ``sin`` are those of the limit; those of the bend follow from the half opening without trigonometry.
+    ``half`` is asin(x); ``cos`` and ``sin`` are those of the limit, from which those of the bend follow without
+    trigonometry.
     """
-    x = length / diameter
     is_wide = x >= sin
     y = math.sqrt(1.0 - x * x)
     open_cos, open_sin = 1.0 - 2.0 * x * x, 2.0 * x * y
-    bend = limit - 2.0 * arcsine(x)
     c, s = cos * open_cos + sin * open_sin, sin * open_cos - cos * open_sin
-    return (-limit if is_wide else bend), (cos if is_wide else c), (-sin if is_wide else s)
+    return (-limit if is_wide else limit - 2.0 * half), (cos if is_wide else c), (-sin if is_wide else s)
 
 
 @compiled
@@ -108,4 +119,5 @@ def bends(t: Table, gap: np.ndarray, bend: np.ndarray, cos: np.ndarray, sin: np.
     """Bends that the dorsal gaps leave, dorsal positive [rad], with their cos and sin."""
     limit_cos, limit_sin = math.cos(t.limit), math.sin(t.limit)
     for i in range(gap.size):
-        bend[i], cos[i], sin[i] = turn(gap[i], t.diameter[i], t.limit, limit_cos, limit_sin)
+        x = gap[i] * (1.0 / t.diameter[i])
+        bend[i], cos[i], sin[i] = turn(x, arcsine(x), t.limit, limit_cos, limit_sin)

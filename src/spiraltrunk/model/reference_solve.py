@@ -36,12 +36,13 @@ class Slots(NamedTuple):
 
 
 @compiled
-def _slots(n: int, numbers: np.ndarray, marks: np.ndarray, n_joint: int, n_cable: int) -> Slots:
-    """The arrays of `n` answers, one after the other in ``numbers`` (as in `Prepared.layout`) and ``marks``."""
+def _slots(n: int, numbers: np.ndarray, n_joint: int, n_cable: int) -> Slots:
+    """The arrays of `n` answers, one after the other in ``numbers``: those of `Prepared.layout`, then the marks."""
     a = 3 * n * (n_joint + 1)
     b = a + 9 * n * n_joint
     c = b + n * n_joint
     d = c + n * n_joint * n_cable
+    marks = numbers[d + n * n_cable :].view(np.uint8)
     return Slots(
         numbers[0:a].reshape(n, n_joint + 1, 3),
         numbers[a:b].reshape(n, n_joint, 3, 3),
@@ -49,40 +50,44 @@ def _slots(n: int, numbers: np.ndarray, marks: np.ndarray, n_joint: int, n_cable
         numbers[c:d].reshape(n, n_joint, n_cable),
         numbers[d : d + n * n_cable].reshape(n, n_cable),
         marks[0 : n * n_joint].reshape(n, n_joint),
-        marks[n * n_joint :],
+        marks[n * n_joint : n * n_joint + n],
     )
 
 
-_Answers = tuple[np.ndarray, np.ndarray]
-"""Numbers with the arrays of `Prepared.layout`; marks with which faces meet and with the status, (n (n_joint + 1),)."""
-
-
 @compiled
-def solve(law: int, asked: np.ndarray, constants: np.ndarray, answers: _Answers, span: tuple[int, int]) -> None:
+def solve(
+    law: int,
+    desk: tuple[np.ndarray, np.ndarray],
+    constants: np.ndarray,
+    answers: np.ndarray,
+    span: tuple[int, int],
+) -> None:
     """Solve shapes ``span[0]`` to ``span[1]`` one after the other; neighbours at the same theta_0 share their rest.
 
     Args:
         law: one of REST, DORSAL, VENTRAL, TWIST.
-        asked: first pull [m], second pull [m] and theta_0 [rad], shape (n, 3).
+        desk: first pull [m], second pull [m] and theta_0 [rad], shape (n, 3), and the last rest; `Prepared.build_desk`.
         constants: numbers of the design, from `Prepared`.
-        answers: filled.
+        answers: filled with the arrays of `Prepared.layout`, then, byte by byte, which faces meet and the status.
         span: first shape and one beyond the last.
     """
-    t = unpack(constants)
-    slots = _slots(asked.shape[0], answers[0], answers[1], t.beyond.shape[0], t.beyond.shape[1])
+    t, asked, kept = unpack(constants), desk[0], desk[1]
+    slots = _slots(asked.shape[0], answers, t.beyond.shape[0], t.beyond.shape[1])
     work = np.empty((9, t.portion.size))
-    is_rest = False
     for k in range(span[0], span[1]):
         theta_0 = asked[k, 2]
-        if k == span[0] or theta_0 != asked[k - 1, 2]:
-            is_rest = settle(theta_0, t, work[0], work[5:])
+        if theta_0 != kept[0]:
+            kept[1] = 1.0 if settle(theta_0, t, kept[2:], work[5:]) else 0.0
+            kept[0] = theta_0
+        for i in range(t.portion.size):
+            work[0, i] = kept[2 + i]
         if law == TWIST:
             left = _twist(asked[k, 0], asked[k, 1], t, work, slots.rotation[k])
             _finish_in_space(theta_0, t, slots, k)
         else:
             left = _bend(law, asked[k, 0], t, work)
             _finish_in_plane(theta_0, t, work, slots, k)
-        slots.status[k] = (1 if left > _LEFT_OVER * t.total else 0) if is_rest else 3
+        slots.status[k] = (1 if left > _LEFT_OVER * t.total else 0) if kept[1] > 0.0 else 3
 
 
 @compiled

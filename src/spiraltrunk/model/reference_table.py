@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import weakref
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, final
 
@@ -76,9 +76,11 @@ class Prepared:
     layout: tuple[tuple[tuple[int, ...], int, int], ...]
     """Shape, start and end of points, rotations, angles, gaps and changes in the numbers of one answer."""
     record: np.dtype[np.void]
-    """One answer: the same arrays, which faces meet and the status, in this order and without room between."""
+    """One answer: the same arrays, which faces meet and the status, in this order, filled up to whole numbers."""
     n_joint: int
     """Joints."""
+    desks: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    """Free desks of `build_desk`, one for every thread that has solved single shapes."""
     stroke: float
     """What cable 1 gives from the straight trunk to full dorsal curl [m]."""
     ventral_stroke: float
@@ -87,6 +89,13 @@ class Prepared:
     """Whether the ventral cables mirror each other."""
     is_papers: bool
     """Whether the cables are the paper's three, 120 deg apart."""
+
+    def build_desk(self) -> tuple[np.ndarray, np.ndarray]:
+        """What a single shape asks, shape (1, 3), and room for the rest that is kept from one shape to the next.
+
+        The latter, shape (n_joint + 2,), is theta_0 [rad], nothing at first, whether it converged, and the sags [rad].
+        """
+        return np.zeros((1, 3)), np.full(self.n_joint + 2, math.nan)
 
 
 @compiled
@@ -240,7 +249,8 @@ def _layout(n_joint: int, n_cable: int) -> tuple[tuple[tuple[int, ...], int, int
 def _record(layout: tuple[tuple[tuple[int, ...], int, int], ...], n_joint: int) -> np.dtype[np.void]:
     names = "points", "joint_rotation", "joint_angle", "gap", "cable_change"
     numbers = [(name, float, shape) for name, (shape, _, _) in zip(names, layout, strict=True)]
-    return np.dtype([*numbers, ("is_shut", np.bool_, (n_joint,)), ("status", np.uint8)])
+    rest = -(n_joint + 1) % 8
+    return np.dtype([*numbers, ("is_shut", np.bool_, (n_joint,)), ("status", np.uint8), ("rest", np.uint8, (rest,))])
 
 
 def _fields(design: TrunkDesign, as_authors: bool) -> Table:
