@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from spiraltrunk.model import statics
+
 
 @pytest.fixture(scope="module")
 def script():
@@ -41,3 +43,12 @@ def test_a_case_that_does_not_converge_is_told_and_fails(script, monkeypatch, ca
     monkeypatch.setattr(script, "judge", lambda *_: seen)
     assert script.main(["--trials", "2", "--friction", "--workers", "1"]) == 1
     assert "not converged: trials [0, 1]" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_friction_that_does_not_settle_in_one_increment_is_loaded_in_smaller_ones(script, monkeypatch):
+    """A trunk that leaps on the way."""
+    case = script.draw_case(0.1, 17)
+    assert script.is_good(script.judge(case, script.solve_case(case)))
+    monkeypatch.setattr(statics, "_FINER", ())
+    assert script.judge(case, script.solve_case(case))["status"] == "NOT_CONVERGED"

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.inverse_search import InverseOptions, find, fold, read_scene
+from spiraltrunk.model.inverse_search import InverseOptions, find, read_scene
 from spiraltrunk.model.inverse_starts import section_axes
 from spiraltrunk.model.kernels.aim import Aim, gap_rows
 from spiraltrunk.model.loading import Loads, read_numbers
@@ -105,18 +105,20 @@ def solve(
     if 0 in batch:
         raise ModelError(f"tip has shape {wanted.shape}; allowed: at least one place")
     scene, batch = read_scene(read_numbers("theta_0", theta_0), read_numbers("roll", roll), loads or Loads(), batch)
-    point = np.zeros((math.prod(batch), count, 3))
-    point[:, -1] = np.broadcast_to(wanted, (*batch, 3)).reshape(-1, 3)
-    heading = np.broadcast_to(aimed, (*batch, 3)).reshape(-1, 3).copy()
+    point, heading = np.zeros((*batch, count, 3)), np.zeros((*batch, 3))
+    point[..., -1, :], heading[:] = wanted, aimed
+    point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
     turn = 0.0 if direction is None else float(direction_weight)
     aim = _aim(design, point=point, weight=_only(count, -1), heading=heading, turn=turn)
     options = options or InverseOptions()
-    shape = find(design, scene, aim, options)
-    distance = np.linalg.norm(shape.points[:, -1] - point[:, -1], axis=-1)
-    chord = np.linalg.norm(section_axes(shape.points)[:, -1] - heading, axis=-1) if turn else np.zeros(len(point))
+    shape = find(design, scene, aim, options, batch)
+    away = shape.points[..., -1, :] - wanted
+    distance = np.sqrt((away * away).sum(axis=-1))
+    if direction is None:
+        return _answer(shape, distance, distance <= options.tolerance)
+    chord = np.linalg.norm(section_axes(shape.points)[..., -1, :] - aimed, axis=-1)
     is_reached = np.hypot(distance, turn * chord) <= options.tolerance
-    angle = None if direction is None else 2 * np.arcsin(np.minimum(chord / 2, 1.0))
-    return _answer(shape, batch, distance, is_reached, turn=angle)
+    return _answer(shape, distance, is_reached, turn=2 * np.arcsin(np.minimum(chord / 2, 1.0)))
 
 
 def follow(
@@ -158,9 +160,9 @@ def follow(
     point = np.broadcast_to(wanted, (*batch, count, 3)).reshape(-1, count, 3).copy()
     share = share / share.sum()
     options = options or InverseOptions()
-    shape = find(design, scene, _aim(design, point=point, weight=np.sqrt(share)), options)
-    distance = np.sqrt((share * ((shape.points - point) ** 2).sum(axis=-1)).sum(axis=-1))
-    return _answer(shape, batch, distance, distance <= options.tolerance)
+    shape = find(design, scene, _aim(design, point=point, weight=np.sqrt(share)), options, batch)
+    distance = np.sqrt((share * ((shape.points - wanted) ** 2).sum(axis=-1)).sum(axis=-1))
+    return _answer(shape, distance, distance <= options.tolerance)
 
 
 def curl(
@@ -208,11 +210,13 @@ def curl(
     options = options or InverseOptions(tolerance=1e-3, tries=24)
     touch = _touching(design, touching, float(width.min()))
     aim = _aim(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
-    shape = find(design, scene, aim, replace(options, tolerance=1e-6))
-    gap = np.empty(shape.points.shape[:-1])
-    gap_rows(shape.points, section_axes(shape.points), aim, gap)
+    shape = find(design, scene, aim, replace(options, tolerance=1e-6), batch)
+    points = shape.points.reshape(-1, design.n_section, 3)
+    gap = np.empty(points.shape[:-1])
+    gap_rows(points, section_axes(points), aim, gap)
+    gap = gap.reshape(shape.points.shape[:-1])
     distance = np.abs(gap.min(axis=-1))
-    return _answer(shape, batch, distance, distance <= options.tolerance, gap=gap)
+    return _answer(shape, distance, distance <= options.tolerance, gap=gap)
 
 
 def snug_bend(design: TrunkDesign, width: float) -> np.ndarray:
@@ -246,22 +250,19 @@ def _aim(design: TrunkDesign, **parts: Any) -> Aim:
 
 def _answer(
     shape: Shape,
-    batch: tuple[int, ...],
     distance: np.ndarray,
     is_reached: np.ndarray,
     *,
     turn: np.ndarray | None = None,
     gap: np.ndarray | None = None,
 ) -> Reach:
-    """The answer in the batch's shape."""
+    """The answer, in the batch's shape as all that it is given."""
     status = np.where(is_reached, int(Status.CONVERGED), int(Status.OUT_OF_REACH))
     status = np.where(shape.status == Status.NOT_CONVERGED, int(Status.NOT_CONVERGED), status)
-    whole: Shape = fold(shape, batch)
-    tension = whole.cable_change * 0 if whole.forces is None else whole.forces.cable_tension
+    tension = shape.cable_change * 0 if shape.forces is None else shape.forces.cable_tension
     return Reach(
-        shape=whole, tension=tension, pull=whole.cable_change, distance=distance.reshape(batch),
-        status=status.reshape(batch), turn=None if turn is None else turn.reshape(batch),
-        gap=None if gap is None else gap.reshape((*batch, gap.shape[-1])),
+        shape=shape, tension=tension, pull=shape.cable_change, distance=np.asarray(distance), status=status,
+        turn=None if turn is None else np.asarray(turn), gap=gap,
     )  # fmt: skip
 
 
@@ -305,7 +306,7 @@ def _check_range(name: str, value: float, least: float, most: float) -> None:
 
 def _broadcast(shapes: dict[str, tuple[int, ...]]) -> tuple[int, ...]:
     try:
-        return np.broadcast_shapes(*shapes.values())
+        return np.broadcast_shapes(*shapes.values()) if any(shapes.values()) else ()
     except ValueError:
         said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
         raise ModelError(f"the batches are {said}; allowed: ones that broadcast") from None

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields, replace
-from typing import Any, final
+from dataclasses import dataclass, field, replace
+from typing import final
 
 import numpy as np
 
@@ -13,10 +13,12 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
 from spiraltrunk.model.compiled import share
-from spiraltrunk.model.inverse_starts import Stand, Starts, compute_starts, section_axes
-from spiraltrunk.model.kernels.aim import Aim, miss_rows
-from spiraltrunk.model.kernels.inverse import Found, Poses, rank, search_rows
-from spiraltrunk.model.loading import Loads, base_orientation, read_fields, read_numbers
+from spiraltrunk.model.inverse_starts import Stand, Starts, get_starts
+from spiraltrunk.model.kernels.aim import Aim
+from spiraltrunk.model.kernels.balance import Trunk
+from spiraltrunk.model.kernels.batch import Problem, Solution
+from spiraltrunk.model.kernels.inverse import Found, rank, search_rows
+from spiraltrunk.model.loading import Fields, Loads, base_orientation, read_fields, read_numbers
 from spiraltrunk.model.shape import Shape
 from spiraltrunk.model.statics import StaticsOptions
 
@@ -69,15 +71,6 @@ class Scene:
     loads: Loads
     """Masses of shape (b,) [kg], forces of shape (b, 3) [N]."""
 
-    def take(self, rows: np.ndarray) -> Scene:
-        """Some of the rows."""
-        mass, force = np.asarray(self.loads.mass)[rows], self.loads.force
-        loads = Loads(
-            mass=mass, section=self.loads.section, force_section=self.loads.force_section,
-            force=None if force is None else np.asarray(force)[rows],
-        )  # fmt: skip
-        return Scene(theta_0=self.theta_0[rows], roll=self.roll[rows], loads=loads)
-
 
 def read_scene(
     theta_0: np.ndarray, roll: np.ndarray, loads: Loads, batch: tuple[int, ...]
@@ -93,47 +86,103 @@ def read_scene(
         raise ModelError(f"loads.force has shape {force.shape}; allowed: (..., 3)")
     shapes = [batch, theta_0.shape, roll.shape, mass.shape, () if force is None else force.shape[:-1]]
     try:
-        batch = np.broadcast_shapes(*shapes)
+        batch = np.broadcast_shapes(*shapes) if any(shapes) else ()
     except ValueError:
         raise ModelError(
             f"targets, theta_0, roll and loads have batches {shapes}; allowed: ones that broadcast"
         ) from None
     spread = Loads(
-        mass=np.broadcast_to(mass, batch).ravel(), section=loads.section, force_section=loads.force_section,
+        mass=_spread(mass, batch), section=loads.section, force_section=loads.force_section,
         force=None if force is None else np.broadcast_to(force, (*batch, 3)).reshape(-1, 3),
     )  # fmt: skip
-    scene = Scene(
-        theta_0=np.broadcast_to(theta_0, batch).ravel(), roll=np.broadcast_to(roll, batch).ravel(), loads=spread
-    )
-    return scene, batch
+    return Scene(theta_0=_spread(theta_0, batch), roll=_spread(roll, batch), loads=spread), batch
 
 
-def find(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions) -> Shape:
+def _spread(array: np.ndarray, batch: tuple[int, ...]) -> np.ndarray:
+    """One number a row."""
+    return np.broadcast_to(array, batch).ravel() if batch else array.reshape(1)
+
+
+def find(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions, batch: tuple[int, ...]) -> Shape:
     """The equilibrium nearest to each target, as solved from the straight trunk at the tensions found.
 
     Returns:
-        Shapes with one row a target.
+        Shapes with the batch's axes.
     """
-    rows, most = len(scene.theta_0), options.tries
-    found = _make_room(design, rows)
+    rows, search = len(scene.theta_0), _Search.of(design, scene, aim, options)
     ranked = _rank(design, scene, aim, options)
-    poses = _read_poses(design, scene)
-    best, norm, shape = np.zeros((rows, design.n_cable)), np.full(rows, np.inf), None
-    todo = np.arange(rows)
-    for attempt in range(min(most, options.samples)):
+    best, norm = np.zeros((rows, design.n_cable)), np.full(rows, np.inf)
+    todo, found = np.arange(rows), search.found
+    for attempt in range(min(options.tries, options.samples)):
         for b in todo:
-            starts, order = ranked[b]
-            start = _pick(starts, order, attempt, _APART * design.length)
-            found.tension[b], found.bend[b] = starts.tension[start], starts.bend[start]
-        _search(design, todo, (poses, aim, found), options)
-        shape = _solve(design, scene.take(todo), found.tension[todo], options)
-        now = _miss(take(aim, todo), shape)
-        is_nearer = now < norm[todo]
-        norm[todo[is_nearer]], best[todo[is_nearer]] = now[is_nearer], found.tension[todo[is_nearer]]
+            start = ranked[b].pick(attempt, _APART * design.length)
+            found.tension[b], found.bend[b] = ranked[b].starts.tension[start], ranked[b].starts.bend[start]
+        search.run(todo, options.rounds)
+        nearer = todo[found.norm[todo] < norm[todo]]
+        norm[nearer], best[nearer] = found.norm[nearer], found.tension[nearer]
         todo = todo[norm[todo] > options.tolerance]
         if not todo.size:
             break
-    return shape if shape is not None and attempt == 0 else _solve(design, scene, best, options)
+    lost = todo[found.norm[todo] != norm[todo]]
+    if lost.size:  # The last attempt was not the best one.
+        found.tension[lost] = best[lost]
+        search.run(lost, 0)
+    return statics.read_out(search.solution, batch)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class _Search:
+    """All that the kernel reads and fills, one row a target."""
+
+    trunk: Trunk
+    nd: int
+    problem: Problem
+    aim: Aim
+    found: Found
+    solution: Solution
+    tolerance: float
+
+    @classmethod
+    def of(cls, design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions) -> _Search:
+        rows = len(scene.theta_0)
+        trunk, straight = statics.get_trunk(design, options.statics)
+        base, weights = _read_stands(design, scene)
+        return cls(
+            trunk=trunk, nd=3 if options.statics.has_torsion else 2, aim=aim,
+            problem=statics.pose_tensions(straight, base, weights, design.cable.tension_max, options.statics),
+            found=Found(np.zeros((rows, design.n_cable)), np.zeros((rows, design.n_joint, 3)), np.zeros(rows)),
+            solution=statics.make_room(trunk, rows), tolerance=options.tolerance,
+        )  # fmt: skip
+
+    def run(self, rows: np.ndarray, rounds: int) -> None:
+        """Search some rows, on all cores where there are enough, and in chunks so that Ctrl-C is heard."""
+
+        def search(first: int, last: int) -> None:
+            search_rows(
+                rows[first:last], rounds, self.tolerance, self.nd, self.trunk, self.problem, self.aim, self.found,
+                self.solution,
+            )  # fmt: skip
+
+        share(search, rows.size, _CHUNK)
+
+
+@final
+@dataclass(kw_only=True)
+class _Ranked:
+    """Known equilibria of a target's stand, and how far each is from the target."""
+
+    starts: Starts
+    score: np.ndarray
+    order: np.ndarray | None = None
+
+    def pick(self, attempt: int, apart: float) -> int:
+        """Start of an attempt: the nearest, then in turns the next one, and the next far from those before."""
+        if attempt == 0:
+            return int(self.score.argmin())
+        if self.order is None:
+            self.order = np.argsort(self.score, kind="stable")
+        return _pick(self.starts, self.order, attempt, apart)
 
 
 def _pick(starts: Starts, order: np.ndarray, attempt: int, apart: float) -> int:
@@ -150,38 +199,35 @@ def _pick(starts: Starts, order: np.ndarray, attempt: int, apart: float) -> int:
     return int(order[chosen])
 
 
-def take(aim: Aim, rows: np.ndarray) -> Aim:
-    """Some of the targets."""
-    return aim._replace(point=aim.point[rows], heading=aim.heading[rows], circle=aim.circle[rows])
-
-
-def _make_room(design: TrunkDesign, rows: int) -> Found:
-    return Found(np.zeros((rows, design.n_cable)), np.zeros((rows, design.n_joint, 3)), np.zeros((rows, 2)))
-
-
-def _read_poses(design: TrunkDesign, scene: Scene) -> Poses:
+def _read_stands(design: TrunkDesign, scene: Scene) -> tuple[np.ndarray, Fields]:
     """Base and weights of every row in the arrays that the kernels read."""
+    if len(scene.theta_0) == 1:
+        one = _stand(scene, 0)
+        base, weights = base_orientation(one.theta_0, one.roll)[None], read_fields(design, one.loads)
+        return base, Fields(
+            direction=weights.direction.copy()[None], factor=weights.factor.copy()[None],
+            moment=weights.moment.copy()[None],
+        )  # fmt: skip
     weights = read_fields(design, scene.loads)
-    most = np.full(design.n_cable, design.cable.tension_max)
-    return Poses(
-        np.array(base_orientation(scene.theta_0, scene.roll), order="C"), np.array(weights.direction, order="C"),
-        np.array(weights.factor, order="C"), np.array(weights.moment, order="C"), most,
+    return np.array(base_orientation(scene.theta_0, scene.roll), order="C"), Fields(
+        direction=np.array(weights.direction, order="C"), factor=np.array(weights.factor, order="C"),
+        moment=np.array(weights.moment, order="C"),
     )  # fmt: skip
 
 
-def _rank(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions) -> list[tuple[Starts, np.ndarray]]:
-    """Known equilibria of every row, and their order, nearest first."""
-    stands = [_stand(scene, b) for b in range(len(scene.theta_0))]
-    ranked: list[tuple[Starts, np.ndarray] | None] = [None] * len(stands)
-    for stand in dict.fromkeys(stands):
-        rows = np.array([b for b, other in enumerate(stands) if other == stand])
+def _rank(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions) -> list[_Ranked]:
+    """Known equilibria of every row, and how far they are."""
+    groups: dict[Stand, list[int]] = {}
+    for b in range(len(scene.theta_0)):
+        groups.setdefault(_stand(scene, b), []).append(b)
+    ranked: dict[int, _Ranked] = {}
+    for stand, rows in groups.items():
         starts, turn = _known(design, stand, options)
         score = np.empty((len(rows), options.samples))
-        rank(take(aim, rows), starts.points @ turn.T, starts.heads @ turn.T, score)
+        rank(np.array(rows), aim, (starts.points, starts.heads), turn, score)
         score += np.minimum(score, _CLOSE * design.length) * starts.effort
-        for b, order in zip(rows, np.argsort(score, axis=1, kind="stable"), strict=True):
-            ranked[b] = (starts, order)
-    return [entry for entry in ranked if entry is not None]
+        ranked.update((b, _Ranked(starts=starts, score=own)) for b, own in zip(rows, score, strict=True))
+    return [ranked[b] for b in range(len(scene.theta_0))]
 
 
 def _known(design: TrunkDesign, stand: Stand, options: InverseOptions) -> tuple[Starts, np.ndarray]:
@@ -192,7 +238,7 @@ def _known(design: TrunkDesign, stand: Stand, options: InverseOptions) -> tuple[
         force=None if stand.force is None else tuple(round(2 * part) / 2 for part in stand.force),
     )  # fmt: skip
     base, other = base_orientation(stand.theta_0, stand.roll), base_orientation(near.theta_0, near.roll)
-    return compute_starts(design, near, options.samples, options.statics), base @ other.T
+    return get_starts(design, near, options.samples, options.statics), base @ other.T
 
 
 def _stand(scene: Scene, b: int) -> Stand:
@@ -201,44 +247,3 @@ def _stand(scene: Scene, b: int) -> Stand:
         float(scene.theta_0[b]), float(scene.roll[b]), float(np.asarray(loads.mass)[b]), loads.section,
         None if force is None else tuple(map(float, np.asarray(force)[b])), loads.force_section,
     )  # fmt: skip
-
-
-def _search(design: TrunkDesign, rows: np.ndarray, work: tuple[Poses, Aim, Found], options: InverseOptions) -> None:
-    """Search all rows, on all cores where there are enough, and in chunks so that Ctrl-C is heard."""
-    trunk, nd = statics.build_trunk(design, options.statics), 3 if options.statics.has_torsion else 2
-    poses, aim, found = work
-
-    def search(first: int, last: int) -> None:
-        search_rows(rows[first:last], options.rounds, options.tolerance, nd, trunk, poses, aim, found)
-
-    share(search, rows.size, _CHUNK)
-
-
-def _solve(design: TrunkDesign, scene: Scene, tension: np.ndarray, options: InverseOptions) -> Shape:
-    """Equilibria from the straight trunk; a single one goes the quick way."""
-    theta_0, roll, loads = scene.theta_0, scene.roll, scene.loads
-    if len(tension) > 1:
-        return statics.solve(
-            design, tension=tension, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=options.statics
-        )
-    one = _stand(scene, 0)
-    shape = statics.solve(
-        design, tension=tension[0], theta_0=one.theta_0, roll=one.roll, loads=one.loads, friction=0.0,
-        options=options.statics,
-    )  # fmt: skip
-    return fold(shape, (1,), 0)
-
-
-def fold(whole: Any, batch: tuple[int, ...], own: int = 1) -> Any:
-    """A dataclass of arrays, of which the first ``own`` axes are folded to ``batch``."""
-    if isinstance(whole, np.ndarray | np.generic):
-        return np.reshape(whole, (*batch, *whole.shape[own:]))
-    if whole is None:
-        return None
-    return type(whole)(**{part.name: fold(getattr(whole, part.name), batch, own) for part in fields(whole)})
-
-
-def _miss(aim: Aim, shape: Shape) -> np.ndarray:
-    norm = np.empty(len(shape.points))
-    miss_rows(shape.points, section_axes(shape.points), aim, norm)
-    return norm

@@ -12,6 +12,7 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model import statics
 from spiraltrunk.model.loading import Loads
+from spiraltrunk.model.same import Same
 from spiraltrunk.model.statics import StaticsOptions
 
 _CROSSED = 0.3
@@ -61,7 +62,21 @@ class Stand:
         return Loads(mass=self.mass, section=self.section, force=self.force, force_section=self.force_section)
 
 
+def get_starts(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
+    """`compute_starts`, kept for designs and stands lately used."""
+    return _keep_same(Same(design), stand, count, options)
+
+
 @lru_cache(maxsize=128)
+def _keep_same(same: Same, stand: Stand, count: int, options: StaticsOptions) -> Starts:
+    return _keep_equal(same.design, stand, count, options)
+
+
+@lru_cache(maxsize=128)
+def _keep_equal(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
+    return compute_starts(design, stand, count, options)
+
+
 def compute_starts(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
     """``count`` equilibria without friction at tensions spread evenly over their logarithms, some cables slack."""
     tension = sample_tensions(design, count)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.model.same import Same
 
 PULL_MARGIN = 1.01
 """Largest pull over the one that shuts every gap [-]: the paper itself pulls 130 mm of 129.86."""
@@ -71,7 +72,7 @@ def read_drive(
         ModelError: where it does not fit the design, is not finite or is out of range.
     """
     if pull is None and tension is None and by_tension is None:
-        return _slack(design)
+        return _slack(Same(design))
     count, most = design.n_cable, design.cable.tension_max
     if by_tension is None:
         held = np.full(count, pull is None)
@@ -106,7 +107,7 @@ def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
         ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, on no section, or batches do not fit.
     """
     if loads is None:
-        return _own_weight(design)
+        return _own_weight(Same(design))
     mass = read_numbers("loads.mass", loads.mass)
     least, largest = _span(mass)
     if least < 0 or largest > 1e3:
@@ -173,14 +174,14 @@ def base_orientation(theta_0: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
-def _slack(design: TrunkDesign) -> Drive:
-    none = np.zeros(design.n_cable)
-    return Drive(pull=none, tension=none, by_tension=np.full(design.n_cable, True))
+def _slack(same: Same) -> Drive:
+    none = np.zeros(same.design.n_cable)
+    return Drive(pull=none, tension=none, by_tension=np.full(none.size, True))
 
 
 @lru_cache(maxsize=64)
-def _own_weight(design: TrunkDesign) -> Fields:
-    return read_fields(design, Loads())
+def _own_weight(same: Same) -> Fields:
+    return read_fields(same.design, Loads())
 
 
 def _span(array: np.ndarray) -> tuple[float, float]:

@@ -26,10 +26,11 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import hole_positions
 from spiraltrunk.model.compiled import share
 from spiraltrunk.model.kernels.balance import Trunk
-from spiraltrunk.model.kernels.batch import Problem, Solution, solve_rows
+from spiraltrunk.model.kernels.batch import NUDGE, Problem, Solution, solve_rows
 from spiraltrunk.model.kernels.rotation import VECTOR, Y_FIRST, Z_FIRST
 from spiraltrunk.model.loading import Drive, Fields, Loads, base_orientation, read_drive, read_fields, read_numbers
-from spiraltrunk.model.shape import Forces, History, Shape
+from spiraltrunk.model.same import Same
+from spiraltrunk.model.shape import Forces, History, Shape, Status
 
 __all__ = ["Loads", "StaticsOptions", "solve"]
 
@@ -39,8 +40,10 @@ POISSON = 0.48
 SHUT = 1e-6
 """Length at which a gap counts as shut [m]."""
 
-_NUDGE = 1e-6
-"""Bend from which a solution starts [rad], so that a trunk balanced on its base falls to one side."""
+_FINER = (2.5, 6.0)
+"""How many times smaller the increments are in which a loading with friction that did not converge is tried again [-].
+
+Between two increments a trunk may leap, and friction settles or not by where it is caught."""
 
 _CHUNK = 16
 """Equilibria that a core solves in a row."""
@@ -148,11 +151,16 @@ def solve(
         joints, cables = start.gap.shape[-2:]
         allowed = f"{design.n_joint} joints and {design.n_cable} cables, as the design"
         raise ModelError(f"start has {joints} joints and {cables} cables; allowed: {allowed}")
-    trunk, straight = _ready(design, options)
+    trunk, straight = get_trunk(design, options)
     problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
     solution = _start(trunk, drive, batch, start)
     _run(problem, solution, trunk, 3 if options.has_torsion else 2)
-    return _read_out(solution, batch)
+    for finer in _FINER:
+        if mu == 0 or not (solution.status == Status.NOT_CONVERGED).any():
+            break
+        again = _start(trunk, drive, batch, start)
+        _run_again(problem, (solution, again), trunk, 3 if options.has_torsion else 2, finer)
+    return read_out(solution, batch)
 
 
 _DEFAULT = StaticsOptions()
@@ -167,7 +175,6 @@ def _read_batch(shapes: tuple[tuple[int, ...], ...]) -> tuple[int, ...]:
         raise ModelError(f"pull, tension, base, loads and start have the batches {names}; {allowed}") from None
 
 
-@lru_cache(maxsize=64)
 def build_trunk(design: TrunkDesign, options: StaticsOptions) -> Trunk:
     """The design in the arrays that the kernels read."""
     beyond, before = hole_positions(design, options.hole_set_back)
@@ -188,10 +195,27 @@ def straight_length(trunk: Trunk) -> np.ndarray:
     return np.linalg.norm(trunk.beyond - trunk.before, axis=-1).sum(axis=0)
 
 
+def get_trunk(design: TrunkDesign, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
+    """`build_trunk` and `straight_length`, kept for designs lately used."""
+    return _keep_trunk(Same(design), options)
+
+
 @lru_cache(maxsize=64)
-def _ready(design: TrunkDesign, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
-    trunk = build_trunk(design, options)
+def _keep_trunk(same: Same, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
+    trunk = build_trunk(same.design, options)
     return trunk, straight_length(trunk)
+
+
+def pose_tensions(
+    straight: np.ndarray, base: np.ndarray, fields: Fields, most: float, options: StaticsOptions
+) -> Problem:
+    """Trunks without friction, one row a base, whose tensions from 0 to ``most`` [N] are yet to come."""
+    rows, count = len(base), straight.size
+    none, friction = np.zeros(count), np.array((0.0, options.hole_stiffness, options.tolerance, options.steps_most))
+    return Problem(
+        base, fields.direction, fields.factor, fields.moment, np.zeros((rows, count)), np.zeros((rows, 2, count)),
+        np.ones(rows, np.int64), np.full((rows, count), most), np.full(count, True), none, friction, straight,
+    )  # fmt: skip
 
 
 def _pose(
@@ -227,22 +251,27 @@ def _pose(
 
 def _start(trunk: Trunk, drive: Drive, batch: tuple[int, ...], start: Shape | None) -> Solution:
     """Room for the solutions, with the bends, tensions and anchors from which they are sought."""
-    rows, (joints, count) = math.prod(batch), trunk.before.shape[:2]
-    bend, anchor = np.zeros((rows, joints, 3)), np.zeros((rows, joints, count))
-    tension = np.zeros((rows, count))
+    solution = make_room(trunk, math.prod(batch))
     if start is None or start.history is None:
-        bend[..., :2] = _NUDGE
+        solution.bend[..., :2] = NUDGE
     else:
-        bend[:] = _spread(start.history.bend, batch, 2)
-        anchor[:] = _spread(start.history.anchor, batch, 2)
+        solution.bend[:] = _spread(start.history.bend, batch, 2)
+        solution.anchor[:] = _spread(start.history.anchor, batch, 2)
         if start.forces is not None:
-            tension[:] = _spread(start.forces.cable_tension, batch, 1)
-    np.copyto(tension, drive.tension if not batch else _spread(drive.tension, batch, 1), where=drive.by_tension)
+            solution.tension[:] = _spread(start.forces.cable_tension, batch, 1)
+    given = drive.tension if not batch else _spread(drive.tension, batch, 1)
+    np.copyto(solution.tension, given, where=drive.by_tension)
+    return solution
+
+
+def make_room(trunk: Trunk, rows: int) -> Solution:
+    """Room for solutions, with straight trunks and slack cables."""
+    joints, count = trunk.before.shape[:2]
     return Solution(
-        bend, tension, anchor, np.empty((rows, joints, 3, 3)), np.empty((rows, joints + 1, 3)),
-        np.empty((rows, joints, count)), np.empty((rows, joints, count)), np.empty((rows, joints)),
-        np.empty((rows, 3, 3)), np.empty((rows, 3)), np.empty((rows, joints)), np.empty((rows, count)),
-        np.empty((rows, joints), np.bool_), np.empty(rows, np.int64),
+        np.zeros((rows, joints, 3)), np.zeros((rows, count)), np.zeros((rows, joints, count)),
+        np.empty((rows, joints, 3, 3)), np.empty((rows, joints + 1, 3)), np.empty((rows, joints, count)),
+        np.empty((rows, joints, count)), np.empty((rows, joints)), np.empty((rows, 3, 3)), np.empty((rows, 3)),
+        np.empty((rows, joints)), np.empty((rows, count)), np.empty((rows, joints), np.bool_), np.empty(rows, np.int64),
     )  # fmt: skip
 
 
@@ -251,7 +280,22 @@ def _run(problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
     share(lambda first, last: solve_rows(first, last, nd, trunk, problem, solution), len(problem.base), _CHUNK)
 
 
-def _read_out(solution: Solution, batch: tuple[int, ...]) -> Shape:
+def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Trunk, nd: int, finer: float) -> None:
+    """Solve the rows of the first that did not converge from the start in the second, and keep those that now do."""
+    kept, again = solutions
+    rows = np.flatnonzero(kept.status == Status.NOT_CONVERGED)
+    own = {name: getattr(problem, name)[rows] for name in Problem._fields[:8]}
+    own["increments"] = np.ceil(finer * own["increments"]).astype(np.int64)
+    part = Solution(*(array[rows] for array in again))
+    _run(problem._replace(**own), part, trunk, nd)
+    good = part.status != Status.NOT_CONVERGED
+    for array, found in zip(kept, part, strict=True):
+        array[rows[good]] = found[good]
+
+
+def read_out(solution: Solution, batch: tuple[int, ...]) -> Shape:
+    """The shapes, with the batch's axes for the rows."""
+
     def shaped(array: np.ndarray) -> np.ndarray:
         return array[0] if array.ndim > 1 and not batch else array.reshape((*batch, *array.shape[1:]))
 

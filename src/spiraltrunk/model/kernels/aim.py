@@ -73,25 +73,25 @@ def circle_gap(n, b, points, heads, aim, view):
 @compiled
 def miss(b, points, heads, aim, out):
     """Residuals of target b into ``out``; returns half the sum of their squares [m^2]."""
-    count = points.shape[0]
-    view = np.empty(4)
+    count, total = points.shape[0], 0.0
     for n in range(count):
         if aim.weight[n] != 0.0:
             for x in range(3):
                 out[3 * n + x] = aim.weight[n] * (points[n, x] - aim.point[b, n, x])
+                total += out[3 * n + x] * out[3 * n + x]
     if aim.turn != 0.0:
         for x in range(3):
             out[3 * count + x] = aim.turn * (heads[count - 1, x] - aim.heading[b, x])
+            total += out[3 * count + x] * out[3 * count + x]
     if aim.deep != 0.0:
+        view = np.empty(4)
         for n in range(count):
             gap, off = circle_gap(n, b, points, heads, aim, view), 0.0
             for x in range(3):
                 off += (points[n, x] - aim.circle[b, x]) * aim.circle[b, 3 + x]
             out[3 * count + 3 + n] = gap * (aim.deep if gap < 0 else aim.touch[n])
             out[4 * count + 3 + n] = (FLAT if aim.touch[n] != 0.0 else NEAR_FLAT) * off
-    total = 0.0
-    for value in out:
-        total += value * value
+            total += out[3 * count + 3 + n] ** 2 + out[4 * count + 3 + n] ** 2
     return 0.5 * total
 
 
@@ -177,14 +177,6 @@ def chain_rates(rates, work, length, ends, turns):
         turn_head(turns[i + 1], work.frames[i + 1, :, 0], ends[i + 1])
         for x in range(3):
             ends[i + 1, x] = ends[i, x] + length[i + 1] * ends[i + 1, x]
-
-
-@compiled
-def miss_rows(points, heads, aim, out):
-    """Norm of the residuals of every target at its own shape, into ``out`` (b,) [m]."""
-    residual = np.zeros(5 * points.shape[1] + 3)
-    for b in range(out.shape[0]):
-        out[b] = math.sqrt(2 * miss(b, points[b], heads[b], aim, residual))
 
 
 @compiled

@@ -183,8 +183,14 @@ def linearise(q, case, pulls, work):
 
     ``work.tension`` receives the tension of every gap, ``work.bow`` the stiffness of every hole.
     """
+    place(q, case.base, case.trunk, work)
+    linearise_placed(q, case, pulls, work)
+
+
+@compiled
+def linearise_placed(q, case, pulls, work):
+    """`linearise` where ``work`` is placed at ``q`` already."""
     trunk = case.trunk
-    place(q, case.base, trunk, work)
     work.gradient[:] = 0.0
     work.hessian[:] = 0.0
     _differentiate(q, trunk, work)

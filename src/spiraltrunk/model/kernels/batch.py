@@ -21,6 +21,10 @@ NEARLY = 5e-4
 """Angle short of the limit at which faces count as meeting [rad]: a gap of ``shut`` keeps the tip's joint that open."""
 
 
+NUDGE = 1e-6
+"""Bend from which a solution starts [rad], so that a trunk balanced on its base falls to one side."""
+
+
 class Problem(NamedTuple):
     """What to solve, one row an equilibrium; the first axis of every array but the last four is the batch's."""
 
@@ -89,11 +93,18 @@ def solve_rows(first, last, nd, trunk, problem, solution):
         )
         figures = solution.figures[b]
         figures[0], figures[1], figures[2] = residual, violation, steps
-        solution.rotation[b], solution.gap[b], solution.gap_tension[b] = work.rotation, work.gap, work.tension
-        solution.reaction[b] = system.reaction
-        find_ends(work.frames, trunk.length, solution.points[b])
-        measure(trunk, problem, solution, b)
-        tip_compliance(q, tension, case, work, system, solution.compliance[b])
+        write_row(b, case, work, system, problem, solution)
+
+
+@compiled
+def write_row(b, case, work, system, problem, solution):
+    """What follows from the bends and tensions of row ``b``, just found."""
+    trunk = case.trunk
+    solution.rotation[b], solution.gap[b], solution.gap_tension[b] = work.rotation, work.gap, work.tension
+    solution.reaction[b] = system.reaction
+    find_ends(work.frames, trunk.length, solution.points[b])
+    measure(trunk, problem, solution, b)
+    tip_compliance(solution.bend[b], solution.tension[b], case, work, system, solution.compliance[b])
 
 
 @compiled

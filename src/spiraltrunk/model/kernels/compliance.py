@@ -44,13 +44,14 @@ def hold_pressed(motion, nd, system):
 
 @compiled
 def tip_compliance(q, tension, case, work, system, out):
-    """Displacement of the tip per force on it into ``out`` (3, 3) [m/N], at a solution; holes stick."""
+    """Displacement of the tip per force on it into ``out`` (3, 3) [m/N], at a solution just found; holes stick."""
     nd, n_cable, control = work.first.shape[1], tension.shape[0], case.control
     size = work.hessian.shape[0]
-    linearise(q, case, tension, work)
+    if case.friction.stiffness > 0:  # The holes' forces have been brought up to date since.
+        linearise(q, case, tension, work)
+        reduce(q, case.trunk, work, system)
     motion = np.empty((3, size))
     tip_motion(work, case.trunk.length, motion)
-    reduce(q, case.trunk, work, system)
     hold_pressed(motion, nd, system)
     find_excess(work.gap, control, tension, system)
     add_penalty(system, control, HELD, work.hessian)

@@ -1,11 +1,13 @@
 """Tensions whose equilibrium is nearest to a target: Levenberg and Marquardt's method within bounds.
 
 The unknowns are the tensions alone. Every step moves the shape along with them by the equilibrium's own slope, so that
-the next equilibrium is a step or two of Newton's method away.
+the next equilibrium is a step or two of Newton's method away. What is found counts by the equilibrium that its tensions
+have from the straight trunk.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -13,8 +15,9 @@ import numpy as np
 from spiraltrunk.model.kernels import compiled
 from spiraltrunk.model.kernels.aim import chain_rates, give_way, miss, miss_rates, see
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
+from spiraltrunk.model.kernels.batch import NUDGE, write_row
 from spiraltrunk.model.kernels.cone import move
-from spiraltrunk.model.kernels.newton import STEP, guarded_factor, largest_turn, room_for_steps, solve_safely
+from spiraltrunk.model.kernels.newton import STEP, dot, guarded_factor, largest_turn, room_for_steps, solve_safely
 
 BALANCED = 1e-7
 """Largest moment left at a joint near the target [N m]; about a thousandth of a millimetre at the tip."""
@@ -30,25 +33,15 @@ FLAT = 1e-9
 """Part of the cost below which a gain ends the search [-]."""
 
 
-class Poses(NamedTuple):
-    """How each trunk stands and is loaded, one row a target, as in `batch.Problem`; the largest tensions (n_cable)."""
-
-    base: np.ndarray
-    direction: np.ndarray
-    factor: np.ndarray
-    moment: np.ndarray
-    most: np.ndarray
-
-
 class Found(NamedTuple):
-    """Where the search starts and what comes out, one row a target."""
+    """Where the search starts and what it ends with, one row a target."""
 
     tension: np.ndarray
     """Shape (b, n_cable) [N]."""
     bend: np.ndarray
     """Shape (b, n_joint, 3) [rad]."""
-    figures: np.ndarray
-    """Norm of the residuals [m], equilibria solved [-], shape (b, 2)."""
+    norm: np.ndarray
+    """Norm of the residuals of the equilibrium from the straight trunk, shape (b,) [m]."""
 
 
 class Room(NamedTuple):
@@ -85,45 +78,74 @@ def room_for_search(n_joint, n_cable, nd):
 
 
 @compiled
-def search_rows(rows, rounds, enough, nd, trunk, poses, aim, found):
-    """Tensions for the targets ``rows``, in place in ``found``, until the residuals' norm is ``enough`` [m]."""
+def search_rows(rows, rounds, enough, nd, trunk, problem, aim, found, solution):
+    """Tensions for the targets ``rows``, in place in ``found``, until the residuals' norm is ``enough`` [m].
+
+    With no ``rounds`` the tensions are those given. ``solution`` receives their equilibria from the straight trunk.
+    """
     n_joint, n_cable = trunk.before.shape[0], trunk.before.shape[1]
     work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
-    room = room_for_search(n_joint, n_cable, nd)
-    control = Control(np.full(n_cable, True), np.zeros(n_cable), poses.most, np.zeros(n_cable))
-    idle = np.zeros((n_joint, n_cable))
+    room, idle = room_for_search(n_joint, n_cable, nd), np.zeros((n_joint, n_cable))
+    friction = Friction(idle, idle, idle, 0.0)
     for b in rows:
-        field = (poses.direction[b], poses.factor[b], poses.moment[b])
-        case = Case(poses.base[b], trunk, field, control, Friction(idle, idle, idle, 0.0))
-        room.trial[:], room.tension[:] = found.bend[b], found.tension[b]
-        room.state[0], room.state[1], room.state[2], room.state[3] = 1e300, 1e-6, 1e300, 1.0
-        for count in range(1, rounds + 1):
-            balanced = max(BALANCED, min(COARSE, SHARPER * room.state[2]))
-            left, _, _ = solve_safely(room.trial, room.tension, case, balanced, STEPS, work, system)
-            judge(b, left <= balanced, aim, case, work, system, room)
-            found.figures[b, 1] = count
-            if is_over(enough, room):
-                break
-            bounded_step(room, poses.most)
-            propose(trunk, poses.most, system, room)
-        found.tension[b], found.bend[b] = room.kept, room.q
-        found.figures[b, 0] = room.state[2]
+        control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
+        field = (problem.direction[b], problem.factor[b], problem.moment[b])
+        case = Case(problem.base[b], trunk, field, control, friction)
+        if rounds > 0:
+            search(b, rounds, enough, case, aim, found, work, system, room)
+        solve_anew(b, case, problem, found, solution, work, system)
+        see(work, trunk.length, room.points, room.heads)
+        found.norm[b] = math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
 
 
 @compiled
-def judge(b, is_balanced, aim, case, work, system, room):
-    """Keep the shape on trial if it is nearer than the best one, with slopes there; else damp more."""
+def search(b, rounds, enough, case, aim, found, work, system, room):
+    """Tensions for target ``b`` from the start in ``found``, in place."""
+    most = case.control.most
+    room.trial[:], room.tension[:] = found.bend[b], found.tension[b]
+    room.q[:], room.kept[:] = room.trial, room.tension
+    room.state[0], room.state[1], room.state[2], room.state[3] = 1e300, 1e-6, 1e300, 1.0
+    for _ in range(rounds):
+        balanced = max(BALANCED, min(COARSE, SHARPER * room.state[2]))
+        left, _, _ = solve_safely(room.trial, room.tension, case, balanced, STEPS, work, system)
+        judge(b, left <= balanced, enough, aim, case, work, system, room)
+        if is_over(enough, room):
+            break
+        bounded_step(room, most)
+        propose(case.trunk, most, system, room)
+    found.tension[b], found.bend[b] = room.kept, room.q
+
+
+@compiled
+def solve_anew(b, case, problem, found, solution, work, system):
+    """Row ``b`` of the solution: the equilibrium at the tensions found, from the straight trunk."""
+    q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
+    q[:, 0], q[:, 1], q[:, 2], tension[:] = NUDGE, NUDGE, 0.0, found.tension[b]
+    residual, violation, steps = solve_safely(
+        q, tension, case, problem.friction[2], int(problem.friction[3]), work, system
+    )
+    figures[0], figures[1], figures[2] = residual, violation, steps
+    write_row(b, case, work, system, problem, solution)
+
+
+@compiled
+def judge(b, is_balanced, enough, aim, case, work, system, room):
+    """Keep the shape on trial if it is nearer than the best one, with slopes there if need be; else damp more."""
     cost, most = 1e300, case.control.most
     if is_balanced:
         see(work, case.trunk.length, room.points, room.heads)
-        norm = np.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
-        cost = 0.5 * (norm * norm + ((FRUGAL * room.tension / most) ** 2).sum())
+        norm = math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
+        cost = 0.5 * norm * norm
+        for c in range(most.shape[0]):
+            cost += 0.5 * (FRUGAL * room.tension[c] / most[c]) ** 2
     if not cost < room.state[0]:
         room.state[1] = max(10 * room.state[1], 1e-4)
         return
     room.state[3] = (room.state[0] - cost) / max(cost, 1e-300)
     room.state[0], room.state[1], room.state[2] = cost, max(room.state[1] / 10, 1e-9), norm
     room.q[:], room.kept[:] = room.trial, room.tension
+    if is_over(enough, room):
+        return
     guarded_factor(work, system.weight)
     give_way(work, system, room.rates)
     for c in range(room.rates.shape[0]):
@@ -144,9 +166,9 @@ def normal_equations(room, most):
     """Gauss and Newton's matrix and gradient; the tensions themselves weigh a little."""
     for c in range(most.shape[0]):
         light = (FRUGAL / most[c]) ** 2
-        room.right[c] = (room.slopes[c] * room.residual).sum() + light * room.kept[c]
+        room.right[c] = dot(room.slopes[c], room.residual) + light * room.kept[c]
         for d in range(c + 1):
-            room.matrix[c, d] = (room.slopes[c] * room.slopes[d]).sum()
+            room.matrix[c, d] = dot(room.slopes[c], room.slopes[d])
             room.matrix[d, c] = room.matrix[c, d]
         room.matrix[c, c] += light
 
@@ -203,9 +225,22 @@ def propose(trunk, most, system, room):
 
 
 @compiled
-def rank(aim, points, heads, score):
-    """Norm of the residuals of every target at every known shape, into ``score`` (b, s) [m]."""
-    residual = np.zeros(5 * points.shape[1] + 3)
-    for b in range(score.shape[0]):
-        for s in range(score.shape[1]):
-            score[b, s] = np.sqrt(2 * miss(b, points[s], heads[s], aim, residual))
+def rank(rows, aim, starts, turn, score):
+    """Norm of the residuals of the targets ``rows`` at every start, turned to this stand, into ``score`` (b, s) [m]."""
+    places, axes = starts
+    residual, points, heads = np.zeros(5 * places.shape[1] + 3), np.zeros(places.shape[1:]), np.zeros(places.shape[1:])
+    last = places.shape[1] - 1
+    for s in range(score.shape[1]):
+        for n in range(last + 1):
+            if aim.deep != 0.0 or aim.weight[n] != 0.0:
+                _turn(turn, places[s, n], points[n])
+            if aim.deep != 0.0 or n == last:
+                _turn(turn, axes[s, n], heads[n])
+        for k in range(rows.shape[0]):
+            score[k, s] = math.sqrt(2 * miss(rows[k], points, heads, aim, residual))
+
+
+@compiled
+def _turn(turn, vector, out):
+    for x in range(3):
+        out[x] = turn[x, 0] * vector[0] + turn[x, 1] * vector[1] + turn[x, 2] * vector[2]

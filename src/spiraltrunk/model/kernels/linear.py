@@ -9,39 +9,52 @@ from spiraltrunk.model.kernels import compiled
 
 @compiled
 def factorise(matrix, factor, weight, shift):
-    """Lower factor of ``matrix`` (its lower triangle is read) plus ``shift`` times the diagonal ``weight``.
+    """Upper factor U of ``matrix`` = U^T U (its lower triangle is read) plus ``shift`` times the diagonal ``weight``.
 
-    Returns whether it is positive definite.
+    Rows are made one after the other, from those above four at a time, so that the processor's lanes are full. Returns
+    whether the matrix is positive definite.
     """
-    for i in range(matrix.shape[0]):
-        for j in range(i + 1):
-            rest = matrix[i, j]
-            if i == j:
-                rest += shift * weight[i]
-            for k in range(j):
-                rest -= factor[i, k] * factor[j, k]
-            if i > j:
-                factor[i, j] = rest / factor[j, j]
-            elif rest > 1e-13 * weight[i]:
-                factor[i, i] = math.sqrt(rest)
-            else:
-                return False
+    size = matrix.shape[0]
+    for k in range(size):
+        row = factor[k]
+        for j in range(k, size):
+            row[j] = matrix[j, k]
+        row[k] += shift * weight[k]
+        m = 0
+        while m + 3 < k:
+            a, b, c, d = factor[m, k], factor[m + 1, k], factor[m + 2, k], factor[m + 3, k]
+            for j in range(k, size):
+                row[j] -= a * factor[m, j] + b * factor[m + 1, j] + c * factor[m + 2, j] + d * factor[m + 3, j]
+            m += 4
+        for above in range(m, k):
+            a = factor[above, k]
+            for j in range(k, size):
+                row[j] -= a * factor[above, j]
+        if not row[k] > 1e-13 * weight[k]:
+            return False
+        row[k] = math.sqrt(row[k])
+        per = 1.0 / row[k]
+        for j in range(k + 1, size):
+            row[j] *= per
     return True
 
 
 @compiled
 def solve_factored(factor, right, out):
-    """Solve with the lower factor and its transpose."""
+    """Solve with the transpose of the upper factor and with itself."""
     size = factor.shape[0]
     for i in range(size):
-        rest = right[i]
-        for k in range(i):
-            rest -= factor[i, k] * out[k]
-        out[i] = rest / factor[i, i]
-    for i in range(size - 1, -1, -1):
+        out[i] = right[i]
+    for i in range(size):
         out[i] /= factor[i, i]
-        for k in range(i):
-            out[k] -= factor[i, k] * out[i]
+        value = out[i]
+        for j in range(i + 1, size):
+            out[j] -= value * factor[i, j]
+    for i in range(size - 1, -1, -1):
+        rest = out[i]
+        for j in range(i + 1, size):
+            rest -= factor[i, j] * out[j]
+        out[i] = rest / factor[i, i]
 
 
 @compiled

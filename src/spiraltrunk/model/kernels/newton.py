@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spiraltrunk.model.kernels import compiled
-from spiraltrunk.model.kernels.balance import Case, Control, Trunk, linearise, merit, place
+from spiraltrunk.model.kernels.balance import Case, Control, Trunk, linearise_placed, merit, place
 from spiraltrunk.model.kernels.cone import move, press_outward, pull_inside, reduce
 from spiraltrunk.model.kernels.linear import factorise, solve_factored, solve_small
 
@@ -107,10 +107,11 @@ def guarded_factor(work, weight):
 
 
 @compiled
-def descend(q, trunk, work, system):
+def descend(q, trunk, work, system, is_factored):
     """Newton's step at held tensions, into ``system.step``; joints on the rim that it would push out are held."""
-    for _ in range(4):
-        guarded_factor(work, system.weight)
+    for turn in range(4):
+        if turn > 0 or not is_factored:
+            guarded_factor(work, system.weight)
         solve_factored(work.factor, system.gradient, system.step)
         for row in range(system.step.shape[0]):
             system.step[row] = -system.step[row]
@@ -243,17 +244,22 @@ def pursue_step(q, tension, case, goal, penalty, work, system):
 
 @compiled
 def look(q, tension, pulls, case, penalty, work, system):
-    """Equations at ``q``, reduced to what the joints' limits leave; the residual and the cables' violation.
+    """Equations at ``q``, where ``work`` is placed, reduced to what the joints' limits leave; residual and violation.
 
     Without a penalty the winders hold ``tension``, with one what the augmented Lagrangian makes of it.
     """
     pulls[:] = tension
     if penalty > 0.0:
-        place(q, case.base, case.trunk, work)
         tensions_at(work.gap, case.control, tension, penalty, pulls)
-    linearise(q, case, pulls, work)
+    linearise_placed(q, case, pulls, work)
     reduce(q, case.trunk, work, system)
     return np.abs(system.gradient).max(), find_excess(work.gap, case.control, pulls, system)
+
+
+@compiled
+def does_work(system):
+    """Whether any cable is held by its length."""
+    return np.any(system.works)
 
 
 @compiled
@@ -268,27 +274,36 @@ def solve(q, tension, case, tolerance, most, work, system):
     goal = Case(case.base, case.trunk, case.field, aim, case.friction)
     pulls = np.zeros_like(tension)
     pull_inside(q, case.trunk, system.rim)
-    penalty, tries, is_pursuing, before = PENALTY, 3, True, 1e300
+    penalty, tries, is_pursuing, before, is_placed = PENALTY, 3, True, 1e300, False
     for count in range(most + 1):
+        if not is_placed:
+            place(q, case.base, case.trunk, work)
         residual, violation = look(q, tension, pulls, case, 0.0 if is_pursuing else penalty, work, system)
         if (residual <= tolerance and violation <= TIGHT) or count == most:
             break
         if not is_pursuing and residual <= max(tolerance, 0.1 * violation / LEVER):
             tension[:] = pulls
             penalty = min(10 * penalty, 1e10) if violation > 0.1 * before else penalty
-            before, is_pursuing = violation, tries > 0
+            before, is_pursuing, is_placed = violation, tries > 0, True
             continue
         add_penalty(system, control, penalty, work.hessian)
-        if violation < CLOSE and penalty < STIFFEST and not factorise(work.hessian, work.factor, system.weight, 0.0):
-            penalty *= 10  # Along the cables' constraints the energy may fall; held hard enough, it does not.
-            continue
-        descend(q, case.trunk, work, system)
+        is_factored = False
+        if violation < CLOSE and penalty < STIFFEST and does_work(system):
+            is_factored = factorise(work.hessian, work.factor, system.weight, 0.0)
+            if not is_factored:
+                penalty *= 10  # Along the cables' constraints the energy may fall; held hard enough, it does not.
+                is_placed = True
+                continue
+        descend(q, case.trunk, work, system, is_factored)
         if is_pursuing:
-            if not pursue_step(q, tension, case, goal, penalty, work, system):
+            is_placed = pursue_step(q, tension, case, goal, penalty, work, system)
+            if not is_placed:
                 is_pursuing, tries, before = False, tries - 1, 1e300
-        elif search(q, case, tension, penalty, dot(system.gradient, system.step), work, system) == 0.0:
-            tension[:] = pulls  # Nothing more to gain at these tensions.
-            penalty, is_pursuing = min(10 * penalty, 1e10), tries > 0
+        else:
+            is_placed = search(q, case, tension, penalty, dot(system.gradient, system.step), work, system) > 0.0
+            if not is_placed:
+                tension[:] = pulls  # Nothing more to gain at these tensions.
+                penalty, is_pursuing = min(10 * penalty, 1e10), tries > 0
     tension[:] = pulls
     return residual, violation, count
 
