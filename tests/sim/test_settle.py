@@ -179,3 +179,19 @@ def test_locking_the_winders_moves_nothing_and_holds_the_lengths():
 def test_a_force_that_is_none_is_refused(force):
     with pytest.raises(ModelError, match=r"force is .*; allowed: 3 finite numbers"):
         SettleRig(PAPER).push(force)
+
+
+def test_a_stiffer_limit_is_passed_by_less():
+    past = []
+    for factor in (1.0, 10.0, 100.0):
+        options = replace(FAST, armature_factor=100.0, damping_factor=8.0, limit_factor=factor)
+        shape = settle(PAPER, [Stage(pull=(0.1, SLACK, SLACK))], options=options).shape
+        past.append(float(shape.joint_angle.max()) - PAPER.joint_limit)
+    assert 0 < past[0] < math.radians(1.0)
+    assert past[1] == pytest.approx(past[0] / 10, rel=0.3)
+    assert past[2] == pytest.approx(past[1] / 10, rel=0.3)
+
+
+def test_a_limit_has_some_stiffness():
+    with pytest.raises(DesignError, match="limit_factor"):
+        SettleOptions(limit_factor=0.0)

@@ -63,6 +63,9 @@ class SettleOptions:
     """Joint damping over the design's [-]; where the trunk rests does not depend on it, when does."""
     armature_factor: float = 1.0
     """Armature of the joints over that of the simulation [-]; likewise."""
+    limit_factor: float = 1.0
+    """Stiffness of the joint limits over that of the simulation [-]; joints end that much less past them. At 1 ms steps
+    1000 are borne with a hundredfold armature."""
     still: float = 1e-5
     """Largest speed of a hinge that counts as rest [rad/s]."""
     time_most: float = 60.0
@@ -81,6 +84,7 @@ class SettleOptions:
                 check_number(name, getattr(self, name), above=0.0)
         for name in ("damping_factor", "armature_factor"):
             check_number(name, getattr(self, name), least=0.0, below=1e6)
+        check_number("limit_factor", self.limit_factor, above=0.0, below=1e6)
         check_number("still", self.still, above=0.0)
         check_number("time_most", self.time_most, above=0.0, below=1e4)
 
@@ -139,6 +143,7 @@ class SettleRig:
         hinges = [self.model.joint(name).dofadr[0] for i in range(design.n_joint) for name in hinge_names(i)]
         self._hinges = np.array(hinges)
         self.model.dof_armature[self._hinges] *= self.options.armature_factor
+        self.model.tendon_invweight0[self.model.tendon_limited > 0] /= self.options.limit_factor
         self.data = mujoco.MjData(self.model)
         self._cables = np.array([self.model.tendon(cable_name(c)).id for c in range(design.n_cable)])
         self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(design.n_cable)])
