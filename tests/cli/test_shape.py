@@ -40,6 +40,7 @@ def refuse(typed: str, capsys: pytest.CaptureFixture[str]) -> str:
     [
         ("", lambda: reference.rest(PAPER, math.pi / 2)),
         ("--theta0-deg -45", lambda: reference.rest(PAPER, -math.pi / 4)),
+        ("--theta0-deg -4.5e1", lambda: reference.rest(PAPER, -math.pi / 4)),
         ("--dorsal-mm 60", lambda: reference.bend_dorsal(PAPER, 0.06, math.pi / 2)),
         ("--ventral-mm 100 --theta0-deg 45", lambda: reference.bend_ventral(PAPER, 0.1, math.pi / 4)),
         ("--twist-mm 60 30", lambda: reference.twist(PAPER, 0.06, 0.03, math.pi / 2)),

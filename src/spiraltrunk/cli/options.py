@@ -12,6 +12,9 @@ from spiraltrunk.cli.answers import Answer, UsageError, quote
 
 _MOST_SEED = 2**32
 
+_NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
+"""What is a number and no option though it begins with a dash: argparse by itself does not know -9e1."""
+
 
 class Parser(argparse.ArgumentParser):
     """Argument parser that raises instead of printing its usage."""
@@ -42,6 +45,7 @@ def add_parser(
 ) -> argparse.ArgumentParser:
     """The parser of a new verb, which ``run`` carries out."""
     parser: argparse.ArgumentParser = verbs.add_parser(name, help=what, description=what, allow_abbrev=False)
+    parser._negative_number_matcher = _NEGATIVE
     parser.add_argument("--json", action="store_true", help="one JSON object on standard output, nothing else there")
     parser.set_defaults(run=run)
     return parser
