@@ -4,11 +4,17 @@ from typing import Any
 
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.flip_grip import FlipGrip
 from spiraltrunk.strategies.kick import Kick
+from spiraltrunk.strategies.pinch import Pinch
+from spiraltrunk.strategies.tip_grip import TipGrip
 from spiraltrunk.strategies.wrap_vertical import WrapVertical
 
 _STRATEGIES: dict[str, type[Strategy[Any]]] = {
     WrapVertical.name: WrapVertical,
+    Pinch.name: Pinch,
+    TipGrip.name: TipGrip,
+    FlipGrip.name: FlipGrip,
     Kick.name: Kick,
 }
 

@@ -1,0 +1,145 @@
+"""Where the trunk's tip gripper goes and how it turns: geometry shared by the strategies that grip with the fingers.
+
+The trunk hangs straight, so that its end is where the arm puts it, to a fraction of a millimetre; heights and openings
+follow from the gripper's fingers and the object's announced size.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from spiraltrunk.design.gripper import GripperDesign
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model.fingers import closing_tension, opening_tension
+from spiraltrunk.plant import Goal, Observation, Target
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class TipOptions:
+    """What the strategies choose; lengths are parts of a finger's own unless said otherwise."""
+
+    clearance: float = 0.05
+    """Gap between straight fingers and ground, and between the trunk's end and the object [-]."""
+    reach: float = 0.75
+    """How deep below the trunk's end the object's middle comes to lie, at least [-]."""
+    room: float = 0.08
+    """Gap between open fingertips and a centred object as wide as may be: what a look is wrong by [-]."""
+    size_error: float = 0.10
+    """Part by which the object may be larger than announced [-]."""
+    hover: float = 2.0
+    """Height above the grip from which the robot looks and weighs [-]."""
+    safety: float = 3.0
+    """Fingers' friction over the object's weight [-]."""
+    press_least: float = 0.5
+    """Least force of a fingertip, over its largest [-]."""
+    slip: float = 0.15
+    """Sinking of the held object, as seen, that counts as slipping [-]."""
+    tighten: float = 1.3
+    """Factor on the fingers' tension where the object slips [-]."""
+    risen: float = 0.5
+    """Part of the lift, or of the object's weight, from which it counts as held [-]."""
+    touch: float = 0.25
+    """Relief that tells that the ground is met [N]: beyond what smoothing leaves of the arm's noise."""
+    retries: int = 1
+    """How often to try again [-]."""
+
+
+def gripper_of(observation: Observation) -> GripperDesign:
+    """The trunk's gripper.
+
+    Raises:
+        ModelError: where it has none.
+    """
+    gripper = observation.task.design.gripper
+    if gripper is None:
+        raise ModelError("this trunk has no gripper; allowed: a design with [gripper]")
+    return gripper
+
+
+def ground_height(target: Target, goal: Goal) -> float:
+    """Height of what the object rests on [m]; where that is not told, half its width below it."""
+    return float(target.position[2]) - target.width / 2 if goal.ground is None else goal.ground
+
+
+def object_height(target: Target, goal: Goal) -> float:
+    """How high the object stands above what it rests on [m]."""
+    return 2 * (float(target.position[2]) - ground_height(target, goal))
+
+
+def tip_height(gripper: GripperDesign, target: Target, goal: Goal, options: TipOptions) -> float:
+    """Height of the trunk's end while it grips [m].
+
+    As low as the straight fingers clear the ground, the end clears the object, and the open fingers find room round it,
+    but the object's middle at least ``reach`` of their length below the end.
+
+    Raises:
+        ModelError: where the fingers open too little for the object.
+    """
+    height, gap = object_height(target, goal), options.clearance * gripper.finger_length
+    low = max(gripper.finger_length + gap, (1 + options.size_error) * height + gap)
+    low = max(low, height / 2 + options.reach * gripper.finger_length)
+    for above in np.linspace(low, low + gripper.finger_length, _HEIGHTS):
+        if _opening(gripper, target, height, float(above), options) is not None:
+            return ground_height(target, goal) + float(above)
+    raise ModelError(f"the fingers do not open round {1e3 * target.width:.0f} mm; allowed: narrower objects")
+
+
+def opening(gripper: GripperDesign, target: Target, goal: Goal, options: TipOptions) -> float:
+    """Gripper command that opens the fingers round the object, -1 to 0 [-]."""
+    above = tip_height(gripper, target, goal, options) - ground_height(target, goal)
+    tension = _opening(gripper, target, object_height(target, goal), above, options)
+    return -(gripper.tension_max if tension is None else tension) / gripper.tension_max
+
+
+def _opening(gripper: GripperDesign, target: Target, height: float, above: float, options: TipOptions) -> float | None:
+    """Tension that opens the fingers round the object, the trunk's end ``above`` what it rests on [m]."""
+    larger = 1 + options.size_error
+    radius, room = larger * target.width / 2, options.room * gripper.finger_length
+    top = above - larger * height
+
+    def outline(depth: np.ndarray, skin: np.ndarray) -> np.ndarray:
+        if target.kind == "sphere":
+            return np.sqrt(np.maximum((radius + room + skin) ** 2 - (depth - top - radius) ** 2, 0.0))
+        below = np.clip((depth + skin - top) / (larger * height), 0.0, 1.0)
+        share = below if target.kind == "cone" else below > 0
+        return np.where(below > 0, share * radius + room + skin, 0.0)
+
+    return opening_tension(gripper, outline)
+
+
+_HEIGHTS = 39
+"""Heights tried: a millimetre apart for the paper's fingers."""
+
+
+def closing(gripper: GripperDesign, target: Target, options: TipOptions) -> float:
+    """Gripper command that holds the object by friction, and no harder than that takes, 0 to 1 [-]."""
+    needed = options.safety * target.mass * GRAVITY / (gripper.n_finger * target.friction)
+    least = options.press_least * closing_most(gripper)
+    return closing_tension(gripper, target.width / 2, max(needed, least)) / gripper.tension_max
+
+
+def closing_most(gripper: GripperDesign) -> float:
+    """Force of a straight finger's tip at the gripper's largest tension [N]."""
+    return gripper.tension_max / closing_tension(gripper, gripper.mount_radius, 1.0)
+
+
+def turned_across(start: np.ndarray, axis: np.ndarray, n_finger: int) -> np.ndarray:
+    """Orientation of the base that sets one finger against the others across a horizontal axis, shape (3, 3) [-].
+
+    One finger's direction stands square to the axis; of the 2 n equal ways it takes the one nearest to ``start``.
+    An upright axis leaves everything as it is.
+    """
+    if math.hypot(axis[0], axis[1]) < 0.5:
+        return start
+    finger = math.atan2(start[1, 1], start[0, 1])
+    across = math.atan2(axis[1], axis[0]) + math.pi / 2
+    step = math.pi / n_finger if n_finger % 2 else math.pi / math.lcm(n_finger, 2)
+    turn = (across - finger + step / 2) % step - step / 2
+    return np.asarray(Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix() @ start)
