@@ -208,11 +208,13 @@ def test_what_hangs_beside_its_middle_is_wrapped_once_more_where_that_is(width):
     task = dataclasses.replace(_task(), target=dataclasses.replace(_task().target, width=width))
     least = min(0.25 * width, 0.018 * PAPER.length)
     for part, count in ((0.9, 0), (1.1, 1)):
-        log = run(Stub(task, _carried, part * least), WrapVertical())
+        log = run(Stub(task, _held, part * least), WrapVertical())
         actions = [status.action for status in log.statuses]
         assert sum(a == "let go" != b for a, b in pairwise(actions)) == count
         first, last = (log.commands[i].T_world_base[0, 3] for i in (actions.index("curl"), _last(actions, "settle")))
         assert last - first == pytest.approx(count * 0.65 * part * least, abs=1e-3)
+        brought = log.commands[actions.index("lower")].T_world_base[0, 3]
+        assert brought + part * least == pytest.approx(task.goal.place[0], abs=1e-3)  # The object, not the base.
 
 
 def _last(actions, action):

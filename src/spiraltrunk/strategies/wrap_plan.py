@@ -11,7 +11,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.wrap import Wrap, predict_wrap, ventral_cables, wrap_tension
 from spiraltrunk.plant import Observation, Target
-from spiraltrunk.strategies.phases import Move, Progress, insert_next, shift_later
+from spiraltrunk.strategies.phases import Move, Progress
 
 OVERSHOOT = 0.3
 """How far beyond the expected touch the arm goes down to find the table, over the trunk's length [-]."""
@@ -130,6 +130,8 @@ def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, wra
 def wrap_again(progress: Progress, shift: np.ndarray, back: np.ndarray) -> Progress:
     """The same sequence with the object put back onto its strings, let go and wrapped once more, all ``shift`` on.
 
+    Where it shall be set down stays as it was.
+
     Args:
         progress: in prehension.
         shift: from the last wrap to the next, shape (3,) [m].
@@ -149,8 +151,11 @@ def wrap_again(progress: Progress, shift: np.ndarray, back: np.ndarray) -> Progr
             for move in (beside, curl, settle, heft)
         ),
     )  # fmt: skip
-    left = replace(progress, moves=progress.moves[: progress.index + 1] + progress.moves[last["heft"] + 1 :])
-    return insert_next(shift_later(left, shift), again)
+    later = (
+        replace(move, position=move.position + shift) if move.phase == "transport" else move
+        for move in progress.moves[last["heft"] + 1 :]
+    )
+    return replace(progress, moves=(*progress.moves[: progress.index + 1], *again, *later))
 
 
 def lowering_time(above: np.ndarray, low: np.ndarray) -> float:
