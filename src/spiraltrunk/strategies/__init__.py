@@ -8,10 +8,12 @@ from spiraltrunk.strategies.flip_grip import FlipGrip
 from spiraltrunk.strategies.kick import Kick
 from spiraltrunk.strategies.pinch import Pinch
 from spiraltrunk.strategies.tip_grip import TipGrip
+from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
 from spiraltrunk.strategies.wrap_vertical import WrapVertical
 
 _STRATEGIES: dict[str, type[Strategy[Any]]] = {
     WrapVertical.name: WrapVertical,
+    WrapHorizontal.name: WrapHorizontal,
     Pinch.name: Pinch,
     TipGrip.name: TipGrip,
     FlipGrip.name: FlipGrip,

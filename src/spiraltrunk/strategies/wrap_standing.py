@@ -1,0 +1,210 @@
+"""Wraps of an object that stands on the ground: strategies 4 to 6, one family.
+
+Source: "Grasping by Spiraling", figure 5 and Results, strategies 4 to 6: where the object's base is in contact with
+the ground, the plane of curvature goes from vertical through oblique to near-horizontal, by the head's tilt and by
+twisting, that is by unequal ventral cables.
+
+Reach: beside the object, the head tilted so that the curled trunk will lie in the wanted plane; two cables lift the
+tail beyond the object; then sideways until the cables' lengths tell of a touch. Prehension: ventral tension grows, and
+the arm goes where the model says that the curling trunk leaves the object where it is: a loose object falls over at
+half a newton. Tightened, it is lifted a little, and the arm's wrench tells whether it is held; if not, it is set down,
+let go and grasped once more. Transport: lift, carry, hold; cables that pay out tell of slip, and are answered with more
+tension. Release: down until the ground bears it, then prehension backwards.
+
+Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg; a trunk whose
+cables pull in every direction. It needs a camera's look at where the object stands, and afterwards feels with cables
+and wrench alone.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.plant import Command, Observation
+from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.feel import ventral_pull, weight
+from spiraltrunk.strategies.phases import (
+    Move,
+    Progress,
+    advance,
+    begin,
+    command_at,
+    fraction,
+    insert_next,
+    raise_tension,
+)
+from spiraltrunk.strategies.standing_plan import StandingOptions, plan_moves, side_of
+
+_SMOOTHING = 0.2
+"""Share of a new reading in smoothed ones, at 50 readings a second."""
+
+_ACCELERATING = 0.3
+"""Part of the sideways move after which a touch can be told from the start's shaking [-]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class StandingState:
+    """What the strategy remembers."""
+
+    progress: Progress
+    """Moves done and to do."""
+    lean: float = 0.0
+    """Dorsal cables' pull beyond the ventral ones', smoothed: it grows as something pushes the trunk back [m]."""
+    lean_free: float = 0.0
+    """The same before anything was touched [m]."""
+    weight: float = 0.0
+    """What hangs on the trunk's base, smoothed [N]."""
+    weight_empty: float = 0.0
+    """The same before the trunk touched the object [N]."""
+    pull_held: float = 0.0
+    """Mean pull of the ventral cables when the present move began [m]."""
+    shift: float = 0.0
+    """How far beyond its expected place the object was touched [m]."""
+    retries: int = 0
+    """How often the object was let go and grasped once more."""
+    is_done: bool = False
+    """Whether all moves are done."""
+    gave_up: str | None = None
+    """Why the grasp was given up, if it was."""
+
+
+class StandingWrap(Strategy[StandingState]):
+    """Wrap of a standing object; what differs within the family are its options."""
+
+    stage = "ground"
+    stance = "upright"
+    looks = True
+    objects = ("cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
+    position = (0.43, 0.14)
+
+    def __init__(self, options: StandingOptions | None = None) -> None:
+        self.options = self.default_options() if options is None else options
+
+    @staticmethod
+    @abstractmethod
+    def default_options() -> StandingOptions:
+        """Plane of the wrap and all else that the strategy chooses."""
+
+    def init(self, observation: Observation) -> StandingState:
+        """Plan places and tensions from design and object.
+
+        Raises:
+            ModelError: where the cables cannot pull as needed, or the object is too short.
+        """
+        progress = begin(plan_moves(observation, self.options), observation)
+        return StandingState(progress=progress, weight=weight(observation), lean=_lean(observation))
+
+    def step(self, state: StandingState, observation: Observation) -> tuple[StandingState, Command]:
+        """Follow the moves; feel for the touch, for the load, for slip and for the ground."""
+        state = replace(
+            state,
+            weight=state.weight + _SMOOTHING * (weight(observation) - state.weight),
+            lean=state.lean + _SMOOTHING * (_lean(observation) - state.lean),
+        )
+        state = self._feel(state, observation)
+        if fraction(state.progress, observation.time) >= 1.0:
+            state = self._next(state, observation)
+        return state, command_at(state.progress, observation.time)
+
+    def status(self, state: StandingState) -> Status:
+        """Where the strategy stands."""
+        move = state.progress.move
+        return Status(phase=move.phase, action=move.action, is_done=state.is_done, gave_up=state.gave_up)
+
+    def _feel(self, state: StandingState, observation: Observation) -> StandingState:
+        action = state.progress.move.action
+        if action == "touch":
+            return self._feel_touch(state, observation)
+        if action in ("lift", "carry", "hold"):
+            return self._answer_slip(state, observation)
+        if action == "lower" and self._load(state, observation) < self.options.borne:
+            return replace(state, progress=_stay(state.progress, observation))
+        return state
+
+    def _feel_touch(self, state: StandingState, observation: Observation) -> StandingState:
+        """Stop where the object bends the trunk back, and do from there all that comes before the release."""
+        progress = state.progress
+        if fraction(progress, observation.time) < _ACCELERATING:
+            return replace(state, lean_free=state.lean)
+        if state.lean - state.lean_free < self.options.touch * observation.task.design.cable_stroke:
+            return state
+        return self._touched(state, observation)
+
+    def _touched(self, state: StandingState, observation: Observation) -> StandingState:
+        """The next move at once, all until the release shifted sideways to where the object was touched."""
+        progress, aside = state.progress, side_of(observation)
+        now = command_at(progress, observation.time).T_world_base[:3, 3]
+        overshoot = self.options.overshoot * observation.task.design.length
+        shift = float(aside @ (now - progress.move.position)) + overshoot
+        moves = _shifted_until_release(progress, (shift - state.shift) * aside)
+        progress = advance(replace(progress, moves=moves), observation.time)
+        return replace(state, progress=progress, shift=shift)
+
+    def _answer_slip(self, state: StandingState, observation: Observation) -> StandingState:
+        """Pull harder where the load unrolls the trunk."""
+        design, pull = observation.task.design, ventral_pull(observation)
+        if state.pull_held - pull <= self.options.slip * design.cable_stroke:
+            return state
+        tighter = raise_tension(state.progress, 1.25, 0.95 * design.cable.tension_max)
+        return replace(state, progress=tighter, pull_held=pull)
+
+    def _next(self, state: StandingState, observation: Observation) -> StandingState:
+        action, progress = state.progress.move.action, state.progress
+        if action == "descend":
+            state = replace(state, weight_empty=state.weight)
+        if action in ("try", "lift") and self._load(state, observation) < self.options.borne:
+            if action == "lift" or state.retries >= self.options.retries:
+                return replace(state, is_done=True, gave_up="nothing was lifted: the arm feels no load")
+            progress = advance(insert_next(progress, _once_more(progress)), observation.time)
+            return replace(state, progress=progress, retries=state.retries + 1)
+        if action == "touch":
+            return self._touched(state, observation)
+        if progress.is_last:
+            return replace(state, is_done=True)
+        progress = advance(progress, observation.time)
+        return replace(state, progress=progress, pull_held=ventral_pull(observation))
+
+    def _load(self, state: StandingState, observation: Observation) -> float:
+        """Part of the object's weight that the arm feels [-]."""
+        return (state.weight - state.weight_empty) / (observation.task.target.mass * GRAVITY)
+
+
+def _lean(observation: Observation) -> float:
+    direction = observation.task.design.cable_direction[:, 1]
+    pull = observation.cable_pull
+    return float(pull[direction > 0].mean() - pull[direction < 0].mean())
+
+
+def _shifted_until_release(progress: Progress, way: np.ndarray) -> tuple[Move, ...]:
+    return tuple(
+        replace(move, position=move.position + way) if i > progress.index and move.phase != "release" else move
+        for i, move in enumerate(progress.moves)
+    )
+
+
+def _stay(progress: Progress, observation: Observation) -> Progress:
+    """What opens the trunk from as high as it is now."""
+    now = command_at(progress, observation.time).T_world_base[2, 3]
+    rise = np.array([0.0, 0.0, now - progress.move.position[2]])
+    moves = tuple(
+        replace(move, position=move.position + rise) if i > progress.index else move
+        for i, move in enumerate(progress.moves)
+    )
+    return advance(replace(progress, moves=moves), observation.time)
+
+
+def _once_more(progress: Progress) -> tuple[Move, ...]:
+    """Set down, open the trunk as it closed, back off, and all of it again."""
+    last = {move.action: i for i, move in enumerate(progress.moves[: progress.index + 1])}
+    descend = progress.moves[last["descend"]]
+    again = progress.moves[last["touch"] : progress.index + 1]
+    back = [replace(move, action="let go") for move in reversed(again) if move.action not in ("touch", "try")]
+    first = replace(again[0], action="let go", duration=1.0)
+    apart = replace(descend, phase="prehension", action="back off", duration=2.0)
+    return (*back, first, apart, *again)
