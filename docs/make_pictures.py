@@ -1,4 +1,4 @@
-"""Makes the pictures of README and docs again: film strip and overview of the default grasp, where the tip can be."""
+"""Makes the pictures of README and docs again: the nine strategies, the default grasp, where the tip can be."""
 
 from __future__ import annotations
 
@@ -10,20 +10,31 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 if not os.environ.get("MUJOCO_GL") and not os.environ.get("DISPLAY"):
     os.environ["MUJOCO_GL"] = "egl"
 
+import numpy as np
 from PIL import Image
 
+from spiraltrunk import strategies
 from spiraltrunk.design import presets
+from spiraltrunk.errors import RunError
 from spiraltrunk.model import workspace
 from spiraltrunk.record import compute_series, open_record, write_strip
-from spiraltrunk.report import write_overview
+from spiraltrunk.report import write_filmstrip, write_overview
 from spiraltrunk.report.workspace import write_workspace
 from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
-from spiraltrunk.trial import run_trial
+from spiraltrunk.sim.render import View, render_frames
+from spiraltrunk.sim.trace import Sample
+from spiraltrunk.trial import Trial, run_trial
 
 IMAGES = Path(__file__).parent / "images"
 
-WIDTH = {"filmstrip.png": 1240, "overview.png": 1000, "workspace.png": 1000}
+WIDTH = {"strategies.png": 1240, "filmstrip.png": 1240, "overview.png": 1000, "workspace.png": 1000}
 """Width of each picture [pixels]."""
+
+SHOWN = {"wrap-vertical": 1, "wrap-oblique": 3, "wrap-oblique-low": 5, "flip-grip": 1, "sweep": 2}
+"""Which of a strategy's objects the sheet shows, where not the first."""
+
+PUSHED = {"kick": 0.05, "sweep": 0.08}
+"""Way along the ground after which a pushed object is shown [m]."""
 
 
 def main() -> int:
@@ -37,6 +48,7 @@ def main() -> int:
         write_strip(trial, draft / "filmstrip.png", title=series.title)
         write_overview(series, draft / "overview.png")
         draw_workspace(draft / "workspace.png")
+        draw_sheet(draft / "strategies.png")
         for name, width in WIDTH.items():
             _shrink(draft / name, width)
     return 0
@@ -45,6 +57,44 @@ def main() -> int:
 def draw_workspace(path: Path) -> None:
     """Where the tip of the hanging trunk can be."""
     write_workspace(workspace.map(presets.PAPER), path, title="Where the tip of the paper's trunk can be, hanging")
+
+
+def draw_sheet(path: Path) -> None:
+    """One telling moment of each strategy, in the paper's order, each from a trial that succeeded."""
+    frames, captions = [], []
+    for name in sorted(strategies.NAMES, key=lambda name: strategies.get(name).number):
+        strategy = strategies.get(name)
+        trial = find_success(name, strategy.objects[SHOWN.get(name, 0)])
+        sample = find_moment(trial)
+        x, y, z = (float(value) for value in sample.object_position)
+        view = View(lookat=(x - 0.10, y, z + 0.22), distance=1.15)
+        frames.extend(render_frames(trial.plant.model, [sample.qpos], view))
+        captions.append(f"{strategy.number}  {name}")
+    write_filmstrip(path, frames, captions, columns=3)
+
+
+def find_success(name: str, shown: str, most: int = 8) -> Trial:
+    """The first trial that succeeds, from seed 0 on.
+
+    Raises:
+        RunError: where none of the first does.
+    """
+    for seed in range(most):
+        trial = run_trial(presets.PAPER, parse_object(shown), strategy=name, seed=seed)
+        if trial.verdict.success:
+            return trial
+        print(f"make_pictures: {name}, {shown}, seed {seed}: {trial.verdict.reason}", file=sys.stderr)
+    raise RunError(f"{name} fails with {shown} in all of seeds 0 to {most - 1}")
+
+
+def find_moment(trial: Trial) -> Sample:
+    """Held up in the air, or on its way along the ground."""
+    trace = trial.plant.trace
+    if trial.strategy not in PUSHED:
+        span = trial.log.span("transport", "hold")
+        return next(sample for sample in trace if span is not None and sample.time >= sum(span) / 2)
+    start = trace[0].object_position
+    return next(s for s in trace if np.linalg.norm(s.object_position - start) > PUSHED[trial.strategy])
 
 
 def _shrink(path: Path, width: int) -> None:
