@@ -114,6 +114,14 @@ def test_another_survey_is_refused(
     assert {path.name: path.read_bytes() for path in whole.iterdir()} == before
 
 
+def test_a_survey_does_not_go_on_with_other_code(
+    whole: Path, fakes: ModuleType, plan: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("spiraltrunk.survey.engine.compute_source", lambda: "0123456789abcdef")
+    with pytest.raises(SurveyError, match=r'source "[0-9a-f]{16}", not "0123456789abcdef"'):
+        run_survey(plan, folder=whole, work=fakes.work)
+
+
 BROKEN = {
     "a list": ("survey.json", "[1]", "is no survey's"),
     "torn": ("survey.json", "{", "is no survey's"),

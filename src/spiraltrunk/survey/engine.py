@@ -16,6 +16,7 @@ from spiraltrunk.survey.folder import FILES, Log, open_log, write_tables
 from spiraltrunk.survey.plan import Entry, Plan
 from spiraltrunk.survey.pool import run_jobs
 from spiraltrunk.survey.row import Row, build_empty_row
+from spiraltrunk.survey.source import compute_source
 from spiraltrunk.survey.tables import format_markdown
 from spiraltrunk.survey.work import compute_row
 
@@ -90,7 +91,8 @@ def _run_entries(
 
 def _compute_settings(plan: Plan) -> dict[str, Any]:
     versions = {name: version(name) for name in ("mujoco", "mink", "numpy", "scipy")}
-    return {**plan.settings(), "versions": {"spiraltrunk": spiraltrunk.__version__, **versions}}
+    versions |= {"spiraltrunk": spiraltrunk.__version__}
+    return {**plan.settings(), "versions": versions, "source": compute_source()}
 
 
 def _compute_result(plan: Plan, rows: Sequence[Row], files: Sequence[str] = ()) -> dict[str, Any]:

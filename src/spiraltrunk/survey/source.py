@@ -1,0 +1,27 @@
+"""Which code a survey's trials were run with."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from pathlib import Path
+
+import spiraltrunk
+
+_PARTS = ("design", "model", "strategies", "sim", "plant.py", "run.py", "trial.py")
+"""What a trial's outcome depends on, in the package's folder."""
+
+
+@cache
+def compute_source() -> str:
+    """A short digest of all code that a trial's outcome depends on, as it was at the first call."""
+    root = Path(spiraltrunk.__file__).parent
+    files = sorted(path for part in _PARTS for path in _list_files(root / part))
+    digest = hashlib.sha256()
+    for path in files:
+        digest.update(str(path.relative_to(root)).encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def _list_files(path: Path) -> list[Path]:
+    return [path] if path.is_file() else list(path.rglob("*.py"))
