@@ -156,7 +156,7 @@ def _judge(plant: SimPlant, log: RunLog, job: str) -> Verdict:
     if job == "kick":
         return judge_kick(plant.trace, plant.task, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)
     if job == "sweep":
-        swept = log.span("reach", "look")
+        swept = log.span("reach", "look over")
         rest = None if swept is None else swept[1]
         return judge_sweep(
             plant.trace, plant.task, moments, rest, gave_up=log.gave_up, warnings=plant.warnings, limits=limits

@@ -7,6 +7,7 @@ from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.flip_grip import FlipGrip
 from spiraltrunk.strategies.kick import Kick
 from spiraltrunk.strategies.pinch import Pinch
+from spiraltrunk.strategies.sweep import Sweep
 from spiraltrunk.strategies.tip_grip import TipGrip
 from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
 from spiraltrunk.strategies.wrap_vertical import WrapVertical
@@ -18,6 +19,7 @@ _STRATEGIES: dict[str, type[Strategy[Any]]] = {
     TipGrip.name: TipGrip,
     FlipGrip.name: FlipGrip,
     Kick.name: Kick,
+    Sweep.name: Sweep,
 }
 
 NAMES = tuple(_STRATEGIES)
