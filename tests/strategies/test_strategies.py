@@ -140,7 +140,7 @@ def test_where_no_load_is_felt_it_gives_up(strategy):
     assert "lifted" in log.gave_up
     assert log.statuses[-1].is_done
     assert log.span("release") is None
-    assert log.observations[-1].time < 30.0
+    assert log.observations[-1].time < 45.0
 
 
 def test_touching_down_early_cuts_the_lowering_short():
@@ -229,15 +229,15 @@ class Empty(Stub):
         return dataclasses.replace(seen, cable_pull=np.full(3, free_curl(PAPER, float(tension[1]))))
 
 
-def test_where_nothing_is_touched_it_lets_go_at_half_the_tension_and_reaches_further_once():
+def test_where_nothing_is_touched_it_lets_go_at_half_the_tension_and_reaches_further_twice():
     log = run(Empty(_task()), WrapVertical())
     actions = [status.action for status in log.statuses]
-    assert sum(a == "let go" != b for a, b in pairwise(actions)) == 1
+    assert sum(a == "let go" != b for a, b in pairwise(actions)) == 2
     letting_go, tension = actions.index("let go"), np.array([command.cable_tension[1] for command in log.commands])
     assert "settle" not in actions[:letting_go]
     assert tension[:letting_go].max() == pytest.approx(0.5 * tension.max(), rel=0.02)
     ahead = [log.commands[i].T_world_base[1, 3] for i in (actions.index("curl") - 1, _last(actions, "touch"))]
-    assert ahead[1] - ahead[0] == pytest.approx(0.08 * PAPER.length, abs=1e-4)  # Each a reading before its end.
+    assert ahead[1] - ahead[0] == pytest.approx(2 * 0.08 * PAPER.length, abs=1e-4)  # Each a reading before its end.
     assert log.gave_up == "nothing was lifted: the arm feels no load"
 
 

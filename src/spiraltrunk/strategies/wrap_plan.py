@@ -33,7 +33,7 @@ class WrapOptions:
     """Gap to the object before the approach, over the trunk's length [-]."""
     press: float = 0.04
     """How far beyond the nominal contact the trunk goes, over its length [-]: what hangs gives way, a gap does not."""
-    sink: float = 0.02
+    sink: float = 0.01
     """How far below the place where the wrapped trunk would bear the object the arm waits until the wrap is tight, over
     the trunk's length [-]: as long as strings bear it, the object stays level."""
     base_bend: float = 0.80
@@ -42,10 +42,14 @@ class WrapOptions:
     """How far the arm rises to feel what it holds, over the trunk's length [-]."""
     back_off: float = 0.09
     """How far the arm backs off while the trunk opens, over the trunk's length [-]: straightening, it pushes ahead."""
+    drag: float = 0.04
+    """How far the opening trunk drags what does not roll along, over its length [-]: it is set down that much short."""
     ease: float = 0.5
     """Tension kept when the object touches down, over the tension that carried it [-]."""
     ease_rise: float = 0.12
     """How far the arm rises meanwhile, over the trunk's length [-]."""
+    open_time: float = 3.0
+    """Time to open [s]."""
     curl_time: float = 4.0
     """Time to curl [s]: fast pulls shake the object."""
     lead: float = 0.02
@@ -60,9 +64,11 @@ class WrapOptions:
     """Lever of the load along its own axis at which the grasp is tried once more, over the trunk's length [-]."""
     off_center_thin: float = 0.25
     """The same over the object's width, whichever is less: friction has no longer a lever against the tilting [-]."""
+    worse: float = 2.5
+    """How many times that lever is too much after a second wrap, which a swinging object may have met worse [-]."""
     recenter: float = 0.65
     """Part of that lever to move by [-]: in a single loop, an object held beside its centre slides on as it tilts."""
-    retries: int = 1
+    retries: int = 2
     """How often to try again [-]."""
     touch: float = 0.5
     """Part of the object's weight that tells, in the arm's torques, whether it is carried or set down [-]."""
@@ -101,7 +107,7 @@ def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, wra
     hefted = wrapped - options.heft * length * down
     lifted = hefted - goal.lift * down
     over = lifted + goal.aside
-    placing = goal.place - center[0] * down - center[1] * ahead
+    placing = goal.place - center[0] * down - (center[1] + options.drag * length) * ahead
     above = placing + np.array([0.0, 0.0, (over - placing)[2]])
     low = placing + OVERSHOOT * length * down
     clear = placing - options.back_off * length * ahead
@@ -121,7 +127,7 @@ def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, wra
         move("transport", "hold", goal.hold, over, pull),
         move("release", "bring", 1.5, above, pull),
         move("release", "lower", lowering_time(above, low), low, pull),
-        move("release", "uncurl", 4.0, opened, slack),
+        move("release", "draw up", 2.0, opened, slack),
         move("release", "leave", 2.0, opened - options.clearance * length * ahead, slack),
         move("release", "rest", 2.5, opened - options.clearance * length * ahead, slack),
     )

@@ -188,14 +188,18 @@ class WrapVertical(Strategy[WrapState]):
         return 0.0 if target.kind == "sphere" else way_to_turn_flat(target.length, target.width, height)
 
     def _ease(self, progress: Progress, observation: Observation) -> Progress:
-        """Slacken and rise from wherever the object touched down: unloaded, a tight trunk climbs to the housing."""
-        now = command_at(progress, observation.time)
-        rise = self.options.ease_rise * observation.task.design.length * observation.T_world_base[:3, 0]
-        tension = self.options.ease * progress.move.tension
-        ease = replace(
-            progress.move, action="ease", duration=0.8, position=now.T_world_base[:3, 3] - rise, tension=tension
-        )
-        return advance(insert_next(progress, (ease,)), observation.time)
+        """Slacken and rise from wherever the object touched down: unloaded, a tight trunk climbs to the housing.
+
+        Then open there, backing off; a trunk that is drawn up while its tip is still curled drags the object along.
+        """
+        length, options = observation.task.design.length, self.options
+        rise = -options.ease_rise * length * observation.T_world_base[:3, 0]
+        place = command_at(progress, observation.time).T_world_base[:3, 3] + rise
+        eased = options.ease * progress.move.tension
+        ease = replace(progress.move, action="ease", duration=0.8, position=place, tension=eased)
+        back = options.back_off * length * observation.T_world_base[:3, 1]
+        uncurl = replace(ease, action="uncurl", duration=options.open_time, position=place + back, tension=0.0 * eased)
+        return advance(insert_next(progress, (ease, uncurl)), observation.time)
 
     def _next(self, state: WrapState, observation: Observation) -> WrapState:
         action = state.progress.move.action
@@ -217,13 +221,13 @@ class WrapVertical(Strategy[WrapState]):
 
     def _judge(self, state: WrapState, observation: Observation) -> WrapState:
         """Lift what is held near its middle; wrap anew, further on, what is not held, or beside."""
-        if not self._may_try(state):
-            return self._go_on(state, observation)
-        if not self._is_carried(state, observation):
-            return self._reach_on(state, observation)
         options, task = self.options, observation.task
+        if not self._is_carried(state, observation):
+            return self._reach_on(state, observation) if self._may_try(state) else self._go_on(state, observation)
         beside = self._hangs_beside(state, observation)
-        if abs(beside) <= min(options.off_center * task.design.length, options.off_center_thin * task.target.width):
+        most = min(options.off_center * task.design.length, options.off_center_thin * task.target.width)
+        most *= 1.0 if state.retries == 0 else options.worse
+        if not self._may_try(state) or abs(beside) <= most:
             return self._go_on(state, observation)
         return self._try_again(state, observation, options.recenter * beside * task.target.axis)
 
