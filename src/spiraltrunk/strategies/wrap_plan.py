@@ -50,6 +50,8 @@ class WrapOptions:
     """How far the arm rises meanwhile, over the trunk's length [-]."""
     open_time: float = 3.0
     """Time to open [s]."""
+    steady_time: float = 2.5
+    """Time to lean on what was let go [s]: it swings on its strings, and rubbing on the trunk stops it."""
     curl_time: float = 4.0
     """Time to curl [s]: fast pulls shake the object."""
     lead: float = 0.02
@@ -133,7 +135,7 @@ def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, wra
     )
 
 
-def wrap_again(progress: Progress, shift: np.ndarray, back: np.ndarray) -> Progress:
+def wrap_again(progress: Progress, shift: np.ndarray, back: np.ndarray, options: WrapOptions) -> Progress:
     """The same sequence with the object put back onto its strings, let go and wrapped once more, all ``shift`` on.
 
     Where it shall be set down stays as it was.
@@ -142,6 +144,7 @@ def wrap_again(progress: Progress, shift: np.ndarray, back: np.ndarray) -> Progr
         progress: in prehension.
         shift: from the last wrap to the next, shape (3,) [m].
         back: how far the arm backs off while the trunk opens, shape (3,) [m].
+        options: what the strategy chose.
     """
     last = {move.action: i for i, move in enumerate(progress.moves)}
     beside, curl, settle, heft = (progress.moves[last[action]] for action in ("touch", "curl", "settle", "heft"))
@@ -149,12 +152,13 @@ def wrap_again(progress: Progress, shift: np.ndarray, back: np.ndarray) -> Progr
     opened = replace(
         settle, action="let go", duration=3.0, tension=0.0 * settle.tension, position=settle.position + back
     )
+    steady = replace(beside, action="steady", duration=options.steady_time)
     away = replace(opened, action="draw back", duration=2.0, position=beside.position + shift + back)
     again = (
         *((lower,) if progress.move.action == "heft" else ()), opened, away,
         *(
             replace(move, phase="prehension", position=move.position + shift)
-            for move in (beside, curl, settle, heft)
+            for move in (beside, steady, curl, settle, heft)
         ),
     )  # fmt: skip
     later = (

@@ -241,7 +241,7 @@ class WrapVertical(Strategy[WrapState]):
     def _try_again(self, state: WrapState, observation: Observation, shift: np.ndarray) -> WrapState:
         """Put the object back onto its strings, let go, and wrap it again with all that follows shifted."""
         back = self.options.back_off * observation.task.design.length * observation.T_world_base[:3, 1]
-        progress = advance(wrap_again(state.progress, shift, back), observation.time)
+        progress = advance(wrap_again(state.progress, shift, back, self.options), observation.time)
         return replace(state, progress=progress, retries=state.retries + 1, is_felt=False)
 
     def _hangs_beside(self, state: WrapState, observation: Observation) -> float:
