@@ -50,7 +50,7 @@ def test_the_object_comes_nearer_to_the_base_as_the_trunk_curls() -> None:
 
 def test_a_section_nearer_to_the_base_touches_an_object_nearer_to_the_base() -> None:
     slack = cable_pulls(PAPER, 0.0, 1.4)
-    ahead = [object_center(PAPER, 0.06, LEVEL, slack, earlier)[1] for earlier in (0, 2, 4)]
+    ahead = [object_center(PAPER, 0.06, LEVEL, slack, section)[1] for section in (7, 5, 3)]
     assert (np.diff(ahead) < 0).all()
 
 

@@ -49,19 +49,26 @@ def shut_pull(design: TrunkDesign) -> np.ndarray:
     return np.asarray(design.joint_stiffness * design.joint_limit / lever * sum_pull)
 
 
-def object_center(design: TrunkDesign, width: float, tilt: float, tension: np.ndarray, earlier: int = 0) -> np.ndarray:
-    """Centre of an upright object of ``width`` [m] that the first wrapped section touches, level, shape (3,) [m].
+def wrap_start(design: TrunkDesign, width: float) -> int:
+    """First section of a wrap round an object of ``width`` [m], counted from 0 at the base."""
+    return min(predict_wrap(design, width, 0.0, 0.0).first, design.n_section - 1)
+
+
+def object_center(
+    design: TrunkDesign, width: float, tilt: float, tension: np.ndarray, section: int | None = None
+) -> np.ndarray:
+    """Centre of an upright object of ``width`` [m] that a section touches with its middle, level, shape (3,) [m].
 
     Args:
         design: the trunk.
         width: extent of the object across [m].
         tilt: of the base axis from hanging straight down [rad].
         tension: of the cables, shape (n_cable,) [N].
-        earlier: how many sections nearer to the base it touches than where a wrap begins [-].
+        section: which one, counted from 0 at the base; None is the first of a wrap.
     """
     check_number("width", width, above=0.0)
     ends = _ends(design, tilt, tension)
-    first = _first(design, width, earlier)
+    first = wrap_start(design, width) if section is None else section
     heading = (ends[first + 1] - ends[first])[:2]
     to_object = np.array([heading[1], -heading[0], 0.0]) / max(float(np.linalg.norm(heading)), 1e-9)
     return (ends[first] + ends[first + 1]) / 2 + (width / 2 + design.section_radius[first]) * to_object
@@ -69,7 +76,7 @@ def object_center(design: TrunkDesign, width: float, tilt: float, tension: np.nd
 
 def curl_tilt(design: TrunkDesign, width: float, tension: np.ndarray, slope: float) -> float:
     """Tilt of the base at which the curled trunk's plane falls ahead by ``slope`` [rad], 0 for level [rad]."""
-    first = _first(design, width)
+    first = wrap_start(design, width)
     low, high = _TILT_RANGE
     for _ in range(12):
         middle = (low + high) / 2
@@ -78,10 +85,6 @@ def curl_tilt(design: TrunkDesign, width: float, tension: np.ndarray, slope: flo
         else:
             high = middle
     return high
-
-
-def _first(design: TrunkDesign, width: float, earlier: int = 0) -> int:
-    return max(0, min(predict_wrap(design, width, 0.0, 0.0).first - earlier, design.n_section - 1))
 
 
 def _ends(design: TrunkDesign, tilt: float, tension: np.ndarray) -> np.ndarray:

@@ -10,10 +10,14 @@ from spiraltrunk.strategies.pinch import Pinch
 from spiraltrunk.strategies.sweep import Sweep
 from spiraltrunk.strategies.tip_grip import TipGrip
 from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
+from spiraltrunk.strategies.wrap_oblique import WrapOblique
+from spiraltrunk.strategies.wrap_oblique_low import WrapObliqueLow
 from spiraltrunk.strategies.wrap_vertical import WrapVertical
 
 _STRATEGIES: dict[str, type[Strategy[Any]]] = {
     WrapVertical.name: WrapVertical,
+    WrapObliqueLow.name: WrapObliqueLow,
+    WrapOblique.name: WrapOblique,
     WrapHorizontal.name: WrapHorizontal,
     Pinch.name: Pinch,
     TipGrip.name: TipGrip,

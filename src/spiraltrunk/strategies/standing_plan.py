@@ -18,6 +18,15 @@ from spiraltrunk.strategies.phases import Move
 _STEPS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56, 0.75, 1.1)
 """Ventral pulls at which the model places the arm, over the pull that shuts joint 1 [-]; closer where the tip curls."""
 
+_ACTIONS = {
+    "reach": ("turn", "descend", "touch"),
+    "prehension": ("curl", "tighten", "try"),
+    "transport": ("lift", "carry", "hold"),
+    "release": ("bring", "lower", "uncurl", "leave", "rest"),
+}
+_PHASE = {action: phase for phase, actions in _ACTIONS.items() for action in actions}
+"""What belongs to which phase."""
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +35,10 @@ class StandingOptions:
 
     plane: float
     """How far the plane of the curled trunk, not yet loaded, falls ahead of the base [rad]; 0 is level."""
+    reach_plane: float = math.radians(-12.0)
+    """The same while the tail goes round the object: rising, as a slack tail hangs [rad]."""
+    turning: tuple[float, float] = (0.30, 0.75)
+    """Ventral pulls between which the plane turns from the one to the other, over the pull that shuts joint 1 [-]."""
     differential: float
     """Pull along the trunk's z over the ventral one [-]: unequal ventral cables, which turn the plane of bending."""
     height: float
@@ -50,11 +63,11 @@ class StandingOptions:
     """Ventral pull of the tightened wrap, over the one that shuts joint 1 [-]."""
     carry: float = 1.0
     """What is added to it for the load, over the pull that balances the object's weight beside the base [-]."""
-    depth: int = 4
-    """How many sections nearer to the base than at the first touch the wrapped object lies: where it is let go [-]."""
+    rest: int = 2
+    """Section, from 0 at the base, at which a tightly wrapped object rests, and is let go from, as simulated."""
     back_off: float = 0.20
     """How far the arm backs off sideways while the tail opens, over the trunk's length [-]: it would push."""
-    drag: tuple[float, float] = (0.065, 0.03)
+    drag: tuple[float, float] = (0.06, 0.01)
     """How far the opening trunk drags the object back (aside, ahead), over the trunk's length [-], as simulated."""
     test: float = 0.02
     """How far the object is lifted to feel whether it is held [m]."""
@@ -73,77 +86,110 @@ def side_of(observation: Observation) -> np.ndarray:
     return -_unit(observation.T_world_base[:3, 2])
 
 
+@final
+@dataclass(frozen=True, kw_only=True)
+class _Step:
+    """Arm and cables at one ventral pull, places level over the ground below the object."""
+
+    pull: float
+    """Ventral pull over the one that shuts joint 1 [-]."""
+    tension: np.ndarray
+    """Cable tensions, shape (n_cable,) [N]."""
+    rotation: np.ndarray
+    """Orientation of the base in the world, shape (3, 3) [-]."""
+    closing: np.ndarray
+    """Place of the base as the trunk closes, shape (3,) [m]."""
+    opening: np.ndarray
+    """Place of the base as it opens: what is wrapped lies deeper in the curl, shape (3,) [m]."""
+
+
 def plan_moves(observation: Observation, options: StandingOptions) -> tuple[Move, ...]:
     """All moves from a hanging trunk over grasp and release to the trunk beside the object.
 
     Raises:
         ModelError: where the cables cannot pull as needed, or the object is too short.
     """
-    design, target = observation.task.design, observation.task.target
-    shut = shut_pull(design)
-    full = _tension(design, options, float(_STEPS[-1] * shut[0]))
-    tilt = curl_tilt(design, target.width, full, options.plane)
-    frame = np.column_stack([side_of(observation), _ahead(observation), np.array([0.0, 0.0, 1.0])])
-    tensions = [_tension(design, options, float(step * shut[0])) for step in _STEPS]
-    centers = np.array([object_center(design, target.width, tilt, tension) for tension in tensions])
-    height = _height(observation, options, tilt, float(centers[:, 2].max()))
-    places = np.array([0.0, 0.0, height]) - centers @ frame.T
-    rotation = frame @ _base_axes(tilt)
-    load = target.mass * GRAVITY * float(np.linalg.norm(centers[-1, :2]))
+    steps, lever = _steps(observation, options)
+    design, shut = observation.task.design, shut_pull(observation.task.design)
+    load = observation.task.target.mass * GRAVITY * lever
     grip = options.grip + options.carry * load / float(design.joint_stiffness[0] * design.joint_limit)
     tight = _tension(design, options, float(grip * shut[0]))
-    deep = np.array([object_center(design, target.width, tilt, tension, options.depth) for tension in tensions])
-    opening = places[-1] + (deep[-1] - deep) @ frame.T
-    return _moves(observation, options, rotation, list(zip(places, opening, tensions, strict=True)), tight)
+    return _moves(observation, options, steps, tight)
+
+
+def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_Step, ...], float]:
+    """The steps of the curl, and how far beside the base the object ends [m]."""
+    design, width = observation.task.design, observation.task.target.width
+    shut = float(shut_pull(design)[0])
+    frame = np.column_stack([side_of(observation), _ahead(observation), np.array([0.0, 0.0, 1.0])])
+    tilts = _tilts(design, width, options)
+    tensions = [_tension(design, options, pull * shut) for pull in _STEPS]
+    at = list(zip(tilts, tensions, strict=True))
+    first = np.array([object_center(design, width, tilt, tension) for tilt, tension in at])
+    deep = np.array([object_center(design, width, tilt, tension, options.rest) for tilt, tension in at])
+    closing = np.array([0.0, 0.0, _height(observation, options, tilts, first[:, 2])]) - first @ frame.T
+    opening = closing[-1] + (deep[-1] - deep) @ frame.T
+    opening[:, 2] = closing[:, 2]  # The housing clears the ground on this way.
+    steps = tuple(
+        _Step(
+            pull=pull, tension=tensions[i], rotation=frame @ _base_axes(tilts[i]), closing=closing[i],
+            opening=opening[i] - _opened(options, pull) * options.back_off * design.length * frame[:, 0],
+        )
+        for i, pull in enumerate(_STEPS)
+    )  # fmt: skip
+    return steps, float(np.linalg.norm(first[-1, :2]))
 
 
 def _moves(
-    observation: Observation,
-    options: StandingOptions,
-    rotation: np.ndarray,
-    steps: list[tuple[np.ndarray, np.ndarray, np.ndarray]],
-    tight: np.ndarray,
+    observation: Observation, options: StandingOptions, steps: tuple[_Step, ...], tight: np.ndarray
 ) -> tuple[Move, ...]:
     design, goal = observation.task.design, observation.task.goal
     seen = observation.task.target.position if observation.look is None else observation.look.position
     start, place = (np.array([*where[:2], _ground(observation)]) for where in (seen, goal.place))
     side, up = side_of(observation), np.array([0.0, 0.0, 1.0])
-    (touch, open_, slack), (wrapped, _, _) = steps[0], steps[-1]
     place = place + design.length * (options.drag[0] * side + options.drag[1] * _ahead(observation))
     clear, beyond = -options.clearance * design.length * side, options.overshoot * design.length * side
-    high, back = goal.lift * up, options.back_off * design.length * side
+    high, test, last = goal.lift * up, options.test * up, steps[-1]
+    touch, wrapped, away = start + steps[0].closing, start + last.closing, place + steps[0].opening
 
-    def move(phase: str, action: str, duration: float, position: np.ndarray, tension: np.ndarray) -> Move:
+    def move(action: str, duration: float, position: np.ndarray, tension: np.ndarray, step: _Step = last) -> Move:
+        phase = _PHASE[action]
         return Move(
-            phase=phase, action=action, duration=duration, position=position, tension=tension, rotation=rotation
+            phase=phase, action=action, duration=duration, position=position, tension=tension, rotation=step.rotation
         )
 
+    slack = steps[0].tension
     return (
-        move("reach", "turn", 3.0, start + touch + clear + high, slack),
-        move("reach", "descend", 2.0, start + touch + clear, slack),
-        move("reach", "touch", 4.0, start + touch + beyond, slack),
-        *(move("prehension", "curl", options.curl_time, start + there, tension) for there, _, tension in steps[1:]),
-        move("prehension", "tighten", 2.0, start + wrapped, tight),
-        move("prehension", "try", 1.0, start + wrapped + options.test * up, tight),
-        move("transport", "lift", 2.5, start + wrapped + options.test * up + high, tight),
-        move("transport", "carry", 2.5, start + wrapped + options.test * up + high + goal.aside, tight),
-        move("transport", "hold", goal.hold, start + wrapped + options.test * up + high + goal.aside, tight),
-        move("release", "bring", 1.5, place + wrapped + options.test * up + high, tight),
-        move("release", "lower", 4.5, place + wrapped - options.sink * up, tight),
-        *(
-            move("release", "uncurl", options.curl_time, place + there - _opened(options, step) * back, tension)
-            for step, (_, there, tension) in reversed(list(zip(_STEPS, steps, strict=True)))
-        ),
-        move("release", "leave", 2.0, place + open_ + clear, slack),
-        move("release", "rest", 1.5, place + open_ + clear + high, 0.0 * slack),
+        move("turn", 3.0, touch + clear + high, slack, steps[0]),
+        move("descend", 2.0, touch + clear, slack, steps[0]),
+        move("touch", 4.0, touch + beyond, slack, steps[0]),
+        *(move("curl", options.curl_time, start + step.closing, step.tension, step) for step in steps[1:]),
+        move("tighten", 2.0, wrapped, tight),
+        move("try", 1.0, wrapped + test, tight),
+        move("lift", 2.5, wrapped + test + high, tight),
+        move("carry", 2.5, wrapped + test + high + goal.aside, tight),
+        move("hold", goal.hold, wrapped + test + high + goal.aside, tight),
+        move("bring", 1.5, place + last.closing + test + high, tight),
+        move("lower", 4.5, place + last.closing - options.sink * up, tight),
+        *(move("uncurl", options.curl_time, place + step.opening, step.tension, step) for step in reversed(steps)),
+        move("leave", 2.0, away + high, slack, steps[0]),
+        move("rest", 1.0, away + high, slack, steps[0]),
     )
+
+
+def _tilts(design: TrunkDesign, width: float, options: StandingOptions) -> np.ndarray:
+    """Tilt of the base at each step: from the plane of the reach to that of the wrap, shape (n_step,) [rad]."""
+    full = cable_pulls(design, float(_STEPS[-1] * shut_pull(design)[0]), 0.0)
+    ends = [curl_tilt(design, width, full, plane) for plane in (options.reach_plane, options.plane)]
+    return np.interp(_STEPS, options.turning, ends)
 
 
 def _tension(design: TrunkDesign, options: StandingOptions, ventral: float) -> np.ndarray:
     """Cable tensions for a ventral pull [N]: small ones lift the tail, larger ones curl in the wanted plane."""
     shut = shut_pull(design)
     tail = options.tail * shut[-1] * max(0.0, 1.0 - ventral / (options.tail_end * shut[0]))
-    tension = cable_pulls(design, ventral, float(tail) + options.differential * ventral)
+    turn = float(np.interp(ventral / shut[0], options.turning, (0.0, options.differential)))
+    tension = cable_pulls(design, ventral, float(tail) + turn * ventral)
     return tension * min(1.0, 0.95 * design.cable.tension_max / max(float(tension.max()), 1e-9))
 
 
@@ -152,12 +198,12 @@ def _opened(options: StandingOptions, step: float) -> float:
     return max(0.0, 1.0 - step / options.tail_end)
 
 
-def _height(observation: Observation, options: StandingOptions, tilt: float, rise: float) -> float:
-    """Height over the ground at which to wrap, so that the housing stays above it [m]."""
+def _height(observation: Observation, options: StandingOptions, tilts: np.ndarray, rise: np.ndarray) -> float:
+    """Height over the ground at which to wrap, so that the housing stays above it at every step [m]."""
     housing, length = observation.task.design.housing, observation.task.target.length
-    end = housing.neck_length + housing.length
-    sink = max(-end * math.cos(tilt), -housing.neck_length * math.cos(tilt)) + housing.radius * math.sin(tilt)
-    height = max(options.height * length, sink + options.ground_gap + rise)
+    end = np.where(tilts > math.pi / 2, housing.neck_length + housing.length, housing.neck_length)
+    sink = housing.radius * np.sin(tilts) - end * np.cos(tilts)
+    height = max(options.height * length, float((sink + rise).max()) + options.ground_gap)
     if height > options.highest * length:
         least = f"{1e3 * height / options.highest:.0f} mm"
         raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")

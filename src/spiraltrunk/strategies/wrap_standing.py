@@ -81,7 +81,7 @@ class StandingWrap(Strategy[StandingState]):
     stance = "upright"
     looks = True
     objects = ("cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
-    position = (0.43, 0.14)
+    position = (0.46, 0.12)
 
     def __init__(self, options: StandingOptions | None = None) -> None:
         self.options = self.default_options() if options is None else options

@@ -1,0 +1,26 @@
+"""Strategy 4, wrap of a standing object in an oblique plane near the ground.
+
+Source: "Grasping by Spiraling", figure 5, strategy 4, and Results. Phases and limits are those of all wraps of standing
+objects, `wrap_standing`; here as in `wrap_oblique`, as near the ground as the housing allows.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+from spiraltrunk.strategies.standing_plan import StandingOptions
+from spiraltrunk.strategies.wrap_standing import StandingWrap
+
+
+@final
+class WrapObliqueLow(StandingWrap):
+    """Wrap of a standing object in an oblique plane near the ground."""
+
+    name = "wrap-oblique-low"
+    number = 4
+
+    @staticmethod
+    def default_options() -> StandingOptions:
+        """A falling plane near the ground, ventral cables unequal."""
+        return StandingOptions(plane=math.radians(12.0), differential=-0.2, height=0.3, reach_plane=math.radians(-8.0))
