@@ -23,7 +23,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction, insert_next
-from spiraltrunk.strategies.push_stance import Stance, go_down, plan_stance, reach_of, roll_up
+from spiraltrunk.strategies.push_stance import Stance, go_down, keep_level, plan_stance, reach_of, roll_up
 
 _PEAK = 1.875
 """Greatest over mean speed of a path of least jerk [-]."""
@@ -100,7 +100,7 @@ class Kick(Strategy[KickState]):
         """Follow the moves; aim by the last look before the stroke, and look again after it."""
         if fraction(state.progress, observation.time) >= 1.0:
             state = self._next(state, observation)
-        return state, command_at(state.progress, observation.time)
+        return state, keep_level(command_at(state.progress, observation.time), observation)
 
     def status(self, state: KickState) -> Status:
         """Where the strategy stands."""

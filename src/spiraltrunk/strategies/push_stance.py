@@ -8,7 +8,7 @@ between ground and trunk where friction is high.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -16,7 +16,8 @@ import numpy as np
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.fist import Fist, fist_orientation, predict_fist
 from spiraltrunk.model.wrap import ventral_cables
-from spiraltrunk.plant import Observation, Target, Task
+from spiraltrunk.plant import Command, Observation, Target, Task
+from spiraltrunk.strategies.feel import in_step
 from spiraltrunk.strategies.phases import Move
 
 TILT = math.radians(60.0)
@@ -31,6 +32,10 @@ CLEARANCE = 0.005
 
 ABOVE = 0.35
 """Height of the base while the tightly rolled trunk is tilted, over the trunk's length [-] (ours): the curl clears."""
+
+
+LEAD = 0.02
+"""How far one ventral cable may be pulled in beyond the other, over the stroke [-] (ours)."""
 
 
 @final
@@ -124,3 +129,8 @@ def go_down(stance: Stance, base: np.ndarray) -> tuple[Move, ...]:
         rotation=stance.rotation,
     )  # fmt: skip
     return beside, down
+
+
+def keep_level(command: Command, observation: Observation) -> Command:
+    """The command with both ventral cables kept in step: held by tension alone, a fist gives way out of its plane."""
+    return replace(command, cable_pull=in_step(observation, LEAD))

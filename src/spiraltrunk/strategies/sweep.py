@@ -23,7 +23,7 @@ import numpy as np
 from spiraltrunk.plant import Command, Observation, Task
 from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction, insert_next
-from spiraltrunk.strategies.push_stance import Stance, go_down, plan_stance, reach_of, roll_up
+from spiraltrunk.strategies.push_stance import Stance, go_down, keep_level, plan_stance, reach_of, roll_up
 from spiraltrunk.strategies.push_steer import Steering, SteerOptions, SteerPlan, command_of, is_over, steer
 from spiraltrunk.strategies.tip_grip import TipGrip
 from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
@@ -129,7 +129,7 @@ class Sweep(Strategy[SweepState]):
             state = self._next(state, observation)
         if state.task is not None:
             return self._step_grasp(state, state.task, observation)
-        return state, command_at(state.progress, observation.time)
+        return state, keep_level(command_at(state.progress, observation.time), observation)
 
     def status(self, state: SweepState) -> Status:
         """Where the strategy stands; once the grasp has taken over, where that stands."""
@@ -149,9 +149,9 @@ class Sweep(Strategy[SweepState]):
             is_short = left > self.options.margin * observation.task.goal.zone
             again = is_short and state.renewals < self.options.renewals
             state = (self._renew if again else self._withdraw)(state, steering, observation)
-            return state, command_at(state.progress, observation.time)
+            return state, keep_level(command_at(state.progress, observation.time), observation)
         steering = steer(steering, observation.time, seen, goal, plan)
-        return replace(state, steering=steering), command_of(steering, state.stance)
+        return replace(state, steering=steering), keep_level(command_of(steering, state.stance), observation)
 
     def _next(self, state: SweepState, observation: Observation) -> SweepState:
         progress, time = state.progress, observation.time

@@ -1,0 +1,257 @@
+"""Kick and sweep: where the fist goes, how a push is steered, and what takes over after a sweep."""
+
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import ModelError
+from spiraltrunk.plant import Command, Look, Observation, Plant
+from spiraltrunk.run import run
+from spiraltrunk.sim.objects import parse_object
+from spiraltrunk.sim.scene import SceneOptions, build_task
+from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.kick import Kick
+from spiraltrunk.strategies.push_stance import plan_stance, reach_of
+from spiraltrunk.strategies.sweep import Sweep, choose_grasp, task_to_grasp
+
+DT = 0.02
+HOME = np.array([[0.0, 0.0, -1.0, 0.307], [0.0, -1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 1.22], [0.0, 0.0, 0.0, 1.0]])
+
+
+def _task(name="cylinder-60", strategy=Sweep, push=None):
+    options = SceneOptions(
+        shape=parse_object(name), stage="ground", stance="upright", position=(*strategy.position, 0.0),
+        push=strategy.push if push is None else push,
+    )  # fmt: skip
+    return build_task(PAPER, options)
+
+
+class Table(Plant):
+    """A robot that does at once what it is told, and an object that its fist pushes.
+
+    What slides is carried along; what rolls is pushed out of the fist, a circle, the shortest way.
+    """
+
+    def __init__(self, task, beside=(0.0, 0.0), rolls=False, is_heavy=False, size=1.0):
+        self.task, self.rolls, self.is_heavy = task, rolls, is_heavy
+        self.start = task.target.position + np.array([*beside, 0.0])
+        self.stance = plan_stance(task, 0.0)
+        self.width = size * task.target.width
+
+    @property
+    def control_period(self):
+        return DT
+
+    def reset(self):
+        self.time, self.object, self.looked = 0.0, self.start.copy(), None
+        self.T = HOME.copy()
+        return self._observe(np.zeros(3))
+
+    def step(self, command: Command):
+        self.time += DT
+        before, self.T = self.T, command.T_world_base
+        if not self.is_heavy and np.allclose(self.T[:3, :3], self.stance.rotation, atol=1e-3):
+            self._push(self.stance.front_of(self.T[:3, 3]), self.T[:3, 3] - before[:3, 3])
+        return self._observe(command.cable_tension)
+
+    def _push(self, front, moved):
+        fist = self.stance.fist
+        if front[2] - fist.radius > self.task.goal.ground + 0.03:
+            return
+        away = (self.object - front + fist.curve * self.stance.way)[:2]
+        depth = fist.curve + self.width / 2 - np.linalg.norm(away)
+        if depth > 0:
+            way = away / np.linalg.norm(away)
+            self.object[:2] += depth * way if self.rolls else moved[:2]
+
+    def _observe(self, tension):
+        if self.looked is None or self.time >= self.looked.time + 0.5 - 1e-9:
+            self.looked = Look(time=self.time, position=self.object.copy(), axis=np.array([0.0, 0.0, 1.0]))
+        return Observation(
+            time=self.time, task=self.task, T_world_base=self.T, arm_position=np.zeros(7), arm_velocity=np.zeros(7),
+            cable_pull=np.zeros(3), cable_tension=np.asarray(tension), base_force=np.zeros(3), base_torque=np.zeros(3),
+            look=self.looked,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the fake grasp remembers: the first and the last observation."""
+
+    first: Any
+    last: Any
+    steps: int = 0
+
+
+class Fake(Strategy[Seen]):
+    """A grasp of three steps that goes wherever it is told."""
+
+    name, number = "fake", 3
+
+    def init(self, observation):
+        return Seen(first=observation, last=observation)
+
+    def step(self, state, observation):
+        command = Command(T_world_base=observation.T_world_base, cable_tension=np.zeros(3))
+        return replace(state, last=observation, steps=state.steps + 1), command
+
+    def status(self, state):
+        return Status(phase="transport", action="lift", is_done=state.steps > 3)
+
+
+def _sweep(plant):
+    seen = []
+    strategy = Sweep(grasp=lambda task: Fake())
+    log = run(plant, strategy, watch=lambda observation, status: seen.append(status))
+    return log, seen
+
+
+BESIDE = [(0.0, 0.0), (0.02, -0.02), (-0.02, 0.015), (0.0, 0.03)]
+
+
+@pytest.mark.parametrize("beside", BESIDE)
+@pytest.mark.parametrize(("name", "rolls"), [("cylinder-60", False), ("box-80", False), ("ball-100", True)])
+def test_a_sweep_ends_in_the_zone_wherever_the_object_began(name, rolls, beside):
+    plant = Table(_task(name), beside, rolls)
+    log, _ = _sweep(plant)
+    assert log.gave_up is None
+    assert np.linalg.norm((plant.object - plant.task.goal.place)[:2]) < 0.02
+    assert np.linalg.norm((plant.start - plant.task.goal.place)[:2]) > plant.task.goal.zone
+
+
+@pytest.mark.parametrize("size", [0.9, 1.1])
+def test_an_object_of_another_size_is_swept_all_the_same(size):
+    plant = Table(_task("ball-100"), (0.01, 0.0), True, size=size)
+    _sweep(plant)
+    assert np.linalg.norm((plant.object - plant.task.goal.place)[:2]) < 0.02
+
+
+def test_what_does_not_move_is_pushed_anew_and_then_given_up():
+    plant = Table(_task(), is_heavy=True)
+    log, seen = _sweep(plant)
+    assert log.gave_up == "the object lies 17 cm from its place"
+    pushes = [a for a, b in pairwise(seen) if a.action != "push" and b.action == "push"]
+    assert len(pushes) > 2
+    assert log.span("transport") is None
+
+
+def test_the_sweep_is_all_reach_and_the_grasp_comes_after_a_look_at_rest():
+    plant = Table(_task(), (0.01, 0.01))
+    log, seen = _sweep(plant)
+    actions = [status.action for status in seen]
+    assert {status.phase for status in seen if status.action != "lift"} == {"reach"}
+    assert actions[actions.index("lift") - 1] == "look over"
+    np.testing.assert_allclose(log.observations[-1].T_world_base, HOME, atol=1e-9)
+
+
+def test_the_grasp_is_told_where_the_object_is_seen_to_lie():
+    plant = Table(_task(), (0.01, 0.01))
+    strategy = Sweep(grasp=lambda task: Fake())
+    observation = plant.reset()
+    state = strategy.init(observation)
+    while state.task is None:
+        state, command = strategy.step(state, observation)
+        observation = plant.step(command)
+    told, goal = state.grasp.last.task, plant.task.goal
+    np.testing.assert_allclose(told.target.position, plant.object, atol=1e-9)
+    np.testing.assert_allclose(told.goal.place, plant.object + goal.aside, atol=1e-9)
+    assert (told.goal.lift, told.goal.hold, told.goal.ground) == (goal.lift, goal.hold, goal.ground)
+    assert told.design is plant.task.design
+
+
+def test_an_axis_seen_upside_down_is_told_as_announced_and_a_fallen_object_as_it_lies():
+    plant = Table(_task())
+    seen = plant.reset()
+    over = replace(seen, look=replace(seen.look, axis=np.array([0.0, 0.0, -1.0]), position=seen.look.position + 0.003))
+    told = task_to_grasp(over).target
+    np.testing.assert_allclose(told.axis, [0.0, 0.0, 1.0])
+    assert told.position[2] == plant.task.target.position[2]
+    fallen = replace(seen, look=replace(seen.look, axis=np.array([1.0, 0.0, 0.0]), position=np.array([0.5, 0.1, 0.63])))
+    told = task_to_grasp(fallen).target
+    np.testing.assert_allclose(told.position, [0.5, 0.1, 0.63])
+
+
+@pytest.mark.parametrize(
+    ("name", "grasp"), [("cube-28", "tip-grip"), ("ball-30", "tip-grip"), ("cylinder-60", "wrap-horizontal")]
+)
+def test_small_things_are_gripped_and_large_ones_wrapped(name, grasp):
+    assert choose_grasp(_task(name)).name == grasp
+    bare = replace(_task(name), design=replace(PAPER, gripper=None))
+    assert choose_grasp(bare).name == "wrap-horizontal"
+
+
+@pytest.mark.parametrize("strategy", [Kick(), Sweep(grasp=lambda task: Fake())], ids=["kick", "sweep"])
+def test_commands_are_smooth_and_within_the_motors_tension(strategy):
+    log = run(Table(_task(strategy=type(strategy)), (0.01, -0.01)), strategy)
+    place = np.array([command.T_world_base[:3, 3] for command in log.commands])
+    tension = np.array([command.cable_tension for command in log.commands])
+    speed = np.diff(place, axis=0) / DT
+    assert np.abs(speed).max() < 0.85
+    assert np.abs(np.diff(speed, axis=0) / DT).max() < 4.5
+    assert (tension >= 0.0).all()
+    assert (tension <= PAPER.cable.tension_max).all()
+    assert (tension[:, 0] == 0.0).all()
+
+
+def test_the_fist_keeps_off_the_ground_and_comes_down_behind_the_object():
+    plant = Table(_task(strategy=Kick))
+    stance, task = plant.stance, plant.task
+    log = run(plant, Kick())
+    span = log.span("transport", "kick")
+    kick = [seen for seen in log.observations if span[0] - DT <= seen.time <= span[1]]
+    front = np.array([stance.front_of(seen.T_world_base[:3, 3]) for seen in kick])
+    assert front[:, 2].min() >= task.goal.ground + stance.fist.radius
+    assert front[0, 1] < task.target.position[1] - reach_of(task.target)
+    np.testing.assert_allclose(front[:, 0], task.target.position[0], atol=1e-6)
+    assert np.ptp(front[:, 1]) == pytest.approx(0.28, abs=0.01)
+
+
+@pytest.mark.parametrize(("name", "width"), [("ball-80", 0.08), ("ball-120", 0.12)])
+def test_a_ball_is_struck_so_that_it_rolls_as_far_as_it_shall(name, width):
+    """Work of the rolling resistance, m g c / r a metre, against the energy 7/10 m v^2 of a ball that rolls."""
+    speed = _peak_speed(name)
+    rolled = 0.7 * speed**2 / (9.81 * Kick().options.resistance / (width / 2))
+    assert rolled == pytest.approx(Kick().options.roll, rel=0.03)
+
+
+@pytest.mark.parametrize(("name", "width", "height"), [("cylinder-90", 0.09, 0.24), ("box-100", 0.10, 0.24)])
+def test_what_stands_has_not_the_energy_to_fall_over(name, width, height):
+    rise = math.hypot(width, height) / 2 - height / 2
+    assert _peak_speed(name) ** 2 / 2 == pytest.approx(9.81 * rise, rel=0.03)
+
+
+def _peak_speed(name):
+    log = run(Table(_task(name, Kick), rolls="ball" in name), Kick())
+    span = log.span("transport", "kick")
+    place = np.array([seen.T_world_base[:3, 3] for seen in log.observations if span[0] <= seen.time <= span[1]])
+    return float(np.linalg.norm(np.diff(place, axis=0), axis=1).max() / DT)
+
+
+def test_a_kick_that_moved_nothing_is_repeated_once_and_then_admitted():
+    log = run(Table(_task(strategy=Kick), is_heavy=True), Kick())
+    actions = [status.action for status in log.statuses]
+    assert sum(a != "kick" and b == "kick" for a, b in pairwise(actions)) == 2
+    assert log.gave_up == "the object did not go far enough"
+
+
+def test_a_box_may_stand_with_an_edge_ahead_and_a_lying_object_end_on():
+    target = _task("box-80").target
+    assert reach_of(target) == pytest.approx(0.04 * math.sqrt(2))
+    assert reach_of(replace(target, axis=np.array([1.0, 0.0, 0.0]))) == pytest.approx(0.12)
+    assert reach_of(_task("ball-100").target) == pytest.approx(0.05)
+
+
+def test_what_cannot_be_pushed_is_refused():
+    task = _task()
+    with pytest.raises(ModelError, match="the object hangs"):
+        plan_stance(replace(task, goal=replace(task.goal, ground=None)), 0.0)
+    with pytest.raises(ModelError, match="where it shall be"):
+        plan_stance(replace(task, goal=replace(task.goal, place=task.target.position)), 0.0)
+    dorsal = replace(PAPER, cable=replace(PAPER.cable, angles=(0.0, 0.5)))
+    with pytest.raises(ModelError, match="no cable pulls ventral"):
+        plan_stance(replace(task, design=dorsal), 0.0)
