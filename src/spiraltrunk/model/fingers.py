@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spiraltrunk.design.gripper import GripperDesign
 
@@ -19,17 +20,17 @@ _TENSIONS, _SAMPLES = 81, 20
 """Tensions tried, and points along a phalanx looked at."""
 
 
-def finger_bend(gripper: GripperDesign, tension: float) -> np.ndarray:
+def finger_bend(gripper: GripperDesign, tension: ArrayLike) -> np.ndarray:
     """Bend of a free finger's joints, positive inwards: torque over stiffness, up to the joints' limit.
 
     Args:
         gripper: the gripper.
-        tension: of the closing cables where positive, of the opening ones where negative [N].
+        tension: of the closing cables where positive, of the opening ones where negative, shape (...) [N].
 
     Returns:
-        Shape (n_phalanx,) [rad].
+        Shape (..., n_phalanx) [rad].
     """
-    torque = STRAND_LEVER * gripper.phalanx_width * tension
+    torque = STRAND_LEVER * gripper.phalanx_width * np.asarray(tension)[..., None]
     return np.asarray(np.clip(torque / gripper.joint_stiffness, -gripper.delta_theta, gripper.delta_theta))
 
 
@@ -38,15 +39,15 @@ def finger_points(gripper: GripperDesign, bend: np.ndarray) -> np.ndarray:
 
     Args:
         gripper: the gripper.
-        bend: of its joints, positive inwards, shape (n_phalanx,) [rad].
+        bend: of its joints, positive inwards, shape (..., n_phalanx) [rad].
 
     Returns:
-        Shape (n_phalanx + 1, 2) [m].
+        Shape (..., n_phalanx + 1, 2) [m].
     """
-    angle = np.cumsum(bend)
-    steps = gripper.phalanx_length[:, None] * np.stack([-np.sin(angle), np.cos(angle)], axis=1)
-    start = np.array([[gripper.mount_radius, 0.0]])
-    return np.concatenate([start, start + np.cumsum(steps, axis=0)])
+    angle = np.cumsum(bend, axis=-1)
+    steps = gripper.phalanx_length[:, None] * np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
+    start = np.broadcast_to([gripper.mount_radius, 0.0], (*angle.shape[:-1], 1, 2))
+    return np.concatenate([start, start + np.cumsum(steps, axis=-2)], axis=-2)
 
 
 def opening_tension(gripper: GripperDesign, outline: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> float | None:
@@ -60,12 +61,12 @@ def opening_tension(gripper: GripperDesign, outline: Callable[[np.ndarray, np.nd
     Returns:
         The tension; None where the fingers do not open so wide.
     """
-    for tension in np.linspace(0.0, gripper.tension_max, _TENSIONS):
-        points = finger_points(gripper, finger_bend(gripper, -float(tension)))
-        along = points[:-1] + np.linspace(0.0, 1.0, _SAMPLES)[:, None, None] * np.diff(points, axis=0)
-        if (along[..., 0] >= outline(along[..., 1], gripper.phalanx_width / 2)).all():
-            return float(tension)
-    return None
+    tensions = np.linspace(0.0, gripper.tension_max, _TENSIONS)
+    points = finger_points(gripper, finger_bend(gripper, -tensions))
+    share = np.linspace(0.0, 1.0, _SAMPLES)[:, None, None, None]
+    along = points[:, :-1] + share * np.diff(points, axis=1)
+    is_clear = (along[..., 0] >= outline(along[..., 1], gripper.phalanx_width / 2)).all(axis=(0, 2))
+    return float(tensions[is_clear.argmax()]) if is_clear.any() else None
 
 
 def closing_tension(gripper: GripperDesign, radius: float, force: float) -> float:

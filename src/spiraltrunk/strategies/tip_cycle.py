@@ -106,7 +106,7 @@ class TipStrategy(Strategy[TipState]):
 
     def step(self, state: TipState, observation: Observation) -> tuple[TipState, Command]:
         """Follow the moves; look and weigh all along, answer slip, stop at the ground."""
-        state = self._answer_slip(_notice(state, observation), observation)
+        state = self._answer_slip(state, _notice(state, observation), observation)
         if self._has_ended(state, observation):
             state = self._next(state, observation)
         return state, command_at(state.progress, observation.time)
@@ -144,7 +144,7 @@ class TipStrategy(Strategy[TipState]):
         )
         base = gripping_base(observation, place, self.options)
         rotation = turned_across(state.start, axis, gripper.n_finger)
-        hold = holding(observation, self.options)
+        hold = min(1.0, self.options.firmer**state.retries * holding(observation, self.options))
         moves = grip(state.progress.move, base, rotation, observation.task.goal.lift, hold)
         progress = insert_next(state.progress, moves)
         return replace(state, progress=progress, rest=place, weight_empty=float(state.weights.value))
@@ -188,12 +188,13 @@ class TipStrategy(Strategy[TipState]):
         moves = put(brought, base, opened(observation, self.options))
         return replace(state, progress=insert_next(state.progress, moves))
 
-    def _answer_slip(self, state: TipState, observation: Observation) -> TipState:
-        """Tighten where the object is seen to sink under the base that carries it."""
-        move, look = state.progress.move, observation.look
-        if move.action not in _CARRYING or look is None or state.seen.count < 2 or look.time != observation.time:
+    def _answer_slip(self, before: TipState, state: TipState, observation: Observation) -> TipState:
+        """Tighten where a new look sees the object lower under the base that carries it than the looks before did."""
+        look, seen = observation.look, before.seen
+        is_new = look is not None and state.looked > before.looked
+        if look is None or not is_new or seen.count < 2 or state.progress.move.action not in _CARRYING:
             return state
-        sunk = observation.T_world_base[2, 3] - look.position[2] - state.seen.value[6]
+        sunk = observation.T_world_base[2, 3] - look.position[2] - seen.value[6]
         if sunk <= self.options.slip * gripper_of(observation).finger_length:
             return state
         return replace(state, progress=_tightened(state.progress, self.options.tighten), seen=_UNSEEN)

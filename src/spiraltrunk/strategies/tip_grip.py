@@ -5,7 +5,8 @@ straight with open fingers round the object, as a camera saw it; the fingers clo
 checks, carries, holds and sets down.
 
 Limits: solids about as wide as high, up to what the fingers reach round, standing or resting on level ground; a camera
-right to 3 mm. The trunk stays straight throughout: only the fingers curl, so that no curvature travels along it.
+right to 3 mm. Cones slip where friction is barely more than their slope. The trunk stays straight throughout: only the
+fingers curl, so that no curvature travels along it.
 """
 
 from __future__ import annotations

@@ -26,7 +26,9 @@ class TipOptions:
     """What the strategies choose; lengths are parts of a finger's own unless said otherwise."""
 
     clearance: float = 0.05
-    """Gap between straight fingers and ground, and between the trunk's end and the object [-]."""
+    """Gap between the trunk's end and the object [-]."""
+    ground_gap: float = 0.02
+    """Gap between straight fingers and the ground [-]: what is thin lies near their ends, and creeps off them."""
     reach: float = 0.75
     """How deep below the trunk's end the object's middle comes to lie, at least [-]."""
     room: float = 0.08
@@ -47,6 +49,8 @@ class TipOptions:
     """Part of the lift, or of the object's weight, from which it counts as held [-]."""
     touch: float = 0.25
     """Relief that tells that the ground is met [N]: beyond what smoothing leaves of the arm's noise."""
+    firmer: float = 1.6
+    """Factor on the fingers' tension with each try after the first [-]: smooth cones slip out of the first grip."""
     retries: int = 1
     """How often to try again [-]."""
 
@@ -82,13 +86,15 @@ def tip_height(gripper: GripperDesign, target: Target, goal: Goal, options: TipO
     Raises:
         ModelError: where the fingers open too little for the object.
     """
+    if target.width > gripper.grasp_width:
+        raise ModelError(_TOO_WIDE.format(1e3 * target.width, 1e3 * gripper.grasp_width))
     height, gap = object_height(target, goal), options.clearance * gripper.finger_length
-    low = max(gripper.finger_length + gap, (1 + options.size_error) * height + gap)
+    low = max((1 + options.ground_gap) * gripper.finger_length, (1 + options.size_error) * height + gap)
     low = max(low, height / 2 + options.reach * gripper.finger_length)
     for above in np.linspace(low, low + gripper.finger_length, _HEIGHTS):
         if _opening(gripper, target, height, float(above), options) is not None:
             return ground_height(target, goal) + float(above)
-    raise ModelError(f"the fingers do not open round {1e3 * target.width:.0f} mm; allowed: narrower objects")
+    raise ModelError(_TOO_WIDE.format(1e3 * target.width, 1e3 * gripper.grasp_width))
 
 
 def opening(gripper: GripperDesign, target: Target, goal: Goal, options: TipOptions) -> float:
@@ -113,6 +119,8 @@ def _opening(gripper: GripperDesign, target: Target, height: float, above: float
 
     return opening_tension(gripper, outline)
 
+
+_TOO_WIDE = "the fingers do not open round {:.0f} mm; allowed: up to {:.0f} mm, and low objects"
 
 _HEIGHTS = 39
 """Heights tried: a millimetre apart for the paper's fingers."""

@@ -1,0 +1,62 @@
+"""The strategies that grip with the fingers, whole trials in simulation."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from spiraltrunk import strategies
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.sim.objects import parse_object
+from spiraltrunk.sim.scene import SceneOptions, build_model
+from spiraltrunk.trial import FINGER_FRICTION, draw_scene, run_trial
+
+NAMES = ("pinch", "tip-grip", "flip-grip")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fingers_hold_in_a_world_of_hard_friction_and_wraps_do_not(name):
+    shape = parse_object("ball-30")
+    assert draw_scene(shape, 0, strategy=strategies.get(name)).friction_hardness == FINGER_FRICTION
+    assert draw_scene(shape, 0).friction_hardness == 1.0
+    model = build_model(PAPER, SceneOptions(friction_hardness=7.0))
+    assert model.opt.impratio == 7.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "shape"), [(name, shape) for name in NAMES for shape in strategies.get(name).objects])
+def test_what_it_is_for_is_gripped_carried_and_set_down(name, shape):
+    trial = run_trial(PAPER, parse_object(shape), strategy=name, seed=7)
+    assert trial.verdict.success, trial.verdict.reason
+
+
+@pytest.mark.slow
+def test_the_flip_spreads_from_the_tip_and_carries_the_object_inside_the_curl():
+    trial = run_trial(PAPER, parse_object("ball-30"), strategy="flip-grip", seed=3)
+    assert trial.verdict.success, trial.verdict.reason
+    flip, hold = trial.log.span("transport", "flip"), trial.log.span("transport", "hold")
+    curling = [sample for sample in trial.plant.trace if flip[0] <= sample.time <= flip[1]]
+    bend = np.array([sample.joint_bend for sample in curling])
+    halves = [
+        int(np.argmax(column > PAPER.joint_limit / 2)) for column in bend.T if column.max() > PAPER.joint_limit / 2
+    ]
+    assert len(halves) >= 4
+    assert (np.diff(halves) <= 0).all(), "a joint nearer to the tip bends first"
+    held = [sample for sample in trial.plant.trace if hold[0] <= sample.time <= hold[1]]
+    data = trial.plant.data
+    data.qpos[:] = held[-1].qpos
+    mujoco.mj_kinematics(trial.plant.model, data)
+    tip, ball = data.body("section_18"), data.body("object")
+    assert tip.xmat.reshape(3, 3)[2, 0] > 0.7, "the tip points up"
+    assert ball.xpos[2] > tip.xpos[2], "the ball lies on the fingers"
+
+
+@pytest.mark.slow
+def test_a_ball_does_not_creep_out_of_a_firm_grip():
+    """From the check to the end of the hold it sinks by less than a millimetre."""
+    trial = run_trial(PAPER, parse_object("ball-30"), strategy="tip-grip", seed=3)
+    spans = trial.log.span("transport", "check"), trial.log.span("transport", "hold")
+    first, last = (
+        next(s.object_position[2] for s in trial.plant.trace if s.time >= time - 1e-6)
+        for time in (spans[0][1], spans[1][1])
+    )
+    assert abs(last - first) < 1e-3

@@ -1,0 +1,206 @@
+"""Strategies that grip with the fingers: where they go, what they check, and what they do when nothing is held."""
+
+import copy
+import dataclasses
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from spiraltrunk import strategies
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import ModelError
+from spiraltrunk.plant import Goal, Look, Observation, Plant, Target, Task
+from spiraltrunk.run import run
+from spiraltrunk.strategies.phases import PHASES
+from spiraltrunk.strategies.tip_plan import TipOptions, opening, tip_height, turned_across
+
+DT, GROUND = 0.02, 0.60
+NAMES = ("pinch", "tip-grip", "flip-grip")
+
+
+def _task(width=0.03, length=0.03, kind="sphere", axis=(0.0, 0.0, 1.0), design=PAPER):
+    target = Target(kind=kind, width=width, length=length, mass=0.02,
+                    position=np.array([0.45, 0.10, GROUND + width / 2]), axis=np.array(axis))  # fmt: skip
+    place = target.position + np.array([0.0, 0.2, 0.0])
+    goal = Goal(lift=0.2, aside=np.array([0.0, 0.2, 0.0]), place=place, ground=GROUND)
+    return Task(design=design, target=target, goal=goal)
+
+
+class Hand(Plant):
+    """A robot that does at once what it is told; what its fingers close round near the ground hangs below its base.
+
+    ``grips`` says which grip of the trial holds, ``slips`` when the object sinks [s] and by how much [m].
+    """
+
+    def __init__(self, task, offset=(0.0, 0.0, 0.0), grips=(True,), slips=(1e9, 0.0), has_camera=True):
+        self.task, self.offset, self.grips, self.slips = task, np.array(offset), grips, slips
+        self.has_camera = has_camera
+
+    @property
+    def control_period(self):
+        return DT
+
+    def reset(self):
+        T = np.eye(4)
+        T[:3, :3] = [[0, 0, -1], [0, -1, 0], [-1, 0, 0]]  # Hanging, ventral towards +y.
+        T[:3, 3] = [0.31, 0.0, 1.22]
+        self.place, self.held, self.count, self.was_closed = self.task.target.position + self.offset, None, 0, False
+        return self._observe(0.0, T)
+
+    def step(self, command):
+        time, base = self.time + DT, command.T_world_base[:3, 3]
+        is_closed = command.gripper > 0.05
+        if is_closed and not self.was_closed:
+            holds = self.grips[min(self.count, len(self.grips) - 1)]
+            is_there = np.linalg.norm(base[:2] - self.place[:2]) < 0.004
+            self.held, self.count = (self.place - base if holds and is_there else None), self.count + 1
+        if not is_closed:
+            self.held = None
+        self.was_closed = is_closed
+        if self.held is not None:
+            if time - DT < self.slips[0] <= time:
+                self.held = self.held - [0.0, 0.0, self.slips[1]]
+            self.place = base + self.held
+        else:
+            self.place = np.array([*self.place[:2], self.task.target.position[2]])
+        return self._observe(time, command.T_world_base)
+
+    def _observe(self, time, T):
+        self.time = time
+        load = 9.81 * self.task.target.mass if self.held is not None else 0.0
+        weight = 9.81 * self.task.design.total_mass + load
+        look = Look(time=time - time % 0.5, position=self.place, axis=self.task.target.axis)
+        if time > 0 and round(time / DT) % 25:
+            look = self.look
+        self.look = look
+        return Observation(
+            time=time, task=self.task, T_world_base=T, arm_position=np.zeros(7), arm_velocity=np.zeros(7),
+            cable_pull=np.zeros(3), cable_tension=np.zeros(3), base_force=np.array([0, 0, -weight]),
+            base_torque=np.zeros(3), look=look if self.has_camera else None,
+        )  # fmt: skip
+
+
+@pytest.fixture(params=NAMES)
+def strategy(request):
+    return strategies.get(request.param)
+
+
+def _frozen(value):
+    """A value as something that can be compared, arrays by their bytes."""
+    if dataclasses.is_dataclass(value):
+        return tuple((f.name, _frozen(getattr(value, f.name))) for f in dataclasses.fields(value))
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    return tuple(map(_frozen, value)) if isinstance(value, tuple) else value
+
+
+def test_the_same_state_and_observation_give_the_same_and_stay_as_they_are(strategy):
+    plant = Hand(_task())
+    observation = plant.reset()
+    state = strategy.init(observation)
+    for _ in range(700):
+        before = _frozen((state, observation))
+        after, command = strategy.step(state, observation)
+        assert _frozen((state, observation)) == before
+        assert _frozen(strategy.step(copy.deepcopy(state), observation)) == _frozen((after, command))
+        state, observation = after, plant.step(command)
+
+
+def test_phases_come_in_order_and_the_object_ends_at_its_place(strategy):
+    plant = Hand(_task(), offset=(0.02, -0.02, 0.0))
+    log = run(plant, strategy)
+    assert log.gave_up is None
+    phases = [status.phase for status in log.statuses]
+    assert [phase for i, phase in enumerate(phases) if i == 0 or phases[i - 1] != phase] == list(PHASES)
+    np.testing.assert_allclose(plant.place, plant.task.goal.place, rtol=0, atol=2e-3)
+
+
+def test_commands_are_smooth_and_end_slack(strategy):
+    log = run(Hand(_task()), strategy)
+    place = np.array([command.T_world_base[:3, 3] for command in log.commands])
+    speed, tension = np.diff(place, axis=0) / DT, np.array([command.cable_tension for command in log.commands])
+    assert np.abs(speed).max() < 0.6
+    assert np.abs(np.diff(speed, axis=0) / DT).max() < 2.5
+    assert np.abs(np.diff(tension, axis=0)).max() < 1.0
+    np.testing.assert_array_equal(tension[-1], 0.0)
+
+
+def test_only_the_flip_pulls_cables_and_it_bounds_their_lengths():
+    for name in NAMES:
+        log = run(Hand(_task()), strategies.get(name))
+        pulled = [command for command in log.commands if command.cable_tension.max() > 0]
+        assert bool(pulled) == (name == "flip-grip")
+        for command in pulled:
+            assert np.isfinite(command.cable_pull[1:]).all()
+
+
+def test_an_object_beside_its_announced_place_is_gripped_where_it_is_seen(strategy):
+    log = run(Hand(_task(), offset=(0.02, 0.015, 0.0)), strategy)
+    i = [status.action for status in log.statuses].index("close")
+    np.testing.assert_allclose(log.commands[i].T_world_base[:2, 3], [0.47, 0.115], rtol=0, atol=1e-3)
+
+
+def test_a_failed_grip_is_tried_once_more_and_firmer(strategy):
+    once = run(Hand(_task()), strategy)
+    log = run(Hand(_task(), grips=(False, True)), strategy)
+    actions = [status.action for status in log.statuses]
+    assert log.gave_up is None
+    assert sum(a != "close" == b for a, b in pairwise(actions)) == 2
+    first, second = (max(command.gripper for command in run.commands) for run in (once, log))
+    assert second == pytest.approx(min(1.0, TipOptions().firmer * first), rel=1e-9)
+
+
+def test_where_nothing_is_lifted_it_gives_up(strategy):
+    log = run(Hand(_task(), grips=(False,)), strategy)
+    assert "lifted" in log.gave_up
+    assert log.span("release") is None
+    assert sum(a.action != "close" == b.action for a, b in pairwise(log.statuses)) == 2
+
+
+def test_without_a_camera_the_weight_tells():
+    held, empty = (run(Hand(_task(), grips=(g,), has_camera=False), strategies.get("tip-grip")) for g in (True, False))
+    assert held.gave_up is None
+    assert "lifted" in empty.gave_up
+
+
+def test_slip_is_answered_by_a_tighter_grip():
+    slack = run(Hand(_task()), strategies.get("tip-grip"))
+    start, _ = slack.span("transport", "hold")
+    slipped = run(Hand(_task(), slips=(start + 1.7, 0.008)), strategies.get("tip-grip"))
+    grips = [max(command.gripper for command in log.commands) for log in (slack, slipped)]
+    assert grips[1] == pytest.approx(TipOptions().tighten * grips[0], rel=1e-9)
+
+
+def test_a_trunk_without_a_gripper_is_refused(strategy):
+    with pytest.raises(ModelError, match="has no gripper"):
+        strategy.init(Hand(_task(design=dataclasses.replace(PAPER, gripper=None))).reset())
+
+
+def test_what_is_wider_than_the_fingers_is_refused(strategy):
+    with pytest.raises(ModelError, match="do not open round 120 mm"):
+        strategy.init(Hand(_task(width=0.12)).reset())
+
+
+@pytest.mark.parametrize("angle", np.radians([-85, -40, -10, 0, 25, 31, 60, 89]))
+def test_a_pinch_sets_one_finger_square_to_the_axis_by_the_least_turn(angle):
+    start = Hand(_task()).reset().T_world_base[:3, :3]
+    axis = np.array([math.cos(angle), math.sin(angle), 0.0])
+    turned = turned_across(start, axis, 3)
+    np.testing.assert_allclose(turned[:, 0], start[:, 0], atol=1e-12)
+    fingers = [turned @ [0.0, math.cos(a), math.sin(a)] for a in 2 * np.pi * np.arange(3) / 3]
+    assert min(abs(finger @ axis) for finger in fingers) < 1e-9
+    turn = math.acos(np.clip((np.trace(start.T @ turned) - 1) / 2, -1, 1))
+    assert turn <= math.radians(30.0) + 1e-9
+
+
+def test_the_grip_clears_ground_and_object_and_opens_wider_for_wider_ones():
+    options, goal = TipOptions(), _task().goal
+    openings = []
+    for width in (0.010, 0.020, 0.030):
+        target = _task(width=width).target
+        height = tip_height(PAPER.gripper, target, goal, options) - GROUND
+        assert height > max(PAPER.gripper.finger_length, 1.1 * width)
+        openings.append(opening(PAPER.gripper, target, goal, options))
+    assert 0 > openings[0] > openings[1] > openings[2] >= -1
