@@ -140,7 +140,7 @@ def test_where_no_load_is_felt_it_gives_up(strategy):
     assert "lifted" in log.gave_up
     assert log.statuses[-1].is_done
     assert log.span("release") is None
-    assert log.observations[-1].time < 45.0
+    assert log.observations[-1].time < 60.0  # Three tries of a wrap, all of them felt to be empty.
 
 
 def test_touching_down_early_cuts_the_lowering_short():

@@ -6,9 +6,10 @@ Reach: the arm brings the trunk, hanging straight, beside the object. Prehension
 tip, and the curvature spreads towards the base as tension grows; that the cables take in less than those of a trunk in
 the air tells of contact. Meanwhile the arm goes down to where the wrapped trunk would just bear the object, so that the
 strings keep it level until the set tension makes the wrap tight. A first small rise tells whether it is held, and where
-it hangs: what was not touched or not held is let go and wrapped once more, further on; what hangs beside its middle,
-about there. Transport: the arm lifts, carries and holds; cables that pay out tell of slip and are answered with more
-tension. Release: the arm lowers the object until the table bears it; slack cables open the trunk from its base.
+it hangs: what was not touched or not held is let go and wrapped anew, further on; what hangs beside its middle, about
+there; before that, the trunk leans on it until it no longer swings. Transport: the arm lifts, carries and holds; cables
+that pay out tell of slip and are answered with more tension. Release: the arm lowers the object until the table bears
+it; slack cables open the trunk from its base.
 
 Limits: round or square-edged objects of one width, hung free, long enough not to slip out sideways where they are held
 beside their middle: a ball or a ring needs its place known better. The trunk hangs at the start. The object's nominal
