@@ -24,6 +24,7 @@ from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction, insert_next
 from spiraltrunk.strategies.push_stance import Stance, go_down, keep_level, plan_stance, reach_of, roll_up
+from spiraltrunk.strategies.push_steer import seen_place
 
 _PEAK = 1.875
 """Greatest over mean speed of a path of least jerk [-]."""
@@ -100,7 +101,11 @@ class Kick(Strategy[KickState]):
         """Follow the moves; aim by the last look before the stroke, and look again after it."""
         if fraction(state.progress, observation.time) >= 1.0:
             state = self._next(state, observation)
-        return state, keep_level(command_at(state.progress, observation.time), observation)
+        return state, self._command(state, observation)
+
+    @staticmethod
+    def _command(state: KickState, observation: Observation) -> Command:
+        return keep_level(command_at(state.progress, observation.time), state.progress, observation)
 
     def status(self, state: KickState) -> Status:
         """Where the strategy stands."""
@@ -121,12 +126,12 @@ class Kick(Strategy[KickState]):
         return replace(state, progress=advance(progress, observation.time))
 
     def _is_far(self, stance: Stance, observation: Observation) -> bool:
-        left = observation.task.goal.place - _seen(observation)
+        left = observation.task.goal.place - seen_place(observation)
         return float(np.dot(left, stance.way)) <= 0.0
 
     def _start(self, observation: Observation, stance: Stance) -> np.ndarray:
         gap = reach_of(observation.task.target) + self.options.run_up
-        return stance.base_behind(_seen(observation), gap)
+        return stance.base_behind(seen_place(observation), gap)
 
     def _strike(self, stance: Stance, observation: Observation) -> tuple[Move, ...]:
         options, start = self.options, self._start(observation, stance)
@@ -155,8 +160,3 @@ class Kick(Strategy[KickState]):
             height = float(target.position[2]) - (observation.task.goal.ground or 0.0)
             free = math.sqrt(2 * GRAVITY * (math.hypot(height, radius) - height))
         return min(self.options.speed, free)
-
-
-def _seen(observation: Observation) -> np.ndarray:
-    """Where the object was seen last, or was announced to be where no camera looks, shape (3,) [m]."""
-    return observation.task.target.position if observation.look is None else observation.look.position

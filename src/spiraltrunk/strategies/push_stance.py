@@ -18,7 +18,7 @@ from spiraltrunk.model.fist import Fist, fist_orientation, predict_fist
 from spiraltrunk.model.wrap import ventral_cables
 from spiraltrunk.plant import Command, Observation, Target, Task
 from spiraltrunk.strategies.feel import in_step
-from spiraltrunk.strategies.phases import Move
+from spiraltrunk.strategies.phases import Move, Progress, fraction
 
 TILT = math.radians(60.0)
 """Tilt of the trunk's base from hanging towards the push [rad] (ours): flat enough for a low front, and the housing
@@ -110,7 +110,7 @@ def roll_up(observation: Observation, stance: Stance, base: np.ndarray) -> tuple
     ground = stance.height - stance.fist.bottom
     air = np.array([base[0], base[1], max(base[2], ground + (ABOVE + 1.0) * observation.task.design.length)])
     over = np.array([base[0], base[1], max(base[2], ground + ABOVE * observation.task.design.length)])
-    curl = Move(phase="reach", action="roll up", duration=2.0, position=air, tension=stance.tension)
+    curl = Move(phase="reach", action="roll up", duration=2.5, position=air, tension=stance.tension)
     turn = Move(
         phase="reach", action="turn", duration=2.0, position=over, tension=stance.tension, rotation=stance.rotation
     )
@@ -131,6 +131,14 @@ def go_down(stance: Stance, base: np.ndarray) -> tuple[Move, ...]:
     return beside, down
 
 
-def keep_level(command: Command, observation: Observation) -> Command:
-    """The command with both ventral cables kept in step: held by tension alone, a fist gives way out of its plane."""
-    return replace(command, cable_pull=in_step(observation, LEAD))
+def keep_level(command: Command, progress: Progress, observation: Observation) -> Command:
+    """The command with the ventral cables kept in step from when the trunk is rolled up until it is unrolled.
+
+    Held by tension alone, a fist gives way out of its plane: one cable takes in what the other pays out. While the
+    trunk is turned into its stance, the one ahead is held until the other has caught up.
+    """
+    action = progress.move.action
+    if action in ("roll up", "unroll", "look over"):
+        return command
+    ahead = 2.0 - fraction(progress, observation.time) if action == "turn" else 1.0
+    return replace(command, cable_pull=in_step(observation, ahead * LEAD))

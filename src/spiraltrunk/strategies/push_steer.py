@@ -12,8 +12,11 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.plant import Command
+from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.push_stance import Stance
+
+_FRESH = 0.03
+"""Age of a look that still is one of now [s]."""
 
 
 @final
@@ -41,6 +44,8 @@ class SteerOptions:
     """Distance left along the way that ends the push [m]."""
     passed: float = 0.035
     """How far the fist may be past where it should touch the object [m]: then it has slid past."""
+    force: float = 25.0
+    """Largest change of the force on the base [N]: more than that, and what is pushed is jammed."""
     longest: float = 20.0
     """Longest time of one push [s]."""
 
@@ -58,6 +63,8 @@ class Steering:
     """When the push began [s]."""
     time: float
     """Time of this place [s]."""
+    force: np.ndarray
+    """Force on the base when the push began, shape (3,) [N]."""
 
 
 def steer(state: Steering, time: float, seen: np.ndarray, goal: np.ndarray, plan: SteerPlan) -> Steering:
@@ -84,11 +91,17 @@ def steer(state: Steering, time: float, seen: np.ndarray, goal: np.ndarray, plan
     return replace(state, base=state.base + step * velocity, velocity=velocity, time=time)
 
 
-def is_over(state: Steering, seen: np.ndarray, goal: np.ndarray, plan: SteerPlan) -> bool:
-    """Whether the object is there, or the fist has slid past it, or it takes too long."""
-    options = plan.options
+def is_over(state: Steering, observation: Observation, goal: np.ndarray, plan: SteerPlan) -> bool:
+    """Whether the object is there, or jammed, or the fist has slid past it, or it takes too long.
+
+    Whether the fist is past the object, only a fresh look tells.
+    """
+    options, look, seen = plan.options, observation.look, seen_place(observation)
     is_there = float(np.dot(goal - seen, plan.stance.way)) <= options.near
-    return is_there or _gap(state, seen, plan) < -options.passed or state.time - state.since > options.longest
+    is_fresh = look is None or look.time >= observation.time - _FRESH
+    is_past = is_fresh and _gap(state, seen, plan) < -options.passed
+    is_jammed = float(np.linalg.norm(observation.base_force - state.force)) > options.force
+    return is_there or is_past or is_jammed or state.time - state.since > options.longest
 
 
 def command_of(state: Steering, stance: Stance) -> Command:
@@ -108,7 +121,8 @@ class SteerPlan:
     reach: float
     """Half of the object's width [m]."""
     rolls: bool
-    """Whether the object rolls: it goes where the fist's face points, and what slides goes where the fist goes."""
+    """Whether the object rolls: it goes where the fist's face points. What slides, or is lower than the fist's middle
+    and thus pressed on the ground, goes where the fist goes."""
     options: SteerOptions
     """How it is steered."""
 
@@ -116,3 +130,8 @@ class SteerPlan:
 def _gap(state: Steering, seen: np.ndarray, plan: SteerPlan) -> float:
     """Distance between the fist's front and the object along the way [m]."""
     return float(np.dot(seen - plan.stance.front_of(state.base), plan.stance.way)) - plan.reach
+
+
+def seen_place(observation: Observation) -> np.ndarray:
+    """Where the object was seen last, or was announced to be where no camera looks, shape (3,) [m]."""
+    return observation.task.target.position if observation.look is None else observation.look.position

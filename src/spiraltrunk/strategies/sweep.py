@@ -24,7 +24,7 @@ from spiraltrunk.plant import Command, Observation, Task
 from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction, insert_next
 from spiraltrunk.strategies.push_stance import Stance, go_down, keep_level, plan_stance, reach_of, roll_up
-from spiraltrunk.strategies.push_steer import Steering, SteerOptions, SteerPlan, command_of, is_over, steer
+from spiraltrunk.strategies.push_steer import Steering, SteerOptions, SteerPlan, command_of, is_over, seen_place, steer
 from spiraltrunk.strategies.tip_grip import TipGrip
 from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
 
@@ -129,7 +129,11 @@ class Sweep(Strategy[SweepState]):
             state = self._next(state, observation)
         if state.task is not None:
             return self._step_grasp(state, state.task, observation)
-        return state, keep_level(command_at(state.progress, observation.time), observation)
+        return state, self._command(state, observation)
+
+    @staticmethod
+    def _command(state: SweepState, observation: Observation) -> Command:
+        return keep_level(command_at(state.progress, observation.time), state.progress, observation)
 
     def status(self, state: SweepState) -> Status:
         """Where the strategy stands; once the grasp has taken over, where that stands."""
@@ -144,14 +148,15 @@ class Sweep(Strategy[SweepState]):
 
     def _step_push(self, state: SweepState, steering: Steering, observation: Observation) -> tuple[SweepState, Command]:
         seen, goal, plan = seen_place(observation), observation.task.goal.place, self._plan(state, observation)
-        if is_over(steering, seen, goal, plan):
+        if is_over(steering, observation, goal, plan):
             left = float(np.dot(goal - seen, state.stance.way))
             is_short = left > self.options.margin * observation.task.goal.zone
             again = is_short and state.renewals < self.options.renewals
             state = (self._renew if again else self._withdraw)(state, steering, observation)
-            return state, keep_level(command_at(state.progress, observation.time), observation)
+            return state, self._command(state, observation)
         steering = steer(steering, observation.time, seen, goal, plan)
-        return replace(state, steering=steering), keep_level(command_of(steering, state.stance), observation)
+        command = keep_level(command_of(steering, state.stance), state.progress, observation)
+        return replace(state, steering=steering), command
 
     def _next(self, state: SweepState, observation: Observation) -> SweepState:
         progress, time = state.progress, observation.time
@@ -159,7 +164,7 @@ class Sweep(Strategy[SweepState]):
             progress = insert_next(progress, go_down(state.stance, self._behind(state.stance, observation)))
         if progress.move.action == "come down":
             base = command_at(progress, time).T_world_base[:3, 3]
-            steering = Steering(base=base, velocity=np.zeros(3), since=time, time=time)
+            steering = Steering(base=base, velocity=np.zeros(3), since=time, time=time, force=observation.base_force)
             return replace(state, steering=steering)
         if progress.move.action == "look over":
             return self._judge(state, observation)
@@ -193,9 +198,13 @@ class Sweep(Strategy[SweepState]):
             phase="reach", action="stop", duration=0.5, position=steering.base, tension=stance.tension,
             rotation=stance.rotation,
         )  # fmt: skip
+        if self._is_low(stance, observation):  # Backing off would take along what is under the fist.
+            off = replace(still, action="lift off", duration=1.5, position=steering.base + np.array([0.0, 0.0, 0.08]))
+        else:
+            off = replace(still, action="back off", duration=1.5, position=back)
         moves = (
             still,
-            replace(still, action="back off", duration=1.5, position=back),
+            off,
             replace(still, action="rise", duration=2.0, position=up, tension=0.5 * stance.tension),
             replace(still, action="unroll", duration=options.unroll, position=home[:3, 3], rotation=home[:3, :3],
                     tension=0.0 * stance.tension),
@@ -224,15 +233,19 @@ class Sweep(Strategy[SweepState]):
             velocity_start=steering.velocity,
         )  # fmt: skip
 
+    @staticmethod
+    def _is_low(stance: Stance, observation: Observation) -> bool:
+        """Whether the object's centre lies lower than the fist's middle."""
+        return bool(observation.task.target.position[2] < stance.height - stance.fist.below)
+
     def _behind(self, stance: Stance, observation: Observation) -> np.ndarray:
         gap = reach_of(observation.task.target) + self.options.gap
         return stance.base_behind(seen_place(observation), gap)
 
     def _plan(self, state: SweepState, observation: Observation) -> SteerPlan:
         target = observation.task.target
-        return SteerPlan(
-            stance=state.stance, reach=target.width / 2, rolls=target.kind == "sphere", options=self.options.steering
-        )
+        rolls = target.kind == "sphere" and not self._is_low(state.stance, observation)
+        return SteerPlan(stance=state.stance, reach=target.width / 2, rolls=rolls, options=self.options.steering)
 
 
 def choose_grasp(task: Task) -> Strategy[Any]:
@@ -262,8 +275,3 @@ def told(observation: Observation, task: Task) -> Observation:
     if look is not None and float(np.dot(look.axis, task.target.axis)) < 0:
         look = replace(look, axis=-look.axis)
     return replace(observation, task=task, look=look)
-
-
-def seen_place(observation: Observation) -> np.ndarray:
-    """Where the object was seen last, or was announced to be where no camera looks, shape (3,) [m]."""
-    return observation.task.target.position if observation.look is None else observation.look.position
