@@ -15,7 +15,7 @@ from spiraltrunk.model.wrap_beside import cable_pulls, curl_tilt, object_center,
 from spiraltrunk.plant import Observation, Target
 from spiraltrunk.strategies.phases import Move
 
-_STEPS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56, 0.75, 1.1)
+STEPS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56, 0.75, 1.1)
 """Ventral pulls at which the model places the arm, over the pull that shuts joint 1 [-]; closer where the tip curls."""
 
 _ACTIONS = {
@@ -53,10 +53,14 @@ class StandingOptions:
     """Ventral pull at which the tail is no longer lifted, over the one that shuts joint 1 [-]."""
     clearance: float = 0.24
     """Gap to the object before the touch, over the trunk's length [-]."""
-    overshoot: float = 0.08
+    overshoot: float = 0.03
     """How far the arm goes beyond the expected touch, over the trunk's length [-]."""
+    early: float = 0.05
+    """How far before the expected touch one is believed, over the trunk's length [-]: a tail may brush the ground."""
     touch: float = 0.012
     """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
+    deep: float = 0.05
+    """How much nearer to the base than the wrap's first section the object is taken, over the trunk's length [-]."""
     curl_time: float = 0.9
     """Time from one step of the ventral pull to the next [s]."""
     grip: float = 0.8
@@ -67,8 +71,6 @@ class StandingOptions:
     """Section, from 0 at the base, at which a tightly wrapped object rests, and is let go from, as simulated."""
     back_off: float = 0.20
     """How far the arm backs off sideways while the tail opens, over the trunk's length [-]: it would push."""
-    drag: tuple[float, float] = (0.06, 0.01)
-    """How far the opening trunk drags the object back (aside, ahead), over the trunk's length [-], as simulated."""
     test: float = 0.02
     """How far the object is lifted to feel whether it is held [m]."""
     borne: float = 0.5
@@ -82,7 +84,7 @@ class StandingOptions:
 
 
 def side_of(observation: Observation) -> np.ndarray:
-    """Horizontal direction in which the trunk curls, shape (3,) [-]: to the right of where its ventral side looks."""
+    """Horizontal direction in which a trunk that still hangs shall curl: right of its ventral side, shape (3,) [-]."""
     return -_unit(observation.T_world_base[:3, 2])
 
 
@@ -121,13 +123,15 @@ def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_S
     """The steps of the curl, and how far beside the base the object ends [m]."""
     design, width = observation.task.design, observation.task.target.width
     shut = float(shut_pull(design)[0])
-    frame = np.column_stack([side_of(observation), _ahead(observation), np.array([0.0, 0.0, 1.0])])
+    side = side_of(observation)
+    frame = np.column_stack([side, _ahead(side), np.array([0.0, 0.0, 1.0])])
     tilts = _tilts(design, width, options)
-    tensions = [_tension(design, options, pull * shut) for pull in _STEPS]
+    tensions = [_tension(design, options, pull * shut) for pull in STEPS]
     at = list(zip(tilts, tensions, strict=True))
     first = np.array([object_center(design, width, tilt, tension) for tilt, tension in at])
     deep = np.array([object_center(design, width, tilt, tension, options.rest) for tilt, tension in at])
-    closing = np.array([0.0, 0.0, _height(observation, options, tilts, first[:, 2])]) - first @ frame.T
+    middle = np.array([0.0, options.deep * design.length, _height(observation, options, tilts, first[:, 2])])
+    closing = (middle - first) @ frame.T
     opening = closing[-1] + (deep[-1] - deep) @ frame.T
     opening[:, 2] = closing[:, 2]  # The housing clears the ground on this way.
     steps = tuple(
@@ -135,7 +139,7 @@ def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_S
             pull=pull, tension=tensions[i], rotation=frame @ _base_axes(tilts[i]), closing=closing[i],
             opening=opening[i] - _opened(options, pull) * options.back_off * design.length * frame[:, 0],
         )
-        for i, pull in enumerate(_STEPS)
+        for i, pull in enumerate(STEPS)
     )  # fmt: skip
     return steps, float(np.linalg.norm(first[-1, :2]))
 
@@ -145,9 +149,8 @@ def _moves(
 ) -> tuple[Move, ...]:
     design, goal = observation.task.design, observation.task.goal
     seen = observation.task.target.position if observation.look is None else observation.look.position
-    start, place = (np.array([*where[:2], _ground(observation)]) for where in (seen, goal.place))
     side, up = side_of(observation), np.array([0.0, 0.0, 1.0])
-    place = place + design.length * (options.drag[0] * side + options.drag[1] * _ahead(observation))
+    start, place = (np.array([*where[:2], _ground(observation)]) for where in (seen, goal.place))
     clear, beyond = -options.clearance * design.length * side, options.overshoot * design.length * side
     high, test, last = goal.lift * up, options.test * up, steps[-1]
     touch, wrapped, away = start + steps[0].closing, start + last.closing, place + steps[0].opening
@@ -179,9 +182,9 @@ def _moves(
 
 def _tilts(design: TrunkDesign, width: float, options: StandingOptions) -> np.ndarray:
     """Tilt of the base at each step: from the plane of the reach to that of the wrap, shape (n_step,) [rad]."""
-    full = cable_pulls(design, float(_STEPS[-1] * shut_pull(design)[0]), 0.0)
+    full = cable_pulls(design, float(STEPS[-1] * shut_pull(design)[0]), 0.0)
     ends = [curl_tilt(design, width, full, plane) for plane in (options.reach_plane, options.plane)]
-    return np.interp(_STEPS, options.turning, ends)
+    return np.interp(STEPS, options.turning, ends)
 
 
 def _tension(design: TrunkDesign, options: StandingOptions, ventral: float) -> np.ndarray:
@@ -200,14 +203,20 @@ def _opened(options: StandingOptions, step: float) -> float:
 
 def _height(observation: Observation, options: StandingOptions, tilts: np.ndarray, rise: np.ndarray) -> float:
     """Height over the ground at which to wrap, so that the housing stays above it at every step [m]."""
-    housing, length = observation.task.design.housing, observation.task.target.length
-    end = np.where(tilts > math.pi / 2, housing.neck_length + housing.length, housing.neck_length)
-    sink = housing.radius * np.sin(tilts) - end * np.cos(tilts)
+    length = observation.task.target.length
+    sink = np.array([housing_sink(observation.task.design, float(tilt)) for tilt in tilts])
     height = max(options.height * length, float((sink + rise).max()) + options.ground_gap)
     if height > options.highest * length:
         least = f"{1e3 * height / options.highest:.0f} mm"
         raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")
     return height
+
+
+def housing_sink(design: TrunkDesign, tilt: float) -> float:
+    """How far the housing reaches below the trunk's base when that is tilted from hanging by ``tilt`` [rad] [m]."""
+    housing = design.housing
+    end = housing.neck_length + (housing.length if tilt > math.pi / 2 else 0.0)
+    return housing.radius * math.sin(tilt) - end * math.cos(tilt)
 
 
 def _base_axes(tilt: float) -> np.ndarray:
@@ -223,8 +232,8 @@ def _ground(observation: Observation) -> float:
     return float(target.position[2] - target.length / 2) if ground is None else ground
 
 
-def _ahead(observation: Observation) -> np.ndarray:
-    return np.cross(np.array([0.0, 0.0, 1.0]), side_of(observation))
+def _ahead(side: np.ndarray) -> np.ndarray:
+    return np.cross(np.array([0.0, 0.0, 1.0]), side)
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:

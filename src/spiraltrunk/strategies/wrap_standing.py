@@ -9,7 +9,8 @@ tail beyond the object; then sideways until the cables' lengths tell of a touch.
 the arm goes where the model says that the curling trunk leaves the object where it is: a loose object falls over at
 half a newton. Tightened, it is lifted a little, and the arm's wrench tells whether it is held; if not, it is set down,
 let go and grasped once more. Transport: lift, carry, hold; cables that pay out tell of slip, and are answered with more
-tension. Release: down until the ground bears it, then prehension backwards.
+tension. Release: the head turns until the camera sees the object upright; down until the ground bears it; prehension
+backwards.
 
 Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg; a trunk whose
 cables pull in every direction. It needs a camera's look at where the object stands, and afterwards feels with cables
@@ -18,11 +19,13 @@ and wrench alone.
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.plant import Command, Observation
@@ -38,13 +41,10 @@ from spiraltrunk.strategies.phases import (
     insert_next,
     raise_tension,
 )
-from spiraltrunk.strategies.standing_plan import StandingOptions, plan_moves, side_of
+from spiraltrunk.strategies.standing_plan import STEPS, StandingOptions, housing_sink, plan_moves, side_of
 
 _SMOOTHING = 0.2
 """Share of a new reading in smoothed ones, at 50 readings a second."""
-
-_ACCELERATING = 0.3
-"""Part of the sideways move after which a touch can be told from the start's shaking [-]."""
 
 
 @final
@@ -54,6 +54,8 @@ class StandingState:
 
     progress: Progress
     """Moves done and to do."""
+    side: np.ndarray
+    """Horizontal direction in which the trunk curls, shape (3,) [-]."""
     lean: float = 0.0
     """Dorsal cables' pull beyond the ventral ones', smoothed: it grows as something pushes the trunk back [m]."""
     lean_free: float = 0.0
@@ -98,7 +100,9 @@ class StandingWrap(Strategy[StandingState]):
             ModelError: where the cables cannot pull as needed, or the object is too short.
         """
         progress = begin(plan_moves(observation, self.options), observation)
-        return StandingState(progress=progress, weight=weight(observation), lean=_lean(observation))
+        return StandingState(
+            progress=progress, side=side_of(observation), weight=weight(observation), lean=_lean(observation)
+        )
 
     def step(self, state: StandingState, observation: Observation) -> tuple[StandingState, Command]:
         """Follow the moves; feel for the touch, for the load, for slip and for the ground."""
@@ -129,8 +133,7 @@ class StandingWrap(Strategy[StandingState]):
 
     def _feel_touch(self, state: StandingState, observation: Observation) -> StandingState:
         """Stop where the object bends the trunk back, and do from there all that comes before the release."""
-        progress = state.progress
-        if fraction(progress, observation.time) < _ACCELERATING:
+        if self._beyond_touch(state, observation) < -self.options.early * observation.task.design.length:
             return replace(state, lean_free=state.lean)
         if state.lean - state.lean_free < self.options.touch * observation.task.design.cable_stroke:
             return state
@@ -138,13 +141,17 @@ class StandingWrap(Strategy[StandingState]):
 
     def _touched(self, state: StandingState, observation: Observation) -> StandingState:
         """The next move at once, all until the release shifted sideways to where the object was touched."""
-        progress, aside = state.progress, side_of(observation)
-        now = command_at(progress, observation.time).T_world_base[:3, 3]
-        overshoot = self.options.overshoot * observation.task.design.length
-        shift = float(aside @ (now - progress.move.position)) + overshoot
-        moves = _shifted_until_release(progress, (shift - state.shift) * aside)
+        progress, shift = state.progress, self._beyond_touch(state, observation)
+        moves = _shifted_until_release(progress, (shift - state.shift) * state.side)
         progress = advance(replace(progress, moves=moves), observation.time)
         return replace(state, progress=progress, shift=shift)
+
+    def _beyond_touch(self, state: StandingState, observation: Observation) -> float:
+        """How far beyond the expected touch the arm has come sideways [m]."""
+        progress = state.progress
+        now = command_at(progress, observation.time).T_world_base[:3, 3]
+        overshoot = self.options.overshoot * observation.task.design.length
+        return float(state.side @ (now - progress.move.position)) + overshoot
 
     def _answer_slip(self, state: StandingState, observation: Observation) -> StandingState:
         """Pull harder where the load unrolls the trunk."""
@@ -165,6 +172,8 @@ class StandingWrap(Strategy[StandingState]):
             return replace(state, progress=progress, retries=state.retries + 1)
         if action == "touch":
             return self._touched(state, observation)
+        if action == "hold":
+            progress = _righted(progress, observation, self.options)
         if progress.is_last:
             return replace(state, is_done=True)
         progress = advance(progress, observation.time)
@@ -186,6 +195,56 @@ def _shifted_until_release(progress: Progress, way: np.ndarray) -> tuple[Move, .
         replace(move, position=move.position + way) if i > progress.index and move.phase != "release" else move
         for i, move in enumerate(progress.moves)
     )
+
+
+def _righted(progress: Progress, observation: Observation, options: StandingOptions) -> Progress:
+    """The same sequence, the object set down upright over its place, as the camera sees it tilt, and let go there."""
+    if observation.look is None:
+        return progress
+    rotation, to_base = _uprighted(observation, options, command_at(progress, observation.time).T_world_base)
+    place, height = observation.task.goal.place, float(observation.look.position[2])
+    above = np.array([*place[:2], height]) + to_base
+    low = place - np.array([0.0, 0.0, options.sink]) + to_base
+    planned = next(move.position for move in progress.moves if move.action == "lower")
+    aside, tight = np.array([*(low - planned)[:2], 0.0]), _tight_steps(options)
+    moves, opened = list(progress.moves), 0
+    for i, move in enumerate(moves):
+        if move.action in ("bring", "lower"):
+            moves[i] = replace(move, rotation=rotation, position=above if move.action == "bring" else low)
+        elif move.phase == "release":
+            moves[i] = replace(move, position=move.position + aside)
+            if opened < tight:
+                moves[i] = replace(moves[i], rotation=rotation, position=np.array([*moves[i].position[:2], low[2]]))
+            opened += 1
+    return replace(progress, moves=tuple(moves))
+
+
+def _tight_steps(options: StandingOptions) -> int:
+    """Steps of the opening before the plane of the wrap has turned back to that of the reach."""
+    return sum(pull > options.turning[0] for pull in STEPS) - 1
+
+
+def _uprighted(
+    observation: Observation, options: StandingOptions, T_world_base: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Orientation of the base that makes the object stand up, and the way from its centre to the base.
+
+    Or as near to that as leaves the housing above the ground.
+    """
+    look, task = observation.look, observation.task
+    if look is None:
+        return T_world_base[:3, :3], np.zeros(3)
+    across = np.cross(look.axis * math.copysign(1.0, look.axis[2]), np.array([0.0, 0.0, 1.0]))
+    sine = float(np.linalg.norm(across))
+    turn = across / max(sine, 1e-9) * math.asin(min(1.0, sine))
+    stand, gap = task.target.length / 2 - options.sink, options.ground_gap / 2
+    for part in np.linspace(1.0, 0.0, 11):
+        matrix = Rotation.from_rotvec(part * turn).as_matrix()
+        rotation, to_base = matrix @ T_world_base[:3, :3], matrix @ (T_world_base[:3, 3] - look.position)
+        sink = housing_sink(task.design, math.acos(max(-1.0, min(1.0, -float(rotation[2, 0])))))
+        if stand + float(to_base[2]) >= sink + gap:
+            break
+    return rotation, to_base
 
 
 def _stay(progress: Progress, observation: Observation) -> Progress:
