@@ -204,3 +204,10 @@ def test_the_grip_clears_ground_and_object_and_opens_wider_for_wider_ones():
         assert height > max(PAPER.gripper.finger_length, 1.1 * width)
         openings.append(opening(PAPER.gripper, target, goal, options))
     assert 0 > openings[0] > openings[1] > openings[2] >= -1
+
+
+def test_a_standing_box_whose_turn_is_not_known_takes_the_room_of_its_corners():
+    options, goal = TipOptions(), _task().goal
+    box = _task(width=0.028, kind="box").target
+    lying = dataclasses.replace(box, axis=np.array([1.0, 0.0, 0.0]))
+    assert tip_height(PAPER.gripper, box, goal, options) > tip_height(PAPER.gripper, lying, goal, options)

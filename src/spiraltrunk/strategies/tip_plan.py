@@ -107,7 +107,7 @@ def opening(gripper: GripperDesign, target: Target, goal: Goal, options: TipOpti
 def _opening(gripper: GripperDesign, target: Target, height: float, above: float, options: TipOptions) -> float | None:
     """Tension that opens the fingers round the object, the trunk's end ``above`` what it rests on [m]."""
     larger = 1 + options.size_error
-    radius, room = larger * target.width / 2, options.room * gripper.finger_length
+    radius, room = larger * _reach_out(target), options.room * gripper.finger_length
     top = above - larger * height
 
     def outline(depth: np.ndarray, skin: np.ndarray) -> np.ndarray:
@@ -118,6 +118,15 @@ def _opening(gripper: GripperDesign, target: Target, height: float, above: float
         return np.where(below > 0, share * radius + room + skin, 0.0)
 
     return opening_tension(gripper, outline)
+
+
+def _reach_out(target: Target) -> float:
+    """How far the object reaches from its middle, seen from above where it stands, else across its axis [m].
+
+    A camera does not tell how a standing box is turned: its corners may be where the fingers are.
+    """
+    is_turned_anyhow = target.kind == "box" and abs(float(target.axis[2])) > 0.5
+    return target.width / 2 * (math.sqrt(2.0) if is_turned_anyhow else 1.0)
 
 
 _TOO_WIDE = "the fingers do not open round {:.0f} mm; allowed: up to {:.0f} mm, and low objects"
