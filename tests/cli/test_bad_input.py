@@ -175,7 +175,7 @@ def test_a_design_that_wraps_nothing_is_refused(
 
 
 HELD = {
-    "cylinder:diameter_mm=300,height_mm=100,mass_g=10": "is 300 mm wide; allowed: 32.7 to 267.9 mm, what wrap-vertical can",
+    "cylinder:diameter_mm=300,height_mm=100,mass_g=10": "is 300 mm wide; allowed: 32.7 to 267.9 mm, what wrap",
     "sphere:diameter_mm=20,mass_g=10": "is 20 mm wide; allowed: 32.7 to 267.9 mm, what wrap-vertical can take",
     "sphere:diameter_mm=80,mass_g=9000": "g, what the trunk 'paper' holds at that width",
     "sphere:diameter_mm=1,mass_g=1": "object.diameter_mm is 1; allowed: a finite number, at least 5, below 1000",

@@ -48,13 +48,12 @@ class Strategy(ABC, Generic[State]):
     """Objects of the catalogue that it is for."""
     position: tuple[float, float] | None = None
     """Where its objects wait on the ground (x, y) in the world [m]; None leaves the choice to the scene."""
+    push: tuple[float, float] = (0.0, 0.0)
+    """Way that it shall move its objects along the ground (x, y) [m]; none where its job is a grasp."""
 
     def widths(self, design: TrunkDesign) -> tuple[float, float]:
         """Least and greatest width of what it can take [m]: what the trunk can wrap, unless it takes hold otherwise."""
         return graspable_range(design)
-
-    push: tuple[float, float] = (0.0, 0.0)
-    """Way that it shall move its objects along the ground (x, y) [m]; none where its job is a grasp."""
 
     @abstractmethod
     def init(self, observation: Observation) -> State:

@@ -19,7 +19,8 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.rules import GRAVITY, graspable_range
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction, insert_next
@@ -86,6 +87,10 @@ class Kick(Strategy[KickState]):
 
     def __init__(self, options: KickOptions | None = None) -> None:
         self.options = KickOptions() if options is None else options
+
+    def widths(self, design: TrunkDesign) -> tuple[float, float]:
+        """Least and greatest width of what it can take [m]: anything up to what the trunk could wrap can be struck."""
+        return 0.0, graspable_range(design).maximum
 
     def init(self, observation: Observation) -> KickState:
         """Plan the stance from design, object and goal.

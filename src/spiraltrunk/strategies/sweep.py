@@ -20,6 +20,8 @@ from typing import Any, final
 
 import numpy as np
 
+from spiraltrunk.design.rules import graspable_range
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.plant import Command, Observation, Task
 from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction, insert_next
@@ -108,6 +110,10 @@ class Sweep(Strategy[SweepState]):
     ) -> None:
         self.options = SweepOptions() if options is None else options
         self._grasp = choose_grasp if grasp is None else grasp
+
+    def widths(self, design: TrunkDesign) -> tuple[float, float]:
+        """Least and greatest width of what it can take [m]: anything up to what the trunk can wrap."""
+        return 0.0, graspable_range(design).maximum
 
     def init(self, observation: Observation) -> SweepState:
         """Plan the stance from design, object and goal.
