@@ -78,7 +78,7 @@ def _table(folder):
 
 def test_two_true_trials_in_two_processes(tmp_path):
     script = _start("--trials", 2, "--seed-from", 3, "--workers", 2, "--out", tmp_path)
-    out, err = script.communicate(timeout=120)
+    out, err = script.communicate(timeout=280)
     table = _table(tmp_path)
     assert [row["seed"] for row in table["trials"]] == [3, 4]
     assert all(set(row) == KEYS for row in table["trials"])

@@ -58,10 +58,11 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk import strategies
     from spiraltrunk.design import load_design
     from spiraltrunk.record import compute_result, open_record, write_record
-    from spiraltrunk.sim.objects import parse_object
+    from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
 
     strategy = strategies.get(arguments.strategy)
-    name = strategy.objects[0] if arguments.object is None else arguments.object
+    usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]
+    name = usual if arguments.object is None else arguments.object
     shape, design = parse_object(name), load_design(arguments.design)
     _check_width(strategy, design, shape, name)
     _check_mass(strategy, design, shape, name)
