@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk import strategies
-from spiraltrunk.report.heatmap import Outcomes, write_heatmap
-from spiraltrunk.report.rates import Rate, write_rates
+from spiraltrunk.survey.engine import write_pictures
 from spiraltrunk.survey.tables import format_markdown
 
 DOCS = Path(__file__).parent
@@ -37,7 +36,8 @@ def main(folders: Sequence[str]) -> int:
     (DOCS / "strategies.json").write_text(json.dumps(result, indent=1) + "\n")
     page = DOCS / "strategies.md"
     page.write_text(put_tables(page.read_text(), result))
-    draw(result, [row for survey in surveys for row in survey["rows"]])
+    rows = [row for survey in surveys for row in survey["rows"]]
+    write_pictures(result, rows, DOCS / "images" / "strategies_rates.png", DOCS / "images" / "strategies_heatmap.png")
     return 0
 
 
@@ -62,26 +62,6 @@ def put_tables(page: str, result: dict[str, Any]) -> str:
         pattern = rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)"
         page = re.sub(pattern, lambda match, table=table: f"{match[1]}{table}\n{match[2]}", page, flags=re.DOTALL)
     return page
-
-
-def draw(result: dict[str, Any], rows: Sequence[dict[str, Any]]) -> None:
-    """Rates with their intervals, and success by size and mass."""
-    rates = [
-        Rate(name=name, trials=told["trials"], successes=told["successes"], low=told["low"], high=told["high"])
-        for name, told in result["strategies"].items()
-    ]
-    write_rates(rates, DOCS / "images" / "strategies_rates.png")
-    outcomes = [
-        Outcomes(
-            name=name,
-            width=[row["width_m"] for row in own],
-            mass=[row["mass_kg"] for row in own],
-            success=[row["success"] for row in own],
-        )
-        for name in result["strategies"]
-        for own in [[row for row in rows if row["strategy"] == name and row["width_m"] is not None]]
-    ]
-    write_heatmap(outcomes, DOCS / "images" / "strategies_heatmap.png")
 
 
 if __name__ == "__main__":

@@ -21,13 +21,7 @@ from spiraltrunk.model.cables import lengths_from_rotations
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.sim.friction import CableFriction
 from spiraltrunk.sim.held_spec import Point, gripper_center, held_spec
-from spiraltrunk.sim.trunk_spec import (
-    TrunkOptions,
-    cable_name,
-    hinge_names,
-    section_name,
-    tune_joint_limits,
-)
+from spiraltrunk.sim.trunk_spec import TrunkOptions, cable_name, hinge_names, section_name, tune_joint_limits
 
 _WATCH_STEPS = 10
 """Physics steps between two looks at the velocity."""

@@ -60,7 +60,7 @@ def run_survey(
             _run_entries(plan, log.rows, log.add, workers=workers, work=work, watch=watch)
         finally:
             result = _write(folder, plan, log)
-        _draw(folder, result, sort_rows(plan, log.rows))
+        write_pictures(result, sort_rows(plan, log.rows), folder / "rates.png", folder / "heatmap.png")
     return result
 
 
@@ -68,6 +68,28 @@ def sort_rows(plan: Plan, rows: Sequence[Row]) -> list[Row]:
     """Rows by strategy, as the plan has them, and index."""
     place = {name: i for i, name in enumerate(plan.objects)}
     return sorted(rows, key=lambda row: (place[row["strategy"]], row["index"]))
+
+
+def write_pictures(result: dict[str, Any], rows: Sequence[Row], rates: Path, heatmap: Path) -> None:
+    """Write a survey's rates with their intervals, and its success by the objects' size and mass.
+
+    Raises:
+        OSError: where a file cannot be written.
+    """
+    told = result["strategies"].items()
+    keys = ("trials", "successes", "low", "high")
+    write_rates([Rate(name=name, **{key: counts[key] for key in keys}) for name, counts in told], rates)
+    outcomes = [
+        Outcomes(
+            name=name,
+            width=[row["width_m"] for row in own],
+            mass=[row["mass_kg"] for row in own],
+            success=[row["success"] for row in own],
+        )
+        for name, _ in told
+        for own in [[row for row in rows if row["strategy"] == name and row["width_m"] is not None]]
+    ]
+    write_heatmap(outcomes, heatmap)
 
 
 def _run_entries(
@@ -104,25 +126,6 @@ def _write(folder: Path, plan: Plan, log: Log) -> dict[str, Any]:
     result["files"] = list(FILES if result["complete"] else FILES[:3])
     write_tables(folder, result, sort_rows(plan, log.rows), format_markdown(result))
     return result
-
-
-def _draw(folder: Path, result: dict[str, Any], rows: Sequence[Row]) -> None:
-    rates = [
-        Rate(name=name, trials=told["trials"], successes=told["successes"], low=told["low"], high=told["high"])
-        for name, told in result["strategies"].items()
-    ]
-    write_rates(rates, folder / "rates.png")
-    outcomes = [
-        Outcomes(
-            name=name,
-            width=[row["width_m"] for row in own],
-            mass=[row["mass_kg"] for row in own],
-            success=[row["success"] for row in own],
-        )
-        for name in result["strategies"]
-        for own in [[row for row in rows if row["strategy"] == name and row["width_m"] is not None]]
-    ]
-    write_heatmap(outcomes, folder / "heatmap.png")
 
 
 def _tell_nobody(rows: Sequence[Row]) -> None:
