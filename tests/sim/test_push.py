@@ -34,3 +34,8 @@ def test_a_pushed_object_waits_where_its_strategy_says_and_its_goal_lies_as_far_
     options = draw_scene(parse_object(strategy.objects[0]), 3, strategy=strategy)
     assert options.position[:2] == strategy.position
     assert options.push == strategy.push
+
+
+def test_a_sweep_ends_where_the_wrap_that_follows_has_its_objects():
+    sweep, wrap = strategies.get("sweep"), strategies.get("wrap-horizontal")
+    np.testing.assert_allclose(np.add(sweep.position, sweep.push), wrap.position)
