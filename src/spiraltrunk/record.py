@@ -41,16 +41,21 @@ _MOMENTS = (
     ("touch", "touch", 1.0),
     ("curling", "curl", 0.55),
     ("wrapped", "settle", 1.0),
+    ("closed", "tighten", 1.0),
     ("lifted", "lift", 1.0),
+    ("flipped", "flip", 1.0),
     ("carried", "hold", 0.5),
     ("set down", "lower", 1.0),
     ("released", "rest", 1.0),
 )
 """Telling moments of a film strip: caption, action, and how far into it."""
 
+_UNTOLD = {"settle": "reach"}
+"""Phases in which an action of that name is another one."""
+
 _VIEWS = {
     "hung": View(lookat=(0.32, 0.20, 1.14), distance=1.70),
-    "ground": View(lookat=(0.40, 0.10, 0.95), distance=1.90),
+    "ground": View(lookat=(0.40, 0.10, 1.08), distance=2.15),
 }
 """Where the camera stands: the arm's raised wrist and the trunk are both in the picture."""
 
@@ -223,15 +228,22 @@ def find_moments(trial: Trial, count: int = 8) -> list[tuple[str, Sample]]:
         return [(f"start, {trace[0].time:.1f} s", trace[0])]
     named = {}
     for caption, action, part in _MOMENTS:
-        ticks = [i + 1 for i, status in enumerate(log.statuses) if status.action == action]
+        ticks = [i + 1 for i, s in enumerate(log.statuses) if s.action == action and s.phase != _UNTOLD.get(action)]
         if ticks:
             named[ticks[round(part * (len(ticks) - 1))]] = caption
     if len(named) < count:
-        spare = (int(i) for i in np.linspace(1, len(trace) - 1, 2 * count) if int(i) not in named)
-        named |= {i: log.statuses[i - 1].action for i, _ in zip(spare, range(count - len(named)), strict=False)}
+        spare = _find_ends(log, set(named.values()) | {action for _, action, _ in _MOMENTS})
+        chosen = np.linspace(0, len(spare) - 1, min(len(spare), count - len(named)))
+        named |= {spare[round(i)]: log.statuses[spare[round(i)] - 1].action for i in chosen}
     return [
         (f"{log.statuses[i - 1].phase}: {named[i]}, {trace[i].time:.1f} s", trace[i]) for i in sorted(named)
     ]  # fmt: skip
+
+
+def _find_ends(log: RunLog, told: set[str]) -> list[int]:
+    """Ticks at which each action ends that is not told yet, once an action."""
+    ends = {status.action: i + 1 for i, status in enumerate(log.statuses) if status.action not in told}
+    return sorted(ends.values())
 
 
 def compute_series(trial: Trial, name: str) -> Series:
