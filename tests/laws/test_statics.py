@@ -276,3 +276,51 @@ def test_smaller_increments_change_nothing_that_matters():
     coarse = statics.solve(PAPER, **given)
     fine = statics.solve(PAPER, **given, options=StaticsOptions(increment=1e-3))
     assert np.linalg.norm(coarse.points - fine.points, axis=-1).max() < 2e-4
+
+
+def test_tensions_laid_on_at_once_or_bit_by_bit_bend_the_trunk_alike():
+    given = {"tension": (0.0, 4.16, 4.16), "friction": 0.2}
+    shapes = [
+        statics.solve(PAPER, **given, options=StaticsOptions(tension_increment=step)) for step in (5.0, 2.0, 0.5, 0.1)
+    ]
+    for shape in shapes[:-1]:
+        np.testing.assert_allclose(shape.points, shapes[-1].points, rtol=0, atol=2e-6)
+    tension = np.r_[4.16, shapes[0].forces.gap_tension[:, 1]]
+    assert (np.diff(tension) < 0).all()  # Every hole holds back the cable that was pulled.
+
+
+@pytest.mark.parametrize("stiffness", [600.0, 5e4, math.inf])
+def test_what_rests_with_friction_goes_on_resting(stiffness):
+    rng, options = np.random.default_rng(7), StaticsOptions(cable_stiffness=stiffness)
+    for _ in range(8):
+        by_tension = rng.random(3) < 0.4
+        given = {
+            "pull": rng.uniform(0.0, 0.05, 3), "tension": np.where(by_tension, rng.uniform(0, 10, 3), 60.0),
+            "by_tension": by_tension, "theta_0": rng.uniform(-1.5, 1.5), "friction": rng.choice([0.1, 0.2, 0.4]),
+        }  # fmt: skip
+        shape = statics.solve(PAPER, **given, options=options)
+        again = statics.solve(PAPER, **given, options=options, start=shape)
+        np.testing.assert_allclose(again.points, shape.points, rtol=0, atol=2e-6)
+        tension = shape.forces.cable_tension
+        np.testing.assert_allclose(again.forces.cable_tension, tension, rtol=1e-4, atol=1e-4)
+
+
+def test_friction_begins_where_a_shape_without_it_ended():
+    free = statics.solve(PAPER, tension=(0.0, 2.0, 2.0), friction=0.0)
+    held = statics.solve(PAPER, tension=(0.0, 2.0, 2.0), friction=0.3, start=free)
+    np.testing.assert_allclose(held.points, free.points, rtol=0, atol=1e-4)
+    beyond = np.cumsum(free.gap[::-1], axis=0)[::-1]
+    np.testing.assert_allclose(free.history.anchor, beyond, rtol=0, atol=1e-12)
+
+
+def test_opposed_cables_of_held_length_take_up_a_small_push():
+    options = StaticsOptions(cable_stiffness=5e4)
+    held = statics.solve(PAPER, tension=(10.0, 10.0, 10.0), friction=0.2, options=options)
+    wound = held.cable_change + held.forces.cable_tension / options.cable_stiffness
+    for stiff in (options, StaticsOptions()):
+        length = wound if stiff is options else held.cable_change
+        pushed = statics.solve(
+            PAPER, pull=length, friction=0.2, start=held, options=stiff, loads=Loads(force=(0.02, 0.0, 0.0))
+        )
+        assert np.abs(pushed.forces.cable_tension - 10.0).max() < 0.6
+        assert np.linalg.norm(pushed.points[-1] - held.points[-1]) < 1e-4

@@ -123,7 +123,9 @@ def solve(
     paper does, by `pulls.carry_gripper`.
 
     More than one shape may balance, above all with every cable pulled or the trunk upright under a load. Which one is
-    found depends on ``start``; the trunk is led there in one step, or along ``increment`` where there is friction.
+    found depends on ``start``; the trunk is led there in one step, or along ``increment`` where there is friction. Loads
+    and base take effect at once. Where every cable is held by length and none stretches, lengths hardly tell how hard
+    they work against each other: give ``cable_stiffness``.
 
     Returns:
         The shape with its `Forces` and, for a next call, its `History`. Its status is CONVERGED, STALLED where a winder
@@ -234,8 +236,9 @@ def _pose(
     if start is None or start.forces is None:
         begin[:, 0], begin[:, 1] = length, np.where(drive.by_tension, tension, 0.0)
     else:
-        begin[:, 0] = _spread(start.gap.sum(axis=-2), batch, 1)
         begin[:, 1] = _spread(start.forces.cable_tension, batch, 1)
+        stretch = begin[:, 1] / options.cable_stiffness
+        begin[:, 0] = _spread(start.gap.sum(axis=-2), batch, 1) - stretch
     increments = np.ones(rows, np.int64)
     if mu > 0:
         far = np.where(drive.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1) / options.increment
@@ -252,8 +255,11 @@ def _pose(
 def _start(trunk: Trunk, drive: Drive, batch: tuple[int, ...], start: Shape | None) -> Solution:
     """Room for the solutions, with the bends, tensions and anchors from which they are sought."""
     solution = make_room(trunk, math.prod(batch))
-    if start is None or start.history is None:
+    if start is None:
         solution.bend[..., :2] = NUDGE
+    elif start.history is None:
+        solution.bend[..., :2] = NUDGE
+        solution.anchor[:] = _spread(np.cumsum(start.gap[..., ::-1, :], axis=-2)[..., ::-1, :], batch, 2)
     else:
         solution.bend[:] = _spread(start.history.bend, batch, 2)
         solution.anchor[:] = _spread(start.history.anchor, batch, 2)

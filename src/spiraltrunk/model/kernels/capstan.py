@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from spiraltrunk.model.kernels import compiled
-from spiraltrunk.model.kernels.balance import Case, Control
+from spiraltrunk.model.kernels.balance import Case, Control, hold, place
 from spiraltrunk.model.kernels.gaps import hole_turns
 from spiraltrunk.model.kernels.newton import solve_safely
 
@@ -61,6 +61,21 @@ def update_forces(mu, share, trunk, pulls, work, turns, friction):
 
 
 @compiled
+def recall_forces(q, pulls, case, mu, work, turns):
+    """What each hole can hold in the shape from which the loading goes on, whose anchors tell what it holds there."""
+    trunk, friction = case.trunk, case.friction
+    place(q, case.base, trunk, work)
+    measure_turns(trunk, work, turns)
+    for c in range(turns.shape[1]):
+        tension, beyond = pulls[c], work.gap[:, c].sum()
+        for i in range(turns.shape[0]):
+            friction.force[i, c] = tension * (1 - math.exp(-mu * turns[i, c]))
+            friction.force_back[i, c] = tension * (math.exp(mu * turns[i, c]) - 1)
+            tension = max(tension + hold(beyond, i, c, friction)[0], 0.0)
+            beyond -= work.gap[i, c]
+
+
+@compiled
 def move_anchors(work, friction):
     """Let the holes' anchors follow the cable that slid."""
     for c in range(work.gap.shape[1]):
@@ -85,6 +100,8 @@ def follow(q, tension, case, mu, start, increments, tolerance, most, work, syste
     total, residual, violation = 0, 0.0, 0.0
     target = tension.copy()
     rounds = ROUNDS if friction.stiffness > 0.0 else 1
+    if friction.stiffness > 0.0:
+        recall_forces(q, start[1], case, mu, work, turns)
     for turn in range(increments * rounds):
         step, again = turn // rounds, turn % rounds
         if again == 0:
@@ -103,7 +120,19 @@ def follow(q, tension, case, mu, start, increments, tolerance, most, work, syste
             settled = change <= COARSER * tolerance or spent > most
             if settled or again == rounds - 1:
                 move_anchors(work, friction)
+    if friction.stiffness == 0.0:
+        release(work.gap, friction.anchor)
     return residual, violation, total
+
+
+@compiled
+def release(gap, anchor):
+    """Let every hole of ``gap`` (n_joint, n_cable) hold nothing, so that friction may go on from here."""
+    for c in range(gap.shape[1]):
+        beyond = 0.0
+        for i in range(gap.shape[0] - 1, -1, -1):
+            beyond += gap[i, c]
+            anchor[i, c] = beyond
 
 
 @compiled
