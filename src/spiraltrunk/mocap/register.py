@@ -24,6 +24,7 @@ FEWEST = 3
 """Points that a transformation is fitted to at least [-]."""
 
 _MOST_SECTIONS = 200
+_THIN = 2e-3
 
 
 @final
@@ -105,6 +106,18 @@ def fit_motion(points: np.ndarray, target: np.ndarray) -> Motion:
     sign = np.sign(np.linalg.det(u) * np.linalg.det(vt))
     rotation = vt.T @ np.diag([1.0, 1.0, sign]) @ u.T
     return Motion(rotation=rotation, shift=center[1, 0] - rotation @ center[0, 0])
+
+
+def is_straight(points: np.ndarray) -> bool:
+    """Whether points lie on a line within 2 mm, root mean square, so that a turn about it cannot be told.
+
+    Args:
+        points: finite, shape (n, 3) [m].
+    """
+    if len(points) < 3:
+        return True
+    sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(np.sqrt((sizes[1:] ** 2).sum() / len(points)) < _THIN)
 
 
 def frame_from_markers(markers: np.ndarray) -> np.ndarray:

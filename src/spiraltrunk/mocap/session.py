@@ -16,7 +16,7 @@ from spiraltrunk.mocap.load import load_take
 from spiraltrunk.mocap.plan import Plan, build_plan
 from spiraltrunk.mocap.predict import Predicted, predict
 from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.mocap.register import Alignment, Motion, fit_motion, mean_rotation
+from spiraltrunk.mocap.register import Alignment, Motion, fit_motion, is_straight, mean_rotation
 from spiraltrunk.mocap.sections import (
     HeldShape,
     SectionTracks,
@@ -39,6 +39,10 @@ _BASE_MOVED = 2e-3
 
 _BASE_LEANS = math.radians(2.0)
 """Angle between the base's axis as set and as seen from which on it is told [rad] (ours)."""
+
+
+_LEVER = 1e-3
+"""How far beside a section's point its axes are drawn on, where they decide a turn [m]: too near to move the points."""
 
 
 @final
@@ -257,13 +261,24 @@ def _find_motions(
         told = f"alignment is {alignment}; allowed: sections 1 to {predicted.points.shape[1]}"
         raise TakeError(told)
     measured = np.array([shape.points[chosen] for shape in take.held])
-    target = predicted.points[:, chosen]
+    axes = np.array([shape.rotation[chosen] for shape in take.held])
+    target, target_axes = predicted.points[:, chosen], predicted.rotation[:, chosen]
     try:
         if alignment.kind == "run":
-            return [fit_motion(measured, target)] * len(take.held)
-        return [fit_motion(one, other) for one, other in zip(measured, target, strict=True)]
+            return [_fit(measured, target, axes, target_axes)] * len(take.held)
+        return [_fit(*parts) for parts in zip(measured, target, axes, target_axes, strict=True)]
     except ShapeError as error:
         raise TakeError(f"alignment {alignment}: {error}", file=take.take.source) from None
+
+
+def _fit(measured: np.ndarray, target: np.ndarray, axes: np.ndarray, target_axes: np.ndarray) -> Motion:
+    """The motion that fits points; where they lie on a line, the sections' axes say how far to turn about it."""
+    motion = fit_motion(measured, target)
+    seen = np.isfinite(measured).all(axis=-1)
+    if not is_straight(target[seen]) or not np.isfinite(axes[seen]).all(axis=(-2, -1)).any():
+        return motion
+    ends = (np.stack([m + _LEVER * a[..., 1], m + _LEVER * a[..., 2], m]) for m, a in ((measured, axes), (target, target_axes)))
+    return fit_motion(*ends)
 
 
 def _put_base(run: Run, take: TakeShapes, notes: list[str]) -> Motion:
