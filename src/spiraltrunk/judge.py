@@ -17,7 +17,6 @@ import numpy as np
 
 import spiraltrunk
 from spiraltrunk.design.files import write_design
-from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.compare import PAPER, Deviation, compute_deviation
 from spiraltrunk.mocap.protocol import Protocol
@@ -32,6 +31,8 @@ from spiraltrunk.report.overlay import write_overlay
 from spiraltrunk.report.page import Block, Grid, Heading, Picture, Words, write_page
 
 _TITLE = "Recordings against the model"
+_MADE_UP = ("rehearsal", "virtual", "simulat")
+"""Words in a take's name by which it says that no trunk was recorded."""
 
 
 @final
@@ -88,12 +89,23 @@ def compute_result(judgement: Judgement, files: Sequence[str] = ()) -> dict[str,
         "runs": {run.plan.run.name: _tell_run(run, deviation) for run, deviation in pairs},
         "mean_rmse_by_alignment_m": {kind: _compare_alignment(judgement, kind) for kind in ALIGNMENTS},
         "paper": PAPER,
-        "notes": [note for run in runs for note in run.notes],
+        "notes": [*_warn(runs), *(note for run in runs for note in run.notes)],
         "versions": {
             "spiraltrunk": spiraltrunk.__version__, "python": platform.python_version(), "numpy": version("numpy")
         },
         "files": list(files),
     }  # fmt: skip
+
+
+def _warn(runs: Sequence[RunShapes]) -> list[str]:
+    """Say of recordings that were made up that they measure nothing."""
+    made = [
+        take.take.source
+        for run in runs
+        for take in run.takes
+        if any(word in take.take.name.lower() for word in _MADE_UP)
+    ]
+    return [f"not a measurement: {len(made)} recordings are made up, such as {made[0]}"] if made else []
 
 
 def _tell_friction(settings: SessionSettings) -> float | None:
@@ -119,6 +131,7 @@ def _tell_run(run: RunShapes, deviation: Deviation) -> dict[str, Any]:
         "takes": [
             {
                 "file": take.take.source,
+                "name": take.take.name,
                 "recorded": take.take.started,
                 "times_s": [[held.still.begin, held.still.end] for held in take.held],
             }
@@ -158,7 +171,14 @@ def write_judgement(judgement: Judgement, folder: str | Path) -> dict[str, Any]:
         OSError: where it cannot be written.
     """
     pictures = _plan_pictures(judgement)
-    names = [*(name for name, _ in pictures), "deviations.csv", "report.html", "result.json", "shapes.json", "trunk.toml"]
+    names = [
+        *(name for name, _ in pictures),
+        "deviations.csv",
+        "report.html",
+        "result.json",
+        "shapes.json",
+        "trunk.toml",
+    ]
     result = compute_result(judgement, sorted(names))
     with write_folder(folder, names) as draft:
         for name, judged in pictures:
@@ -201,7 +221,7 @@ def _plan_pictures(judgement: Judgement) -> list[tuple[str, Judged]]:
 
 def _join_rests(runs: Sequence[RunShapes], model: str) -> Judged:
     return Judged(
-        title=f"Rest under gravity: recorded against {model}", label="Tilt from hanging [deg]",
+        title=f"Rest under gravity: recordings and the model {model}", label="Tilt from hanging [deg]",
         labels=tuple(f"{_tilt(run):g}" for run in runs), measured=np.concatenate([run.points for run in runs]),
         predicted=np.concatenate([run.predicted.points for run in runs]),
     )  # fmt: skip
@@ -210,7 +230,7 @@ def _join_rests(runs: Sequence[RunShapes], model: str) -> Judged:
 def _judge_run(run: RunShapes, model: str) -> Judged:
     cable = {"bend-dorsal": "Cable 1 in by", "bend-ventral": "Cable 1 out by", "twist": "Cable 2 in by"}
     return Judged(
-        title=f"{run.plan.run.name}: recorded against {model}", label=f"{cable[run.plan.run.kind]} [mm]",
+        title=f"{run.plan.run.name}: recordings and the model {model}", label=f"{cable[run.plan.run.kind]} [mm]",
         labels=tuple(f"{1e3 * amount:g}" for amount in run.plan.amount), measured=run.points,
         predicted=run.predicted.points,
     )  # fmt: skip
@@ -228,7 +248,9 @@ def _build_blocks(
         "distance between the measured point of a section and the model's; the mean RMSE of a run is the mean over its "
         "shapes."
     )
-    blocks: list[Block] = [Words(texts=(intro,)), Heading(text="RMSE by run"), _grid_runs(result), _grid_paper(result)]
+    warned = tuple(note for note in result["notes"] if note.startswith("not a measurement"))
+    blocks: list[Block] = [Words(texts=(*warned, intro)), Heading(text="RMSE by run")]
+    blocks += [_grid_runs(result), _grid_paper(result)]
     blocks += [Heading(text="What the alignment does"), _grid_alignments(result)]
     for name, judged in pictures:
         if name.startswith("overlay"):
@@ -245,18 +267,24 @@ def _grid_runs(result: dict[str, Any]) -> Grid:
         figures = [run["mean_rmse_m"], run["max_rmse_m"], run["max_deviation_m"], run["spread_of_takes_m"]]
         takes = str(len(run["takes"]))
         rows.append((name, str(run["shapes"]), takes, str(len(run["sections"])), *map(_mm, figures)))
-    header = ("run", "shapes", "takes", "sections", "mean RMSE [mm]", "max RMSE [mm]", "largest [mm]", "takes differ [mm]")
+    header = (
+        "run",
+        "shapes",
+        "takes",
+        "sections",
+        "mean RMSE [mm]",
+        "max RMSE [mm]",
+        "largest [mm]",
+        "takes differ [mm]",
+    )
     return Grid(
         header=header, rows=tuple(rows),
-        caption="\"largest\" is the largest distance of one section; \"takes differ\" is how far takes are from their mean",
+        caption="largest: the largest distance of one section; takes differ: how far takes are from their mean",
     )  # fmt: skip
 
 
 def _grid_paper(result: dict[str, Any]) -> Grid:
-    rows = [
-        (label, ours, paper)
-        for label, ours, paper in pair_with_paper(result)
-    ]
+    rows = [(label, ours, paper) for label, ours, paper in pair_with_paper(result)]
     return Grid(
         header=("figure", "these recordings [mm]", "the paper [mm]"), rows=tuple(rows),
         caption=f"The paper's column is {PAPER['what']} ({PAPER['source']}); it says nothing about this robot",

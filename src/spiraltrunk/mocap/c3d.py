@@ -46,13 +46,17 @@ def load_c3d(path: str | Path, *, axes: str) -> Take:
     if unit.lower() not in _UNITS:
         raise TakeError(f"POINT:UNITS are {unit[:40]!r}; allowed: {', '.join(_UNITS)}", file=str(path))
     if raw.ndim != 3 or not raw.shape[1] or not raw.shape[2] or raw.size > MOST_CELLS:
-        raise TakeError(f"there are {raw.shape[1:]} markers and frames; allowed: at least one, not too many", file=str(path))
+        raise TakeError(
+            f"there are {raw.shape[1:]} markers and frames; allowed: at least one, not too many", file=str(path)
+        )
     position = np.moveaxis(raw[:3], 0, -1) * _UNITS[unit.lower()]
     residual = np.asarray(content["data"]["meta_points"]["residuals"], float).reshape(raw.shape[1:])
     hidden = ~np.isfinite(position).all(axis=-1) | (residual < 0)
     position[hidden] = np.nan
     if np.nanmax(np.abs(position), initial=0.0) > _FARTHEST:
-        raise TakeError(f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=str(path))
+        raise TakeError(
+            f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=str(path)
+        )
     first = int(content["header"]["points"]["first_frame"])
     frame = first + np.arange(raw.shape[2])
     placed = position @ turn.T

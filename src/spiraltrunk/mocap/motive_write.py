@@ -46,8 +46,9 @@ def format_motive(take: Take) -> bytes:
 
 def _format(take: Take, block: int = 1000) -> list[bytes]:
     """Header and blocks of rows."""
-    labels = [label for track in (*take.bodies, *take.markers) for label in _label(track)]
-    values = np.hstack([_values(track) for track in (*take.bodies, *take.markers)])
+    tracks: list[Body | Marker] = [*take.bodies, *take.markers]
+    labels = [label for track in tracks for label in _label(track)]
+    values = np.hstack([_values(track) for track in tracks])
     parts = [_header(take, labels)]
     row = "%d,%.6f" + ",%.6f" * values.shape[1]
     for first in range(0, len(values), block):

@@ -123,9 +123,9 @@ def _handles(judged: Judged, chosen: list[int], colors: list[Any]) -> list[objec
         Line2D([], [], color=INK, linewidth=1.4, label="model"),
         Line2D([], [], color=INK, linestyle="", marker="o", markersize=3.2, label="measured"),
     ]
-    word = judged.label.partition(",")[0].partition(" [")[0].lower()
+    word, _, unit = judged.label.lower().partition(" [")
     shapes = [
-        Line2D([], [], color=color, linewidth=3.0, label=f"{word} {judged.labels[shape]}")
+        Line2D([], [], color=color, linewidth=3.0, label=f"{word} {judged.labels[shape]} {unit.rstrip(']')}".rstrip())
         for shape, color in zip(chosen, colors, strict=True)
     ]
     return [*kinds, *shapes]
