@@ -27,8 +27,8 @@ SLOWEST = 1.0
 
 TOKENS = (
     b',|,,|\r\n|\n|\r|"|""|nan|inf|-inf|1e400|-|.|1_0|0x1|;|\t|\0|\xef\xbb\xbf|\xff\xfe|\xe9|Frame|Type|Name|ID|Position|'
-    b"Rotation|Rigid Body|Rigid Body Marker|Marker|Bone|X|Y|Z|W|Meters|Inches|Quaternion|XYZ|Global|Local|1.21|1.25|2.0|"
-    b"Mean Marker Error|TimeCode|99999999999999999999|1,5|0,0,0,0|Export Frame Rate|Length Units|Format Version"
+    b"Rotation|Rigid Body|Rigid Body Marker|Marker|Bone|X|Y|Z|W|Meters|Inches|Quaternion|XYZ|Global|Local|1.21|1.25|"
+    b"2.0|Mean Marker Error|TimeCode|99999999999999999999|1,5|0,0,0,0|Export Frame Rate|Length Units|Format Version"
 ).split(b"|")
 """What is put in."""
 

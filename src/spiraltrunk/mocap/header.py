@@ -90,7 +90,7 @@ def read_header(lines: Lines) -> Header:
     labels = [row for row in rows[1:-1] if any(row[1])]
     line, axes = rows[-1]
     notes: list[str] = []
-    columns, n_column = _read_columns(labels, axes, lines.source)
+    columns, n_column = _read_columns(labels, rows[-1], lines.source)
     capture = _read_rate(pairs.get("capture frame rate"))
     rate = _read_rate(pairs.get("export frame rate")) or capture
     if rate is None:
@@ -212,11 +212,14 @@ def _find_time(axes: list[str], columns: tuple[Column, ...]) -> int | None:
     return None
 
 
-def _read_columns(labels: list[tuple[int, list[str]]], axes: list[str], source: str) -> tuple[tuple[Column, ...], int]:
+def _read_columns(
+    labels: list[tuple[int, list[str]]], last: tuple[int, list[str]], source: str
+) -> tuple[tuple[Column, ...], int]:
     """Columns that have a type, and how many columns a row has."""
+    line, axes = last
     if len(labels) < 2:
         told = f"{len(labels)} rows between the first and that of the axes; allowed: Type, Name, ID and the quantities"
-        raise TakeError(told, file=source)
+        raise TakeError(told, file=source, line=line)
     rows = _name_rows(labels[:-1])
     kind, name, ident = (rows.get(key, []) for key in ("type", "name", "id"))
     quantity = labels[-1][1]
