@@ -17,6 +17,7 @@ from spiraltrunk.mocap.plan import build_plan
 from spiraltrunk.mocap.predict import predict
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.register import read_alignment
+from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
 from spiraltrunk.mocap.session import SessionSettings
 from spiraltrunk.mocap.take import find_stale
 
@@ -300,11 +301,9 @@ def test_twist_and_ventral_bending_come_out_too():
         Run(name="back", kind="bend-ventral", steps=2, step=0.03, theta_0=0.5),
     )
     protocol = Protocol(name="p", runs=runs, axes="y-up")
-    from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
-
     for run in runs:
         plan = build_plan(PAPER, protocol, run)
-        for model in ("reference", "statics"):
+        for model in ("reference", "statics") if run.kind == "twist" else ("reference",):
             found = predict(PAPER, plan, model=model)
             take = rehearse_take(
                 PAPER, found.points, found.rotation, run.theta_0, Rehearsal(rate=60.0, hold=0.8, move=0.4)
