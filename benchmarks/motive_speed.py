@@ -48,10 +48,9 @@ def build_file(frames: int, seed: int = 0) -> bytes:
             )
         )  # fmt: skip
         for k in range(1, 4):
-            seen = place()
-            markers.append(
-                Marker(name=f"{name}:Marker{k}", id=f"{number}{k}", is_solved=False, position=seen, is_stale=find_stale(seen))
-            )  # fmt: skip
+            seen, stale = place(), np.zeros(frames, bool)
+            label = f"{name}:Marker{k}"
+            markers.append(Marker(name=label, id=f"{number}{k}", is_solved=False, position=seen, is_stale=stale))
     frame = np.arange(frames)
     return format_motive(
         Take(

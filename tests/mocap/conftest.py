@@ -96,7 +96,7 @@ def protocol() -> Protocol:
 
 @pytest.fixture
 def rehearse(protocol: Protocol) -> Callable[..., Take]:
-    """A recording of a run as a model has it, somewhere in the room; ``shift`` moves measured points (model's frame)."""
+    """A recording of a run as a model has it, somewhere in the room; ``shift`` moves points in the model's frame."""
 
     def rehearse(
         name: str, *, model: str = "reference", noise: float = 1e-4, seed: int = 0, yaw: float = 0.7,

@@ -95,7 +95,8 @@ def test_quaternions_are_scipys(seed):
 
 
 @pytest.mark.parametrize(("text", "expected"), [
-    ("base", Alignment(kind="base")), ("Run", Alignment(kind="run")), ("shape:1-5", Alignment(kind="shape", sections=(1, 2, 3, 4, 5))),
+    ("base", Alignment(kind="base")), ("Run", Alignment(kind="run")),
+    ("shape:1-5", Alignment(kind="shape", sections=(1, 2, 3, 4, 5))),
     ("run:8,1-2,2", Alignment(kind="run", sections=(1, 2, 8))),
 ])  # fmt: skip
 def test_alignments_are_read(text, expected):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -22,7 +24,7 @@ def record(
     rng = np.random.default_rng(seed)
     hold, move = round(held * RATE), round(moved * RATE)
     parts = [np.full(hold, levels[0])]
-    for before, beyond in zip(levels, levels[1:], strict=False):
+    for before, beyond in pairwise(levels):
         parts += [np.linspace(before, beyond, move + 2)[1:-1], np.full(hold, beyond)]
     way = np.concatenate(parts)
     points = np.zeros((len(way), 3, 3)) + np.arange(3)[:, None] * 0.05

@@ -64,7 +64,8 @@ def test_pictures_are_written(tmp_path):
 
 
 @pytest.mark.parametrize("wrong", [
-    {"labels": ("a",)}, {"measured": np.zeros((8, 6))}, {"predicted": np.full((8, 6, 3), np.nan)}, {"predicted": np.zeros((8, 5, 3))},
+    {"labels": ("a",)}, {"measured": np.zeros((8, 6))}, {"predicted": np.full((8, 6, 3), np.nan)},
+    {"predicted": np.zeros((8, 5, 3))},
 ])  # fmt: skip
 def test_what_does_not_fit_is_refused(wrong):
     given = judged()
@@ -76,8 +77,9 @@ def test_what_does_not_fit_is_refused(wrong):
 def test_a_page_holds_all_and_no_markup_of_others(tmp_path):
     picture = write_boxes(judged(2), tmp_path / "a.png")
     evil = '<script>alert("1")</script> & co'
-    blocks = [Heading(text=evil), Words(texts=(evil,)), Words(texts=(evil,), is_list=True),
-              Grid(header=(evil, "b"), rows=((evil, "1"),), caption=evil), Picture(path=picture, text=evil)]  # fmt: skip
+    words = [Words(texts=(evil,)), Words(texts=(evil,), is_list=True)]
+    grid = Grid(header=(evil, "b"), rows=((evil, "1"),), caption=evil)
+    blocks = [Heading(text=evil), *words, grid, Picture(path=picture, text=evil)]
     path = write_page(tmp_path / "page.html", evil, blocks)
     text = path.read_text()
     assert text == format_page(evil, blocks)

@@ -121,7 +121,7 @@ def _handles(judged: Judged, chosen: list[int], colors: list[Any]) -> list[objec
 
     kinds = [
         Line2D([], [], color=INK, linewidth=1.4, label="model"),
-        Line2D([], [], color=INK, linestyle="", marker="o", markersize=3.2, label="measured"),
+        Line2D([], [], color=INK, linestyle="", marker="o", markersize=3.2, label="recording"),
     ]
     word, _, unit = judged.label.lower().partition(" [")
     shapes = [
