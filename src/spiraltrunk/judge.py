@@ -97,14 +97,15 @@ def compute_result(judgement: Judgement, files: Sequence[str] = ()) -> dict[str,
     }  # fmt: skip
 
 
+def _find_made_up(runs: Sequence[RunShapes]) -> list[str]:
+    """Recordings that say of themselves that no trunk was recorded."""
+    takes = [take.take for run in runs for take in run.takes]
+    return [take.source for take in takes if any(word in take.name.lower() for word in _MADE_UP)]
+
+
 def _warn(runs: Sequence[RunShapes]) -> list[str]:
     """Say of recordings that were made up that they measure nothing."""
-    made = [
-        take.take.source
-        for run in runs
-        for take in run.takes
-        if any(word in take.take.name.lower() for word in _MADE_UP)
-    ]
+    made = _find_made_up(runs)
     return [f"not a measurement: {len(made)} recordings are made up, such as {made[0]}"] if made else []
 
 
@@ -219,9 +220,13 @@ def _plan_pictures(judgement: Judgement) -> list[tuple[str, Judged]]:
     return pictures
 
 
+def _name_recordings(runs: Sequence[RunShapes]) -> str:
+    return "made-up recordings" if _find_made_up(runs) else "recordings"
+
+
 def _join_rests(runs: Sequence[RunShapes], model: str) -> Judged:
     return Judged(
-        title=f"Rest under gravity: recordings and the model {model}", label="Tilt from hanging [deg]",
+        title=f"Rest under gravity: {_name_recordings(runs)} and the model {model}", label="Tilt from hanging [deg]",
         labels=tuple(f"{_tilt(run):g}" for run in runs), measured=np.concatenate([run.points for run in runs]),
         predicted=np.concatenate([run.predicted.points for run in runs]),
     )  # fmt: skip
@@ -230,7 +235,8 @@ def _join_rests(runs: Sequence[RunShapes], model: str) -> Judged:
 def _judge_run(run: RunShapes, model: str) -> Judged:
     cable = {"bend-dorsal": "Cable 1 in by", "bend-ventral": "Cable 1 out by", "twist": "Cable 2 in by"}
     return Judged(
-        title=f"{run.plan.run.name}: recordings and the model {model}", label=f"{cable[run.plan.run.kind]} [mm]",
+        title=f"{run.plan.run.name}: {_name_recordings([run])} and the model {model}",
+        label=f"{cable[run.plan.run.kind]} [mm]",
         labels=tuple(f"{1e3 * amount:g}" for amount in run.plan.amount), measured=run.points,
         predicted=run.predicted.points,
     )  # fmt: skip

@@ -183,6 +183,12 @@ def test_a_pose_that_is_half_there_or_of_zeros_is_no_pose(write, body, read):
     assert "2 poses with blank cells" in take.notes[0]
 
 
+def test_a_quaternion_that_is_nearly_one_is_made_one_with_a_note(write, body, read):
+    take = read(write(body("a"), [POSE, [*POSE[:3], 0.96, *POSE[4:]]]))
+    np.testing.assert_allclose(np.linalg.norm(take.bodies[0].quaternion_wxyz, axis=1), 1.0, rtol=1e-12)
+    assert take.notes == ("rigid body 'a': 1 quaternions are brought to the length 1",)
+
+
 def test_quoted_cells_and_blank_ends_are_read(write, body, read):
     plain = write(body("a"), [POSE, OTHER])
     quoted = plain.replace(b"1.5,-0.25", b'"1.5"," -0.25 "').replace(b"0.0002\r\n", b"0.0002,,,\r\n")

@@ -25,7 +25,9 @@ ROTATIONS = ("quaternion", "ignore")
 
 _BODY, _MARKERS = "rigid body", ("marker", "rigid body marker")
 _FARTHEST = 1e4
-_UNIT = 0.02
+_UNIT, _NEAR_UNIT = 0.1, 0.01
+"""How far a quaternion's length may be from 1, and from where on that is told: gaps may be filled linearly [-]."""
+
 _FRAME_MOST = 2.0**53
 
 _Group = dict[tuple[str, str], Column]
@@ -207,7 +209,7 @@ def _build_body(data: _Data, group: _Group, place: _Place, notes: list[str]) -> 
     position = _read_positions(data, group, place)
     quaternion = np.full((len(position), 4), np.nan)
     if place.has_rotations and ("rotation", "w") in group:
-        quaternion = _read_quaternions(data, group, place)
+        quaternion = _read_quaternions(data, group, place, notes)
         half = np.isnan(position).any(axis=1) ^ np.isnan(quaternion).any(axis=1)
         if half.any():
             notes.append(f"rigid body {first.name[:60]!r}: {half.sum()} poses with blank cells are left out")
@@ -244,7 +246,7 @@ def _read_positions(data: _Data, group: _Group, place: _Place) -> np.ndarray:
     return turned
 
 
-def _read_quaternions(data: _Data, group: _Group, place: _Place) -> np.ndarray:
+def _read_quaternions(data: _Data, group: _Group, place: _Place, notes: list[str]) -> np.ndarray:
     """Unit quaternions wxyz in our axes; zeros, which say that nothing was seen, become not a number."""
     columns = [group["rotation", axis].place for axis in "wxyz"]
     raw = np.stack([data.column(column) for column in columns], axis=1)
@@ -254,6 +256,9 @@ def _read_quaternions(data: _Data, group: _Group, place: _Place) -> np.ndarray:
     if len(bad):
         told = f"the quaternion of {group['rotation', 'x'].name[:60]!r} has the length {size[bad[0]]:.3g}; allowed: 1"
         raise data.refuse(int(bad[0]), min(columns), told)
+    off = int((np.abs(size - 1.0) > _NEAR_UNIT).sum())
+    if off:
+        notes.append(f"rigid body {group['rotation', 'x'].name[:60]!r}: {off} quaternions are brought to the length 1")
     return turn_quaternions(raw / size[:, None], place.turn)
 
 
