@@ -42,7 +42,7 @@ def points():
 def test_markers_come_in_metres_and_our_axes(path):
     take = load_take(path(points()), axes="z-up")
     assert (take.rate, len(take.frame), [marker.name for marker in take.markers]) == (120.0, 5, LABELS)
-    np.testing.assert_allclose(take.markers[1].position, 1e-3 * points()[:, 1][:, [1, 2, 0]], atol=1e-8)
+    np.testing.assert_allclose(take.markers[1].position, 1e-3 * points()[:, 1][:, [0, 2, 1]] * [1, 1, -1], atol=1e-8)
     np.testing.assert_allclose(np.diff(take.time), 1 / 120)
     assert take.bodies == ()
 

@@ -118,7 +118,7 @@ def test_frames_that_count_at_the_cameras_rate_are_noticed(write, body, read):
 
 
 @pytest.mark.parametrize(("axes", "expected"), [
-    ("y-up", [1.5, -0.25, 0.125]), ("Z-UP", [-0.25, 0.125, 1.5]), ("x-up", [0.125, 1.5, -0.25]),
+    ("y-up", [1.5, -0.25, 0.125]), ("Z-UP", [1.5, 0.125, 0.25]), ("x-up", [0.25, 1.5, 0.125]),
     ("x,-z,y", [1.5, -0.125, -0.25]), ("x, y, -z", [1.5, -0.25, -0.125]),
 ])  # fmt: skip
 def test_axes_turn_points_and_rotations_alike(axes, expected, write, body, read):

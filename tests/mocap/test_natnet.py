@@ -51,7 +51,7 @@ def test_a_stream_becomes_a_take():
 
 def test_axes_turn_a_stream():
     take = record([frame(number) for number in range(5)], axes="z-up")
-    np.testing.assert_allclose(take.body("section_01").position[1], [2.0, 3.0, 0.001], atol=1e-6)
+    np.testing.assert_allclose(take.body("section_01").position[1], [0.001, 3.0, -2.0], atol=1e-6)
 
 
 def test_frames_out_of_order_missing_or_broken_are_noted():

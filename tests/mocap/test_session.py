@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.mocap import build_session, compute_deviation, load_shapes, read_session, write_shapes
+from spiraltrunk.mocap.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.motive_write import write_motive
 from spiraltrunk.mocap.plan import build_plan
 from spiraltrunk.mocap.predict import predict
@@ -312,3 +313,25 @@ def test_twist_and_ventral_bending_come_out_too():
             assert deviate(session.runs[0]).max_deviation < 1e-3
             pulled = {"twist": [False, False, True], "back": [True, False, False]}[run.name]
             np.testing.assert_array_equal(np.isnan(session.shapes.pull[-1]), pulled)
+
+
+@pytest.mark.parametrize("axes", ["z-up", "x-up", "y,z,x", "-x,y,-z", "x,y,-z"])
+def test_an_export_in_other_axes_gives_the_same(axes, protocol, rehearse, tmp_path):
+    """Motive's export permutes the room's axes and those of rigid bodies alike: R becomes Q R Q^T."""
+    take = rehearse("bend")
+    to_file = read_axes(axes).T
+
+    def export(track):
+        position = track.position @ to_file.T
+        if not hasattr(track, "quaternion_wxyz"):
+            return replace(track, position=position)
+        return replace(track, position=position, quaternion_wxyz=turn_quaternions(track.quaternion_wxyz, to_file))
+
+    exported = replace(take, bodies=tuple(map(export, take.bodies)), markers=tuple(map(export, take.markers)))
+    path = write_motive(exported, tmp_path / "bend_1.csv")
+    for orientation in ("body", "markers"):
+        session = build(replace(protocol, orientation=orientation), {"bend": [path]}, axes=axes)
+        plain = build(replace(protocol, orientation=orientation), {"bend": [take]})
+        np.testing.assert_allclose(session.shapes.points, plain.shapes.points, atol=5e-6)
+        np.testing.assert_allclose(session.shapes.rotation, plain.shapes.rotation, atol=1e-3)
+        assert not any("leans" in note for note in session.runs[0].notes)

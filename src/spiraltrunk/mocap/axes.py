@@ -12,10 +12,11 @@ import numpy as np
 
 from spiraltrunk.errors import TakeError
 
-NAMED = {"y-up": "x,y,z", "z-up": "y,z,x", "x-up": "z,x,y"}
+NAMED = {"y-up": "x,y,z", "z-up": "x,z,-y", "x-up": "-y,x,z"}
 """Conventions by name: which axes of the file are our x (right), y (up) and z (towards the viewer); all right-handed.
 
-Where the right-hand side points does not matter to anything that is registered; up and handedness do.
+z-up keeps Motive's x, x-up its z, as exports usually do. For points that are registered up and handedness alone matter;
+a rigid body's own axes, which are permuted with the room's, need all three.
 """
 
 _AXIS = re.compile(r"([+-]?)([xyz])")

@@ -38,40 +38,44 @@ def load_c3d(path: str | Path, *, axes: str) -> Take:
     with open_take(path) as file:
         _check_whole(file, str(path))
     content = _read(path)
-    point = content["parameters"]["POINT"]
-    rate, unit = _number(point, "RATE"), _text(point, "UNITS")
+    rate, unit = _read_scale(content["parameters"]["POINT"], str(path))
+    position = _read_points(content["data"], unit, str(path))
     labels = _labels(content["parameters"])
-    raw = np.asarray(content["data"]["points"], float)
-    if not (math.isfinite(rate) and 0.01 <= rate <= 1e5):
-        raise TakeError(f"POINT:RATE is {rate:g}; allowed: a rate in Hz", file=str(path))
-    if unit.lower() not in _UNITS:
-        raise TakeError(f"POINT:UNITS are {unit[:40]!r}; allowed: {', '.join(_UNITS)}", file=str(path))
-    if raw.ndim != 3 or not raw.shape[1] or not raw.shape[2] or raw.size > MOST_CELLS:
-        raise TakeError(
-            f"there are {raw.shape[1:]} markers and frames; allowed: at least one, not too many", file=str(path)
-        )
-    position = np.moveaxis(raw[:3], 0, -1) * _UNITS[unit.lower()]
-    residual = np.asarray(content["data"]["meta_points"]["residuals"], float).reshape(raw.shape[1:])
-    hidden = ~np.isfinite(position).all(axis=-1) | (residual < 0)
-    position[hidden] = np.nan
-    if np.nanmax(np.abs(position), initial=0.0) > _FARTHEST:
-        raise TakeError(
-            f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=str(path)
-        )
-    first = int(content["header"]["points"]["first_frame"])
-    frame = first + np.arange(raw.shape[2])
+    if len(labels) < len(position):
+        raise TakeError(f"{len(position)} markers and {len(labels)} labels; allowed: a label each", file=str(path))
     placed = position @ turn.T
+    frame = int(content["header"]["points"]["first_frame"]) + np.arange(position.shape[1])
     markers = tuple(
-        Marker(name=name, id=str(i + 1), is_solved=False, position=placed[i], is_stale=find_stale(placed[i]))
-        for i, name in enumerate(labels[: raw.shape[1]])
+        Marker(name=name, id=str(i + 1), is_solved=False, position=place, is_stale=find_stale(place))
+        for i, (name, place) in enumerate(zip(labels, placed, strict=False))
     )
-    if len(markers) < raw.shape[1]:
-        told = f"{raw.shape[1]} markers and {len(markers)} labels; allowed: a label each"
-        raise TakeError(told, file=str(path))
     return Take(
         source=str(path), name=Path(path).stem, started="", rate=rate, frame=frame, time=frame / rate, bodies=(),
         markers=markers,
     )  # fmt: skip
+
+
+def _read_scale(point: Any, source: str) -> tuple[float, float]:
+    """Rate [Hz] and unit [m]."""
+    rate, unit = _number(point, "RATE"), _text(point, "UNITS")
+    if not (math.isfinite(rate) and 0.01 <= rate <= 1e5):
+        raise TakeError(f"POINT:RATE is {rate:g}; allowed: a rate in Hz", file=source)
+    if unit.lower() not in _UNITS:
+        raise TakeError(f"POINT:UNITS are {unit[:40]!r}; allowed: {', '.join(_UNITS)}", file=source)
+    return rate, _UNITS[unit.lower()]
+
+
+def _read_points(data: Any, unit: float, source: str) -> np.ndarray:
+    """Positions in the file's axes, not a number where a marker was not seen, shape (n_marker, n, 3) [m]."""
+    raw = np.asarray(data["points"], float)
+    if raw.ndim != 3 or not raw.shape[1] or not raw.shape[2]:
+        raise TakeError(f"there are {raw.shape[1:]} markers and frames; allowed: at least one of each", file=source)
+    position = np.moveaxis(raw[:3], 0, -1) * unit
+    residual = np.asarray(data["meta_points"]["residuals"], float).reshape(raw.shape[1:])
+    position[~np.isfinite(position).all(axis=-1) | (residual < 0)] = np.nan
+    if np.nanmax(np.abs(position), initial=0.0) > _FARTHEST:
+        raise TakeError(f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=source)
+    return position
 
 
 def _check_whole(file: BinaryIO, source: str) -> None:

@@ -64,13 +64,7 @@ def predict(
         shape = solve_reference(design, plan.run, plan.amount)
         rotations, status = shape.joint_rotation, np.asarray(shape.status)
     else:
-        shapes = []
-        for i in range(len(plan.amount)):
-            shapes.append(_solve_statics(design, plan, i, friction))
-            if watch is not None:
-                watch(i + 1, len(plan.amount))
-        rotations = np.stack([shape.joint_rotation for shape in shapes])
-        status = np.array([int(shape.status) for shape in shapes])
+        rotations, status = _solve_steps(design, plan, friction, watch)
     frames = base_orientation(plan.run.theta_0) @ section_frames(design, rotations)[..., :3, :]
     axes, origin = frames[..., :3], frames[..., 3]
     points = origin + compute_seat(design)[:, None] * axes[..., 0]
@@ -80,6 +74,18 @@ def predict(
         if code not in (Status.CONVERGED, Status.ALL_SHUT)
     )
     return Predicted(points=points, rotation=axes, troubles=troubles)
+
+
+def _solve_steps(
+    design: TrunkDesign, plan: Plan, friction: float | None, watch: Watch | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Turns of the joints in equilibrium, shape by shape, and how each ended."""
+    shapes = []
+    for i in range(len(plan.amount)):
+        shapes.append(_solve_statics(design, plan, i, friction))
+        if watch is not None:
+            watch(i + 1, len(plan.amount))
+    return np.stack([shape.joint_rotation for shape in shapes]), np.array([int(shape.status) for shape in shapes])
 
 
 def _solve_statics(design: TrunkDesign, plan: Plan, i: int, friction: float | None) -> Shape:
