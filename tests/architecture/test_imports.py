@@ -25,6 +25,8 @@ BREACHES = {
     "plant above sim": ("plant.py", "import spiraltrunk.sim.breach", "layers"),
     "sim beside report": ("sim/breach.py", "import spiraltrunk.report.breach", "layers"),
     "record beside survey": ("record.py", "import spiraltrunk.survey.plan", "layers"),
+    "judge beside record": ("judge.py", "import spiraltrunk.record", "layers"),
+    "mocap beside report": ("mocap/take.py", "import spiraltrunk.report.breach", "layers"),
     "trial above survey": ("trial.py", "import spiraltrunk.survey.plan", "layers"),
     "hidden in a function": ("design/spiral.py", "def f() -> None:\n    import spiraltrunk.model", "layers"),
     "a folder that is no layer": ("utils/__init__.py", "", "layers"),

@@ -1,0 +1,135 @@
+"""C3D files by the package ezc3d: labelled markers, no rigid bodies."""
+
+from __future__ import annotations
+
+import io
+import math
+import struct
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from spiraltrunk.errors import MissingPackage, TakeError
+from spiraltrunk.mocap.axes import read_axes
+from spiraltrunk.mocap.cells import MOST_CELLS
+from spiraltrunk.mocap.lines import open_take
+from spiraltrunk.mocap.take import Marker, Take, find_stale
+
+_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+_FARTHEST = 1e4
+_BLOCK, _KEY, _INTEL = 512, 0x50, b"\x54"
+
+
+def load_c3d(path: str | Path, *, axes: str) -> Take:
+    """Read the markers of a C3D file.
+
+    A marker with a negative residual was not seen, as the format has it; so was one of which a coordinate is missing.
+
+    Args:
+        path: the file.
+        axes: axis convention of the export (`axes.NAMED`, or three axes); exporters do not agree on where to say it.
+
+    Raises:
+        TakeError: where it cannot be read or says no unit or rate.
+        MissingPackage: where ezc3d is not installed.
+    """
+    turn = read_axes(axes)
+    with open_take(path) as file:
+        _check_whole(file, str(path))
+    content = _read(path)
+    rate, unit = _read_scale(content["parameters"]["POINT"], str(path))
+    position = _read_points(content["data"], unit, str(path))
+    labels = _labels(content["parameters"])
+    if len(labels) < len(position):
+        raise TakeError(f"{len(position)} markers and {len(labels)} labels; allowed: a label each", file=str(path))
+    placed = position @ turn.T
+    frame = int(content["header"]["points"]["first_frame"]) + np.arange(position.shape[1])
+    markers = tuple(
+        Marker(name=name, id=str(i + 1), is_solved=False, position=place, is_stale=find_stale(place))
+        for i, (name, place) in enumerate(zip(labels, placed, strict=False))
+    )
+    return Take(
+        source=str(path), name=Path(path).stem, started="", rate=rate, frame=frame, time=frame / rate, bodies=(),
+        markers=markers,
+    )  # fmt: skip
+
+
+def _read_scale(point: Any, source: str) -> tuple[float, float]:
+    """Rate [Hz] and unit [m]."""
+    rate, unit = _number(point, "RATE"), _text(point, "UNITS")
+    if not (math.isfinite(rate) and 0.01 <= rate <= 1e5):
+        raise TakeError(f"POINT:RATE is {rate:g}; allowed: a rate in Hz", file=source)
+    if unit.lower() not in _UNITS:
+        raise TakeError(f"POINT:UNITS are {unit[:40]!r}; allowed: {', '.join(_UNITS)}", file=source)
+    return rate, _UNITS[unit.lower()]
+
+
+def _read_points(data: Any, unit: float, source: str) -> np.ndarray:
+    """Positions in the file's axes, not a number where a marker was not seen, shape (n_marker, n, 3) [m]."""
+    raw = np.asarray(data["points"], float)
+    if raw.ndim != 3 or not raw.shape[1] or not raw.shape[2]:
+        raise TakeError(f"there are {raw.shape[1:]} markers and frames; allowed: at least one of each", file=source)
+    position = np.moveaxis(raw[:3], 0, -1) * unit
+    residual = np.asarray(data["meta_points"]["residuals"], float).reshape(raw.shape[1:])
+    position[~np.isfinite(position).all(axis=-1) | (residual < 0)] = np.nan
+    if np.nanmax(np.abs(position), initial=0.0) > _FARTHEST:
+        raise TakeError(f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=source)
+    return position
+
+
+def _check_whole(file: BinaryIO, source: str) -> None:
+    """Refuse what is no C3D or is cut off, with which the package spends minutes.
+
+    The header's words are: place of the parameters and the key 0x50, markers, analog values a frame, first and last
+    frame, scale (negative for floats), block of 512 bytes where the data begin (C3D User Guide, "The Header Section").
+    """
+    head = file.read(_BLOCK)
+    if len(head) < _BLOCK or head[1] != _KEY or not head[0]:
+        raise TakeError("it does not begin as C3D does; allowed: a C3D file", file=source)
+    file.seek(_BLOCK * (head[0] - 1) + 3)
+    if file.read(1) != _INTEL:
+        raise TakeError("its numbers are not Intel's; allowed: a C3D file as Motive writes it", file=source)
+    markers, analog, first, last = struct.unpack_from("<4H", head, 2)
+    (scale,) = struct.unpack_from("<f", head, 12)
+    (begin,) = struct.unpack_from("<H", head, 16)
+    size = file.seek(0, io.SEEK_END)
+    frames = max(0, last - first + 1)
+    least = _BLOCK * max(0, begin - 1) + frames * (4 * markers + analog) * (4 if scale < 0 else 2)
+    if begin < 2 or size < least:
+        raise TakeError(f"the file has {size} bytes of {least}; allowed: a whole C3D file", file=source)
+    if frames * markers * 4 > MOST_CELLS:
+        raise TakeError(f"{markers} markers in {frames} frames; allowed: fewer: export in parts", file=source)
+
+
+def _read(path: str | Path) -> Any:
+    try:
+        import ezc3d  # type: ignore[import-untyped]
+    except ImportError:
+        told = "C3D needs the package ezc3d: pip install 'spiraltrunk[mocap]', or export CSV"
+        raise MissingPackage(told) from None
+    try:
+        return ezc3d.c3d(str(path))
+    except Exception as error:  # Whatever C++ throws, for which the package has no type of its own.
+        reason = " ".join(str(error).split())[:200]
+        raise TakeError(f"{reason}; allowed: a C3D file that ezc3d reads", file=str(path)) from None
+
+
+def _number(group: Any, key: str) -> float:
+    values = np.ravel(np.asarray(group[key]["value"], float)) if key in group else np.empty(0)
+    return float(values[0]) if len(values) else math.nan
+
+
+def _text(group: Any, key: str) -> str:
+    values = group[key]["value"] if key in group else []
+    return str(values[0]).strip() if len(values) else ""
+
+
+def _labels(parameters: Any) -> list[str]:
+    """All labels: what does not fit goes on in LABELS2 and so on."""
+    group, names = parameters["POINT"], list(parameters["POINT"]["LABELS"]["value"])
+    for i in range(2, 100):
+        if f"LABELS{i}" not in group:
+            break
+        names.extend(group[f"LABELS{i}"]["value"])
+    return [str(name).strip() for name in names]

@@ -1,0 +1,204 @@
+"""``spiraltrunk validate``: from files to figures, report and plan; what is wrong is one line and leaves nothing."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spiraltrunk import cli
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.mocap import load_protocol, load_shapes
+from spiraltrunk.mocap.motive_write import write_motive
+from spiraltrunk.mocap.plan import build_plan
+from spiraltrunk.mocap.predict import predict
+from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
+
+PROTOCOL = """
+name = "short"
+axes = "y-up"
+alignment = "base"
+[[run]]
+name = "rest-045"
+kind = "rest"
+tilt_deg = 45
+[[run]]
+name = "bend"
+kind = "bend-dorsal"
+tilt_deg = 0
+steps = 3
+step_mm = 20
+takes = 2
+"""
+SHIFT = np.array([0.0, 0.0, 5e-3])
+KEYS = {"shapes", "sections", "rmse_per_shape_m", "rmse_per_section_m", "mean_rmse_m", "max_rmse_m", "max_deviation_m"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A protocol and recordings of the paper's model, 5 mm beside it."""
+    folder = tmp_path_factory.mktemp("takes")
+    (folder / "protocol.toml").write_text(PROTOCOL)
+    protocol = load_protocol(folder / "protocol.toml")
+    for run in protocol.runs:
+        found = predict(PAPER, build_plan(PAPER, protocol, run))
+        for take in range(run.takes):
+            rehearsal = Rehearsal(rate=60.0, hold=0.8, move=0.4, noise=5e-5, sections=(2, 5, 8, 11), seed=take)
+            recorded = rehearse_take(PAPER, found.points + SHIFT, found.rotation, run.theta_0, rehearsal)
+            write_motive(recorded, folder / f"{run.name}_{take + 1}.csv")
+    return folder
+
+
+def validate(folder: Path, *more: str) -> list[str]:
+    return ["validate", *map(str, sorted(folder.glob("*.csv"))), "--protocol", str(folder / "protocol.toml"), *more]
+
+
+def refuse(argv: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    assert cli.main(argv) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    errors = [line for line in printed.err.splitlines() if line.startswith("spiraltrunk: error: ")]
+    assert len(errors) == 1
+    return errors[0]
+
+
+def test_json_tells_the_errors_that_were_put_in(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([*validate(folder), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["model"], told["alignment"], told["axes"], told["files"]) == ("reference", "base", "y-up", [])
+    assert set(told["runs"]) == {"rest-045", "bend"}
+    for run in told["runs"].values():
+        assert set(run) >= KEYS
+        assert run["sections"] == [2, 5, 8, 11]
+        np.testing.assert_allclose(run["rmse_per_shape_m"], 5e-3, atol=2e-4)
+        np.testing.assert_allclose(run["rmse_per_section_m"], 5e-3, atol=3e-4)
+        assert run["mean_rmse_m"] == pytest.approx(5e-3, abs=2e-4)
+    assert (told["runs"]["bend"]["shapes"], len(told["runs"]["bend"]["takes"])) == (4, 2)
+    assert told["runs"]["rest-045"]["tilt_deg"] == 45
+    assert told["mean_rmse_by_alignment_m"]["run"]["bend"] < 3e-4
+    assert told["paper"]["bend_dorsal"] == {"mean_rmse_m": 0.01041, "max_deviation_m": 0.03214}
+    assert [told["paper"]["rest"][tilt]["rmse_m"] for tilt in ("0", "45", "90", "135")] == [
+        0.00548, 0.01057, 0.01045, 0.01986,
+    ]  # fmt: skip
+    assert told["notes"][0].startswith("not a measurement: 3 recordings are made up")
+
+
+class Page(HTMLParser):
+    """Texts and pictures of a page, and the tags that are open."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.text, self.pictures, self.tags = "", 0, set()
+
+    def handle_starttag(self, tag: str, attrs: list) -> None:
+        self.tags.add(tag)
+        if tag == "img":
+            self.pictures += dict(attrs)["src"].startswith("data:image/png;base64,") and bool(dict(attrs)["alt"])
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_a_report_is_written_whole(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "made" / "out"
+    assert cli.main([*validate(folder), "--alignment", "shape", "--out", str(out)]) == 0
+    printed = capsys.readouterr()
+    assert re.search(r"bend +4 +2 +4 +0\.0\d +0\.0\d +0\.\d\d +0\.0\d", printed.out)
+    assert "bending, hanging: mean RMSE" in printed.out
+    assert "10.41" in printed.out
+    result = json.loads((out / "result.json").read_text())
+    assert sorted(path.name for path in out.iterdir()) == result["files"]
+    assert {"report.html", "shapes.json", "deviations.csv", "trunk.toml", "boxes-rest.png"} <= set(result["files"])
+    shapes = load_shapes(out / "shapes.json")
+    assert shapes.kind == ("rest", *["bend-dorsal"] * 4)
+    rows = list(csv.DictReader((out / "deviations.csv").open()))
+    assert len(rows) == 5 * 4
+    bend = np.array([float(row["distance_m"]) for row in rows if row["run"] == "bend"])
+    rmse = np.sqrt((bend.reshape(4, 4) ** 2).mean(axis=1))
+    np.testing.assert_allclose(rmse, result["runs"]["bend"]["rmse_per_shape_m"], atol=1e-6)
+    page = Page()
+    page.feed((out / "report.html").read_text())
+    assert page.pictures == 4
+    assert not page.tags & {"script", "link", "iframe"}
+    for told in ("10.41", "32.14", "5.48", "10.57", "10.45", "19.86", "alignment shape", "not a measurement"):
+        assert told in page.text.lower()
+    assert all((out / name).read_bytes()[:4] == b"\x89PNG" for name in result["files"] if name.endswith(".png"))
+
+
+def test_statics_is_another_model(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    argv = [*validate(folder)[:2], *validate(folder)[4:], "--model", "statics", "--friction", "0", "--json"]
+    assert cli.main(argv) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["model"], told["friction"]) == ("statics", 0.0)
+    assert told["runs"]["bend"]["mean_rmse_m"] > 6e-3
+
+
+def test_a_plan_is_printed_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["validate", "--plan", "--out", str(tmp_path / "plan")]) == 0
+    text = capsys.readouterr().out
+    assert "## bend-dorsal: bend-dorsal, tilt 0 deg" in text
+    assert (tmp_path / "plan" / "plan.md").read_text().rstrip("\n") == text.rstrip("\n")
+    assert load_protocol(tmp_path / "plan" / "protocol.toml") == load_protocol("paper")
+    assert cli.main(["validate", "--plan", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert np.shape(told["runs"]["bend-dorsal"]["cable_m"]) == (27, 3)
+    assert told["runs"]["rest-090"]["cable_m"] == [None]
+    rows = list(csv.DictReader((tmp_path / "plan" / "schedule.csv").open()))
+    table = [float(row["cable_2_m"]) for row in rows if row["run"] == "bend-dorsal"]
+    np.testing.assert_allclose(table, np.array(told["runs"]["bend-dorsal"]["cable_m"])[:, 1], atol=6e-7)
+
+
+BAD = {
+    "nothing": ([], "no take given"),
+    "a plan and a take": (["--plan", "a.csv"], "takes given with --plan"),
+    "no such run": (["kick=a.csv"], "belongs to no run"),
+    "a file of no run": (["take.csv"], "belongs to no run"),
+    "no file": (["bend=missing.csv"], "'missing.csv': No such file"),
+    "a folder": (["bend=."], "this is a folder"),
+    "another protocol": (["bend=a.csv", "--protocol", "missing.toml"], "'missing.toml'"),
+    "axes": (["bend=a.csv", "--axes", "up"], "axes are 'up'"),
+    "an alignment": (["bend=a.csv", "--alignment", "tip"], "alignment is tip"),
+    "friction": (["bend=a.csv", "--friction", "0.1"], "reference knows none"),
+    "too much friction": (["bend=a.csv", "--model", "statics", "--friction", "2"], "below 2"),
+    "friction of nan": (["bend=a.csv", "--model", "statics", "--friction", "nan"], "a finite number"),
+    "a model": (["bend=a.csv", "--model", "magic"], "magic"),
+    "a design": (["bend=a.csv", "--design", "elephant"], "elephant"),
+    "one twice": (["bend=a.csv", "bend=a.csv"], "given twice"),
+    "many": (["bend=a.csv"] * 201, "at most 200"),
+}
+
+
+@pytest.mark.parametrize("bad", BAD)
+def test_bad_input_is_one_line(
+    bad: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    more, told = BAD[bad]
+    protocol = [] if "--protocol" in more or "--plan" in more else ["--protocol", str(folder / "protocol.toml")]
+    assert told in refuse(["validate", *more, *protocol, "--out", "out"], capsys)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_broken_recording_leaves_the_last_report(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "result.json").write_text("kept")
+    bad = tmp_path / "bend_1.csv"
+    bad.write_bytes((folder / "bend_1.csv").read_bytes().replace(b"Quaternion", b"XYZ").replace(b",W,", b",,"))
+    argv = ["validate", str(bad), "--protocol", str(folder / "protocol.toml"), "--out", str(tmp_path)]
+    assert "export with Rotation: Quaternion" in refuse(argv, capsys)
+    assert (tmp_path / "result.json").read_text() == "kept"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bend_1.csv", "result.json"]
+    assert cli.main([*argv[:-2], "--rotations", "ignore", "--alignment", "run", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["runs"]["bend"]["mean_rmse_m"] < 5e-4
+
+
+def test_shapes_that_do_not_fit_are_told_with_times(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["validate", f"bend={folder / 'rest-045_1.csv'}", "--protocol", str(folder / "protocol.toml")]
+    told = refuse(argv, capsys)
+    assert "1 static shapes found (0.0-0.8 s); allowed: 4, as run 'bend' has" in told

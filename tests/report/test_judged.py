@@ -1,0 +1,90 @@
+"""Pictures and page of measured shapes show what they are given."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spiraltrunk.errors import ShapeError
+from spiraltrunk.report.boxes import build_boxes_figure, write_boxes
+from spiraltrunk.report.judged import Judged
+from spiraltrunk.report.overlay import MOST_SHAPES, build_overlay_figure, choose_shapes, write_overlay
+from spiraltrunk.report.page import Grid, Heading, Picture, Words, format_page, write_page
+
+
+def judged(count=8, n_section=6):
+    rng = np.random.default_rng(0)
+    predicted = np.cumsum(rng.normal(0.03, 0.01, (count, n_section, 3)), axis=1)
+    measured = predicted + rng.normal(0, 0.004, predicted.shape)
+    measured[2:3, 3] = np.nan
+    measured[:, 5] = np.nan
+    labels = tuple(f"{5 * i}" for i in range(count))
+    return Judged(title="bend: $5", labels=labels, label="Cable 1 in by [mm]", measured=measured, predicted=predicted)
+
+
+def test_boxes_hold_every_distance_that_was_seen():
+    given = judged()
+    left, right = build_boxes_figure(given).axes
+    assert left.get_xlabel() == "Cable 1 in by [mm]"
+    assert [tick.get_text() for tick in right.get_xticklabels()] == ["1", "2", "3", "4", "5"]
+    root = next(line for line in left.lines if line.get_marker() == "D")
+    expected = 1e3 * np.sqrt(np.nanmean(given.distance[:, :5] ** 2, axis=1))
+    np.testing.assert_allclose(root.get_ydata(), expected)
+    assert left.get_ylim()[0] == 0
+
+
+def test_the_worst_shape_is_always_drawn():
+    given = judged(27)
+    given.measured[11, 0] += 0.5
+    chosen = choose_shapes(given)
+    assert {0, 11, 26} <= set(chosen)
+    assert len(chosen) == MOST_SHAPES
+    assert choose_shapes(judged(1)) == [0]
+    assert choose_shapes(judged(2)) == [0, 1]
+
+
+def test_an_overlay_draws_lines_and_dots():
+    given = judged(3)
+    space, side, end = build_overlay_figure(given).axes
+    assert (side.get_xlabel(), end.get_xlabel(), space.get_xlabel()) == ("x [mm]", "z [mm]", "x [mm]")
+    lines = [line for line in side.lines if line.get_marker() == "None"]
+    dots = [line for line in side.lines if line.get_marker() == "o"]
+    assert len(lines) == len(dots) == 3
+    np.testing.assert_allclose(lines[1].get_ydata()[1:], 1e3 * given.predicted[1, :, 1])
+    np.testing.assert_allclose(dots[1].get_xdata(), 1e3 * given.measured[1, :, 0])
+    low, high = side.get_ylim()
+    assert all(low < value < high for line in lines for value in line.get_ydata())
+
+
+def test_pictures_are_written(tmp_path):
+    for write in (write_boxes, write_overlay):
+        path = write(judged(1), tmp_path / "a.png")
+        assert path.read_bytes()[:4] == b"\x89PNG"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+
+
+@pytest.mark.parametrize("wrong", [
+    {"labels": ("a",)}, {"measured": np.zeros((8, 6))}, {"predicted": np.full((8, 6, 3), np.nan)},
+    {"predicted": np.zeros((8, 5, 3))},
+])  # fmt: skip
+def test_what_does_not_fit_is_refused(wrong):
+    given = judged()
+    parts = {name: getattr(given, name) for name in ("title", "labels", "label", "measured", "predicted")}
+    with pytest.raises(ShapeError):
+        Judged(**{**parts, **wrong})
+
+
+def test_a_page_holds_all_and_no_markup_of_others(tmp_path):
+    picture = write_boxes(judged(2), tmp_path / "a.png")
+    evil = '<script>alert("1")</script> & co'
+    words = [Words(texts=(evil,)), Words(texts=(evil,), is_list=True)]
+    grid = Grid(header=(evil, "b"), rows=((evil, "1"),), caption=evil)
+    blocks = [Heading(text=evil), *words, grid, Picture(path=picture, text=evil)]
+    path = write_page(tmp_path / "page.html", evil, blocks)
+    text = path.read_text()
+    assert text == format_page(evil, blocks)
+    assert "<script" not in text
+    assert text.count("&lt;script&gt;") == 9
+    assert text.count("data:image/png;base64,") == 1
+    with pytest.raises(ShapeError, match="1 cells; allowed: 2"):
+        Grid(header=("a", "b"), rows=(("1",),))
