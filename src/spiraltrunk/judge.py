@@ -291,9 +291,9 @@ def _grid_runs(result: dict[str, Any]) -> Grid:
 
 
 def _grid_paper(result: dict[str, Any]) -> Grid:
-    rows = [(label, ours, paper) for label, ours, paper in pair_with_paper(result)]
+    ours = "made-up recordings [mm]" if result["is_made_up"] else "recordings [mm]"
     return Grid(
-        header=("figure", "made-up recordings [mm]" if result["is_made_up"] else "recordings [mm]", "the paper [mm]"), rows=tuple(rows),
+        header=("figure", ours, "the paper [mm]"), rows=tuple(pair_with_paper(result)),
         caption=f"The paper's column is {PAPER['what']} ({PAPER['source']}); it says nothing about this robot",
     )  # fmt: skip
 
