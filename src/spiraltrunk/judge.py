@@ -86,6 +86,7 @@ def compute_result(judgement: Judgement, files: Sequence[str] = ()) -> dict[str,
         "protocol": judgement.protocol.name,
         "axes": settings.axes or judgement.protocol.axes,
         "alignment": str(judgement.session.alignment),
+        "is_made_up": bool(_find_made_up(runs)),
         "runs": {run.plan.run.name: _tell_run(run, deviation) for run, deviation in pairs},
         "mean_rmse_by_alignment_m": {kind: _compare_alignment(judgement, kind) for kind in ALIGNMENTS},
         "paper": PAPER,
@@ -262,8 +263,8 @@ def _build_blocks(
         if name.startswith("overlay"):
             blocks.append(Heading(text=judged.title))
         blocks.append(Picture(path=folder / name, text=f"{judged.title}, {name.partition('-')[0]}"))
-    if result["notes"]:
-        blocks += [Heading(text="Notes"), Words(texts=tuple(result["notes"]), is_list=True)]
+    if len(result["notes"]) > len(warned):
+        blocks += [Heading(text="Notes"), Words(texts=tuple(result["notes"][len(warned) :]), is_list=True)]
     return blocks
 
 
@@ -290,9 +291,9 @@ def _grid_runs(result: dict[str, Any]) -> Grid:
 
 
 def _grid_paper(result: dict[str, Any]) -> Grid:
-    rows = [(label, ours, paper) for label, ours, paper in pair_with_paper(result)]
+    ours = "made-up recordings [mm]" if result["is_made_up"] else "recordings [mm]"
     return Grid(
-        header=("figure", "these recordings [mm]", "the paper [mm]"), rows=tuple(rows),
+        header=("figure", ours, "the paper [mm]"), rows=tuple(pair_with_paper(result)),
         caption=f"The paper's column is {PAPER['what']} ({PAPER['source']}); it says nothing about this robot",
     )  # fmt: skip
 

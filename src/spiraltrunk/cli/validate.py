@@ -120,7 +120,7 @@ def _format(result: dict[str, Any], out: str | None) -> str:
     title = f"{result['design']}, {result['model']}{friction}, alignment {result['alignment']}; RMSE in mm"
     header = ("run", "shapes", "takes", "sections", "mean", "max", "largest distance", "takes differ")
     paper = format_table(
-        pair_with_paper(result), header=("in mm", "here", "paper"),
+        pair_with_paper(result), header=("in mm", "made up" if result["is_made_up"] else "here", "paper"),
         title="The paper's figures, of its authors' model and robot", indent=2,
     )  # fmt: skip
     text = f"{format_table(rows, header=header, title=title, indent=2)}\n\n{paper}"

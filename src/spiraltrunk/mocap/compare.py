@@ -19,7 +19,7 @@ from spiraltrunk.errors import ShapeError
 
 PAPER: dict[str, Any] = {
     "source": "Huang et al., Grasping by Spiraling, npj Robotics 2025, Results, Model Validation",
-    "what": "the authors' model against their robot; their recordings are not public, and not how they were aligned",
+    "what": "the authors' model against their robot; neither their recordings nor how they were aligned are public",
     "bend_dorsal": {"mean_rmse_m": 0.01041, "max_deviation_m": 0.03214},
     "rest": {
         "0": {"rmse_m": 0.00548},
