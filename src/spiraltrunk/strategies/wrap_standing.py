@@ -172,7 +172,7 @@ class StandingWrap(Strategy[StandingState]):
             return replace(state, progress=progress, retries=state.retries + 1)
         if action == "touch":
             return self._touched(state, observation)
-        if action == "hold":
+        if action in ("hold", "level"):
             progress = _righted(progress, observation, self.options)
         if progress.is_last:
             return replace(state, is_done=True)
@@ -206,22 +206,18 @@ def _righted(progress: Progress, observation: Observation, options: StandingOpti
     above = np.array([*place[:2], height]) + to_base
     low = place - np.array([0.0, 0.0, options.sink]) + to_base
     planned = next(move.position for move in progress.moves if move.action == "lower")
-    aside, tight = np.array([*(low - planned)[:2], 0.0]), _tight_steps(options)
-    moves, opened = list(progress.moves), 0
+    aside = np.array([*(low - planned)[:2], 0.0])
+    where = {"level": above, "bring": above, "lower": low}
+    moves = list(progress.moves)
     for i, move in enumerate(moves):
-        if move.action in ("bring", "lower"):
-            moves[i] = replace(move, rotation=rotation, position=above if move.action == "bring" else low)
-        elif move.phase == "release":
-            moves[i] = replace(move, position=move.position + aside)
-            if opened < tight:
-                moves[i] = replace(moves[i], rotation=rotation, position=np.array([*moves[i].position[:2], low[2]]))
-            opened += 1
+        if i <= progress.index or move.phase != "release":
+            continue
+        position = where.get(move.action, move.position + aside)
+        if move.action in ("uncurl", "open"):
+            position = np.array([*position[:2], low[2]])
+        is_held = move.action in (*where, "uncurl", "open")
+        moves[i] = replace(move, position=position, rotation=rotation if is_held else move.rotation)
     return replace(progress, moves=tuple(moves))
-
-
-def _tight_steps(options: StandingOptions) -> int:
-    """Steps of the opening before the plane of the wrap has turned back to that of the reach."""
-    return sum(pull > options.turning[0] for pull in STEPS) - 1
 
 
 def _uprighted(
