@@ -59,7 +59,9 @@ class StandingOptions:
     """How far before the expected touch one is believed, over the trunk's length [-]: a tail may brush the ground."""
     touch: float = 0.012
     """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
-    deep: float = 0.05
+    relief: float = 0.02
+    """How far the arm goes back from the touch, over the trunk's length [-]: pressed on, what stands is dragged along."""
+    deep: float = 0.0
     """How much nearer to the base than the wrap's first section the object is taken, over the trunk's length [-]."""
     curl_time: float = 0.9
     """Time from one step of the ventral pull to the next [s]."""
@@ -139,7 +141,7 @@ def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_S
     at = zip(tilts, tensions, strict=True)
     first = np.array([object_center(design, width, tilt, tension) for tilt, tension in at])
     deep = np.array([object_center(design, width, tilts[0], tension, options.rest) for tension in slackening])
-    middle = np.array([0.0, options.deep * design.length, _height(observation, options, tilts, first[:, 2])])
+    middle = np.array([0.0, options.deep * design.length, _height(observation, options, tilts, first)])
     closing = (middle - first) @ frame.T
     opening = closing[-1] + (deep[-1] - deep) @ frame.T
     opening[:, 2] = closing[0, 2]  # The housing clears the ground on this way.
@@ -218,11 +220,18 @@ def _opened(options: StandingOptions, step: float) -> float:
     return max(0.0, 1.0 - step / options.tail_end)
 
 
-def _height(observation: Observation, options: StandingOptions, tilts: np.ndarray, rise: np.ndarray) -> float:
-    """Height over the ground at which to wrap, so that the housing stays above it at every step [m]."""
-    length = observation.task.target.length
-    sink = np.array([housing_sink(observation.task.design, float(tilt)) for tilt in tilts])
-    height = max(options.height * length, float((sink + rise).max()) + options.ground_gap)
+def _height(observation: Observation, options: StandingOptions, tilts: np.ndarray, first: np.ndarray) -> float:
+    """Height over the ground at which to wrap, so that the housing stays above it at every step [m].
+
+    Also when the object is set down: what was wrapped in a falling plane is turned back until it is level, about the
+    object, and the base, which is behind it, sinks.
+    """
+    length, design = observation.task.target.length, observation.task.design
+    sink = np.array([housing_sink(design, float(tilt)) for tilt in tilts])
+    behind, turn = float(first[-1, 1]) - options.deep * design.length, float(tilts[0] - tilts[-1])
+    back = first[-1, 2] * math.cos(turn) + behind * math.sin(turn)
+    height = max(options.height * length, float((sink + first[:, 2]).max()) + options.ground_gap)
+    height = max(height, float(sink[0] + back) + options.ground_gap)
     if height > options.highest * length:
         least = f"{1e3 * height / options.highest:.0f} mm"
         raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")

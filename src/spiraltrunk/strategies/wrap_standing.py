@@ -141,7 +141,8 @@ class StandingWrap(Strategy[StandingState]):
 
     def _touched(self, state: StandingState, observation: Observation) -> StandingState:
         """The next move at once, all until the release shifted sideways to where the object was touched."""
-        progress, shift = state.progress, self._beyond_touch(state, observation)
+        progress = state.progress
+        shift = self._beyond_touch(state, observation) - self.options.relief * observation.task.design.length
         moves = _shifted_until_release(progress, (shift - state.shift) * state.side)
         progress = advance(replace(progress, moves=moves), observation.time)
         return replace(state, progress=progress, shift=shift)
