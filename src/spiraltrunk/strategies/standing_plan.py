@@ -65,7 +65,7 @@ class StandingOptions:
     """How much nearer to the base than the wrap's first section the object is taken, over the trunk's length [-]."""
     curl_time: float = 0.9
     """Time from one step of the ventral pull to the next [s]."""
-    grip: float = 0.8
+    grip: float = 1.0
     """Ventral pull of the tightened wrap, over the one that shuts joint 1 [-]."""
     carry: float = 1.0
     """What is added to it for the load, over the pull that balances the object's weight beside the base [-]."""
@@ -83,8 +83,6 @@ class StandingOptions:
     """How far the object is lifted to feel whether it is held [m]."""
     borne: float = 0.5
     """Part of the object's weight that tells whether it is carried or set down [-]."""
-    slip: float = 0.04
-    """Cable that pays out while lifting, over the stroke, that counts as unrolling [-]."""
     sink: float = 0.012
     """How far below its start the arm seeks the ground when setting down [m]."""
     retries: int = 1

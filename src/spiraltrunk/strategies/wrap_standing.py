@@ -30,7 +30,7 @@ from scipy.spatial.transform import Rotation
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
-from spiraltrunk.strategies.feel import ventral_pull, weight
+from spiraltrunk.strategies.feel import ventral_tension, weight
 from spiraltrunk.strategies.phases import (
     Move,
     Progress,
@@ -39,12 +39,19 @@ from spiraltrunk.strategies.phases import (
     command_at,
     fraction,
     insert_next,
-    raise_tension,
 )
 from spiraltrunk.strategies.standing_plan import STEPS, StandingOptions, housing_sink, plan_moves, side_of
+from spiraltrunk.strategies.stiffen import hold_lengths
 
 _SMOOTHING = 0.2
 """Share of a new reading in smoothed ones, at 50 readings a second."""
+
+
+_TAUT = 1.0
+"""Tension of a dorsal cable that is just taut [N]."""
+
+_AGAINST = 0.1
+"""Dorsal tension over the ventral one where cables rub [-]."""
 
 
 @final
@@ -64,8 +71,10 @@ class StandingState:
     """What hangs on the trunk's base, smoothed [N]."""
     weight_empty: float = 0.0
     """The same before the trunk touched the object [N]."""
-    pull_held: float = 0.0
-    """Mean pull of the ventral cables when the present move began [m]."""
+    pull: np.ndarray
+    """Cable pulled in, smoothed, shape (n_cable,) [m]."""
+    tight: np.ndarray
+    """Tensions of the tightened wrap, shape (n_cable,) [N]."""
     shift: float = 0.0
     """How far beyond its expected place the object was touched [m]."""
     retries: int = 0
@@ -99,10 +108,12 @@ class StandingWrap(Strategy[StandingState]):
         Raises:
             ModelError: where the cables cannot pull as needed, or the object is too short.
         """
-        progress = begin(plan_moves(observation, self.options), observation)
+        moves = plan_moves(observation, self.options)
         return StandingState(
-            progress=progress, side=side_of(observation), weight=weight(observation), lean=_lean(observation)
-        )
+            progress=begin(moves, observation), side=side_of(observation), weight=weight(observation),
+            lean=_lean(observation), pull=observation.cable_pull,
+            tight=next(move.tension for move in moves if move.action == "tighten"),
+        )  # fmt: skip
 
     def step(self, state: StandingState, observation: Observation) -> tuple[StandingState, Command]:
         """Follow the moves; feel for the touch, for the load, for slip and for the ground."""
@@ -110,6 +121,7 @@ class StandingWrap(Strategy[StandingState]):
             state,
             weight=state.weight + _SMOOTHING * (weight(observation) - state.weight),
             lean=state.lean + _SMOOTHING * (_lean(observation) - state.lean),
+            pull=state.pull + _SMOOTHING * (observation.cable_pull - state.pull),
         )
         state = self._feel(state, observation)
         if fraction(state.progress, observation.time) >= 1.0:
@@ -126,7 +138,7 @@ class StandingWrap(Strategy[StandingState]):
         if action == "touch":
             return self._feel_touch(state, observation)
         if action in ("lift", "carry", "hold"):
-            return self._answer_slip(state, observation)
+            return replace(state, progress=_take_in(state, observation))
         if action == "lower" and self._load(state, observation) < self.options.borne:
             return replace(state, progress=_stay(state.progress, observation))
         return state
@@ -154,14 +166,6 @@ class StandingWrap(Strategy[StandingState]):
         overshoot = self.options.overshoot * observation.task.design.length
         return float(state.side @ (now - progress.move.position)) + overshoot
 
-    def _answer_slip(self, state: StandingState, observation: Observation) -> StandingState:
-        """Pull harder where the load unrolls the trunk."""
-        design, pull = observation.task.design, ventral_pull(observation)
-        if state.pull_held - pull <= self.options.slip * design.cable_stroke:
-            return state
-        tighter = raise_tension(state.progress, 1.25, 0.95 * design.cable.tension_max)
-        return replace(state, progress=tighter, pull_held=pull)
-
     def _next(self, state: StandingState, observation: Observation) -> StandingState:
         action, progress = state.progress.move.action, state.progress
         if action == "descend":
@@ -175,10 +179,14 @@ class StandingWrap(Strategy[StandingState]):
             return self._touched(state, observation)
         if action in ("hold", "level"):
             progress = _righted(progress, observation, self.options)
+        if action == "try":
+            progress = _stiffened(state, observation)
         if progress.is_last:
             return replace(state, is_done=True)
         progress = advance(progress, observation.time)
-        return replace(state, progress=progress, pull_held=ventral_pull(observation))
+        if action == "hold":  # What the winders pulled with to hold their lengths, and not what they were allowed.
+            progress = replace(progress, tension_start=np.maximum(observation.cable_tension, 0.0))
+        return replace(state, progress=progress)
 
     def _load(self, state: StandingState, observation: Observation) -> float:
         """Part of the object's weight that the arm feels [-]."""
@@ -196,6 +204,34 @@ def _shifted_until_release(progress: Progress, way: np.ndarray) -> tuple[Move, .
         replace(move, position=move.position + way) if i > progress.index and move.phase != "release" else move
         for i, move in enumerate(progress.moves)
     )
+
+
+def _stiffened(state: StandingState, observation: Observation) -> Progress:
+    """The same sequence, the trunk stiffened while it carries: ventral lengths held, dorsal cables against them.
+
+    The dorsal ones are just taut where cables run freely, since more would only soften; where they rub, they pull with
+    a tenth of the ventral tension (docs/stiffness.md).
+    """
+    design = observation.task.design
+    dorsal = max(_TAUT, _AGAINST * ventral_tension(observation) if design.cable.friction > 0 else 0.0)
+    pull, ceiling = hold_lengths(design, state.pull, state.tight, dorsal=dorsal)
+    return _carried_with(state.progress, pull, ceiling)
+
+
+def _take_in(state: StandingState, observation: Observation) -> Progress:
+    """The same sequence, cable taken in where a wrap that settles would go slack: it pays out none, but pulls on."""
+    design, held = observation.task.design, state.progress.move.pull
+    pull, ceiling = hold_lengths(design, state.pull, state.tight)
+    if held is None or not (pull > held).any():
+        return state.progress
+    return _carried_with(state.progress, np.maximum(pull, held), np.maximum(ceiling, state.progress.move.tension))
+
+
+def _carried_with(progress: Progress, pull: np.ndarray, tension: np.ndarray) -> Progress:
+    moves = tuple(
+        replace(move, pull=pull, tension=tension) if move.phase == "transport" else move for move in progress.moves
+    )
+    return replace(progress, moves=moves)
 
 
 def _righted(progress: Progress, observation: Observation, options: StandingOptions) -> Progress:
