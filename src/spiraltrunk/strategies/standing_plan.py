@@ -22,7 +22,7 @@ _ACTIONS = {
     "reach": ("turn", "descend", "touch"),
     "prehension": ("curl", "tighten", "try"),
     "transport": ("lift", "carry", "hold"),
-    "release": ("level", "bring", "lower", "uncurl", "open", "back off", "leave", "rest"),
+    "release": ("level", "bring", "lower", "uncurl", "open", "draw off", "leave", "rest"),
 }
 _PHASE = {action: phase for phase, actions in _ACTIONS.items() for action in actions}
 """What belongs to which phase."""
@@ -60,9 +60,7 @@ class StandingOptions:
     touch: float = 0.012
     """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
     relief: float = 0.02
-    """How far the arm goes back from the touch, over the trunk's length [-]: pressed on, what stands is dragged along."""
-    deep: float = 0.0
-    """How much nearer to the base than the wrap's first section the object is taken, over the trunk's length [-]."""
+    """How far the arm goes back from the touch, over the trunk's length [-]: what is pressed on is dragged."""
     curl_time: float = 0.9
     """Time from one step of the ventral pull to the next [s]."""
     grip: float = 1.0
@@ -74,7 +72,7 @@ class StandingOptions:
     spring: float = 0.56
     """Ventral pull from which the trunk is let spring open, over the one that shuts joint 1 [-]."""
     open_time: float = 0.06
-    """Time in which it goes slack [s]."""
+    """Time in which it goes slack [s]: as fast as winders can."""
     settle_time: float = 0.8
     """Time in which it then comes to rest [s]."""
     back_off: float = 0.20
@@ -139,7 +137,7 @@ def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_S
     at = zip(tilts, tensions, strict=True)
     first = np.array([object_center(design, width, tilt, tension) for tilt, tension in at])
     deep = np.array([object_center(design, width, tilts[0], tension, options.rest) for tension in slackening])
-    middle = np.array([0.0, options.deep * design.length, _height(observation, options, tilts, first)])
+    middle = np.array([0.0, 0.0, _height(observation, options, tilts, first)])
     closing = (middle - first) @ frame.T
     opening = closing[-1] + (deep[-1] - deep) @ frame.T
     opening[:, 2] = closing[0, 2]  # The housing clears the ground on this way.
@@ -185,10 +183,13 @@ def _moves(
         move("level", 0.7, place + last.closing + test + high, level),
         move("bring", 1.0, place + last.closing + test + high, level),
         move("lower", 4.5, place + last.closing - options.sink * up, level),
-        *(move("uncurl", options.curl_time, place + step.opening, step.slackening, steps[0]) for step in reversed(eased)),
+        *(
+            move("uncurl", options.curl_time, place + step.opening, step.slackening, steps[0])
+            for step in reversed(eased)
+        ),
         move("open", options.open_time, place + eased[0].opening, slack, steps[0]),
         move("open", options.settle_time, place + eased[0].opening, slack, steps[0]),
-        move("back off", 2.0, away, slack, steps[0]),
+        move("draw off", 2.0, away, slack, steps[0]),
         move("leave", 2.0, away + high, slack, steps[0]),
         move("rest", 1.0, away + high, slack, steps[0]),
     )
@@ -226,7 +227,7 @@ def _height(observation: Observation, options: StandingOptions, tilts: np.ndarra
     """
     length, design = observation.task.target.length, observation.task.design
     sink = np.array([housing_sink(design, float(tilt)) for tilt in tilts])
-    behind, turn = float(first[-1, 1]) - options.deep * design.length, float(tilts[0] - tilts[-1])
+    behind, turn = float(first[-1, 1]), float(tilts[0] - tilts[-1])
     back = first[-1, 2] * math.cos(turn) + behind * math.sin(turn)
     height = max(options.height * length, float((sink + first[:, 2]).max()) + options.ground_gap)
     height = max(height, float(sink[0] + back) + options.ground_gap)

@@ -5,16 +5,22 @@ the ground, the plane of curvature goes from vertical through oblique to near-ho
 twisting, that is by unequal ventral cables.
 
 Reach: beside the object, the head tilted so that the curled trunk will lie in the wanted plane; two cables lift the
-tail beyond the object; then sideways until the cables' lengths tell of a touch. Prehension: ventral tension grows, and
-the arm goes where the model says that the curling trunk leaves the object where it is: a loose object falls over at
-half a newton. Tightened, it is lifted a little, and the arm's wrench tells whether it is held; if not, it is set down,
-let go and grasped once more. Transport: lift, carry, hold; cables that pay out tell of slip, and are answered with more
-tension. Release: the head turns until the camera sees the object upright; down until the ground bears it; prehension
-backwards.
+tail beyond the object; then sideways until the cables' lengths tell of a touch, and back from it by as much as it
+pressed. Prehension: ventral tension grows, and the arm goes where the model says that the curling trunk leaves the
+object where it is: a loose object falls over at half a newton, and pressed on it is dragged along, out of a wide wrap.
+Tightened, it is lifted a little, and the arm's wrench tells whether it is held; if not, it is set down, let go and
+grasped once more where it is then seen. Transport: lift, carry, hold, with the ventral lengths held, the dorsal cable
+taut against them; cable is taken in where a wrap that settles would go slack, and none is paid out.
 
-Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg; a trunk whose
-cables pull in every direction. It needs a camera's look at where the object stands, and afterwards feels with cables
-and wrench alone.
+Release: equal cables turn the wrap's plane towards level, and the head turns until the camera sees the object upright,
+twice; down until the ground bears it; tension falls until the base's joints open. Opened slowly from there, the tail,
+which unwinds last, would slide round the object and drag it over by friction. So the trunk is let spring open at once:
+a joint's elasticity over its damping gives all joints the same time, 40 ms as simulated, in which the trunk leaves the
+object on all sides before it can move. Then the arm draws off.
+
+Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg; a bottle is
+held at its shoulder, and may slip where friction is low. A trunk whose cables pull in every direction. It needs a
+camera's look at where the object stands and how it leans, and otherwise feels with cables and wrench alone.
 """
 
 from __future__ import annotations
@@ -40,7 +46,7 @@ from spiraltrunk.strategies.phases import (
     fraction,
     insert_next,
 )
-from spiraltrunk.strategies.standing_plan import STEPS, StandingOptions, housing_sink, plan_moves, side_of
+from spiraltrunk.strategies.standing_plan import StandingOptions, housing_sink, plan_moves, side_of
 from spiraltrunk.strategies.stiffen import hold_lengths
 
 _SMOOTHING = 0.2
@@ -73,6 +79,8 @@ class StandingState:
     """The same before the trunk touched the object [N]."""
     pull: np.ndarray
     """Cable pulled in, smoothed, shape (n_cable,) [m]."""
+    seen: np.ndarray
+    """Where the object was seen when the grasp was planned, shape (3,) [m]."""
     tight: np.ndarray
     """Tensions of the tightened wrap, shape (n_cable,) [N]."""
     shift: float = 0.0
@@ -111,12 +119,12 @@ class StandingWrap(Strategy[StandingState]):
         moves = plan_moves(observation, self.options)
         return StandingState(
             progress=begin(moves, observation), side=side_of(observation), weight=weight(observation),
-            lean=_lean(observation), pull=observation.cable_pull,
+            lean=_lean(observation), pull=observation.cable_pull, seen=_seen(observation),
             tight=next(move.tension for move in moves if move.action == "tighten"),
         )  # fmt: skip
 
     def step(self, state: StandingState, observation: Observation) -> tuple[StandingState, Command]:
-        """Follow the moves; feel for the touch, for the load, for slip and for the ground."""
+        """Follow the moves; feel for the touch, for the load, for cable that goes slack and for the ground."""
         state = replace(
             state,
             weight=state.weight + _SMOOTHING * (weight(observation) - state.weight),
@@ -177,6 +185,8 @@ class StandingWrap(Strategy[StandingState]):
             return replace(state, progress=progress, retries=state.retries + 1)
         if action == "touch":
             return self._touched(state, observation)
+        if action == "back off":
+            state, progress = _aimed_anew(state, observation)
         if action in ("hold", "level"):
             progress = _righted(progress, observation, self.options)
         if action == "try":
@@ -197,6 +207,18 @@ def _lean(observation: Observation) -> float:
     direction = observation.task.design.cable_direction[:, 1]
     pull = observation.cable_pull
     return float(pull[direction > 0].mean() - pull[direction < 0].mean())
+
+
+def _seen(observation: Observation) -> np.ndarray:
+    return observation.task.target.position if observation.look is None else observation.look.position
+
+
+def _aimed_anew(state: StandingState, observation: Observation) -> tuple[StandingState, Progress]:
+    """The next try where the object is seen by now."""
+    seen = _seen(observation)
+    way = (seen - state.seen) * [1.0, 1.0, 0.0]
+    progress = replace(state.progress, moves=_shifted_until_release(state.progress, way))
+    return replace(state, seen=seen), progress
 
 
 def _shifted_until_release(progress: Progress, way: np.ndarray) -> tuple[Move, ...]:
@@ -292,11 +314,18 @@ def _stay(progress: Progress, observation: Observation) -> Progress:
 
 
 def _once_more(progress: Progress) -> tuple[Move, ...]:
-    """Set down, open the trunk as it closed, back off, and all of it again."""
-    last = {move.action: i for i, move in enumerate(progress.moves[: progress.index + 1])}
-    descend = progress.moves[last["descend"]]
+    """Set down, let the trunk spring open as in the release, back off, and all of it again."""
+    done = progress.moves[: progress.index + 1]
+    last = {move.action: i for i, move in enumerate(done)}
+    release = [move for move in progress.moves if move.phase == "release"]
+    eased = sum(move.action == "uncurl" for move in release)
     again = progress.moves[last["touch"] : progress.index + 1]
-    back = [replace(move, action="let go") for move in reversed(again) if move.action not in ("touch", "try")]
+    back = [replace(move, action="let go") for move in reversed(again) if move.action != "try"][: eased + 1]
+    spring = [
+        replace(move, phase="prehension", action="let go", position=back[-1].position, rotation=back[-1].rotation)
+        for move in release
+        if move.action == "open"
+    ]
     first = replace(again[0], action="let go", duration=1.0)
-    apart = replace(descend, phase="prehension", action="back off", duration=2.0)
-    return (*back, first, apart, *again)
+    apart = replace(progress.moves[last["descend"]], phase="prehension", action="back off", duration=2.0)
+    return (*back, *spring, first, apart, *again)
