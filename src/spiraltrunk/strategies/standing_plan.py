@@ -21,8 +21,8 @@ STEPS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56, 0.75, 1.1)
 _ACTIONS = {
     "reach": ("turn", "descend", "touch"),
     "prehension": ("curl", "tighten", "try"),
-    "transport": ("lift", "carry", "hold"),
-    "release": ("level", "bring", "lower", "uncurl", "open", "draw off", "leave", "rest"),
+    "transport": ("level", "steady", "lift", "carry", "hold"),
+    "release": ("bring", "lower", "uncurl", "open", "draw off", "leave", "rest"),
 }
 _PHASE = {action: phase for phase, actions in _ACTIONS.items() for action in actions}
 """What belongs to which phase."""
@@ -61,9 +61,11 @@ class StandingOptions:
     """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
     relief: float = 0.02
     """How far the arm goes back from the touch, over the trunk's length [-]: what is pressed on is dragged."""
+    ahead: float = 0.06
+    """How much farther from the base than the wrap's first section the object is taken, over the trunk's length [-]."""
     curl_time: float = 0.9
     """Time from one step of the ventral pull to the next [s]."""
-    grip: float = 1.0
+    grip: float = 1.2
     """Ventral pull of the tightened wrap, over the one that shuts joint 1 [-]."""
     carry: float = 1.0
     """What is added to it for the load, over the pull that balances the object's weight beside the base [-]."""
@@ -137,14 +139,15 @@ def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_S
     at = zip(tilts, tensions, strict=True)
     first = np.array([object_center(design, width, tilt, tension) for tilt, tension in at])
     deep = np.array([object_center(design, width, tilts[0], tension, options.rest) for tension in slackening])
-    middle = np.array([0.0, 0.0, _height(observation, options, tilts, first)])
+    middle = np.array([0.0, -options.ahead * design.length, _height(observation, options, tilts, first)])
     closing = (middle - first) @ frame.T
     opening = closing[-1] + (deep[-1] - deep) @ frame.T
     opening[:, 2] = closing[0, 2]  # The housing clears the ground on this way.
+    off = -options.back_off * design.length * frame[:, 0]
     steps = tuple(
         _Step(
             pull=pull, tension=tensions[i], slackening=slackening[i], rotation=frame @ _base_axes(tilts[i]),
-            closing=closing[i], opening=opening[i] - _opened(options, pull) * options.back_off * design.length * frame[:, 0],
+            closing=closing[i], opening=opening[i] + _opened(options, pull) * off,
         )
         for i, pull in enumerate(STEPS)
     )  # fmt: skip
@@ -176,12 +179,12 @@ def _moves(
         *(move("curl", options.curl_time, start + step.closing, step.tension, step) for step in steps[1:]),
         move("tighten", 2.0, wrapped, tight),
         move("try", 1.0, wrapped + test, tight),
-        move("lift", 2.5, wrapped + test + high, tight),
-        move("carry", 2.5, wrapped + test + high + goal.aside, tight),
-        move("hold", goal.hold, wrapped + test + high + goal.aside, tight),
-        move("level", 1.5, place + last.closing + test + high, level),
-        move("level", 0.7, place + last.closing + test + high, level),
-        move("bring", 1.0, place + last.closing + test + high, level),
+        move("level", 1.5, wrapped + test, level),
+        move("steady", 0.7, wrapped + test, level),
+        move("lift", 2.5, wrapped + test + high, level),
+        move("carry", 2.5, wrapped + test + high + goal.aside, level),
+        move("hold", goal.hold, wrapped + test + high + goal.aside, level),
+        move("bring", 1.5, place + last.closing + test + high, level),
         move("lower", 4.5, place + last.closing - options.sink * up, level),
         *(
             move("uncurl", options.curl_time, place + step.opening, step.slackening, steps[0])

@@ -187,10 +187,12 @@ class StandingWrap(Strategy[StandingState]):
             return self._touched(state, observation)
         if action == "back off":
             state, progress = _aimed_anew(state, observation)
-        if action in ("hold", "level"):
+        if action in ("try", "steady"):
+            progress = _upright(progress, observation, self.options)
+        if action == "steady":
+            progress = _stiffened(progress, state, observation)
+        if action == "hold":
             progress = _righted(progress, observation, self.options)
-        if action == "try":
-            progress = _stiffened(state, observation)
         if progress.is_last:
             return replace(state, is_done=True)
         progress = advance(progress, observation.time)
@@ -228,7 +230,7 @@ def _shifted_until_release(progress: Progress, way: np.ndarray) -> tuple[Move, .
     )
 
 
-def _stiffened(state: StandingState, observation: Observation) -> Progress:
+def _stiffened(progress: Progress, state: StandingState, observation: Observation) -> Progress:
     """The same sequence, the trunk stiffened while it carries: ventral lengths held, dorsal cables against them.
 
     The dorsal ones are just taut where cables run freely, since more would only soften; where they rub, they pull with
@@ -237,7 +239,7 @@ def _stiffened(state: StandingState, observation: Observation) -> Progress:
     design = observation.task.design
     dorsal = max(_TAUT, _AGAINST * ventral_tension(observation) if design.cable.friction > 0 else 0.0)
     pull, ceiling = hold_lengths(design, state.pull, state.tight, dorsal=dorsal)
-    return _carried_with(state.progress, pull, ceiling)
+    return _carried_with(progress, pull, ceiling)
 
 
 def _take_in(state: StandingState, observation: Observation) -> Progress:
@@ -256,6 +258,20 @@ def _carried_with(progress: Progress, pull: np.ndarray, tension: np.ndarray) -> 
     return replace(progress, moves=moves)
 
 
+def _upright(progress: Progress, observation: Observation, options: StandingOptions) -> Progress:
+    """The same sequence, the object carried upright, as the camera sees it lean, from where it is."""
+    if observation.look is None:
+        return progress
+    rotation, to_base = _uprighted(observation, options, command_at(progress, observation.time).T_world_base)
+    aside = observation.look.position + to_base - progress.move.position
+    moves = tuple(
+        replace(move, position=move.position + aside, rotation=rotation)
+        if i > progress.index and move.phase == "transport" else move
+        for i, move in enumerate(progress.moves)
+    )  # fmt: skip
+    return replace(progress, moves=moves)
+
+
 def _righted(progress: Progress, observation: Observation, options: StandingOptions) -> Progress:
     """The same sequence, the object set down upright over its place, as the camera sees it tilt, and let go there."""
     if observation.look is None:
@@ -266,10 +282,10 @@ def _righted(progress: Progress, observation: Observation, options: StandingOpti
     low = place - np.array([0.0, 0.0, options.sink]) + to_base
     planned = next(move.position for move in progress.moves if move.action == "lower")
     aside = np.array([*(low - planned)[:2], 0.0])
-    where = {"level": above, "bring": above, "lower": low}
+    where = {"bring": above, "lower": low}
     moves = list(progress.moves)
     for i, move in enumerate(moves):
-        if i <= progress.index or move.phase != "release":
+        if move.phase != "release":
             continue
         position = where.get(move.action, move.position + aside)
         if move.action in ("uncurl", "open"):
