@@ -53,6 +53,9 @@ _SMOOTHING = 0.2
 """Share of a new reading in smoothed ones, at 50 readings a second."""
 
 
+_STIFF = ("lift", "carry", "hold", "bring")
+"""Actions in which the ventral lengths are held."""
+
 _TAUT = 1.0
 """Tension of a dorsal cable that is just taut [N]."""
 
@@ -145,7 +148,7 @@ class StandingWrap(Strategy[StandingState]):
         action = state.progress.move.action
         if action == "touch":
             return self._feel_touch(state, observation)
-        if action in ("lift", "carry", "hold"):
+        if action in _STIFF:
             return replace(state, progress=_take_in(state, observation))
         if action == "lower" and self._load(state, observation) < self.options.borne:
             return replace(state, progress=_stay(state.progress, observation))
@@ -196,7 +199,7 @@ class StandingWrap(Strategy[StandingState]):
         if progress.is_last:
             return replace(state, is_done=True)
         progress = advance(progress, observation.time)
-        if action == "hold":  # What the winders pulled with to hold their lengths, and not what they were allowed.
+        if action == "bring":  # What the winders pulled with to hold their lengths, and not what they were allowed.
             progress = replace(progress, tension_start=np.maximum(observation.cable_tension, 0.0))
         return replace(state, progress=progress)
 
@@ -253,7 +256,7 @@ def _take_in(state: StandingState, observation: Observation) -> Progress:
 
 def _carried_with(progress: Progress, pull: np.ndarray, tension: np.ndarray) -> Progress:
     moves = tuple(
-        replace(move, pull=pull, tension=tension) if move.phase == "transport" else move for move in progress.moves
+        replace(move, pull=pull, tension=tension) if move.action in _STIFF else move for move in progress.moves
     )
     return replace(progress, moves=moves)
 
