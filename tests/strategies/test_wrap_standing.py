@@ -145,7 +145,7 @@ def at_the_end_of(
 def test_what_is_carried_is_held_by_length_with_the_dorsal_cable_taut(
     start: tuple[StandingState, Observation],
 ) -> None:
-    state, seen = at_the_end_of(start, "try", 1.0)
+    state, seen = at_the_end_of(start, "steady", 1.0)
     state, _ = STRATEGY.step(state, seen)
     lift = state.progress.move
     assert lift.action == "lift"

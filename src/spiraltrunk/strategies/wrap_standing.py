@@ -9,17 +9,22 @@ tail beyond the object; then sideways until the cables' lengths tell of a touch,
 pressed. Prehension: ventral tension grows, and the arm goes where the model says that the curling trunk leaves the
 object where it is: a loose object falls over at half a newton, and pressed on it is dragged along, out of a wide wrap.
 Tightened, it is lifted a little, and the arm's wrench tells whether it is held; if not, it is set down, let go and
-grasped once more where it is then seen. Transport: lift, carry, hold, with the ventral lengths held, the dorsal cable
-taut against them; cable is taken in where a wrap that settles would go slack, and none is paid out.
+grasped once more where it is then seen.
 
-Release: equal cables turn the wrap's plane towards level, and the head turns until the camera sees the object upright,
-twice; down until the ground bears it; tension falls until the base's joints open. Opened slowly from there, the tail,
-which unwinds last, would slide round the object and drag it over by friction. So the trunk is let spring open at once:
-a joint's elasticity over its damping gives all joints the same time, 40 ms as simulated, in which the trunk leaves the
+Transport: equal cables turn the wrap's plane towards level, and the head turns until the camera sees the object stand,
+twice; then lift, carry, hold, with the ventral lengths held and the dorsal cable taut against them. Cable is taken in
+where a wrap that settles would go slack, and none is paid out: held by lengths alone, an object wider than the tail can
+reach round slips out, as the wrap loosens when it moves.
+
+Release: once more upright, over its place; back to tension; down until the ground bears it; tension falls until the
+base's joints have opened a little. Opened slowly from there, the tail, which unwinds last, would slide round the object
+and drag it over by friction. So the trunk is let spring open at once: damped in proportion to their stiffness, all
+joints open in the same time (40 ms, as simulated; on a real trunk it is to be measured), in which the trunk leaves the
 object on all sides before it can move. Then the arm draws off.
 
-Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg; a bottle is
-held at its shoulder, and may slip where friction is low. A trunk whose cables pull in every direction. It needs a
+Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg. A box is taken
+for as wide as its faces: turned with an edge to the trunk, one of 80 mm may be tilted or drawn to the housing. A bottle
+is held at its shoulder, and may slip where friction is low. A trunk whose cables pull in every direction. It needs a
 camera's look at where the object stands and how it leans, and otherwise feels with cables and wrench alone.
 """
 
