@@ -1,5 +1,6 @@
 """Wraps of standing objects: what is planned, what is felt, and one whole trial."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -7,18 +8,22 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
-from spiraltrunk.plant import Observation
+from spiraltrunk.model.wrap_beside import shut_pull
+from spiraltrunk.plant import Look, Observation
 from spiraltrunk.sim.objects import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene import SceneOptions
 from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
-from spiraltrunk.strategies.wrap_standing import StandingState
+from spiraltrunk.strategies.wrap_oblique import WrapOblique
+from spiraltrunk.strategies.wrap_oblique_low import WrapObliqueLow
+from spiraltrunk.strategies.wrap_standing import StandingState, StandingWrap
 from spiraltrunk.trial import run_trial
 
 PAPER = presets.PAPER
 STRATEGY = WrapHorizontal()
 
 
+@functools.cache
 def first_seen(name: str = "cylinder-60") -> Observation:
     """What is seen at the start, beside a standing object."""
     scene = SceneOptions(stage="ground", stance="upright", shape=parse_object(name), position=(0.43, 0.14, 0.0))
@@ -31,12 +36,19 @@ def start() -> tuple[StandingState, Observation]:
     return STRATEGY.init(seen), seen
 
 
-@pytest.mark.parametrize("name", ["cylinder-33", "cylinder-60", "cylinder-120", "cylinder-150", "box-80", "bottle-70"])
-def test_the_housing_stays_above_the_ground_in_every_move(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "strategy"),
+    [
+        *((name, STRATEGY) for name in ("cylinder-33", "cylinder-60", "cylinder-120", "cylinder-150", "bottle-70")),
+        *((name, WrapOblique()) for name in ("cylinder-60", "cylinder-150")),
+        *((name, WrapObliqueLow()) for name in ("cylinder-60", "bottle-70")),
+    ],
+)
+def test_the_housing_stays_above_the_ground_in_every_move(name: str, strategy: StandingWrap) -> None:
     seen = first_seen(name)
     ground, housing = seen.task.goal.ground, PAPER.housing
     assert ground is not None
-    for move in STRATEGY.init(seen).progress.moves:
+    for move in strategy.init(seen).progress.moves:
         assert move.rotation is not None
         along = move.rotation[:, 0]
         for back in (housing.neck_length, housing.neck_length + housing.length):
@@ -88,10 +100,87 @@ def test_a_trunk_that_is_pushed_back_stops_and_curls(start: tuple[StandingState,
     state = touching(start, 0.003)
     assert state.progress.move.action == "curl"
     shifted, planned = (next(m for m in s.progress.moves if m.action == "curl") for s in (state, start[0]))
-    beyond = STRATEGY.options.overshoot * PAPER.length - 0.01
+    beyond = (STRATEGY.options.overshoot - STRATEGY.options.relief) * PAPER.length - 0.01
     np.testing.assert_allclose(shifted.position - planned.position, [beyond, 0.0, 0.0], atol=1e-5)
     places = [[m.position for m in s.progress.moves if m.phase == "release"] for s in (state, start[0])]
     np.testing.assert_array_equal(*places)
+
+
+def test_the_trunk_springs_open_where_it_stands(start: tuple[StandingState, Observation]) -> None:
+    moves = start[0].progress.moves
+    at = next(i for i, move in enumerate(moves) if move.action == "open")
+    before, opened = moves[at - 1], moves[at]
+    assert before.tension.max() > STRATEGY.options.spring * shut_pull(PAPER)[0] * 0.99
+    np.testing.assert_array_equal(opened.tension, moves[0].tension)  # The tail's alone.
+    assert opened.duration < 0.1
+    np.testing.assert_array_equal(opened.position, before.position)
+    np.testing.assert_array_equal(opened.rotation, before.rotation)
+
+
+def test_cables_are_equal_before_a_falling_plane_opens() -> None:
+    moves = WrapOblique().init(first_seen()).progress.moves
+    ventral = PAPER.cable_direction[:, 1] < 0
+    spread = {action: np.ptp(next(m for m in moves if m.action == action).tension[ventral])
+              for action in ("tighten", "level", "lower", "uncurl")}  # fmt: skip
+    assert spread["tighten"] > 1.0
+    assert max(spread["level"], spread["lower"], spread["uncurl"]) < 1e-6
+
+
+def at_the_end_of(
+    start: tuple[StandingState, Observation], action: str, load: float
+) -> tuple[StandingState, Observation]:
+    """The last instant of an action, with part ``load`` of the object's weight on the trunk's base."""
+    state, seen = start
+    at = next(i for i, move in enumerate(state.progress.moves) if move.action == action)
+    move = state.progress.moves[at]
+    progress = replace(
+        state.progress, index=at, since=seen.time - move.duration, T_start=seen.T_world_base, tension_start=move.tension
+    )
+    weight = load * 9.80665 * seen.task.target.mass
+    pull = np.array([-0.1, 0.05, 0.06])
+    now = replace(seen, base_force=np.array([0.0, 0.0, -weight]), cable_pull=pull, cable_tension=move.tension)
+    return replace(state, progress=progress, weight=weight, weight_empty=0.0, pull=pull), now
+
+
+def test_what_is_carried_is_held_by_length_with_the_dorsal_cable_taut(
+    start: tuple[StandingState, Observation],
+) -> None:
+    state, seen = at_the_end_of(start, "steady", 1.0)
+    state, _ = STRATEGY.step(state, seen)
+    lift = state.progress.move
+    assert lift.action == "lift"
+    assert lift.pull is not None
+    assert lift.tension[0] == 1.0
+    assert lift.tension[1:] == pytest.approx(0.95 * PAPER.cable.tension_max)
+    np.testing.assert_allclose(lift.pull[1:], [0.05, 0.06] + 5e-5 * state.tight[1:])
+    lower = next(move for move in state.progress.moves if move.action == "lower")
+    assert lower.pull is None
+    slipped, _ = STRATEGY.step(replace(state, pull=seen.cable_pull - 0.01), seen)
+    np.testing.assert_array_equal(slipped.progress.move.pull, lift.pull)  # Nothing is paid out.
+    settled, _ = STRATEGY.step(replace(state, pull=seen.cable_pull + 0.01), seen)
+    assert settled.progress.move.pull is not None
+    assert (settled.progress.move.pull[1:] > lift.pull[1:] + 0.005).all()
+
+
+def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(
+    start: tuple[StandingState, Observation],
+) -> None:
+    state, seen = at_the_end_of(start, "try", 0.0)
+    state, _ = STRATEGY.step(state, seen)
+    assert state.progress.move.action == "let go"
+    assert state.retries == 1
+    later = state.progress.moves[state.progress.index :]
+    assert min(move.duration for move in later if move.action == "let go") == STRATEGY.options.open_time
+    at = next(i for i, move in enumerate(state.progress.moves) if move.action == "back off")
+    moved = seen.task.target.position + np.array([0.01, -0.02, 0.03])
+    look = Look(time=seen.time, position=moved, axis=seen.task.target.axis)
+    since = seen.time - state.progress.moves[at].duration
+    begun = replace(state, progress=replace(state.progress, index=at, since=since))
+    again, _ = STRATEGY.step(begun, replace(seen, look=look))
+    assert again.progress.move.action == "touch"
+    np.testing.assert_allclose(
+        again.progress.move.position - state.progress.moves[at + 1].position, [0.01, -0.02, 0.0], atol=1e-12
+    )
 
 
 @pytest.mark.slow

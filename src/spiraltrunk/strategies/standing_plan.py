@@ -21,8 +21,8 @@ STEPS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56, 0.75, 1.1)
 _ACTIONS = {
     "reach": ("turn", "descend", "touch"),
     "prehension": ("curl", "tighten", "try"),
-    "transport": ("lift", "carry", "hold"),
-    "release": ("bring", "lower", "uncurl", "leave", "rest"),
+    "transport": ("level", "steady", "lift", "carry", "hold"),
+    "release": ("bring", "lower", "uncurl", "open", "draw off", "leave", "rest"),
 }
 _PHASE = {action: phase for phase, actions in _ACTIONS.items() for action in actions}
 """What belongs to which phase."""
@@ -59,24 +59,30 @@ class StandingOptions:
     """How far before the expected touch one is believed, over the trunk's length [-]: a tail may brush the ground."""
     touch: float = 0.012
     """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
-    deep: float = 0.05
-    """How much nearer to the base than the wrap's first section the object is taken, over the trunk's length [-]."""
+    relief: float = 0.02
+    """How far the arm goes back from the touch, over the trunk's length [-]: what is pressed on is dragged."""
+    ahead: float = 0.06
+    """How much farther from the base than the wrap's first section the object is taken, over the trunk's length [-]."""
     curl_time: float = 0.9
     """Time from one step of the ventral pull to the next [s]."""
-    grip: float = 0.8
+    grip: float = 1.2
     """Ventral pull of the tightened wrap, over the one that shuts joint 1 [-]."""
     carry: float = 1.0
     """What is added to it for the load, over the pull that balances the object's weight beside the base [-]."""
     rest: int = 2
     """Section, from 0 at the base, at which a tightly wrapped object rests, and is let go from, as simulated."""
+    spring: float = 0.56
+    """Ventral pull from which the trunk is let spring open, over the one that shuts joint 1 [-]."""
+    open_time: float = 0.06
+    """Time in which it goes slack [s]: as fast as winders can."""
+    settle_time: float = 0.8
+    """Time in which it then comes to rest [s]."""
     back_off: float = 0.20
     """How far the arm backs off sideways while the tail opens, over the trunk's length [-]: it would push."""
     test: float = 0.02
     """How far the object is lifted to feel whether it is held [m]."""
     borne: float = 0.5
     """Part of the object's weight that tells whether it is carried or set down [-]."""
-    slip: float = 0.04
-    """Cable that pays out while lifting, over the stroke, that counts as unrolling [-]."""
     sink: float = 0.012
     """How far below its start the arm seeks the ground when setting down [m]."""
     retries: int = 1
@@ -96,7 +102,9 @@ class _Step:
     pull: float
     """Ventral pull over the one that shuts joint 1 [-]."""
     tension: np.ndarray
-    """Cable tensions, shape (n_cable,) [N]."""
+    """Cable tensions as the trunk closes, shape (n_cable,) [N]."""
+    slackening: np.ndarray
+    """Cable tensions as it opens, its plane level, shape (n_cable,) [N]."""
     rotation: np.ndarray
     """Orientation of the base in the world, shape (3, 3) [-]."""
     closing: np.ndarray
@@ -115,8 +123,8 @@ def plan_moves(observation: Observation, options: StandingOptions) -> tuple[Move
     design, shut = observation.task.design, shut_pull(observation.task.design)
     load = observation.task.target.mass * GRAVITY * lever
     grip = options.grip + options.carry * load / float(design.joint_stiffness[0] * design.joint_limit)
-    tight = _tension(design, options, float(grip * shut[0]))
-    return _moves(observation, options, steps, tight)
+    tight, level = (_tension(design, options, float(grip * shut[0]), part) for part in (1.0, 0.0))
+    return _moves(observation, options, steps, tight, level)
 
 
 def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_Step, ...], float]:
@@ -127,17 +135,19 @@ def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_S
     frame = np.column_stack([side, _ahead(side), np.array([0.0, 0.0, 1.0])])
     tilts = _tilts(design, width, options)
     tensions = [_tension(design, options, pull * shut) for pull in STEPS]
-    at = list(zip(tilts, tensions, strict=True))
+    slackening = [_tension(design, options, pull * shut, 0.0) for pull in STEPS]
+    at = zip(tilts, tensions, strict=True)
     first = np.array([object_center(design, width, tilt, tension) for tilt, tension in at])
-    deep = np.array([object_center(design, width, tilt, tension, options.rest) for tilt, tension in at])
-    middle = np.array([0.0, options.deep * design.length, _height(observation, options, tilts, first[:, 2])])
+    deep = np.array([object_center(design, width, tilts[0], tension, options.rest) for tension in slackening])
+    middle = np.array([0.0, -options.ahead * design.length, _height(observation, options, tilts, first)])
     closing = (middle - first) @ frame.T
     opening = closing[-1] + (deep[-1] - deep) @ frame.T
-    opening[:, 2] = closing[:, 2]  # The housing clears the ground on this way.
+    opening[:, 2] = closing[0, 2]  # The housing clears the ground on this way.
+    off = -options.back_off * design.length * frame[:, 0]
     steps = tuple(
         _Step(
-            pull=pull, tension=tensions[i], rotation=frame @ _base_axes(tilts[i]), closing=closing[i],
-            opening=opening[i] - _opened(options, pull) * options.back_off * design.length * frame[:, 0],
+            pull=pull, tension=tensions[i], slackening=slackening[i], rotation=frame @ _base_axes(tilts[i]),
+            closing=closing[i], opening=opening[i] + _opened(options, pull) * off,
         )
         for i, pull in enumerate(STEPS)
     )  # fmt: skip
@@ -145,7 +155,7 @@ def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_S
 
 
 def _moves(
-    observation: Observation, options: StandingOptions, steps: tuple[_Step, ...], tight: np.ndarray
+    observation: Observation, options: StandingOptions, steps: tuple[_Step, ...], tight: np.ndarray, level: np.ndarray
 ) -> tuple[Move, ...]:
     design, goal = observation.task.design, observation.task.goal
     seen = observation.task.target.position if observation.look is None else observation.look.position
@@ -161,7 +171,7 @@ def _moves(
             phase=phase, action=action, duration=duration, position=position, tension=tension, rotation=step.rotation
         )
 
-    slack = steps[0].tension
+    slack, eased = steps[0].tension, [step for step in steps if step.pull >= options.spring]
     return (
         move("turn", 3.0, touch + clear + high, slack, steps[0]),
         move("descend", 2.0, touch + clear, slack, steps[0]),
@@ -169,12 +179,20 @@ def _moves(
         *(move("curl", options.curl_time, start + step.closing, step.tension, step) for step in steps[1:]),
         move("tighten", 2.0, wrapped, tight),
         move("try", 1.0, wrapped + test, tight),
-        move("lift", 2.5, wrapped + test + high, tight),
-        move("carry", 2.5, wrapped + test + high + goal.aside, tight),
-        move("hold", goal.hold, wrapped + test + high + goal.aside, tight),
-        move("bring", 1.5, place + last.closing + test + high, tight),
-        move("lower", 4.5, place + last.closing - options.sink * up, tight),
-        *(move("uncurl", options.curl_time, place + step.opening, step.tension, step) for step in reversed(steps)),
+        move("level", 1.5, wrapped + test, level),
+        move("steady", 0.7, wrapped + test, level),
+        move("lift", 2.5, wrapped + test + high, level),
+        move("carry", 2.5, wrapped + test + high + goal.aside, level),
+        move("hold", goal.hold, wrapped + test + high + goal.aside, level),
+        move("bring", 1.5, place + last.closing + test + high, level),
+        move("lower", 4.5, place + last.closing - options.sink * up, level),
+        *(
+            move("uncurl", options.curl_time, place + step.opening, step.slackening, steps[0])
+            for step in reversed(eased)
+        ),
+        move("open", options.open_time, place + eased[0].opening, slack, steps[0]),
+        move("open", options.settle_time, place + eased[0].opening, slack, steps[0]),
+        move("draw off", 2.0, away, slack, steps[0]),
         move("leave", 2.0, away + high, slack, steps[0]),
         move("rest", 1.0, away + high, slack, steps[0]),
     )
@@ -187,12 +205,15 @@ def _tilts(design: TrunkDesign, width: float, options: StandingOptions) -> np.nd
     return np.interp(STEPS, options.turning, ends)
 
 
-def _tension(design: TrunkDesign, options: StandingOptions, ventral: float) -> np.ndarray:
-    """Cable tensions for a ventral pull [N]: small ones lift the tail, larger ones curl in the wanted plane."""
+def _tension(design: TrunkDesign, options: StandingOptions, ventral: float, part: float = 1.0) -> np.ndarray:
+    """Cable tensions for a ventral pull [N]: small ones lift the tail, larger ones curl in the wanted plane.
+
+    ``part`` of the turn of that plane by unequal cables is made.
+    """
     shut = shut_pull(design)
     tail = options.tail * shut[-1] * max(0.0, 1.0 - ventral / (options.tail_end * shut[0]))
     turn = float(np.interp(ventral / shut[0], options.turning, (0.0, options.differential)))
-    tension = cable_pulls(design, ventral, float(tail) + turn * ventral)
+    tension = cable_pulls(design, ventral, float(tail) + part * turn * ventral)
     return tension * min(1.0, 0.95 * design.cable.tension_max / max(float(tension.max()), 1e-9))
 
 
@@ -201,11 +222,18 @@ def _opened(options: StandingOptions, step: float) -> float:
     return max(0.0, 1.0 - step / options.tail_end)
 
 
-def _height(observation: Observation, options: StandingOptions, tilts: np.ndarray, rise: np.ndarray) -> float:
-    """Height over the ground at which to wrap, so that the housing stays above it at every step [m]."""
-    length = observation.task.target.length
-    sink = np.array([housing_sink(observation.task.design, float(tilt)) for tilt in tilts])
-    height = max(options.height * length, float((sink + rise).max()) + options.ground_gap)
+def _height(observation: Observation, options: StandingOptions, tilts: np.ndarray, first: np.ndarray) -> float:
+    """Height over the ground at which to wrap, so that the housing stays above it at every step [m].
+
+    Also when the object is set down: what was wrapped in a falling plane is turned back until it is level, about the
+    object, and the base, which is behind it, sinks.
+    """
+    length, design = observation.task.target.length, observation.task.design
+    sink = np.array([housing_sink(design, float(tilt)) for tilt in tilts])
+    behind, turn = float(first[-1, 1]), float(tilts[0] - tilts[-1])
+    back = first[-1, 2] * math.cos(turn) + behind * math.sin(turn)
+    height = max(options.height * length, float((sink + first[:, 2]).max()) + options.ground_gap)
+    height = max(height, float(sink[0] + back) + options.ground_gap)
     if height > options.highest * length:
         least = f"{1e3 * height / options.highest:.0f} mm"
         raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")

@@ -23,5 +23,7 @@ class WrapOblique(StandingWrap):
 
     @staticmethod
     def default_options() -> StandingOptions:
-        """A falling plane above half the height, ventral cables unequal."""
-        return StandingOptions(plane=math.radians(15.0), differential=-0.25, height=0.5)
+        """A falling plane below half the height, ventral cables unequal."""
+        return StandingOptions(
+            plane=math.radians(15.0), differential=-0.25, height=0.45, reach_plane=math.radians(-8.0)
+        )

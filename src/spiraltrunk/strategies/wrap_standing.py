@@ -5,32 +5,41 @@ the ground, the plane of curvature goes from vertical through oblique to near-ho
 twisting, that is by unequal ventral cables.
 
 Reach: beside the object, the head tilted so that the curled trunk will lie in the wanted plane; two cables lift the
-tail beyond the object; then sideways until the cables' lengths tell of a touch. Prehension: ventral tension grows, and
-the arm goes where the model says that the curling trunk leaves the object where it is: a loose object falls over at
-half a newton. Tightened, it is lifted a little, and the arm's wrench tells whether it is held; if not, it is set down,
-let go and grasped once more. Transport: lift, carry, hold; cables that pay out tell of slip, and are answered with more
-tension. Release: the head turns until the camera sees the object upright; down until the ground bears it; prehension
-backwards.
+tail beyond the object; then sideways until the cables' lengths tell of a touch, and back from it by as much as it
+pressed. Prehension: ventral tension grows, and the arm goes where the model says that the curling trunk leaves the
+object where it is: a loose object falls over at half a newton, and pressed on it is dragged along, out of a wide wrap.
+Tightened, it is lifted a little, and the arm's wrench tells whether it is held; if not, it is set down, let go and
+grasped once more where it is then seen.
 
-Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg; a trunk whose
-cables pull in every direction. It needs a camera's look at where the object stands, and afterwards feels with cables
-and wrench alone.
+Transport: equal cables turn the wrap's plane towards level, and the head turns until the camera sees the object stand,
+twice; then lift, carry, hold, with the ventral lengths held and the dorsal cable taut against them. Cable is taken in
+where a wrap that settles would go slack, and none is paid out: held by lengths alone, an object wider than the tail can
+reach round slips out, as the wrap loosens when it moves.
+
+Release: once more upright, over its place; back to tension; down until the ground bears it; tension falls until the
+base's joints have opened a little. Opened slowly from there, the tail, which unwinds last, would slide round the object
+and drag it over by friction. So the trunk is let spring open at once: damped in proportion to their stiffness, all
+joints open in the same time (40 ms, as simulated; on a real trunk it is to be measured), in which the trunk leaves the
+object on all sides before it can move. Then the arm draws off.
+
+Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg. A box is taken
+for as wide as its faces, and its edges catch: one of 80 mm may be tilted or drawn to the housing. A bottle
+is held at its shoulder, and may slip where friction is low. A trunk whose cables pull in every direction. It needs a
+camera's look at where the object stands and how it leans, and otherwise feels with cables and wrench alone.
 """
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
-from spiraltrunk.strategies.feel import ventral_pull, weight
+from spiraltrunk.strategies.feel import ventral_tension, weight
 from spiraltrunk.strategies.phases import (
     Move,
     Progress,
@@ -39,12 +48,23 @@ from spiraltrunk.strategies.phases import (
     command_at,
     fraction,
     insert_next,
-    raise_tension,
 )
-from spiraltrunk.strategies.standing_plan import STEPS, StandingOptions, housing_sink, plan_moves, side_of
+from spiraltrunk.strategies.standing_plan import StandingOptions, plan_moves, side_of
+from spiraltrunk.strategies.standing_upright import carried_upright, set_down_upright
+from spiraltrunk.strategies.stiffen import hold_lengths
 
 _SMOOTHING = 0.2
 """Share of a new reading in smoothed ones, at 50 readings a second."""
+
+
+_STIFF = ("lift", "carry", "hold", "bring")
+"""Actions in which the ventral lengths are held."""
+
+_TAUT = 1.0
+"""Tension of a dorsal cable that is just taut [N]."""
+
+_AGAINST = 0.1
+"""Dorsal tension over the ventral one where cables rub [-]."""
 
 
 @final
@@ -64,8 +84,12 @@ class StandingState:
     """What hangs on the trunk's base, smoothed [N]."""
     weight_empty: float = 0.0
     """The same before the trunk touched the object [N]."""
-    pull_held: float = 0.0
-    """Mean pull of the ventral cables when the present move began [m]."""
+    pull: np.ndarray
+    """Cable pulled in, smoothed, shape (n_cable,) [m]."""
+    seen: np.ndarray
+    """Where the object was seen when the grasp was planned, shape (3,) [m]."""
+    tight: np.ndarray
+    """Tensions of the tightened wrap, shape (n_cable,) [N]."""
     shift: float = 0.0
     """How far beyond its expected place the object was touched [m]."""
     retries: int = 0
@@ -99,17 +123,20 @@ class StandingWrap(Strategy[StandingState]):
         Raises:
             ModelError: where the cables cannot pull as needed, or the object is too short.
         """
-        progress = begin(plan_moves(observation, self.options), observation)
+        moves = plan_moves(observation, self.options)
         return StandingState(
-            progress=progress, side=side_of(observation), weight=weight(observation), lean=_lean(observation)
-        )
+            progress=begin(moves, observation), side=side_of(observation), weight=weight(observation),
+            lean=_lean(observation), pull=observation.cable_pull, seen=_seen(observation),
+            tight=next(move.tension for move in moves if move.action == "tighten"),
+        )  # fmt: skip
 
     def step(self, state: StandingState, observation: Observation) -> tuple[StandingState, Command]:
-        """Follow the moves; feel for the touch, for the load, for slip and for the ground."""
+        """Follow the moves; feel for the touch, for the load, for cable that goes slack and for the ground."""
         state = replace(
             state,
             weight=state.weight + _SMOOTHING * (weight(observation) - state.weight),
             lean=state.lean + _SMOOTHING * (_lean(observation) - state.lean),
+            pull=state.pull + _SMOOTHING * (observation.cable_pull - state.pull),
         )
         state = self._feel(state, observation)
         if fraction(state.progress, observation.time) >= 1.0:
@@ -125,8 +152,8 @@ class StandingWrap(Strategy[StandingState]):
         action = state.progress.move.action
         if action == "touch":
             return self._feel_touch(state, observation)
-        if action in ("lift", "carry", "hold"):
-            return self._answer_slip(state, observation)
+        if action in _STIFF:
+            return replace(state, progress=_take_in(state, observation))
         if action == "lower" and self._load(state, observation) < self.options.borne:
             return replace(state, progress=_stay(state.progress, observation))
         return state
@@ -141,7 +168,8 @@ class StandingWrap(Strategy[StandingState]):
 
     def _touched(self, state: StandingState, observation: Observation) -> StandingState:
         """The next move at once, all until the release shifted sideways to where the object was touched."""
-        progress, shift = state.progress, self._beyond_touch(state, observation)
+        progress = state.progress
+        shift = self._beyond_touch(state, observation) - self.options.relief * observation.task.design.length
         moves = _shifted_until_release(progress, (shift - state.shift) * state.side)
         progress = advance(replace(progress, moves=moves), observation.time)
         return replace(state, progress=progress, shift=shift)
@@ -152,14 +180,6 @@ class StandingWrap(Strategy[StandingState]):
         now = command_at(progress, observation.time).T_world_base[:3, 3]
         overshoot = self.options.overshoot * observation.task.design.length
         return float(state.side @ (now - progress.move.position)) + overshoot
-
-    def _answer_slip(self, state: StandingState, observation: Observation) -> StandingState:
-        """Pull harder where the load unrolls the trunk."""
-        design, pull = observation.task.design, ventral_pull(observation)
-        if state.pull_held - pull <= self.options.slip * design.cable_stroke:
-            return state
-        tighter = raise_tension(state.progress, 1.25, 0.95 * design.cable.tension_max)
-        return replace(state, progress=tighter, pull_held=pull)
 
     def _next(self, state: StandingState, observation: Observation) -> StandingState:
         action, progress = state.progress.move.action, state.progress
@@ -172,12 +192,20 @@ class StandingWrap(Strategy[StandingState]):
             return replace(state, progress=progress, retries=state.retries + 1)
         if action == "touch":
             return self._touched(state, observation)
+        if action == "back off":
+            state, progress = _aimed_anew(state, observation)
+        if action in ("try", "steady"):
+            progress = carried_upright(progress, observation, self.options)
+        if action == "steady":
+            progress = _stiffened(progress, state, observation)
         if action == "hold":
-            progress = _righted(progress, observation, self.options)
+            progress = set_down_upright(progress, observation, self.options)
         if progress.is_last:
             return replace(state, is_done=True)
         progress = advance(progress, observation.time)
-        return replace(state, progress=progress, pull_held=ventral_pull(observation))
+        if action == "bring":  # What the winders pulled with to hold their lengths, and not what they were allowed.
+            progress = replace(progress, tension_start=np.maximum(observation.cable_tension, 0.0))
+        return replace(state, progress=progress)
 
     def _load(self, state: StandingState, observation: Observation) -> float:
         """Part of the object's weight that the arm feels [-]."""
@@ -190,6 +218,18 @@ def _lean(observation: Observation) -> float:
     return float(pull[direction > 0].mean() - pull[direction < 0].mean())
 
 
+def _seen(observation: Observation) -> np.ndarray:
+    return observation.task.target.position if observation.look is None else observation.look.position
+
+
+def _aimed_anew(state: StandingState, observation: Observation) -> tuple[StandingState, Progress]:
+    """The next try where the object is seen by now."""
+    seen = _seen(observation)
+    way = (seen - state.seen) * [1.0, 1.0, 0.0]
+    progress = replace(state.progress, moves=_shifted_until_release(state.progress, way))
+    return replace(state, seen=seen), progress
+
+
 def _shifted_until_release(progress: Progress, way: np.ndarray) -> tuple[Move, ...]:
     return tuple(
         replace(move, position=move.position + way) if i > progress.index and move.phase != "release" else move
@@ -197,54 +237,32 @@ def _shifted_until_release(progress: Progress, way: np.ndarray) -> tuple[Move, .
     )
 
 
-def _righted(progress: Progress, observation: Observation, options: StandingOptions) -> Progress:
-    """The same sequence, the object set down upright over its place, as the camera sees it tilt, and let go there."""
-    if observation.look is None:
-        return progress
-    rotation, to_base = _uprighted(observation, options, command_at(progress, observation.time).T_world_base)
-    place, height = observation.task.goal.place, float(observation.look.position[2])
-    above = np.array([*place[:2], height]) + to_base
-    low = place - np.array([0.0, 0.0, options.sink]) + to_base
-    planned = next(move.position for move in progress.moves if move.action == "lower")
-    aside, tight = np.array([*(low - planned)[:2], 0.0]), _tight_steps(options)
-    moves, opened = list(progress.moves), 0
-    for i, move in enumerate(moves):
-        if move.action in ("bring", "lower"):
-            moves[i] = replace(move, rotation=rotation, position=above if move.action == "bring" else low)
-        elif move.phase == "release":
-            moves[i] = replace(move, position=move.position + aside)
-            if opened < tight:
-                moves[i] = replace(moves[i], rotation=rotation, position=np.array([*moves[i].position[:2], low[2]]))
-            opened += 1
-    return replace(progress, moves=tuple(moves))
+def _stiffened(progress: Progress, state: StandingState, observation: Observation) -> Progress:
+    """The same sequence, the trunk stiffened while it carries: ventral lengths held, dorsal cables against them.
 
-
-def _tight_steps(options: StandingOptions) -> int:
-    """Steps of the opening before the plane of the wrap has turned back to that of the reach."""
-    return sum(pull > options.turning[0] for pull in STEPS) - 1
-
-
-def _uprighted(
-    observation: Observation, options: StandingOptions, T_world_base: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Orientation of the base that makes the object stand up, and the way from its centre to the base.
-
-    Or as near to that as leaves the housing above the ground.
+    The dorsal ones are just taut where cables run freely, since more would only soften; where they rub, they pull with
+    a tenth of the ventral tension (docs/stiffness.md).
     """
-    look, task = observation.look, observation.task
-    if look is None:
-        return T_world_base[:3, :3], np.zeros(3)
-    across = np.cross(look.axis * math.copysign(1.0, look.axis[2]), np.array([0.0, 0.0, 1.0]))
-    sine = float(np.linalg.norm(across))
-    turn = across / max(sine, 1e-9) * math.asin(min(1.0, sine))
-    stand, gap = task.target.length / 2 - options.sink, options.ground_gap / 2
-    for part in np.linspace(1.0, 0.0, 11):
-        matrix = Rotation.from_rotvec(part * turn).as_matrix()
-        rotation, to_base = matrix @ T_world_base[:3, :3], matrix @ (T_world_base[:3, 3] - look.position)
-        sink = housing_sink(task.design, math.acos(max(-1.0, min(1.0, -float(rotation[2, 0])))))
-        if stand + float(to_base[2]) >= sink + gap:
-            break
-    return rotation, to_base
+    design = observation.task.design
+    dorsal = max(_TAUT, _AGAINST * ventral_tension(observation) if design.cable.friction > 0 else 0.0)
+    pull, ceiling = hold_lengths(design, state.pull, state.tight, dorsal=dorsal)
+    return _carried_with(progress, pull, ceiling)
+
+
+def _take_in(state: StandingState, observation: Observation) -> Progress:
+    """The same sequence, cable taken in where a wrap that settles would go slack: it pays out none, but pulls on."""
+    design, held = observation.task.design, state.progress.move.pull
+    pull, ceiling = hold_lengths(design, state.pull, state.tight)
+    if held is None or not (pull > held).any():
+        return state.progress
+    return _carried_with(state.progress, np.maximum(pull, held), np.maximum(ceiling, state.progress.move.tension))
+
+
+def _carried_with(progress: Progress, pull: np.ndarray, tension: np.ndarray) -> Progress:
+    moves = tuple(
+        replace(move, pull=pull, tension=tension) if move.action in _STIFF else move for move in progress.moves
+    )
+    return replace(progress, moves=moves)
 
 
 def _stay(progress: Progress, observation: Observation) -> Progress:
@@ -259,11 +277,18 @@ def _stay(progress: Progress, observation: Observation) -> Progress:
 
 
 def _once_more(progress: Progress) -> tuple[Move, ...]:
-    """Set down, open the trunk as it closed, back off, and all of it again."""
-    last = {move.action: i for i, move in enumerate(progress.moves[: progress.index + 1])}
-    descend = progress.moves[last["descend"]]
+    """Set down, let the trunk spring open as in the release, back off, and all of it again."""
+    done = progress.moves[: progress.index + 1]
+    last = {move.action: i for i, move in enumerate(done)}
+    release = [move for move in progress.moves if move.phase == "release"]
+    eased = sum(move.action == "uncurl" for move in release)
     again = progress.moves[last["touch"] : progress.index + 1]
-    back = [replace(move, action="let go") for move in reversed(again) if move.action not in ("touch", "try")]
+    back = [replace(move, action="let go") for move in reversed(again) if move.action != "try"][: eased + 1]
+    spring = [
+        replace(move, phase="prehension", action="let go", position=back[-1].position, rotation=back[-1].rotation)
+        for move in release
+        if move.action == "open"
+    ]
     first = replace(again[0], action="let go", duration=1.0)
-    apart = replace(descend, phase="prehension", action="back off", duration=2.0)
-    return (*back, first, apart, *again)
+    apart = replace(progress.moves[last["descend"]], phase="prehension", action="back off", duration=2.0)
+    return (*back, *spring, first, apart, *again)

@@ -1,0 +1,86 @@
+"""The head turns what it holds upright, rigidly, and no farther than the housing clears the ground."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from spiraltrunk.design import presets
+from spiraltrunk.plant import Look, Observation
+from spiraltrunk.sim.objects import parse_object
+from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.scene import SceneOptions
+from spiraltrunk.strategies.phases import Progress, begin, command_at
+from spiraltrunk.strategies.standing_plan import housing_sink, plan_moves
+from spiraltrunk.strategies.standing_upright import carried_upright, set_down_upright
+from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
+
+OPTIONS = WrapHorizontal.default_options()
+
+
+@pytest.fixture(scope="module")
+def held() -> tuple[Progress, Observation]:
+    """A cylinder held in the air, at the end of the hold."""
+    shape = parse_object("cylinder-60")
+    scene = SceneOptions(stage="ground", stance="upright", shape=shape, position=(0.43, 0.14, 0.0))
+    seen = SimPlant(presets.PAPER, scene).reset()
+    moves = plan_moves(seen, OPTIONS)
+    at = next(i for i, move in enumerate(moves) if move.action == "hold")
+    T_base = np.eye(4)
+    T_base[:3, :3], T_base[:3, 3] = moves[at].rotation, moves[at].position
+    since = seen.time - moves[at].duration
+    return replace(begin(moves, seen), index=at, since=since, T_start=T_base), seen
+
+
+def leaning(
+    seen: Observation, base: np.ndarray, turn: np.ndarray, below: float = -0.02
+) -> tuple[Observation, np.ndarray]:
+    """The object seen beside the base, leaning by the rotation vector ``turn`` [rad], and its axis."""
+    axis = Rotation.from_rotvec(turn).apply([0.0, 0.0, 1.0])
+    look = Look(time=seen.time, position=base + np.array([0.08, 0.05, -below]), axis=axis)
+    return replace(seen, look=look), axis
+
+
+@pytest.mark.parametrize("turn", [[0.1, 0.0, 0.0], [-0.2, 0.1, 0.0], [0.0, -0.3, 0.0]])
+def test_it_is_turned_about_itself_until_it_stands(held: tuple[Progress, Observation], turn: list[float]) -> None:
+    progress, seen = held
+    at = next(i for i, move in enumerate(progress.moves) if move.action == "try")
+    progress = replace(progress, index=at)
+    now = command_at(progress, seen.time).T_world_base
+    seen, axis = leaning(seen, now[:3, 3], np.array(turn), below=0.3)  # The housing is far above the ground.
+    assert seen.look is not None
+    level, before = carried_upright(progress, seen, OPTIONS).moves[at + 1], progress.moves[at]
+    assert level.rotation is not None
+    turned = level.rotation @ now[:3, :3].T
+    np.testing.assert_allclose(turned @ axis, [0.0, 0.0, 1.0], atol=1e-9)
+    np.testing.assert_allclose(np.arccos((np.trace(turned) - 1) / 2), np.linalg.norm(turn), atol=1e-7)
+    np.testing.assert_allclose(level.position - seen.look.position, turned @ (before.position - seen.look.position))
+
+
+@pytest.mark.parametrize("turn", [[0.1, 0.0, 0.0], [0.4, 0.0, 0.0], [-0.4, 0.2, 0.0]])
+def test_it_is_set_down_over_its_place_and_the_housing_stays_off_the_ground(
+    held: tuple[Progress, Observation], turn: list[float]
+) -> None:
+    progress, seen = held
+    base = command_at(progress, seen.time).T_world_base
+    seen, _ = leaning(seen, base[:3, 3], np.array(turn))
+    assert seen.look is not None
+    moves = set_down_upright(progress, seen, OPTIONS).moves
+    lower = next(move for move in moves if move.action == "lower")
+    assert lower.rotation is not None
+    to_base = lower.rotation @ base[:3, :3].T @ (base[:3, 3] - seen.look.position)
+    np.testing.assert_allclose((lower.position - to_base)[:2], seen.task.goal.place[:2], atol=1e-9)
+    tilt = float(np.arccos(-lower.rotation[2, 0]))
+    ground = seen.task.goal.ground
+    assert ground is not None
+    is_turned = not np.allclose(lower.rotation, base[:3, :3])
+    if is_turned:
+        assert lower.position[2] - housing_sink(presets.PAPER, tilt) > ground + OPTIONS.ground_gap / 2 - 1e-9
+
+
+def test_without_a_camera_nothing_is_turned(held: tuple[Progress, Observation]) -> None:
+    progress, seen = held
+    blind = replace(seen, look=None)
+    assert carried_upright(progress, blind, OPTIONS) is progress
+    assert set_down_upright(progress, blind, OPTIONS) is progress
