@@ -1,0 +1,40 @@
+"""Static shapes of one trunk as a motion capture saw them: what recordings become and calibration reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.errors import ModelError
+
+KINDS = ("rest", "bend-dorsal", "bend-ventral", "twist")
+"""What the cables did before a shape was held."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class MeasuredShapes:
+    """Shapes at rest, in the order in which they were taken; arrays are finite but where nothing was seen.
+
+    Frame: that of `Shape` (base of section 1 in the origin, y up), after registration.
+    """
+
+    kind: tuple[str, ...]
+    """What was pulled, one of `KINDS`, one a shape."""
+    take: tuple[str, ...]
+    """Recording that each shape comes from; several where takes were averaged, joined by "+"."""
+    theta_0: np.ndarray
+    """Angle of the base axis below the horizontal as it was set, shape (n,) [rad]."""
+    pull: np.ndarray
+    """Cable that the winders were told to have pulled in since the straight trunk; not a number for a relaxed cable,
+    which pays out freely, shape (n, n_cable) [m]."""
+    follows: np.ndarray
+    """Index of the shape from which the cables went on; -1 where they began slack at rest, shape (n,) [-]."""
+    seat: np.ndarray
+    """Distance of each section's measured point from the section's proximal joint, along its axis, (n_section,) [m]."""
+    points: np.ndarray
+    """Measured points of the sections, base to tip; not a number where unseen, shape (n, n_section, 3) [m]."""
+    rotation: np.ndarray
+    """Axes of the sections (x along the section, as columns); not a number where unseen, shape (n, n_section, 3, 3)."""
