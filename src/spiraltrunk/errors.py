@@ -52,6 +52,19 @@ class MissingPackage(SpiralTrunkError, ImportError):
     """An optional package that is not installed; the message says how to install it."""
 
 
+class TakeError(SpiralTrunkError, ValueError):
+    """A recording or a protocol that cannot be used: where in the file, what was found and what is allowed."""
+
+    def __init__(self, message: str, *, file: str = "", line: int | None = None, column: int | None = None) -> None:
+        self.file = file
+        self.line = line
+        self.column = column
+        where = [repr(file)] if file else []
+        where += [f"line {line}"] if line is not None else []
+        where += [f"column {column}"] if column is not None else []
+        super().__init__(f"{', '.join(where)}: {message}" if where else message)
+
+
 class SurveyError(SpiralTrunkError, ValueError):
     """A folder that holds another survey than the one that is asked for."""
 

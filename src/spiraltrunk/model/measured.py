@@ -38,3 +38,33 @@ class MeasuredShapes:
     """Measured points of the sections, base to tip; not a number where unseen, shape (n, n_section, 3) [m]."""
     rotation: np.ndarray
     """Axes of the sections (x along the section, as columns); not a number where unseen, shape (n, n_section, 3, 3)."""
+
+    def __post_init__(self) -> None:
+        n, n_section = len(self.kind), np.size(self.seat)
+        for kind in self.kind:
+            if kind not in KINDS:
+                raise ModelError(f"kind is {kind!r}; allowed: {', '.join(KINDS)}")
+        if len(self.take) != n:
+            raise ModelError(f"take has {len(self.take)} names for {n} shapes; allowed: one each")
+        n_cable = np.shape(self.pull)[-1] if np.ndim(self.pull) == 2 else 0
+        sizes = {
+            "theta_0": (n,), "pull": (n, n_cable), "follows": (n,), "seat": (n_section,),
+            "points": (n, n_section, 3), "rotation": (n, n_section, 3, 3),
+        }  # fmt: skip
+        for name, size in sizes.items():
+            if np.shape(getattr(self, name)) != size:
+                raise ModelError(f"{name} has shape {np.shape(getattr(self, name))}; allowed: {size}")
+        for name in ("theta_0", "seat", "follows"):
+            if not np.isfinite(getattr(self, name)).all():
+                raise ModelError(f"{name} is not finite; allowed: finite numbers")
+        for name in ("pull", "points", "rotation"):
+            if np.isinf(getattr(self, name)).any():
+                raise ModelError(f"{name} is infinite; allowed: finite numbers, or not a number where nothing was seen")
+        self._check_follows()
+
+    def _check_follows(self) -> None:
+        follows = np.asarray(self.follows)
+        wrong = np.flatnonzero((follows != np.rint(follows)) | (follows < -1) | (follows >= np.arange(len(follows))))
+        if len(wrong):
+            shape = int(wrong[0])
+            raise ModelError(f"shape {shape} follows {follows[shape]:g}; allowed: -1, or a shape before it")

@@ -1,0 +1,51 @@
+"""Axis conventions of recordings: a Motive export does not say its own, so that it is always asked for.
+
+Ours has y up against gravity, x to the right and z towards the viewer, right-handed, as Motive itself. Motive exports
+any of its axes as any other, either way round.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from spiraltrunk.errors import TakeError
+
+NAMED = {"y-up": "x,y,z", "z-up": "y,z,x", "x-up": "z,x,y"}
+"""Conventions by name: which axes of the file are our x (right), y (up) and z (towards the viewer); all right-handed.
+
+Where the right-hand side points does not matter to anything that is registered; up and handedness do.
+"""
+
+_AXIS = re.compile(r"([+-]?)([xyz])")
+
+ALLOWED = (
+    f"{', '.join(NAMED)}, or three axes of the file that are right, up and towards the viewer, "
+    "such as x,-z,y; Motive's own is y-up, and the export's settings say whether it was changed"
+)
+
+
+def read_axes(name: str) -> np.ndarray:
+    """Matrix from the file's axes to ours, a signed permutation, shape (3, 3) [-].
+
+    A determinant of -1 is a left-handed file.
+
+    Raises:
+        TakeError: for a name that is no convention.
+    """
+    key = name.strip().lower()
+    axes = [match for part in NAMED.get(key, key).split(",") if (match := _AXIS.fullmatch(part.strip()))]
+    if len(axes) != 3 or len({axis[2] for axis in axes}) != 3:
+        raise TakeError(f"axes are {name[:60]!r}; allowed: {ALLOWED}")
+    turn = np.zeros((3, 3))
+    for row, axis in enumerate(axes):
+        turn[row, "xyz".index(axis[2])] = -1.0 if axis[1] == "-" else 1.0
+    return turn
+
+
+def turn_quaternions(quaternion_wxyz: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """The rotations P R P^T of rotations R, for a signed permutation P, shape (..., 4) [-]."""
+    turned = quaternion_wxyz.copy()
+    turned[..., 1:] = round(float(np.linalg.det(turn))) * quaternion_wxyz[..., 1:] @ turn.T
+    return turned

@@ -1,0 +1,102 @@
+"""C3D files by the package ezc3d: labelled markers, no rigid bodies."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spiraltrunk.errors import MissingPackage, TakeError
+from spiraltrunk.mocap.axes import read_axes
+from spiraltrunk.mocap.cells import MOST_CELLS
+from spiraltrunk.mocap.lines import open_take
+from spiraltrunk.mocap.take import Marker, Take, find_stale
+
+_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
+_FARTHEST = 1e4
+
+
+def load_c3d(path: str | Path, *, axes: str) -> Take:
+    """Read the markers of a C3D file.
+
+    A marker with a negative residual was not seen, as the format has it; so was one of which a coordinate is missing.
+
+    Args:
+        path: the file.
+        axes: axis convention of the export (`axes.NAMED`, or three axes); exporters do not agree on where to say it.
+
+    Raises:
+        TakeError: where it cannot be read or says no unit or rate.
+        MissingPackage: where ezc3d is not installed.
+    """
+    turn = read_axes(axes)
+    with open_take(path) as file:
+        start = file.read(2)
+    if len(start) < 2 or start[1] != 0x50:
+        raise TakeError("it does not begin as C3D does; allowed: a C3D file", file=str(path))
+    content = _read(path)
+    point = content["parameters"]["POINT"]
+    rate, unit = _number(point, "RATE"), _text(point, "UNITS")
+    labels = _labels(content["parameters"])
+    raw = np.asarray(content["data"]["points"], float)
+    if not (math.isfinite(rate) and 0.01 <= rate <= 1e5):
+        raise TakeError(f"POINT:RATE is {rate:g}; allowed: a rate in Hz", file=str(path))
+    if unit.lower() not in _UNITS:
+        raise TakeError(f"POINT:UNITS are {unit[:40]!r}; allowed: {', '.join(_UNITS)}", file=str(path))
+    if raw.ndim != 3 or not raw.shape[1] or not raw.shape[2] or raw.size > MOST_CELLS:
+        raise TakeError(f"there are {raw.shape[1:]} markers and frames; allowed: at least one, not too many", file=str(path))
+    position = np.moveaxis(raw[:3], 0, -1) * _UNITS[unit.lower()]
+    residual = np.asarray(content["data"]["meta_points"]["residuals"], float).reshape(raw.shape[1:])
+    hidden = ~np.isfinite(position).all(axis=-1) | (residual < 0)
+    position[hidden] = np.nan
+    if np.nanmax(np.abs(position), initial=0.0) > _FARTHEST:
+        raise TakeError(f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=str(path))
+    first = int(content["header"]["points"]["first_frame"])
+    frame = first + np.arange(raw.shape[2])
+    placed = position @ turn.T
+    markers = tuple(
+        Marker(name=name, id=str(i + 1), is_solved=False, position=placed[i], is_stale=find_stale(placed[i]))
+        for i, name in enumerate(labels[: raw.shape[1]])
+    )
+    if len(markers) < raw.shape[1]:
+        told = f"{raw.shape[1]} markers and {len(markers)} labels; allowed: a label each"
+        raise TakeError(told, file=str(path))
+    return Take(
+        source=str(path), name=Path(path).stem, started="", rate=rate, frame=frame, time=frame / rate, bodies=(),
+        markers=markers,
+    )  # fmt: skip
+
+
+def _read(path: str | Path) -> Any:
+    try:
+        import ezc3d  # type: ignore[import-untyped]
+    except ImportError:
+        told = "C3D needs the package ezc3d: pip install 'spiraltrunk[mocap]', or export CSV"
+        raise MissingPackage(told) from None
+    try:
+        return ezc3d.c3d(str(path))
+    except Exception as error:  # Whatever C++ throws, for which the package has no type of its own.
+        reason = " ".join(str(error).split())[:200]
+        raise TakeError(f"{reason}; allowed: a C3D file that ezc3d reads", file=str(path)) from None
+
+
+def _number(group: Any, key: str) -> float:
+    values = np.ravel(np.asarray(group[key]["value"], float)) if key in group else np.empty(0)
+    return float(values[0]) if len(values) else math.nan
+
+
+def _text(group: Any, key: str) -> str:
+    values = group[key]["value"] if key in group else []
+    return str(values[0]).strip() if len(values) else ""
+
+
+def _labels(parameters: Any) -> list[str]:
+    """All labels: what does not fit goes on in LABELS2 and so on."""
+    group, names = parameters["POINT"], list(parameters["POINT"]["LABELS"]["value"])
+    for i in range(2, 100):
+        if f"LABELS{i}" not in group:
+            break
+        names.extend(group[f"LABELS{i}"]["value"])
+    return [str(name).strip() for name in names]

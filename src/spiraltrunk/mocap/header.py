@@ -1,0 +1,251 @@
+"""The header of a Motive CSV: key and value pairs, then one row each for type, name, ID, quantity and axis.
+
+Motive names its quantities only there, so that a file without header cannot be read. Versions differ in labels
+(1.21 leaves them empty) and in columns before the data (1.24 has a time code).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple, final
+
+from spiraltrunk.errors import TakeError
+from spiraltrunk.mocap.lines import Lines, decode
+
+MOST_COLUMNS = 20_000
+"""Columns up to which a file is read [-]."""
+
+_MOST_ROWS = 20
+_KNOWN = ("1.21", "1.22", "1.23", "1.24")
+_KEYS = (
+    "format version", "take name", "take notes", "capture frame rate", "export frame rate", "capture start time",
+    "total frames in take", "total exported frames", "rotation type", "length units", "coordinate space",
+)  # fmt: skip
+_UNITS = {
+    "meters": 1.0, "metres": 1.0, "meter": 1.0, "metre": 1.0, "m": 1.0,
+    "centimeters": 1e-2, "centimetres": 1e-2, "centimeter": 1e-2, "centimetre": 1e-2, "cm": 1e-2,
+    "millimeters": 1e-3, "millimetres": 1e-3, "millimeter": 1e-3, "millimetre": 1e-3, "mm": 1e-3,
+}  # fmt: skip
+
+
+class Column(NamedTuple):
+    """One column of data; texts but the name are lower case."""
+
+    index: int
+    kind: str
+    name: str
+    id: str
+    quantity: str
+    axis: str
+    turn: int
+    """How many columns before it say the very same, which tells duplicates apart."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Header:
+    """What the header says."""
+
+    take: str
+    """Name of the take."""
+    started: str
+    """When it was recorded, as it says it."""
+    version: str
+    """Version of the format."""
+    rate: float
+    """Frames per second of the export [Hz]."""
+    capture_rate: float | None
+    """Frames per second of the cameras, where it is said [Hz]."""
+    unit: float
+    """Length unit [m]."""
+    rotation: str
+    """Rotation type, such as Quaternion or XYZ; empty where it is not said."""
+    frames: int | None
+    """Frames that it promises."""
+    n_column: int
+    """Columns of a data row [-]."""
+    time: int | None
+    """Column of the times."""
+    columns: tuple[Column, ...]
+    """Columns of data."""
+    line: int
+    """Line of the axes, after which the data come."""
+    notes: tuple[str, ...]
+    """What was odd."""
+
+
+def read_header(lines: Lines) -> Header:
+    """Read lines up to the row of axes.
+
+    Raises:
+        TakeError: where this is no header of a Motive CSV; it says what is wrong.
+    """
+    rows = _read_rows(lines)
+    pairs = _read_pairs(rows[0][1])
+    labels = [row for row in rows[1:-1] if any(row[1])]
+    line, axes = rows[-1]
+    notes: list[str] = []
+    columns, n_column = _read_columns(labels, axes, lines.source)
+    capture = _read_rate(pairs.get("capture frame rate"))
+    rate = _read_rate(pairs.get("export frame rate")) or capture
+    if rate is None:
+        given = [pairs.get(key, "missing") for key in ("export frame rate", "capture frame rate")]
+        allowed = "allowed: one of them a number of Hz"
+        told = f"Export Frame Rate is {given[0][:40]!r} and Capture Frame Rate {given[1][:40]!r}; {allowed}"
+        raise TakeError(told, file=lines.source, line=1)
+    return Header(
+        take=pairs.get("take name", ""), started=pairs.get("capture start time", ""),
+        version=_check_version(pairs["format version"], lines.source, notes), rate=rate, capture_rate=capture,
+        unit=_read_unit(pairs, lines.source), rotation=pairs.get("rotation type", ""),
+        frames=_read_count(pairs.get("total exported frames", "")), n_column=n_column, time=_find_time(axes, columns),
+        columns=columns, line=line, notes=(*notes, *_check_space(pairs, lines.source)),
+    )  # fmt: skip
+
+
+def _read_rows(lines: Lines) -> list[tuple[int, list[str]]]:
+    """Rows with the number of their line, from the first to that of the axes."""
+    rows: list[tuple[int, list[str]]] = []
+    try:
+        for cells in csv.reader(_texts(lines)):
+            cells = [cell.strip() for cell in cells]
+            if not rows:
+                _check_first(cells, lines.source)
+            rows.append((lines.number, cells))
+            if len(cells) > MOST_COLUMNS:
+                told = f"the row has {len(cells)} columns; allowed: at most {MOST_COLUMNS}"
+                raise TakeError(told, file=lines.source, line=lines.number)
+            if cells and cells[0].lower() == "frame":
+                return rows
+            if len(rows) > _MOST_ROWS:
+                break
+    except csv.Error as error:
+        raise TakeError(f"{error}; allowed: the header of a Motive CSV", file=lines.source, line=lines.number) from None
+    if not rows:
+        raise TakeError("the file is empty; allowed: a Motive CSV with its header", file=lines.source)
+    told = "there is no row that begins with Frame; allowed: a Motive CSV, exported whole and with Header information on"
+    raise TakeError(told, file=lines.source, line=lines.number)
+
+
+def _texts(lines: Lines) -> Iterator[str]:
+    return (decode(line) + "\n" for line in lines)
+
+
+def _check_first(cells: list[str], source: str) -> None:
+    """Refuse what is no Motive CSV, and say what seems to have happened."""
+    first = cells[0] if cells else ""
+    if first.lower() == "format version" and len(cells) > 1:
+        return
+    if re.match(r"format version\s*[;\t]", first, re.IGNORECASE):
+        what = "cells are divided by semicolons or tabs; allowed: commas between cells and points in numbers, as Motive"
+        told = f"{what} writes them: do not save it again from a spreadsheet of another language"
+    elif first.lower().startswith(("frame", "time", "type")) or re.fullmatch(r"[-+\d.eE]+", first):
+        told = "the header is missing; allowed: a Motive CSV with its header: export with Header information on"
+    else:
+        told = f"it begins with {first[:40]!r}; allowed: a Motive CSV, which begins with 'Format Version'"
+    raise TakeError(told, file=source, line=1)
+
+
+def _read_pairs(cells: list[str]) -> dict[str, str]:
+    """Values by key: keys are looked for by name, as a value may hold commas."""
+    pairs: dict[str, str] = {}
+    for i, cell in enumerate(cells[:-1]):
+        key = cell.lower()
+        if key in _KEYS and key not in pairs:
+            value = cells[i + 1]
+            pairs[key] = "" if value.lower() in _KEYS else value
+    return pairs
+
+
+def _check_version(version: str, source: str, notes: list[str]) -> str:
+    if not re.fullmatch(r"1\.[0-9]{1,2}[0-9.]{0,8}", version):
+        told = f"the format's version is {version[:40]!r}; allowed: {_KNOWN[0]} to {_KNOWN[-1]}"
+        raise TakeError(told, file=source, line=1, column=2)
+    if version not in _KNOWN:
+        notes.append(f"version {version} of the format is none of {_KNOWN[0]} to {_KNOWN[-1]}; read as if it were")
+    return version
+
+
+def _check_space(pairs: dict[str, str], source: str) -> list[str]:
+    space = pairs.get("coordinate space", "")
+    if space.lower() in ("global", "world"):
+        return []
+    if space:
+        told = f"Coordinate Space is {space[:40]!r}; allowed: Global: export again with World coordinates"
+        raise TakeError(told, file=source, line=1)
+    return ["the header does not say its coordinate space; taken as Global"]
+
+
+def _read_unit(pairs: dict[str, str], source: str) -> float:
+    unit = pairs.get("length units", "")
+    if unit.lower() not in _UNITS:
+        told = f"Length Units are {unit[:40]!r}; allowed: Meters, Centimeters or Millimeters"
+        raise TakeError(told, file=source, line=1)
+    return _UNITS[unit.lower()]
+
+
+def _read_rate(text: str | None) -> float | None:
+    """A rate from 0.01 to 100,000 Hz, else None."""
+    try:
+        rate = float(text or "")
+    except ValueError:
+        return None
+    return rate if math.isfinite(rate) and 0.01 <= rate <= 1e5 else None
+
+
+def _read_count(text: str) -> int | None:
+    return int(text) if re.fullmatch(r"[0-9]{1,15}", text) else None
+
+
+def _find_time(axes: list[str], columns: tuple[Column, ...]) -> int | None:
+    """The column of the times, one of those before the data."""
+    first = min((column.index for column in columns), default=len(axes))
+    for index, label in enumerate(axes[:first]):
+        if re.match(r"time(?!\s*code)", label, re.IGNORECASE):
+            return index
+    return None
+
+
+def _read_columns(labels: list[tuple[int, list[str]]], axes: list[str], source: str) -> tuple[tuple[Column, ...], int]:
+    """Columns that have a type, and how many columns a row has."""
+    if len(labels) < 2:
+        told = f"{len(labels)} rows between the first and that of the axes; allowed: Type, Name, ID and the quantities"
+        raise TakeError(told, file=source)
+    rows = _name_rows(labels[:-1])
+    kind, name, ident = (rows.get(key, []) for key in ("type", "name", "id"))
+    quantity = labels[-1][1]
+    n_column = max(_last(row) for row in (kind, name, quantity, axes))
+    seen: Counter[tuple[str, ...]] = Counter()
+    columns = []
+    for index in range(1, n_column):
+        said = (_cell(kind, index).lower(), _cell(name, index), _cell(ident, index))
+        said = (*said, _cell(quantity, index).lower(), _cell(axes, index).lower())
+        if said[0] in ("", "type"):
+            continue
+        columns.append(Column(index, *said, turn=seen[said]))
+        seen[said] += 1
+    if not columns:
+        told = "no column has a type such as Rigid Body or Marker; allowed: an export with rigid bodies or markers"
+        raise TakeError(told, file=source, line=labels[0][0])
+    return tuple(columns), n_column
+
+
+def _name_rows(labels: list[tuple[int, list[str]]]) -> dict[str, list[str]]:
+    """Rows by their label, or, where labels are empty, by their order."""
+    told = {_cell(row, 1).lower(): row for _, row in labels if _cell(row, 1).lower() in ("type", "name", "id")}
+    if "type" in told:
+        return told
+    return dict(zip(("type", "name", "id"), (row for _, row in labels), strict=False))
+
+
+def _cell(row: list[str], index: int) -> str:
+    return row[index] if index < len(row) else ""
+
+
+def _last(row: list[str]) -> int:
+    """How many columns a row has up to its last that is not blank."""
+    return next((i + 1 for i in range(len(row) - 1, -1, -1) if row[i]), 0)

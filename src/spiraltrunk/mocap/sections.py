@@ -1,0 +1,225 @@
+"""Which tracks of a recording are which sections, and where a section is in a held shape."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import TakeError
+from spiraltrunk.mocap.protocol import Protocol
+from spiraltrunk.mocap.register import frame_from_markers, mean_rotation, rotation_from_quaternions
+from spiraltrunk.mocap.segment import Still, compute_middle
+from spiraltrunk.mocap.take import Body, Marker, Take
+
+FEWEST = 3
+"""Sections that a recording has at least [-]."""
+
+_LEAST_SHARE = 0.2
+"""Part of a still in which a section is seen for its place to count [-] (ours)."""
+
+_LEAST_FRAMES = 3
+
+_SLACK_SHARE, _SLACK = 0.10, 5e-3
+"""How far the distance of neighbouring sections may be from the design's before the trunk is another one [-], [m]."""
+
+_NAME = re.compile(r"section[ _-]?0*([1-9][0-9]{0,2})", re.IGNORECASE)
+_MARKER = re.compile(r"(.+?)(?:[:_ -]+(?:marker)?|marker)[ _-]?0*([1-3])", re.IGNORECASE)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SectionTracks:
+    """The sections of one recording."""
+
+    take: Take
+    """The recording."""
+    bodies: dict[int, Body]
+    """Rigid bodies by section, from 1."""
+    markers: dict[int, tuple[Marker, Marker, Marker]]
+    """Markers 1 to 3 by section."""
+    base: Body | None
+    """Rigid body at the base."""
+    points: np.ndarray
+    """Centre of each section's markers, not a number where unseen or held, shape (n, n_section, 3) [m]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class HeldShape:
+    """Where sections and base were in one still, in the recording's frame, y up."""
+
+    still: Still
+    """When it was held."""
+    points: np.ndarray
+    """Centre of each section's markers, not a number where unseen, shape (n_section, 3) [m]."""
+    rotation: np.ndarray
+    """Axes of each section, not a number where unknown, shape (n_section, 3, 3) [-]."""
+    base_point: np.ndarray
+    """The base's origin, not a number where unseen, shape (3,) [m]."""
+    base_rotation: np.ndarray
+    """The base's axes, shape (3, 3) [-]."""
+
+
+def find_sections(take: Take, design: TrunkDesign, protocol: Protocol) -> SectionTracks:
+    """Sections of a recording by their names.
+
+    Raises:
+        TakeError: where there are too few, one is there twice, or the design has not so many.
+    """
+    named = {name: number for number, name in protocol.sections}
+
+    def number_of(name: str) -> int | None:
+        if named:
+            return named.get(name)
+        match = _NAME.fullmatch(name.strip())
+        return int(match[1]) if match else None
+
+    bodies = _find_bodies(take, number_of)
+    markers = _find_markers(take, number_of)
+    found = sorted({*bodies, *markers})
+    if found and found[-1] > design.n_section:
+        told = f"section {found[-1]} recorded; allowed: 1 to {design.n_section}, as the design {design.name!r} has"
+        raise TakeError(told, file=take.source)
+    if len(found) < FEWEST:
+        names = [track.name for track in (*take.bodies, *take.markers)]
+        listed = ", ".join(map(repr, names[:8])) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+        allowed = f"{FEWEST} or more rigid bodies section_01 ..., or markers section_01:Marker1 to 3, or [sections]"
+        raise TakeError(f"{len(found)} sections found among {listed}; allowed: {allowed}", file=take.source)
+    points = np.full((len(take.frame), design.n_section, 3), np.nan)
+    for number in found:
+        points[:, number - 1] = _track(bodies.get(number), markers.get(number))
+    base = next((body for body in take.bodies if body.name == protocol.base), None)
+    return SectionTracks(take=take, bodies=bodies, markers=markers, base=base, points=points)
+
+
+def _find_bodies(take: Take, number_of: Callable[[str], int | None]) -> dict[int, Body]:
+    bodies: dict[int, Body] = {}
+    for body in take.bodies:
+        number = number_of(body.name)
+        if number is None:
+            continue
+        if number in bodies:
+            told = f"section {number} is there twice, as {bodies[number].name!r} and {body.name!r}; allowed: once"
+            raise TakeError(told, file=take.source)
+        bodies[number] = body
+    return bodies
+
+
+def _find_markers(
+    take: Take, number_of: Callable[[str], int | None]
+) -> dict[int, tuple[Marker, Marker, Marker]]:
+    """Sections of which all three markers are there; those that were seen go before those that were solved."""
+    found: dict[tuple[int, int], Marker] = {}
+    for marker in take.markers:
+        match = _MARKER.fullmatch(marker.name.strip())
+        number = number_of(match[1]) if match else None
+        if match is None or number is None:
+            continue
+        key = (number, int(match[2]))
+        old = found.get(key)
+        if old is not None and old.is_solved == marker.is_solved:
+            told = f"marker {key[1]} of section {number} is there twice; allowed: once"
+            raise TakeError(told, file=take.source)
+        if old is None or old.is_solved:
+            found[key] = marker
+    whole = {number for number, _ in found if all((number, i) in found for i in (1, 2, 3))}
+    return {number: (found[number, 1], found[number, 2], found[number, 3]) for number in whole}
+
+
+def _track(body: Body | None, markers: tuple[Marker, ...] | None) -> np.ndarray:
+    """A section's place over time: its rigid body's, or the centre of its markers where that is not seen."""
+    if markers is not None:
+        seen = np.all([marker.is_seen for marker in markers], axis=0)[:, None]
+        center = np.where(seen, np.mean([marker.position for marker in markers], axis=0), np.nan)
+    if body is None:
+        return center
+    place = np.where(body.is_seen[:, None], body.position, np.nan)
+    return place if markers is None else np.where(body.is_seen[:, None], place, center)
+
+
+def hold(tracks: SectionTracks, still: Still, orientation: str) -> HeldShape:
+    """Where sections and base were in a still: medians of positions, means of rotations, of what was seen."""
+    least = max(_LEAST_FRAMES, round(_LEAST_SHARE * len(still.frames)))
+    points = compute_middle(tracks.points[still.frames], least)
+    rotation = np.full((len(points), 3, 3), np.nan)
+    if orientation == "markers":
+        for number, markers in tracks.markers.items():
+            rotation[number - 1] = frame_from_markers(compute_middle(_stack(markers, still), least))
+    elif orientation == "body":
+        for number, body in tracks.bodies.items():
+            rotation[number - 1] = _hold_axes(body, still, least)
+    rotation[np.isnan(points).any(axis=1)] = np.nan
+    base_point, base_rotation = np.full(3, np.nan), np.full((3, 3), np.nan)
+    if tracks.base is not None:
+        place = np.where(tracks.base.is_seen[:, None], tracks.base.position, np.nan)
+        base_point = compute_middle(place[still.frames, None], least)[0]
+        base_rotation = _hold_axes(tracks.base, still, least)
+    return HeldShape(
+        still=still, points=points, rotation=rotation, base_point=base_point, base_rotation=base_rotation
+    )
+
+
+def _stack(markers: tuple[Marker, ...], still: Still) -> np.ndarray:
+    seen = [np.where(marker.is_seen[:, None], marker.position, np.nan)[still.frames] for marker in markers]
+    return np.stack(seen, axis=1)
+
+
+def _hold_axes(body: Body, still: Still, least: int) -> np.ndarray:
+    seen = still.frames[body.is_seen[still.frames]]
+    if len(seen) < least:
+        return np.full((3, 3), np.nan)
+    return mean_rotation(rotation_from_quaternions(body.quaternion_wxyz[seen]))
+
+
+def compute_seat(design: TrunkDesign) -> np.ndarray:
+    """Where the markers are on each section: its lower edge, the distal face's outer corner, shape (n_section,) [m]."""
+    return design.solid.rim_end * design.scale
+
+
+def check_trunk(shapes: list[HeldShape], design: TrunkDesign, source: str) -> None:
+    """Refuse a recording whose neighbouring sections are not as far apart as the design's can be.
+
+    Two neighbouring points and the joint between them make a triangle: with sides a and b and a bend q they are
+    sqrt(a^2 + b^2 + 2 a b cos q) apart, q from 0 to the joint limit.
+
+    Raises:
+        TakeError: where more than half of the distances do not fit.
+    """
+    seat = compute_seat(design)
+    before, beyond = (design.section_length - seat)[:-1], seat[1:]
+    straight = before + beyond
+    bent = np.sqrt(before**2 + beyond**2 + 2 * before * beyond * np.cos(design.joint_limit))
+    apart = np.array([np.linalg.norm(np.diff(shape.points, axis=0), axis=1) for shape in shapes])
+    seen = np.isfinite(apart)
+    wrong = (apart > straight * (1 + _SLACK_SHARE) + _SLACK) | (apart < bent * (1 - _SLACK_SHARE) - _SLACK)
+    if seen.any() and wrong[seen].mean() > 0.5:
+        shape, pair = np.argwhere(seen & wrong)[0]
+        told = (
+            f"sections {pair + 1} and {pair + 2} are {1e3 * apart[shape, pair]:.1f} mm apart; allowed: "
+            f"{1e3 * bent[pair]:.1f} to {1e3 * straight[pair]:.1f} mm of the design {design.name!r}: is it another "
+            "trunk, another unit, or are sections named wrongly?"
+        )
+        raise TakeError(told, file=source)
+
+
+def check_order(shapes: list[HeldShape], source: str) -> None:
+    """Refuse markers that are counted the wrong way round: their axes point towards the base.
+
+    Raises:
+        TakeError: names the section.
+    """
+    for number in range(shapes[0].points.shape[0] - 1):
+        away = [
+            float(shape.rotation[number, :, 0] @ (shape.points[number + 1] - shape.points[number])) for shape in shapes
+        ]
+        told = np.array(away)[np.isfinite(away)]
+        if len(told) and np.mean(told < 0) > 0.5:
+            raise TakeError(
+                f"the axis of section {number + 1} points towards the base; allowed: markers 1 to 3 counted from the "
+                "dorsal one (y) towards z, as cables 1 to 3 are, or orientation = \"none\"", file=source,
+            )  # fmt: skip

@@ -1,0 +1,79 @@
+"""Measured shapes as JSON, in SI; what is not a number is null."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from spiraltrunk.errors import ModelError, TakeError
+from spiraltrunk.mocap.lines import open_take
+from spiraltrunk.model.measured import MeasuredShapes
+
+_SCHEMA = 1
+_ARRAYS = {
+    "theta_0": "theta_0_rad", "pull": "pull_m", "follows": "follows", "seat": "seat_m", "points": "points_m",
+    "rotation": "rotation",
+}  # fmt: skip
+_MOST_BYTES = 100_000_000
+
+
+def write_shapes(shapes: MeasuredShapes, path: str | Path) -> Path:
+    """Write the shapes, whole or not at all.
+
+    Raises:
+        OSError: where the file cannot be written.
+    """
+    target = Path(path)
+    draft = target.parent / f".{secrets.token_hex(8)}.tmp"
+    document: dict[str, Any] = {"schema": _SCHEMA, "kind": list(shapes.kind), "take": list(shapes.take)}
+    document |= {key: _to_lists(getattr(shapes, field)) for field, key in _ARRAYS.items()}
+    try:
+        with draft.open("x") as file:
+            json.dump(document, file, allow_nan=False)
+            file.write("\n")
+            file.flush()
+            os.fsync(file.fileno())
+        draft.replace(target)
+    except BaseException:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        raise
+    return target
+
+
+def load_shapes(path: str | Path) -> MeasuredShapes:
+    """Read shapes that `write_shapes` wrote.
+
+    Raises:
+        TakeError: where the file does not hold such shapes.
+    """
+    with open_take(path) as file:
+        data = file.read(_MOST_BYTES + 1)
+    try:
+        if len(data) > _MOST_BYTES:
+            raise ValueError(f"it has more than {_MOST_BYTES} bytes")
+        document = json.loads(data)
+        if not isinstance(document, dict) or document.get("schema") != _SCHEMA:
+            raise ValueError(f"it has no schema {_SCHEMA}")
+        texts = {key: tuple(str(value) for value in document[key]) for key in ("kind", "take")}
+        arrays = {field: np.array(document[key], float) for field, key in _ARRAYS.items()}
+        arrays["follows"] = np.rint(arrays["follows"]).astype(int)
+        return MeasuredShapes(kind=texts["kind"], take=texts["take"], **arrays)
+    except (ValueError, TypeError, KeyError, RecursionError, OverflowError, ModelError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else " ".join(str(error).split())[:200]
+        raise TakeError(f"{what}; allowed: shapes as spiraltrunk validate writes them", file=str(path)) from None
+
+
+def _to_lists(array: np.ndarray) -> list[Any]:
+    """Nested lists, null for what is not a number."""
+    plain = np.asarray(array)
+    if plain.dtype.kind == "f":
+        plain = np.where(np.isfinite(plain), plain.astype(object), None)
+    nested: list[Any] = plain.tolist()
+    return nested
