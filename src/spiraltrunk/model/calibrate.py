@@ -24,7 +24,6 @@ from spiraltrunk.model.calibrate_noise import Scatter
 from spiraltrunk.model.calibrate_play import State, find_states, place_points, play_reference, play_statics
 from spiraltrunk.model.measured import MeasuredShapes
 from spiraltrunk.model.pulls import carry_gripper
-from spiraltrunk.model.statics import StaticsOptions
 
 __all__ = ["Calibration", "Errors", "Parameter", "Prior", "Settings", "Weighing", "calibrate"]
 
@@ -44,8 +43,10 @@ class Settings:
     """What is known beforehand."""
     weighing: Weighing | None = None
     """What a scale said, if the trunk was weighed."""
-    options: StaticsOptions | None = None
-    """How equilibria are solved."""
+    registration_turn: float = 2e-3
+    """Standard deviation of the registration's rotation about each axis [rad] (ours: 1 mm over the trunk's length)."""
+    registration_shift: float = 3e-4
+    """Of its shift along each axis [m] (ours)."""
 
 
 @final
@@ -140,9 +141,9 @@ def calibrate(
     trunk = carry_gripper(design)
     known = find_states(shapes)
     knobs = build_knobs(design, settings.prior, settings.weighing)
-    task = _build_task(trunk, shapes, chosen, (known.states, known.of_shape), settings.options)
-    fit = fit_knobs(task, knobs, tell)
-    return _tell_all(design, (shapes, chosen), (known.states, known.of_shape), (fit, knobs), settings)
+    task = _build_task(trunk, shapes, chosen, (known.states, known.of_shape))
+    fit = fit_knobs(task, knobs, (settings.registration_turn, settings.registration_shift), tell)
+    return _tell_all(design, (shapes, chosen), (known.states, known.of_shape), (fit, knobs))
 
 
 def compute_rmse(predicted: np.ndarray, measured: np.ndarray) -> np.ndarray:
@@ -171,7 +172,6 @@ def _build_task(
     shapes: MeasuredShapes,
     chosen: np.ndarray,
     known: tuple[tuple[State, ...], np.ndarray],
-    options: StaticsOptions | None,
 ) -> Task:
     """Mean of the repeats of every state that is fitted, and the states that lead there."""
     states, of_shape = known
@@ -192,7 +192,6 @@ def _build_task(
         mean = total[kept] / count[kept][..., None]
     return Task(
         design=trunk, states=own, seat=np.asarray(shapes.seat, float), measured=mean, count=count[kept],
-        options=options,
     )  # fmt: skip
 
 
@@ -206,14 +205,13 @@ def _tell_all(
     recorded: tuple[MeasuredShapes, np.ndarray],
     known: tuple[tuple[State, ...], np.ndarray],
     found: tuple[Fit, Knobs],
-    settings: Settings,
 ) -> Calibration:
     (shapes, chosen), (states, of_shape), (fit, knobs) = recorded, known, found
     trunk = carry_gripper(design)
     turned, slack = apply_knobs(trunk, fit.knobs)
-    ends, failed = play_statics(turned, states, slack, settings.options)
-    plain, _ = play_statics(trunk, states, np.zeros(design.n_cable), settings.options)
-    three = (ends, plain, play_reference(trunk, states))
+    played = play_statics(turned, states, slack)
+    plain = play_statics(trunk, states, np.zeros(design.n_cable))
+    three = (played.points, plain.points, play_reference(trunk, states))
     placed = [place_points(trunk, model, shapes.seat)[of_shape] for model in three]
     rmse = [compute_rmse(model, shapes.points) for model in placed]
     errors = [
@@ -224,7 +222,7 @@ def _tell_all(
     return Calibration(
         design=apply_knobs(design, fit.knobs)[0], slack=slack, parameters=describe(design, fit, knobs),
         correlation=fit.covariance / np.outer(spread, spread), names=knobs.names, fit=fit, fitted=errors[0],
-        held_out=errors[1], unsolved=int(failed[of_shape].sum()),
+        held_out=errors[1], unsolved=int(played.has_failed[of_shape].sum()),
     )  # fmt: skip
 
 

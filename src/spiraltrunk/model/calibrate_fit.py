@@ -1,15 +1,12 @@
 """Knobs from measured shapes: the most probable ones, and how far each may be off.
 
-Gauss and Newton's steps on residuals and prior together, whitened by `calibrate_noise`; slopes by differences, each
-knob turned a little both ways and the whole protocol played again, on all cores. Points that lie far off the others
-of their section count less (Huber).
+Steps of Levenberg and Marquardt on residuals and prior together, whitened by `calibrate_noise`, with the slopes of
+`calibrate_slopes`. Points that lie far off the others of their section count less (Huber).
 """
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -19,20 +16,29 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.model.calibrate_knobs import Knobs, apply_knobs
 from spiraltrunk.model.calibrate_noise import Block, Scatter, Whitener, find_scatter
-from spiraltrunk.model.calibrate_play import State, place_points, play_statics
-from spiraltrunk.model.statics import StaticsOptions
+from spiraltrunk.model.calibrate_play import Played, State, place_points, play_statics
+from spiraltrunk.model.calibrate_slopes import slopes_of_state
+
+Tell = Callable[[str, int, int], None]
+"""Called with what is being done, how often it was done and how often it will be at most."""
 
 ENOUGH = 0.5
 """Fall of the misfit, a sum of squares of variance 1, at which the search ends [-]."""
 
-_TURN = 0.03
-"""Part of its prior width by which a knob is turned for a slope [-]."""
-_TRIES = 5
+_LEVELS = (
+    Scatter(noise=3e-3, discrepancy=10e-3), Scatter(noise=1e-3, discrepancy=3e-3),
+    Scatter(noise=5e-4, discrepancy=1e-3),
+)  # fmt: skip
+"""Scatter that is taken for true at first, one after the other.
+
+Joints that shut in another order than measured make local minima, which a larger scatter smooths.
+"""
+
+_LEVEL_TURNS, _FINE_TURNS, _TRIES = 6, 5, 5
+_SOFT = (0.3, 0.0)
+"""Softness of shut joints in the slopes, one after the other [-]: a joint that shut too early does not feel it."""
 _FARTHEST = 1.5
 """Largest step of a knob over its prior width [-]."""
-_COARSE_TURNS, _FINE_TURNS = 3, 6
-_COARSE = Scatter(noise=3e-3, discrepancy=10e-3)
-"""Scatter at first: joints that shut in another order than measured make local minima, which this smooths [m]."""
 _HUBER = 3.0
 """Distance over the usual one from which a point counts less [-]."""
 
@@ -52,14 +58,21 @@ class Task:
     """Mean of the takes; not a number where unseen, shape (n_state, n_section, 3) [m]."""
     count: np.ndarray
     """Takes that each point is the mean of, shape (n_state, n_section) [-]."""
-    options: StaticsOptions | None = None
-    """How the equilibria are solved."""
 
-    def predict(self, knobs: np.ndarray) -> np.ndarray:
-        """Points of every state, shape (n_state, n_section, 3) [m]."""
+    def predict(self, knobs: np.ndarray) -> tuple[Played, np.ndarray]:
+        """Equilibria and points of every state, shape (n_state, n_section, 3) [m]."""
         design, slack = apply_knobs(self.design, knobs)
-        ends, _ = play_statics(design, self.states, slack, self.options)
-        return place_points(design, ends, self.seat)
+        played = play_statics(design, self.states, slack)
+        return played, place_points(design, played.points, self.seat)
+
+    def slopes(self, knobs: np.ndarray, played: Played, softness: float) -> np.ndarray:
+        """Motion of the points per knob, joints that shut as soft as told, shape (n_knob, n_state, n_section, 3)."""
+        design, _ = apply_knobs(self.design, knobs)
+        each = [
+            slopes_of_state(design, shape, state.theta_0, length, softness=softness)
+            for shape, state, length in zip(played.shapes, self.states, played.length, strict=True)
+        ]
+        return place_points(design, np.stack(each, axis=1), self.seat)
 
 
 @final
@@ -76,35 +89,40 @@ class Fit:
     far: int
     """Points that count less than half as they lie far off [-]."""
     turns: int
-    """Times that slopes were taken [-]."""
+    """Steps after the neighbourhood was found [-]."""
     is_settled: bool
     """Whether the misfit had ceased to fall."""
 
 
-def fit_knobs(task: Task, knobs: Knobs, tell: Callable[[str, int, int], None] | None = None) -> Fit:
+def fit_knobs(task: Task, knobs: Knobs, registration: tuple[float, float], tell: Tell | None = None) -> Fit:
     """The most probable knobs of a task.
 
     Args:
         task: what is fitted.
         knobs: what is known beforehand.
+        registration: standard deviations of its rotation [rad] and shift [m] about each axis.
         tell: called with what is being done, how often it was and how often it will be at most.
 
     Raises:
         ModelError: where nothing was seen.
     """
-    search = _Search(task, knobs, tell or (lambda what, done, total: None))
-    for _ in range(_COARSE_TURNS):
-        search.turn(is_fine=False)
-    is_settled = False
-    for _ in range(_FINE_TURNS):
-        search.look_at_scatter()
-        is_settled = search.turn(is_fine=True) < ENOUGH
-        if is_settled:
-            break
-    normal = search.build_normal()[0]
+    tell = tell or (lambda what, done, total: None)
+    search, work = _Search(task, knobs), len(_LEVELS) + _FINE_TURNS
+    for level, scatter in enumerate(_LEVELS):
+        tell("fitting", level, work)
+        search.expect(replace(scatter, turn=registration[0], shift=registration[1]))
+        search.descend()
+    first, is_settled, turns = search.scatter, False, 0
+    while not is_settled and turns < _FINE_TURNS:
+        tell("fitting", len(_LEVELS) + turns, work)
+        search.take_slopes()
+        search.look_at_scatter(first)
+        is_settled = search.descend() < ENOUGH
+        turns += 1
+    search.take_slopes()
     return Fit(
-        knobs=search.knobs, covariance=np.linalg.inv(normal), scatter=search.scatter, far=search.count_far(),
-        turns=search.turns, is_settled=is_settled,
+        knobs=search.knobs, covariance=np.linalg.inv(search.build_normal()[0]), scatter=search.scatter,
+        far=search.count_far(), turns=turns, is_settled=is_settled,
     )  # fmt: skip
 
 
@@ -119,12 +137,11 @@ def build_blocks(task: Task, predicted: np.ndarray) -> list[Block]:
         at = np.argwhere(seen & (chains == chain)[:, None])
         if len(at):
             s, n = at.T
-            blocks.append(
-                Block(
-                    points=predicted[s, n], at=at, along=(along / task.design.length)[n], stroke=stroke[s],
-                    weight=task.count[s, n].astype(float),
-                )
+            block = Block(
+                points=predicted[s, n], at=at, along=(along / task.design.length)[n], stroke=stroke[s],
+                weight=task.count[s, n].astype(float),
             )  # fmt: skip
+            blocks.append(block)
     return blocks
 
 
@@ -142,46 +159,36 @@ def _strokes(states: tuple[State, ...]) -> np.ndarray:
 class _Search:
     """Where the search is, and how the misfit falls from there."""
 
-    def __init__(self, task: Task, knobs: Knobs, tell: Callable[[str, int, int], None]) -> None:
-        self.task, self.prior, self.tell = task, knobs, tell
+    def __init__(self, task: Task, knobs: Knobs) -> None:
+        self.task, self.prior, self.knobs = task, knobs, knobs.mean.copy()
         self.precision = np.linalg.inv(knobs.covariance)
-        self.knobs = knobs.mean.copy()
-        self.predicted = task.predict(self.knobs)
+        self.played, self.predicted = task.predict(self.knobs)
         self.blocks = build_blocks(task, self.predicted)
         if not self.blocks:
             raise ModelError("no point was seen in the takes that are fitted; allowed: at least one shape")
-        self.scatter, self.turns, self._damping = _COARSE, 0, 1e-2
         self.weights = [block.weight for block in self.blocks]
         self.slopes: np.ndarray = np.empty(0)
-        self._is_heard = _find_heard(task, knobs)
-        self._whiten()
+        self._damping = 1e-2
 
-    def turn(self, *, is_fine: bool) -> float:
-        """Take slopes and go where they lead; by how much the misfit fell."""
-        self.take_slopes(is_fine=is_fine)
-        before = self.misfit(self.predicted, self.knobs)
-        return before - self._step(before)
+    def expect(self, scatter: Scatter) -> None:
+        """Take a scatter for true."""
+        self.scatter = scatter
+        self.whiteners = [Whitener(block, scatter) for block in self.blocks]
 
-    def take_slopes(self, *, is_fine: bool) -> None:
+    def take_slopes(self, softness: float = 0.0) -> None:
         """Slopes of all points by every knob, shape (n_knob, n_state, n_section, 3)."""
-        self.turns += 1
-        self.tell("slopes", self.turns, _COARSE_TURNS + _FINE_TURNS)
-        heard = np.flatnonzero(self._is_heard)
-        with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-            found = list(pool.map(lambda k: self._slope(int(k), is_fine), heard))
-        self.slopes = np.zeros((len(self.knobs), *self.predicted.shape))
-        self.slopes[heard] = found
+        self.slopes = self.task.slopes(self.knobs, self.played, softness)
 
-    def _slope(self, knob: int, is_fine: bool) -> np.ndarray:
-        size = _TURN * self.prior.spread[knob]
-        up, down = self.knobs.copy(), self.knobs.copy()
-        up[knob] += size
-        if not is_fine:
-            return (self.task.predict(up) - self.predicted) / size
-        if self.prior.names[knob] != "friction" or self.knobs[knob] >= size:
-            down[knob] -= size
-        below = self.predicted if down[knob] == self.knobs[knob] else self.task.predict(down)
-        return (self.task.predict(up) - below) / (up[knob] - down[knob])
+    def descend(self) -> float:
+        """Steps along soft slopes and then along the true ones; by how much the misfit fell."""
+        before = self.misfit(self.predicted, self.knobs)
+        for softness in _SOFT:
+            self._damping = 1e-3
+            for _ in range(_LEVEL_TURNS):
+                self.take_slopes(softness)
+                if self.step() < ENOUGH:
+                    break
+        return before - self.misfit(self.predicted, self.knobs)
 
     def build_normal(self) -> tuple[np.ndarray, np.ndarray]:
         """Second derivatives of the misfit by the knobs, halved, and minus its first ones, halved."""
@@ -201,21 +208,21 @@ class _Search:
             total += float(white @ white)
         return total
 
-    def look_at_scatter(self) -> None:
-        """Bring the scatter and the weights up to date with the residuals."""
+    def look_at_scatter(self, first: Scatter) -> None:
+        """Bring the weights and, from ``first``, the scatter up to date with the residuals."""
         rest = [self._residual(block, self.predicted) for block in self.blocks]
         self._weigh(rest)
         slopes = [self._slopes_of(block) for block in self.blocks]
         back = [r + s @ (self.knobs - self.prior.mean) for r, s in zip(rest, slopes, strict=True)]
-        self.scatter = find_scatter(self.blocks, back, slopes, self.prior.covariance, self.scatter)
-        self._whiten()
+        self.expect(find_scatter(self.blocks, back, slopes, self.prior.covariance, first))
 
     def count_far(self) -> int:
         """Points that count less than half."""
-        return int(sum((b.weight < 0.25 * w).sum() for b, w in zip(self.blocks, self.weights, strict=True)))
+        return int(sum((b.weight < 0.5 * w).sum() for b, w in zip(self.blocks, self.weights, strict=True)))
 
-    def _step(self, now: float) -> float:
-        """Go along the slopes, damped until the misfit falls (Levenberg and Marquardt); the misfit there."""
+    def step(self) -> float:
+        """Go along the slopes, damped until the misfit falls (Levenberg and Marquardt); by how much it fell."""
+        now = self.misfit(self.predicted, self.knobs)
         normal, moment = self.build_normal()
         friction = self.prior.names.index("friction")
         for _ in range(_TRIES):
@@ -223,24 +230,21 @@ class _Search:
             step *= min(1.0, _FARTHEST / max(float(np.abs(step / self.prior.spread).max()), 1e-12))
             knobs = self.knobs + step
             knobs[friction] = max(knobs[friction], 0.0)
-            then = self._try(knobs)
-            if then is not None and then[1] < now:
-                self.knobs, self.predicted = knobs, then[0]
-                self._damping *= 0.1
-                return then[1]
-            self._damping = max(10 * self._damping, 1e-3)
-        return now
+            tried = self._try(knobs)
+            if tried is not None and tried[1] < now:
+                self.knobs, (self.played, self.predicted) = knobs, tried[0]
+                self._damping = max(0.1 * self._damping, 1e-9)
+                return now - tried[1]
+            self._damping = max(10 * self._damping, 1e-4)
+        return 0.0
 
-    def _try(self, knobs: np.ndarray) -> tuple[np.ndarray, float] | None:
-        """Points and misfit with these knobs; None for a trunk that cannot be."""
+    def _try(self, knobs: np.ndarray) -> tuple[tuple[Played, np.ndarray], float] | None:
+        """Equilibria, points and misfit with these knobs; None for a trunk that cannot be."""
         try:
-            predicted = self.task.predict(knobs)
+            found = self.task.predict(knobs)
         except DesignError:  # A hole or a centre outside of the section.
             return None
-        return predicted, self.misfit(predicted, knobs)
-
-    def _whiten(self) -> None:
-        self.whiteners = [Whitener(block, self.scatter) for block in self.blocks]
+        return found, self.misfit(found[1], knobs)
 
     def _residual(self, block: Block, predicted: np.ndarray) -> np.ndarray:
         s, n = block.at.T
@@ -262,15 +266,3 @@ class _Search:
             replace(block, weight=weight * np.minimum(1.0, _HUBER * usual[block.at[:, 1]] / np.maximum(far, 1e-9)) ** 2)
             for block, weight, far in zip(self.blocks, self.weights, away, strict=True)
         ]
-
-
-def _find_heard(task: Task, knobs: Knobs) -> np.ndarray:
-    """Which knobs can move any state: a cable that is never pulled says nothing of its slack, (n_knob,) [bool]."""
-    pulled = ~np.isnan(np.array([state.pull for state in task.states])).all(axis=0)
-    heard = np.ones(len(knobs.names), bool)
-    for i, name in enumerate(knobs.names):
-        if name.startswith("slack_"):
-            heard[i] = pulled[int(name.removeprefix("slack_")) - 1]
-        if name in {"friction", "hole"}:
-            heard[i] = bool(pulled.any())
-    return heard

@@ -21,6 +21,13 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import minimize
 
 _ALONG, _STROKE = 0.3, 0.03
+_LEAST_NOISE = 1e-5
+LEAST_DISCREPANCY = 1e-3
+"""Error of the model at the tip that is always reckoned with [m].
+
+Below a millimetre the misfit has several minima, as two joints that shut one after the other fit nearly as well when
+they shut the other way round; the intervals take in what lies between them (ours, see docs/calibration.md).
+"""
 _FEW = 450
 """Residuals of a chain of which the sigmas are found: steps are left out until there are no more."""
 
@@ -116,7 +123,7 @@ def find_scatter(
         miss, begin, method="Nelder-Mead",
         options={"initial_simplex": corners, "xatol": 0.03, "fatol": 0.1, "maxfev": 60},
     ).x  # fmt: skip
-    noise, discrepancy = np.exp(np.clip(best, np.log(1e-6), np.log(0.1))).tolist()
+    noise, discrepancy = np.exp(np.clip(best, np.log([_LEAST_NOISE, LEAST_DISCREPANCY]), np.log(0.1))).tolist()
     return Scatter(noise=noise, discrepancy=discrepancy, turn=first.turn, shift=first.shift)
 
 

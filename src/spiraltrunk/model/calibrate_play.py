@@ -88,33 +88,49 @@ def find_states(shapes: MeasuredShapes) -> States:
     return States(states=tuple(states), of_shape=np.array(of_shape, int))
 
 
-def play_statics(
-    design: TrunkDesign,
-    states: tuple[State, ...],
-    slack: np.ndarray,
-    options: statics.StaticsOptions | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Section ends of every state by equilibrium with the design's friction, and which did not converge.
+@final
+@dataclass(frozen=True, kw_only=True)
+class Played:
+    """Equilibria of all states."""
 
-    A cable with slack begins to pull when so much has been taken in. Shapes (n_state, n_section, 3) [m], (n_state,).
+    shapes: tuple[Shape, ...]
+    """One a state."""
+    length: np.ndarray
+    """Sum of the gaps that each winder left; not a number for a relaxed cable, shape (n_state, n_cable) [m]."""
+
+    @property
+    def points(self) -> np.ndarray:
+        """Section ends, shape (n_state, n_section, 3) [m]."""
+        return np.array([shape.points for shape in self.shapes])
+
+    @property
+    def has_failed(self) -> np.ndarray:
+        """States whose equilibrium did not converge, shape (n_state,) [bool]."""
+        return np.array([int(shape.status) == Status.NOT_CONVERGED for shape in self.shapes])
+
+
+def play_statics(design: TrunkDesign, states: tuple[State, ...], slack: np.ndarray) -> Played:
+    """The equilibrium of every state, with the design's friction.
+
+    A cable with slack begins to pull when so much has been taken in.
     """
     shapes: list[Shape] = []
+    lengths = []
     most = PULL_MARGIN * design.cable_stroke
-    plain = _OPTIONS if options is None else options
     for state in states:
         told = np.array(state.pull)
         is_relaxed = np.isnan(told)
-        own = replace(plain, increment=_find_increment(state, states, plain.increment))
         pull = np.clip(np.where(is_relaxed, 0.0, told - slack), -most, most)
         shapes.append(
             statics.solve(
                 design, pull=pull, tension=np.where(is_relaxed, 0.0, design.cable.tension_max),
                 by_tension=is_relaxed, theta_0=state.theta_0,
-                start=None if state.before < 0 else shapes[state.before], options=own,
+                start=None if state.before < 0 else shapes[state.before],
+                options=replace(_OPTIONS, increment=_find_increment(state, states, _OPTIONS.increment)),
             )
         )  # fmt: skip
-    failed = np.array([int(shape.status) == Status.NOT_CONVERGED for shape in shapes])
-    return np.array([shape.points for shape in shapes]), failed
+        lengths.append(np.where(is_relaxed, np.nan, design.cable_stroke - pull))
+    return Played(shapes=tuple(shapes), length=np.array(lengths))
 
 
 def _find_increment(state: State, states: tuple[State, ...], most: float) -> float:
