@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import math
 import platform
-import secrets
-import shutil
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -20,6 +18,7 @@ import spiraltrunk
 from spiraltrunk.design.files import write_design
 from spiraltrunk.errors import MissingPackage
 from spiraltrunk.report import Series, write_filmstrip, write_overview, write_plots, write_video
+from spiraltrunk.report.draft import write_folder
 from spiraltrunk.report.front import compute_propagation
 from spiraltrunk.run import RunLog
 from spiraltrunk.sim.render import View, render_frames
@@ -136,22 +135,8 @@ def open_record(folder: str | Path) -> Iterator[Path]:
     Raises:
         OSError: where the folder cannot be made or written.
     """
-    target = Path(folder)
-    made = [path for path in (target, *target.parents) if not path.exists()]
-    draft = target / f".{secrets.token_hex(8)}"
-    try:
-        _make_folder(draft, target)
+    with write_folder(folder, FILES) as draft:
         yield draft
-        for name in FILES:
-            (target / name).unlink(missing_ok=True)
-        for path in sorted(draft.iterdir(), key=lambda path: path.name == "result.json"):
-            path.replace(target / path.name)
-        draft.rmdir()
-    except BaseException:
-        shutil.rmtree(draft, ignore_errors=True)
-        for path in made:
-            _remove_empty(path)
-        raise
 
 
 def write_record(
@@ -303,19 +288,6 @@ def _to_json(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
-
-
-def _make_folder(draft: Path, target: Path) -> None:
-    """Make the draft and the folders above it; an error names the folder that was asked for."""
-    try:
-        draft.mkdir(parents=True)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(target)) from None
-
-
-def _remove_empty(folder: Path) -> None:
-    with suppress(OSError):  # Somebody else has put something there, or it was never made.
-        folder.rmdir()
 
 
 def _tell_nobody(what: str, done: int, total: int) -> None:

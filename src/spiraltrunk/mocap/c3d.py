@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import math
+import struct
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from spiraltrunk.mocap.take import Marker, Take, find_stale
 
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _FARTHEST = 1e4
+_BLOCK, _KEY, _INTEL = 512, 0x50, b"\x54"
 
 
 def load_c3d(path: str | Path, *, axes: str) -> Take:
@@ -33,9 +36,7 @@ def load_c3d(path: str | Path, *, axes: str) -> Take:
     """
     turn = read_axes(axes)
     with open_take(path) as file:
-        start = file.read(2)
-    if len(start) < 2 or start[1] != 0x50:
-        raise TakeError("it does not begin as C3D does; allowed: a C3D file", file=str(path))
+        _check_whole(file, str(path))
     content = _read(path)
     point = content["parameters"]["POINT"]
     rate, unit = _number(point, "RATE"), _text(point, "UNITS")
@@ -46,13 +47,17 @@ def load_c3d(path: str | Path, *, axes: str) -> Take:
     if unit.lower() not in _UNITS:
         raise TakeError(f"POINT:UNITS are {unit[:40]!r}; allowed: {', '.join(_UNITS)}", file=str(path))
     if raw.ndim != 3 or not raw.shape[1] or not raw.shape[2] or raw.size > MOST_CELLS:
-        raise TakeError(f"there are {raw.shape[1:]} markers and frames; allowed: at least one, not too many", file=str(path))
+        raise TakeError(
+            f"there are {raw.shape[1:]} markers and frames; allowed: at least one, not too many", file=str(path)
+        )
     position = np.moveaxis(raw[:3], 0, -1) * _UNITS[unit.lower()]
     residual = np.asarray(content["data"]["meta_points"]["residuals"], float).reshape(raw.shape[1:])
     hidden = ~np.isfinite(position).all(axis=-1) | (residual < 0)
     position[hidden] = np.nan
     if np.nanmax(np.abs(position), initial=0.0) > _FARTHEST:
-        raise TakeError(f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=str(path))
+        raise TakeError(
+            f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=str(path)
+        )
     first = int(content["header"]["points"]["first_frame"])
     frame = first + np.arange(raw.shape[2])
     placed = position @ turn.T
@@ -67,6 +72,30 @@ def load_c3d(path: str | Path, *, axes: str) -> Take:
         source=str(path), name=Path(path).stem, started="", rate=rate, frame=frame, time=frame / rate, bodies=(),
         markers=markers,
     )  # fmt: skip
+
+
+def _check_whole(file: BinaryIO, source: str) -> None:
+    """Refuse what is no C3D or is cut off, with which the package spends minutes.
+
+    The header's words are: place of the parameters and the key 0x50, markers, analog values a frame, first and last
+    frame, scale (negative for floats), block of 512 bytes where the data begin (C3D User Guide, "The Header Section").
+    """
+    head = file.read(_BLOCK)
+    if len(head) < _BLOCK or head[1] != _KEY or not head[0]:
+        raise TakeError("it does not begin as C3D does; allowed: a C3D file", file=source)
+    file.seek(_BLOCK * (head[0] - 1) + 3)
+    if file.read(1) != _INTEL:
+        raise TakeError("its numbers are not Intel's; allowed: a C3D file as Motive writes it", file=source)
+    markers, analog, first, last = struct.unpack_from("<4H", head, 2)
+    (scale,) = struct.unpack_from("<f", head, 12)
+    (begin,) = struct.unpack_from("<H", head, 16)
+    size = file.seek(0, io.SEEK_END)
+    frames = max(0, last - first + 1)
+    least = _BLOCK * max(0, begin - 1) + frames * (4 * markers + analog) * (4 if scale < 0 else 2)
+    if begin < 2 or size < least:
+        raise TakeError(f"the file has {size} bytes of {least}; allowed: a whole C3D file", file=source)
+    if frames * markers * 4 > MOST_CELLS:
+        raise TakeError(f"{markers} markers in {frames} frames; allowed: fewer: export in parts", file=source)
 
 
 def _read(path: str | Path) -> Any:

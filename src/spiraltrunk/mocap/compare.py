@@ -21,7 +21,12 @@ PAPER: dict[str, Any] = {
     "source": "Huang et al., Grasping by Spiraling, npj Robotics 2025, Results, Model Validation",
     "what": "the authors' model against their robot; their recordings are not public, and not how they were aligned",
     "bend_dorsal": {"mean_rmse_m": 0.01041, "max_deviation_m": 0.03214},
-    "rest": {"0": {"rmse_m": 0.00548}, "45": {"rmse_m": 0.01057}, "90": {"rmse_m": 0.01045}, "135": {"rmse_m": 0.01986}},
+    "rest": {
+        "0": {"rmse_m": 0.00548},
+        "45": {"rmse_m": 0.01057},
+        "90": {"rmse_m": 0.01045},
+        "135": {"rmse_m": 0.01986},
+    },
 }
 """The paper's figures, by tilt from hanging [deg] at rest."""
 
@@ -34,7 +39,7 @@ class Deviation:
     distance: np.ndarray
     """Not a number where a section was not seen, shape (n, n_section) [m]."""
     turn: np.ndarray
-    """Angle between measured and predicted axes of the sections, not a number where unknown, shape (n, n_section) [rad]."""
+    """Angle between measured and predicted axes, not a number where unknown, shape (n, n_section) [rad]."""
 
     @property
     def sections(self) -> list[int]:

@@ -36,7 +36,7 @@ _UNITS = {
 class Column(NamedTuple):
     """One column of data; texts but the name are lower case."""
 
-    index: int
+    place: int
     kind: str
     name: str
     id: str
@@ -90,7 +90,7 @@ def read_header(lines: Lines) -> Header:
     labels = [row for row in rows[1:-1] if any(row[1])]
     line, axes = rows[-1]
     notes: list[str] = []
-    columns, n_column = _read_columns(labels, axes, lines.source)
+    columns, n_column = _read_columns(labels, rows[-1], lines.source)
     capture = _read_rate(pairs.get("capture frame rate"))
     rate = _read_rate(pairs.get("export frame rate")) or capture
     if rate is None:
@@ -111,8 +111,8 @@ def _read_rows(lines: Lines) -> list[tuple[int, list[str]]]:
     """Rows with the number of their line, from the first to that of the axes."""
     rows: list[tuple[int, list[str]]] = []
     try:
-        for cells in csv.reader(_texts(lines)):
-            cells = [cell.strip() for cell in cells]
+        for row in csv.reader(_texts(lines)):
+            cells = [cell.strip() for cell in row]
             if not rows:
                 _check_first(cells, lines.source)
             rows.append((lines.number, cells))
@@ -127,7 +127,9 @@ def _read_rows(lines: Lines) -> list[tuple[int, list[str]]]:
         raise TakeError(f"{error}; allowed: the header of a Motive CSV", file=lines.source, line=lines.number) from None
     if not rows:
         raise TakeError("the file is empty; allowed: a Motive CSV with its header", file=lines.source)
-    told = "there is no row that begins with Frame; allowed: a Motive CSV, exported whole and with Header information on"
+    told = (
+        "there is no row that begins with Frame; allowed: a Motive CSV, exported whole and with Header information on"
+    )
     raise TakeError(told, file=lines.source, line=lines.number)
 
 
@@ -203,18 +205,21 @@ def _read_count(text: str) -> int | None:
 
 def _find_time(axes: list[str], columns: tuple[Column, ...]) -> int | None:
     """The column of the times, one of those before the data."""
-    first = min((column.index for column in columns), default=len(axes))
+    first = min((column.place for column in columns), default=len(axes))
     for index, label in enumerate(axes[:first]):
         if re.match(r"time(?!\s*code)", label, re.IGNORECASE):
             return index
     return None
 
 
-def _read_columns(labels: list[tuple[int, list[str]]], axes: list[str], source: str) -> tuple[tuple[Column, ...], int]:
+def _read_columns(
+    labels: list[tuple[int, list[str]]], last: tuple[int, list[str]], source: str
+) -> tuple[tuple[Column, ...], int]:
     """Columns that have a type, and how many columns a row has."""
+    line, axes = last
     if len(labels) < 2:
         told = f"{len(labels)} rows between the first and that of the axes; allowed: Type, Name, ID and the quantities"
-        raise TakeError(told, file=source)
+        raise TakeError(told, file=source, line=line)
     rows = _name_rows(labels[:-1])
     kind, name, ident = (rows.get(key, []) for key in ("type", "name", "id"))
     quantity = labels[-1][1]
@@ -222,11 +227,11 @@ def _read_columns(labels: list[tuple[int, list[str]]], axes: list[str], source: 
     seen: Counter[tuple[str, ...]] = Counter()
     columns = []
     for index in range(1, n_column):
-        said = (_cell(kind, index).lower(), _cell(name, index), _cell(ident, index))
-        said = (*said, _cell(quantity, index).lower(), _cell(axes, index).lower())
-        if said[0] in ("", "type"):
+        sort, title, number = _cell(kind, index).lower(), _cell(name, index), _cell(ident, index)
+        said = (sort, title, number, _cell(quantity, index).lower(), _cell(axes, index).lower())
+        if sort in ("", "type"):
             continue
-        columns.append(Column(index, *said, turn=seen[said]))
+        columns.append(Column(index, *said, seen[said]))
         seen[said] += 1
     if not columns:
         told = "no column has a type such as Rigid Body or Marker; allowed: an export with rigid bodies or markers"

@@ -93,7 +93,9 @@ class Lines:
 
     def _strip_mark(self, block: bytes) -> bytes:
         if block.startswith((*_UTF_16, *_UTF_32)) or b"\0" in block[:4]:
-            raise TakeError("the text is UTF-16 or binary; allowed: CSV in UTF-8, as Motive writes it", file=self.source)
+            raise TakeError(
+                "the text is UTF-16 or binary; allowed: CSV in UTF-8, as Motive writes it", file=self.source
+            )
         return block.removeprefix(_UTF_8)
 
 

@@ -1,8 +1,8 @@
 """Motive's CSV exports, versions 1.21 to 1.24: any bytes give a `Take` or a `TakeError` with line and column.
 
-Blank cells are occlusions and stay not a number. Poses that repeat to the last digit are marked as stale. Times come from
-frame numbers and rate, as the file's are rounded. Columns may come in any order; bodies and markers are told apart by
-type, name and ID, and by the order of columns where all three repeat. Skeletons and devices are skipped with a note.
+Blank cells are occlusions and stay not a number. Poses that repeat to the last digit are marked as stale. Times come
+from frame numbers and rate, as the file's are rounded. Columns may come in any order; bodies and markers are told apart
+by type, name and ID, and by the order of columns where all three repeat. Skeletons and devices are skipped with a note.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def read_motive(stream: BinaryIO, *, source: str, axes: str, rotations: str = "q
     header = read_header(lines)
     groups, skipped = _sort_columns(header.columns)
     _check_groups(groups, header, rotations, source)
-    used = [column.index for group in groups.values() for column in group.values()]
+    used = [column.place for group in groups.values() for column in group.values()]
     wanted = sorted({0, *used, *([] if header.time is None else [header.time])})
     data = _Data(read_cells(lines, header.n_column, wanted), {column: i for i, column in enumerate(wanted)}, source)
     notes = [*header.notes, *skipped]
@@ -116,14 +116,12 @@ def _sort_columns(columns: Sequence[Column]) -> tuple[dict[tuple[str, str, str, 
     return {key: group for key, group in groups.items() if any(said[0] == "position" for said in group)}, notes
 
 
-def _check_groups(
-    groups: dict[tuple[str, str, str, int], _Group], header: Header, rotations: str, source: str
-) -> None:
+def _check_groups(groups: dict[tuple[str, str, str, int], _Group], header: Header, rotations: str, source: str) -> None:
     if not groups:
         told = "there is no position of a rigid body or marker; allowed: an export with them"
         raise TakeError(told, file=source, line=header.line)
     for (kind, name, _, _), group in groups.items():
-        first = min(column.index for column in group.values()) + 1
+        first = min(column.place for column in group.values()) + 1
         what = f"{kind} {name[:60]!r}"
         if missing := [axis for axis in "xyz" if ("position", axis) not in group]:
             told = f"{what} has no Position {missing[0].upper()}; allowed: X, Y and Z"
@@ -217,7 +215,7 @@ def _build_body(data: _Data, group: _Group, place: _Place, notes: list[str]) -> 
     error = np.full(len(position), np.nan)
     for (quantity, axis), column in group.items():
         if "error" in quantity and not axis:
-            error = data.column(column.index) * place.unit
+            error = data.column(column.place) * place.unit
     pose = np.hstack([position, quaternion]) if np.isfinite(quaternion).any() else position
     return Body(
         name=first.name, id=first.id, position=position, quaternion_wxyz=quaternion, marker_error=error,
@@ -234,7 +232,7 @@ def _build_marker(data: _Data, group: _Group, place: _Place, notes: list[str]) -
 
 def _read_positions(data: _Data, group: _Group, place: _Place) -> np.ndarray:
     """Positions, y up, whole or not a number, shape (n, 3) [m]."""
-    columns = [group["position", axis].index for axis in "xyz"]
+    columns = [group["position", axis].place for axis in "xyz"]
     raw = np.stack([data.column(column) for column in columns], axis=1) * place.unit
     raw[np.isnan(raw).any(axis=1)] = np.nan
     far = np.abs(raw) > _FARTHEST
@@ -248,7 +246,7 @@ def _read_positions(data: _Data, group: _Group, place: _Place) -> np.ndarray:
 
 def _read_quaternions(data: _Data, group: _Group, place: _Place) -> np.ndarray:
     """Unit quaternions wxyz in our axes; zeros, which say that nothing was seen, become not a number."""
-    columns = [group["rotation", axis].index for axis in "wxyz"]
+    columns = [group["rotation", axis].place for axis in "wxyz"]
     raw = np.stack([data.column(column) for column in columns], axis=1)
     raw[np.isnan(raw).any(axis=1) | (raw == 0).all(axis=1)] = np.nan
     size = np.sqrt((np.clip(raw, -1e6, 1e6) ** 2).sum(axis=1))

@@ -1,8 +1,8 @@
 """What the winders do in a run: shape by shape, with the slack of the cables made up for.
 
-The paper makes up for the residual slack L_slack of a cable, which the fully wrapped trunk shows, evenly over the steps:
-C = L_slack / N_steps and dL'_i = dL_i + C i (Methods, "Material Elasticity"). dL_i is read as what the cable has been
-pulled in by up to step i, so that at the last step all of the slack has been made up for.
+The paper makes up for the residual slack L_slack of a cable, which the fully wrapped trunk shows, evenly over the
+steps: C = L_slack / N_steps and dL'_i = dL_i + C i (Methods, "Material Elasticity"). dL_i is read as what the cable has
+been pulled in by up to step i, so that at the last step all of the slack has been made up for.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ def build_plan(design: TrunkDesign, protocol: Protocol, run: Run) -> Plan:
         TakeError: where the trunk cannot be pulled so far, or has other cables.
     """
     if len(protocol.slack) != design.n_cable:
-        told = f"slack_mm has {len(protocol.slack)} numbers; allowed: {design.n_cable}, one a cable of {design.name!r}"
-        raise TakeError(told)
+        allowed = f"{design.n_cable}, one a cable of {design.name!r}"
+        raise TakeError(f"slack_mm has {len(protocol.slack)} numbers; allowed: {allowed}")
     amount = run.step * np.arange(run.n_shape)
     try:
         change = solve_reference(design, run, amount).cable_change

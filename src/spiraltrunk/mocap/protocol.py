@@ -49,7 +49,7 @@ class Run:
     end: float | None = None
     """Time of the recording after which nothing counts [s]."""
     period: float | None = None
-    """Time from shape to shape where the steps are timed and not sought by motion; the first begins at ``begin`` [s]."""
+    """Time from shape to shape where steps are timed and not sought by motion, the first from ``begin`` on [s]."""
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):
@@ -65,7 +65,9 @@ class Run:
         if not (self.step == 0 if is_rest else 0 < self.step < 1):
             self._refuse("step_mm", 1e3 * self.step, "none at rest" if is_rest else "above 0, below 1000")
         if not (0 < self.first < 1 if self.kind == "twist" else self.first == 0):
-            self._refuse("first_mm", 1e3 * self.first, "above 0, below 1000" if self.kind == "twist" else "with a twist")
+            self._refuse(
+                "first_mm", 1e3 * self.first, "above 0, below 1000" if self.kind == "twist" else "with a twist"
+            )
         if not 1 <= self.takes <= 100:
             self._refuse("takes", self.takes, "1 to 100")
         self._check_times()

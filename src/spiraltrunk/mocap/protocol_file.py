@@ -18,7 +18,12 @@ PACKAGED = "paper"
 """Name of the protocol that comes with the package."""
 
 _MOST_BYTES, _MOST_DOTS = 1_000_000, 5_000
-_STILL = {"speed_mm_s": ("speed", 1e-3), "window_s": ("window", 1.0), "hold_s": ("hold", 1.0), "same_mm": ("same", 1e-3)}
+_STILL = {
+    "speed_mm_s": ("speed", 1e-3),
+    "window_s": ("window", 1.0),
+    "hold_s": ("hold", 1.0),
+    "same_mm": ("same", 1e-3),
+}
 _RUN = {
     "name": str, "kind": str, "tilt_deg": float, "theta0_deg": float, "steps": int, "step_mm": float,
     "first_mm": float, "takes": int, "begin_s": float, "end_s": float, "period_s": float,

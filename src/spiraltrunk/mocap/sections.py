@@ -86,7 +86,7 @@ def find_sections(take: Take, design: TrunkDesign, protocol: Protocol) -> Sectio
         told = f"section {found[-1]} recorded; allowed: 1 to {design.n_section}, as the design {design.name!r} has"
         raise TakeError(told, file=take.source)
     if len(found) < FEWEST:
-        names = [track.name for track in (*take.bodies, *take.markers)]
+        names = [body.name for body in take.bodies] + [marker.name for marker in take.markers]
         listed = ", ".join(map(repr, names[:8])) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
         allowed = f"{FEWEST} or more rigid bodies section_01 ..., or markers section_01:Marker1 to 3, or [sections]"
         raise TakeError(f"{len(found)} sections found among {listed}; allowed: {allowed}", file=take.source)
@@ -110,9 +110,7 @@ def _find_bodies(take: Take, number_of: Callable[[str], int | None]) -> dict[int
     return bodies
 
 
-def _find_markers(
-    take: Take, number_of: Callable[[str], int | None]
-) -> dict[int, tuple[Marker, Marker, Marker]]:
+def _find_markers(take: Take, number_of: Callable[[str], int | None]) -> dict[int, tuple[Marker, Marker, Marker]]:
     """Sections of which all three markers are there; those that were seen go before those that were solved."""
     found: dict[tuple[int, int], Marker] = {}
     for marker in take.markers:
@@ -159,9 +157,7 @@ def hold(tracks: SectionTracks, still: Still, orientation: str) -> HeldShape:
         place = np.where(tracks.base.is_seen[:, None], tracks.base.position, np.nan)
         base_point = compute_middle(place[still.frames, None], least)[0]
         base_rotation = _hold_axes(tracks.base, still, least)
-    return HeldShape(
-        still=still, points=points, rotation=rotation, base_point=base_point, base_rotation=base_rotation
-    )
+    return HeldShape(still=still, points=points, rotation=rotation, base_point=base_point, base_rotation=base_rotation)
 
 
 def _stack(markers: tuple[Marker, ...], still: Still) -> np.ndarray:

@@ -25,8 +25,8 @@ class StillSettings:
     """Speed below which the trunk is still, root mean square over its points [m/s] (ours: three times the noise)."""
     window: float = 0.2
     """Time over which motion is seen [s]."""
-    hold: float = 0.5
-    """Least time for which a shape is held [s]."""
+    hold: float = 0.6
+    """Least time for which a shape is held [s], the windows before and after what is still counted in."""
     same: float = 1e-3
     """Distance below which two stills after each other are one shape, root mean square over points [m]."""
 
@@ -95,7 +95,7 @@ def find_stills(time: np.ndarray, points: np.ndarray, rate: float, settings: Sti
     is_still = compute_speed(points, rate, settings.window) < settings.speed
     stills: list[np.ndarray] = []
     for frames in _find_spans(is_still, time, rate):
-        if time[frames[-1]] - time[frames[0]] < settings.hold - 0.5 / rate:
+        if _is_short(time[frames], rate, settings):
             continue
         if stills and _distance(points[stills[-1]], points[frames]) < settings.same:
             stills[-1] = np.concatenate([stills[-1], frames])
@@ -126,11 +126,16 @@ def find_timed(
         from_, to = begin + i * period, begin + (i + 1) * period
         within = is_still & (time >= from_) & (time < to)
         frames = max(_find_spans(within, time, rate), key=len, default=np.empty(0, int))
-        if len(frames) < 2 or time[frames[-1]] - time[frames[0]] < settings.hold - 0.5 / rate:
+        if not len(frames) or _is_short(time[frames], rate, settings):
             told = f"from {from_:.2f} to {to:.2f} s nothing is still for {settings.hold:g} s"
             raise TakeError(f"{told}; allowed: a still in each period: see begin_s, period_s, [still]")
         stills.append(Still(frames=frames, begin=float(time[frames[0]]), end=float(time[frames[-1]])))
     return stills
+
+
+def _is_short(time: np.ndarray, rate: float, settings: StillSettings) -> bool:
+    """Whether what is still, with the windows that showed it, lasts less than a hold."""
+    return bool(time[-1] - time[0] + 2 * settings.window < settings.hold - 0.5 / rate)
 
 
 def _find_spans(is_still: np.ndarray, time: np.ndarray, rate: float) -> list[np.ndarray]:

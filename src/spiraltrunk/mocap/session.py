@@ -12,6 +12,7 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ShapeError, TakeError
+from spiraltrunk.mocap.gaps import tell_gaps
 from spiraltrunk.mocap.load import load_take
 from spiraltrunk.mocap.plan import Plan, build_plan
 from spiraltrunk.mocap.predict import Predicted, predict
@@ -73,6 +74,8 @@ class TakeShapes:
     """The recording."""
     held: tuple[HeldShape, ...]
     """Its shapes in its own frame."""
+    notes: tuple[str, ...]
+    """What was odd."""
 
 
 @final
@@ -141,7 +144,7 @@ def build_session(
     for name in sorted(takes, key=lambda name: order.index(protocol.run(name).name)):
         run, files = protocol.run(name), takes[name]
         plan = build_plan(settings.design, protocol, run)
-        held = []
+        held: list[TakeShapes] = []
         for file in files:
             if tell is not None:
                 tell(f"reading {run.name}", len(held), len(files))
@@ -177,7 +180,9 @@ def _read_take(file: str | Path | Take, run: Run, protocol: Protocol, settings: 
     check_trunk(held, settings.design, take.source)
     if protocol.orientation == "markers":
         check_order(held, take.source)
-    return TakeShapes(take=take, held=tuple(held))
+    seen = np.isfinite(tracks.points).all(axis=2)
+    gaps = tell_gaps({f"section {i + 1}": seen[:, i] for i in np.flatnonzero(seen.any(axis=0))}, take.time)
+    return TakeShapes(take=take, held=tuple(held), notes=(*take.notes, *gaps))
 
 
 def _find_shapes(tracks: SectionTracks, run: Run, protocol: Protocol) -> list[Still]:
@@ -215,7 +220,7 @@ def _refuse_count(stills: list[Still], run: Run, take: Take) -> None:
 
 def _average(plan: Plan, predicted: Predicted, takes: tuple[TakeShapes, ...], alignment: Alignment) -> RunShapes:
     """Registered shapes, averaged over the takes."""
-    notes = [f"{take.take.source}: {note}" for take in takes for note in take.take.notes]
+    notes = [f"{take.take.source}: {note}" for take in takes for note in take.notes]
     points, rotation = register(plan, predicted, takes, alignment, notes)
     if len(takes) != plan.run.takes:
         notes.append(f"run {plan.run.name!r} has {len(takes)} takes; the protocol asks for {plan.run.takes}")
@@ -277,7 +282,10 @@ def _fit(measured: np.ndarray, target: np.ndarray, axes: np.ndarray, target_axes
     seen = np.isfinite(measured).all(axis=-1)
     if not is_straight(target[seen]) or not np.isfinite(axes[seen]).all(axis=(-2, -1)).any():
         return motion
-    ends = (np.stack([m + _LEVER * a[..., 1], m + _LEVER * a[..., 2], m]) for m, a in ((measured, axes), (target, target_axes)))
+    ends = (
+        np.stack([m + _LEVER * a[..., 1], m + _LEVER * a[..., 2], m])
+        for m, a in ((measured, axes), (target, target_axes))
+    )
     return fit_motion(*ends)
 
 
@@ -287,9 +295,9 @@ def _put_base(run: Run, take: TakeShapes, notes: list[str]) -> Motion:
     rotation = mean_rotation(np.array([shape.base_rotation for shape in take.held]))
     seen = np.isfinite(points).all(axis=1)
     if not seen.any() or not np.isfinite(rotation).all():
-        told = "no rigid body with orientation at the trunk's base was seen in a held shape"
-        raise TakeError(f"alignment base: {told}; allowed: one named as base in the protocol, or alignment run or shape",
-                        file=take.take.source)  # fmt: skip
+        told = "alignment base: no rigid body with orientation at the trunk's base was seen in a held shape"
+        allowed = "one named as base in the protocol, or alignment run or shape"
+        raise TakeError(f"{told}; allowed: {allowed}", file=take.take.source)
     place = np.median(points[seen], axis=0)
     moved = float(np.linalg.norm(points[seen] - place, axis=1).max())
     if moved > _BASE_MOVED:

@@ -72,8 +72,8 @@ def load_shapes(path: str | Path) -> MeasuredShapes:
 
 def _to_lists(array: np.ndarray) -> list[Any]:
     """Nested lists, null for what is not a number."""
-    plain = np.asarray(array)
-    if plain.dtype.kind == "f":
-        plain = np.where(np.isfinite(plain), plain.astype(object), None)
+    plain = np.asarray(array).astype(object)
+    if np.asarray(array).dtype.kind == "f":
+        plain[~np.isfinite(array)] = None
     nested: list[Any] = plain.tolist()
     return nested

@@ -112,7 +112,9 @@ def _find(tracks: Sequence[Body | Marker], name: str, what: str, source: str) ->
     found = [i for i, track in enumerate(tracks) if track.name == name]
     if len(found) > 1:
         ids = ", ".join(tracks[i].id or "without one" for i in found[:6])
-        raise TakeError(f"{what} is there {len(found)} times, with the IDs {ids}; allowed: names of one each", file=source)
+        raise TakeError(
+            f"{what} is there {len(found)} times, with the IDs {ids}; allowed: names of one each", file=source
+        )
     if not found:
         names = [track.name for track in tracks]
         told = ", ".join(map(repr, names[:12])) + (f" and {len(names) - 12} more" if len(names) > 12 else "")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator
-from contextlib import contextmanager
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -24,3 +25,40 @@ def write_draft(path: str | Path) -> Iterator[Path]:
     except BaseException:
         draft.unlink(missing_ok=True)
         raise
+
+
+@contextmanager
+def write_folder(folder: str | Path, files: Sequence[str]) -> Iterator[Path]:
+    """A draft folder to write to; at the end of the block its files move to ``folder``, which is made where missing.
+
+    Of what was there ``files`` go then, so that nothing of an earlier run stays; ``result.json`` comes last. Where the
+    block raises, everything is as it was.
+
+    Raises:
+        OSError: where the folder cannot be made or written.
+    """
+    target = Path(folder)
+    made = [path for path in (target, *target.parents) if not path.exists()]
+    draft = target / f".{secrets.token_hex(8)}"
+    try:
+        _make_folder(draft, target)
+        yield draft
+        for name in files:
+            (target / name).unlink(missing_ok=True)
+        for path in sorted(draft.iterdir(), key=lambda path: path.name == "result.json"):
+            path.replace(target / path.name)
+        draft.rmdir()
+    except BaseException:
+        shutil.rmtree(draft, ignore_errors=True)
+        for path in made:
+            with suppress(OSError):  # Somebody else has put something there, or it was never made.
+                path.rmdir()
+        raise
+
+
+def _make_folder(draft: Path, target: Path) -> None:
+    """Make the draft and the folders above it; an error names the folder that was asked for."""
+    try:
+        draft.mkdir(parents=True)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(target)) from None

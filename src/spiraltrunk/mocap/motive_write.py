@@ -1,0 +1,92 @@
+"""Takes as Motive CSV 1.23, y up, in metres: for recordings made live and for rehearsals."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import secrets
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from spiraltrunk.mocap.take import Body, Marker, Take
+
+_BODY = (("Rotation", "XYZW"), ("Position", "XYZ"), ("Mean Marker Error", " "))
+
+
+def write_motive(take: Take, path: str | Path) -> Path:
+    """Write a take, whole or not at all; read back with ``axes="y-up"`` it is the same to 1 um.
+
+    Raises:
+        OSError: where the file cannot be written.
+    """
+    target = Path(path)
+    draft = target.parent / f".{secrets.token_hex(8)}.tmp"
+    try:
+        with draft.open("xb") as file:
+            for part in _format(take):
+                file.write(part)
+            file.flush()
+            os.fsync(file.fileno())
+        draft.replace(target)
+    except BaseException:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        raise
+    return target
+
+
+def format_motive(take: Take) -> bytes:
+    """The take as the bytes of a Motive CSV 1.23."""
+    return b"".join(_format(take))
+
+
+def _format(take: Take, block: int = 1000) -> list[bytes]:
+    """Header and blocks of rows."""
+    tracks: list[Body | Marker] = [*take.bodies, *take.markers]
+    labels = [label for track in tracks for label in _label(track)]
+    values = np.hstack([_values(track) for track in tracks])
+    parts = [_header(take, labels)]
+    row = "%d,%.6f" + ",%.6f" * values.shape[1]
+    for first in range(0, len(values), block):
+        span = range(first, min(first + block, len(values)))
+        lines = [row % (take.frame[i], take.time[i], *values[i]) for i in span]
+        parts.append(("\r\n".join(lines) + "\r\n").replace("nan", "").encode())
+    return parts
+
+
+def _header(take: Take, labels: Sequence[tuple[str, ...]]) -> bytes:
+    rate, count = f"{take.rate:.6f}", str(len(take.frame))
+    pairs = (
+        ("Format Version", "1.23"), ("Take Name", take.name), ("Take Notes", ""), ("Capture Frame Rate", rate),
+        ("Export Frame Rate", rate), ("Capture Start Time", take.started), ("Total Frames in Take", count),
+        ("Total Exported Frames", count), ("Rotation Type", "Quaternion"), ("Length Units", "Meters"),
+        ("Coordinate Space", "Global"),
+    )  # fmt: skip
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\r\n")
+    writer.writerow([cell for pair in pairs for cell in pair])
+    writer.writerow([])
+    for i, label in enumerate(("Type", "Name", "ID", "")):
+        writer.writerow(["", label, *(column[i] for column in labels)])
+    writer.writerow(["Frame", "Time (Seconds)", *(column[4] for column in labels)])
+    return text.getvalue().encode()
+
+
+def _label(track: Body | Marker) -> list[tuple[str, ...]]:
+    if isinstance(track, Body):
+        return [
+            ("Rigid Body", track.name, track.id, quantity, axis.strip()) for quantity, axes in _BODY for axis in axes
+        ]
+    kind = "Rigid Body Marker" if track.is_solved else "Marker"
+    return [(kind, track.name, track.id, "Position", axis) for axis in "XYZ"]
+
+
+def _values(track: Body | Marker) -> np.ndarray:
+    if isinstance(track, Body):
+        turn = track.quaternion_wxyz[:, [1, 2, 3, 0]]
+        return np.hstack([turn, track.position, track.marker_error[:, None]])
+    return track.position

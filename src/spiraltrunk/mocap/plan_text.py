@@ -1,0 +1,90 @@
+"""The plan of a session: what to do, line by line, and the winders' lengths as a table for the motors."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.mocap.plan import Plan
+from spiraltrunk.mocap.protocol import Protocol, Run
+from spiraltrunk.mocap.sections import compute_seat
+
+_DOES = {
+    "rest": "all cables slack",
+    "bend-dorsal": "cable 1 pulled in step by step, the others let out as far as they need",
+    "bend-ventral": "the other cables pulled in step by step, cable 1 let out as far as it needs",
+    "twist": "cable 1 pulled in and held, then cable 2 pulled in step by step, cable 3 let out as far as it needs",
+}
+
+
+def format_plan(design: TrunkDesign, protocol: Protocol, plans: Sequence[Plan]) -> str:
+    """A list to print and tick off, in Markdown."""
+    hold = protocol.still.hold
+    lines = [f"# Session {protocol.name}, trunk {design.name}", "", *_prepare(design, protocol)]
+    for plan in plans:
+        run = plan.run
+        lines += ["", f"## {run.name}: {run.kind}, {_tell_base(run)}", ""]
+        lines.append(f"Set the base to {_tell_base(run)}; {_DOES[run.kind]}.")
+        if run.kind != "rest":
+            lines += ["", *_table(design, plan)]
+        for take in range(1, run.takes + 1):
+            what = f"hold {'the shape' if run.n_shape == 1 else f'each of the {run.n_shape} shapes'} still for"
+            export = f"export as `{run.name}_{take}.csv`"
+            lines += ["", f"- [ ] take {take}: start slack, record, {what} {2 * hold:g} s or more, stop, {export}"]
+    return "\n".join(lines) + "\n"
+
+
+def _prepare(design: TrunkDesign, protocol: Protocol) -> list[str]:
+    seat, radius = compute_seat(design), design.section_radius
+    return [
+        "- [ ] markers: three on the lower edge of each section, 120 deg apart, the first dorsal (at cable 1), counted "
+        f"as the cables; from {1e3 * seat[0]:.1f} mm beyond the proximal joint and {2e3 * radius[0]:.1f} mm across at "
+        f"section 1 to {1e3 * seat[-1]:.1f} and {2e3 * radius[-1]:.1f} mm at section {design.n_section}; 15 sections, "
+        "or any three or more",
+        "- [ ] Motive: a rigid body a section, section_01 at the base, and one called "
+        f"{protocol.base} at the trunk's base: origin at the beginning of section 1, x along the base axis, y dorsal",
+        "- [ ] Motive: calibrate, level the ground plane, write down the axis convention of the export "
+        f"(now {protocol.axes or 'not told'})",
+        "- [ ] slack: wrap the trunk fully, measure what each cable still gives (L_slack), write it to slack_mm (now "
+        f"{', '.join(f'{1e3 * value:g}' for value in protocol.slack)} mm)",
+    ]
+
+
+def _tell_base(run: Run) -> str:
+    tilt = 90.0 - math.degrees(run.theta_0)
+    return f"tilt {tilt:g} deg from hanging (theta_0 {math.degrees(run.theta_0):g} deg)"
+
+
+def _table(design: TrunkDesign, plan: Plan) -> list[str]:
+    """Each shape with what each winder has pulled in by since the straight trunk."""
+    cables = [f"cable {i + 1} [mm]" for i in range(design.n_cable)]
+    rows = [["shape", "step [mm]", *cables], ["---"] * (design.n_cable + 2)]
+    for i, (amount, told) in enumerate(zip(plan.amount, plan.told, strict=True)):
+        rows.append([str(i + 1), f"{1e3 * amount:g}", *(f"{_round(1e3 * value):.2f}" for value in told)])
+    told = "Pulled in since the straight trunk, slack made up for; negative is let out:"
+    return [told, "", *("| " + " | ".join(row) + " |" for row in rows)]
+
+
+def format_schedule(design: TrunkDesign, plans: Sequence[Plan]) -> str:
+    """What the winders are told, shape by shape, as CSV: lengths pulled in since the straight trunk [m].
+
+    A cable at rest is slack: its length is blank, and the winder pays out freely.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["run", "shape", "theta0_deg", *(f"cable_{i + 1}_m" for i in range(design.n_cable))])
+    for plan in plans:
+        for i, told in enumerate(plan.told):
+            cells = [""] * design.n_cable if plan.run.kind == "rest" else [f"{_round(value, 6):.6f}" for value in told]
+            writer.writerow([plan.run.name, i + 1, f"{math.degrees(plan.run.theta_0):g}", *cells])
+    return text.getvalue()
+
+
+def _round(value: float | np.floating, digits: int = 2) -> float:
+    """Rounded, without a minus before zero."""
+    return round(float(value), digits) + 0.0

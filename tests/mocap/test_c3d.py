@@ -1,0 +1,80 @@
+"""C3D files, written by the package itself, are read as what they say."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+from spiraltrunk.errors import MissingPackage, TakeError
+from spiraltrunk.mocap import load_take
+from spiraltrunk.mocap.c3d import load_c3d
+
+LABELS = ["section_01:Marker1", "section_01:Marker2", "loose"]
+
+
+@pytest.fixture
+def path(tmp_path):
+    ezc3d = pytest.importorskip("ezc3d", reason="ezc3d is not installed")
+
+    def write(points, unit="mm", rate=120.0, labels=LABELS, residuals=None):
+        content = ezc3d.c3d()
+        content["parameters"]["POINT"]["RATE"]["value"] = [rate]
+        content["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+        content["parameters"]["POINT"]["LABELS"]["value"] = list(labels)
+        shaped = np.ones((4, len(labels), len(points)))
+        shaped[:3] = np.moveaxis(points, -1, 0).transpose(0, 2, 1)
+        content["data"]["points"] = shaped
+        if residuals is not None:
+            content["data"]["meta_points"]["residuals"] = residuals
+        file = tmp_path / "take.c3d"
+        content.write(str(file))
+        return file
+
+    return write
+
+
+def points():
+    return 100.0 * np.arange(5 * 3 * 3, dtype=float).reshape(5, 3, 3) / 45
+
+
+def test_markers_come_in_metres_and_our_axes(path):
+    take = load_take(path(points()), axes="z-up")
+    assert (take.rate, len(take.frame), [marker.name for marker in take.markers]) == (120.0, 5, LABELS)
+    np.testing.assert_allclose(take.markers[1].position, 1e-3 * points()[:, 1][:, [1, 2, 0]], atol=1e-8)
+    np.testing.assert_allclose(np.diff(take.time), 1 / 120)
+    assert take.bodies == ()
+
+
+def test_what_was_not_seen_is_not_a_number(path):
+    hidden = points()
+    hidden[2, 0] = np.nan
+    take = load_c3d(path(hidden), axes="y-up")
+    np.testing.assert_array_equal(take.markers[0].is_seen, [True, True, False, True, True])
+
+
+@pytest.mark.parametrize("unit", ["furlong", ""])
+def test_other_units_are_refused(unit, path):
+    with pytest.raises(TakeError, match="POINT:UNITS"):
+        load_c3d(path(points(), unit=unit), axes="y-up")
+
+
+def test_what_is_no_c3d_is_refused(path, tmp_path):
+    file = path(points())
+    data = file.read_bytes()
+    for text in (b"", b"Format Version,1.23", data[:1000], data[:300]):
+        file.write_bytes(text)
+        with pytest.raises(TakeError, match=r"take\.c3d"):
+            load_c3d(file, axes="y-up")
+    with pytest.raises(TakeError):
+        load_take(tmp_path / "missing.c3d", axes="y-up")
+    with pytest.raises(TakeError, match="export the take"):
+        load_take(tmp_path / "take.tak", axes="y-up")
+
+
+def test_without_the_package_the_extra_is_named(path, monkeypatch):
+    file = path(points())
+    monkeypatch.setitem(sys.modules, "ezc3d", None)
+    with pytest.raises(MissingPackage, match=r"spiraltrunk\[mocap\]"):
+        load_c3d(file, axes="y-up")
