@@ -125,7 +125,7 @@ def test_the_status_says_how_it_ended():
     assert full.shape.is_shut.all()
 
 
-@pytest.mark.parametrize("stage", [Stage(pull=(-0.01, 0, 0)), Stage(pull=(0.1, 0.1)), Stage(tension=math.inf)])
+@pytest.mark.parametrize("stage", [Stage(pull=(-0.5, 0, 0)), Stage(pull=(0.1, 0.1)), Stage(tension=math.inf)])
 def test_impossible_commands_are_refused(stage):
     with pytest.raises(ModelError, match=r"(pull|tension) is .*; allowed: 3 numbers, at least 0 or nan"):
         settle(PAPER, [stage])

@@ -37,6 +37,7 @@ Joints that shut in another order than measured make local minima, which a large
 _LEVEL_TURNS, _FINE_TURNS, _TRIES = 6, 5, 5
 _SOFT = (0.3, 0.0)
 """Softness of shut joints in the slopes, one after the other [-]: a joint that shut too early does not feel it."""
+_FEW_STEPS = 4
 _FARTHEST = 1.5
 """Largest step of a knob over its prior width [-]."""
 _HUBER = 3.0
@@ -107,23 +108,74 @@ def fit_knobs(task: Task, knobs: Knobs, registration: tuple[float, float], tell:
         ModelError: where nothing was seen.
     """
     tell = tell or (lambda what, done, total: None)
-    search, work = _Search(task, knobs), len(_LEVELS) + _FINE_TURNS
-    for level, scatter in enumerate(_LEVELS):
-        tell("fitting", level, work)
-        search.expect(replace(scatter, turn=registration[0], shift=registration[1]))
-        search.descend()
-    first, is_settled, turns = search.scatter, False, 0
+    work = 3 * len(_LEVELS) + _FINE_TURNS
+    halves = []
+    for odd in (0, 1):
+        half = _Search(halve(task, odd), knobs, knobs.mean)
+        for level, scatter in enumerate(_LEVELS):
+            tell("fitting half of the steps", odd * len(_LEVELS) + level, work)
+            half.expect(replace(scatter, turn=registration[0], shift=registration[1]))
+            half.descend()
+        halves.append(half.knobs)
+    first = replace(_LEVELS[-1], turn=registration[0], shift=registration[1])
+    search = min((_descend_from(task, knobs, begin, first) for begin in halves), key=_Search.present)
+    is_settled, turns = False, 0
     while not is_settled and turns < _FINE_TURNS:
-        tell("fitting", len(_LEVELS) + turns, work)
+        tell("fitting", 3 * len(_LEVELS) + turns, work)
         search.take_slopes()
         search.look_at_scatter(first)
         is_settled = search.descend() < ENOUGH
         turns += 1
     search.take_slopes()
+    covariance = np.linalg.inv(search.build_normal()[0])
     return Fit(
-        knobs=search.knobs, covariance=np.linalg.inv(search.build_normal()[0]), scatter=search.scatter,
-        far=search.count_far(), turns=turns, is_settled=is_settled,
+        knobs=search.knobs, covariance=widen(covariance, search.knobs, halves, task.design.n_joint),
+        scatter=search.scatter, far=search.count_far(), turns=turns, is_settled=is_settled,
     )  # fmt: skip
+
+
+def _descend_from(task: Task, knobs: Knobs, begin: np.ndarray, scatter: Scatter) -> _Search:
+    search = _Search(task, knobs, begin)
+    search.expect(scatter)
+    search.descend()
+    return search
+
+
+def widen(covariance: np.ndarray, knobs: np.ndarray, halves: list[np.ndarray], n_joint: int) -> np.ndarray:
+    """The covariance, wider where two halves of the steps differ more than it says.
+
+    Each half has twice the variance of the whole, so that half their difference, and what lies between the whole and
+    their mean, have that of the whole or less. Where it is more the misfit has several minima, and what lies between
+    those that were found counts as not known. These are mostly joints that shut one after the other, or the other way
+    round: a joint is as little known as its neighbours.
+    """
+    spread = np.sqrt(np.diag(covariance))
+    apart = np.maximum(np.abs(halves[0] - halves[1]) / 2, np.abs(knobs - (halves[0] + halves[1]) / 2))
+    wider = np.maximum(1.0, apart / spread)
+    joints = np.pad(wider[:n_joint], 1, mode="edge")
+    wider[:n_joint] = np.max([joints[:-2], joints[1:-1], joints[2:]], axis=0)
+    return np.asarray(covariance * np.outer(wider, wider))
+
+
+def halve(task: Task, odd: int) -> Task:
+    """Every other state of each chain, each reached in one increment, and all states at rest.
+
+    Pulled ever further a cable slides at every hole, and how finely it was pulled does not matter.
+    """
+    chains = np.array([state.chain for state in task.states])
+    kept: list[int] = []
+    for chain in np.unique(chains):
+        own = np.flatnonzero(chains == chain)
+        kept += own.tolist() if len(own) < _FEW_STEPS else own[odd::2].tolist()
+    kept.sort()
+    place = {s: i for i, s in enumerate(kept)}
+    states = []
+    for s in kept:
+        before = task.states[s].before
+        while before >= 0 and before not in place:
+            before = task.states[before].before
+        states.append(replace(task.states[s], before=place.get(before, -1)))
+    return replace(task, states=tuple(states), measured=task.measured[kept], count=task.count[kept])
 
 
 def build_blocks(task: Task, predicted: np.ndarray) -> list[Block]:
@@ -159,8 +211,8 @@ def _strokes(states: tuple[State, ...]) -> np.ndarray:
 class _Search:
     """Where the search is, and how the misfit falls from there."""
 
-    def __init__(self, task: Task, knobs: Knobs) -> None:
-        self.task, self.prior, self.knobs = task, knobs, knobs.mean.copy()
+    def __init__(self, task: Task, knobs: Knobs, begin: np.ndarray) -> None:
+        self.task, self.prior, self.knobs = task, knobs, begin.copy()
         self.precision = np.linalg.inv(knobs.covariance)
         self.played, self.predicted = task.predict(self.knobs)
         self.blocks = build_blocks(task, self.predicted)
@@ -169,6 +221,10 @@ class _Search:
         self.weights = [block.weight for block in self.blocks]
         self.slopes: np.ndarray = np.empty(0)
         self._damping = 1e-2
+
+    def present(self) -> float:
+        """Misfit where the search is."""
+        return self.misfit(self.predicted, self.knobs)
 
     def expect(self, scatter: Scatter) -> None:
         """Take a scatter for true."""

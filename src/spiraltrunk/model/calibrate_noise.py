@@ -22,7 +22,7 @@ from scipy.optimize import minimize
 
 _ALONG, _STROKE = 0.3, 0.03
 _LEAST_NOISE = 1e-5
-LEAST_DISCREPANCY = 1e-3
+LEAST_DISCREPANCY = 5e-4
 """Error of the model at the tip that is always reckoned with [m].
 
 Below a millimetre the misfit has several minima, as two joints that shut one after the other fit nearly as well when

@@ -35,7 +35,7 @@ class Stage:
     """What the cables do next; nan is no command, and a cable with neither command hangs slack."""
 
     pull: ArrayLike = math.nan
-    """Length to pull in since the straight trunk, shape (n_cable,) [m]."""
+    """Length to pull in since the straight trunk, negative for cable paid out, shape (n_cable,) [m]."""
     tension: ArrayLike = math.nan
     """Tension to hold, or the largest one where a length is commanded too, shape (n_cable,) [N]."""
 
@@ -232,8 +232,9 @@ class SettleRig:
         out = []
         for name in ("pull", "tension"):
             value = np.asarray(getattr(stage, name), float)
-            if value.shape not in ((), (self.design.n_cable,)) or np.isinf(value).any() or (value < 0).any():
-                allowed = f"{self.design.n_cable} numbers, at least 0 or nan"
+            least = -2 * self.design.cable_stroke if name == "pull" else 0.0
+            if value.shape not in ((), (self.design.n_cable,)) or np.isinf(value).any() or (value < least).any():
+                allowed = f"{self.design.n_cable} numbers, at least {least:.4g} or nan"
                 raise ModelError(f"{name} is {getattr(stage, name)!r}; allowed: {allowed}")
             out.append(np.broadcast_to(value, self.design.n_cable))
         return out[0], out[1]
