@@ -38,6 +38,8 @@ _LEVEL_TURNS, _FINE_TURNS, _TRIES = 6, 5, 5
 _SOFT = (0.3, 0.0)
 """Softness of shut joints in the slopes, one after the other [-]: a joint that shut too early does not feel it."""
 _FEW_STEPS = 4
+_NEAR = 2
+"""Joints on either side of one that may shut before or after it [-]."""
 _FARTHEST = 1.5
 """Largest step of a knob over its prior width [-]."""
 _HUBER = 3.0
@@ -152,8 +154,8 @@ def widen(covariance: np.ndarray, knobs: np.ndarray, halves: list[np.ndarray], n
     spread = np.sqrt(np.diag(covariance))
     apart = np.maximum(np.abs(halves[0] - halves[1]) / 2, np.abs(knobs - (halves[0] + halves[1]) / 2))
     wider = np.maximum(1.0, apart / spread)
-    joints = np.pad(wider[:n_joint], 1, mode="edge")
-    wider[:n_joint] = np.max([joints[:-2], joints[1:-1], joints[2:]], axis=0)
+    joints = np.pad(wider[:n_joint], _NEAR, mode="edge")
+    wider[:n_joint] = np.lib.stride_tricks.sliding_window_view(joints, 2 * _NEAR + 1).max(axis=1)
     return np.asarray(covariance * np.outer(wider, wider))
 
 
