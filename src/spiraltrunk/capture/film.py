@@ -34,6 +34,8 @@ class FilmOptions:
     """Frames per second [Hz]."""
     hold: float = 1.0
     """Time for which each shape is held [s]."""
+    move: float = 0.5
+    """Time from shape to shape [s]."""
     noise: float = 5e-4
     """Standard deviation of each coordinate of each marker in each frame [m]."""
     occluded: float = 0.05
@@ -46,8 +48,15 @@ class FilmOptions:
     """Sections with markers, from 1."""
 
     def __post_init__(self) -> None:
+        for name in ("hold", "move"):
+            check_number(name, getattr(self, name), least=0.05, below=60.0)
         for name in ("occluded", "held", "dropped"):
             check_number(name, getattr(self, name), least=0.0, below=0.5)
+
+    @property
+    def period(self) -> float:
+        """Time from shape to shape as it comes out in whole frames [s]."""
+        return (max(1, round(self.hold * self.rate)) + max(1, round(self.move * self.rate))) / self.rate
 
 
 GAP = 0.15
@@ -68,7 +77,7 @@ def film(design: TrunkDesign, played: Played, seed: int, options: FilmOptions | 
     turn = Rotation.from_euler("yxz", [draw.uniform(-180, 180), *draw.normal(0.0, 0.5, 2)], degrees=True)
     frame = Motion(rotation=turn.as_matrix(), shift=draw.uniform(-1.0, 1.0, 3))
     rehearsal = Rehearsal(
-        rate=options.rate, hold=options.hold, noise=options.noise, frame=frame, sections=options.sections,
+        rate=options.rate, hold=options.hold, move=options.move, noise=options.noise, frame=frame, sections=options.sections,
         seed=int(draw.integers(2**32)),
     )  # fmt: skip
     points = place_points(design, played.ends, compute_seat(design))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +16,11 @@ from spiraltrunk.capture.world import World
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.motive_write import write_motive
 from spiraltrunk.mocap.plan import build_plan
-from spiraltrunk.mocap.protocol import Protocol
+from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.sections import compute_seat
 from spiraltrunk.model.calibrate_play import place_points
 from spiraltrunk.model.measured import MeasuredShapes
+from spiraltrunk.report.draft import write_draft
 
 Tell = Callable[[str, int, int], None]
 """Called with what is being done, how much of it is done and how much there is."""
@@ -55,7 +57,9 @@ def play_session(
 def write_session(
     design: TrunkDesign, played: Sequence[Played], seed: int, folder: str | Path, options: FilmOptions | None = None
 ) -> list[Path]:
-    """Takes as Motive CSV 1.23, named ``RUN_1.csv``, ``RUN_2.csv`` and so on, y up.
+    """Takes as Motive CSV 1.23, named ``RUN_1.csv``, ``RUN_2.csv`` and so on, y up, and the protocol to read them with.
+
+    Its steps are timed: a first step that the slack swallows moves nothing, so that motion alone would not tell it.
 
     Raises:
         OSError: where a file cannot be written.
@@ -67,7 +71,23 @@ def write_session(
         for take in range(max(run.plan.run.takes, 2)):
             path = target / f"{run.plan.run.name}_{take + 1}.csv"
             files.append(write_motive(film(design, run, 1000 * seed + 10 * number + take, options), path))
-    return files
+    period = (FilmOptions() if options is None else options).period
+    with write_draft(target / "protocol.toml") as draft:
+        draft.write_text(format_protocol([run.plan.run for run in played], period))
+    return [*files, target / "protocol.toml"]
+
+
+def format_protocol(runs: Sequence[Run], period: float) -> str:
+    """Runs as the text of a protocol whose steps come every ``period`` [s]."""
+    text = '# Written with a virtual capture.\nschema = 1\nname = "virtual"\naxes = "y-up"\nalignment = "base"\n'
+    for run in runs:
+        text += f'\n[[run]]\nname = "{run.name}"\nkind = "{run.kind}"\ntheta0_deg = {math.degrees(run.theta_0):.9g}\n'
+        text += f"takes = {max(run.takes, 2)}\n"
+        if run.steps:
+            text += f"steps = {run.steps}\nstep_mm = {1e3 * run.step:.9g}\nbegin_s = 0.0\nperiod_s = {period:.9g}\n"
+        if run.first:
+            text += f"first_mm = {1e3 * run.first:.9g}\n"
+    return text
 
 
 def measure(
