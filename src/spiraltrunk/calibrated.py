@@ -150,7 +150,7 @@ def write_calibration_folder(
     with write_folder(folder, FILES) as draft:
         named = replace(calibration.design, name=f"{calibration.design.name}, calibrated"[:200])
         write_design(named, draft / "trunk.toml", provenance(result, calibration))
-        write_calibration(build_bars(recordings.design, calibration, shapes), draft / "calibration.png")
+        write_calibration(_title_bars(recordings, calibration, shapes), draft / "calibration.png")
         write_shapes(shapes, draft / "shapes.json")
         (draft / "result.json").write_text(json.dumps(told, indent=2, allow_nan=False) + "\n")
     return told
@@ -185,13 +185,21 @@ def build_bars(design: TrunkDesign, found: Calibration, shapes: MeasuredShapes) 
     )  # fmt: skip
 
 
+def _title_bars(recordings: Recordings, found: Calibration, shapes: MeasuredShapes) -> Bars:
+    made = any(_is_virtual(file) for file in (*_list(recordings.fitted), *_list(recordings.held_out)))
+    words = f"Calibration of {recordings.design.name}" + (", virtual capture: not a measurement" if made else "")
+    return replace(build_bars(recordings.design, found, shapes), title=words)
+
+
 _MODELS = ("calibrated", "uncalibrated", "reference")
 
 
 def _group(errors: Errors, shapes: MeasuredShapes) -> dict[str, np.ndarray]:
     """Which errors belong to which kind of shape, at rest by tilt."""
     names = [
-        f"{shapes.kind[i]} {90 - math.degrees(shapes.theta_0[i]):.0f} deg" if shapes.kind[i] == "rest" else shapes.kind[i]
+        f"{shapes.kind[i]} {90 - math.degrees(shapes.theta_0[i]):.0f} deg"
+        if shapes.kind[i] == "rest"
+        else shapes.kind[i]
         for i in errors.index
     ]
     return {name: np.array([other == name for other in names]) for name in dict.fromkeys(names)}

@@ -77,8 +77,8 @@ def film(design: TrunkDesign, played: Played, seed: int, options: FilmOptions | 
     turn = Rotation.from_euler("yxz", [draw.uniform(-180, 180), *draw.normal(0.0, 0.5, 2)], degrees=True)
     frame = Motion(rotation=turn.as_matrix(), shift=draw.uniform(-1.0, 1.0, 3))
     rehearsal = Rehearsal(
-        rate=options.rate, hold=options.hold, move=options.move, noise=options.noise, frame=frame, sections=options.sections,
-        seed=int(draw.integers(2**32)),
+        rate=options.rate, hold=options.hold, move=options.move, noise=options.noise, frame=frame,
+        sections=options.sections, seed=int(draw.integers(2**32)),
     )  # fmt: skip
     points = place_points(design, played.ends, compute_seat(design))
     take = rehearse_take(design, points, played.rotation, played.plan.run.theta_0, rehearsal)

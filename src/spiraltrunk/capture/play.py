@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -15,7 +15,7 @@ from spiraltrunk.model.calibrate_play import State, play_statics
 from spiraltrunk.model.loading import base_orientation
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.model.transforms import section_frames
-from spiraltrunk.sim.settle import SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.settle import Settled, SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.trunk_spec import TrunkOptions, hinge_names
 
 SETTLE = SettleOptions(
@@ -71,7 +71,7 @@ def play_by_model(world: World, plan: Plan) -> Played:
     return _collect(world, plan, list(play_statics(world.design, states, world.slack).shapes))
 
 
-def _visit(rig: SettleRig, world: World, plan: Plan) -> Iterator[object]:
+def _visit(rig: SettleRig, world: World, plan: Plan) -> Iterator[Settled]:
     if plan.run.kind == "rest":
         return rig.visit()
     visited = rig.visit([Stage(pull=told - world.slack) for told in plan.pull])
@@ -92,8 +92,3 @@ def _collect(world: World, plan: Plan, shapes: list[Shape]) -> Played:
         plan=plan, ends=np.stack([shape.points for shape in shapes]), rotation=frames,
         unsettled=sum(int(shape.status) == Status.NOT_CONVERGED for shape in shapes),
     )  # fmt: skip
-
-
-def shift(played: Played, plan: Plan) -> Played:
-    """The same shapes under another plan's name, as a repeat of the run."""
-    return replace(played, plan=plan)

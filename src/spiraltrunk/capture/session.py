@@ -123,4 +123,3 @@ def measure(
         kind=tuple(map(str, parts["kind"])), take=tuple(map(str, parts["take"])), seat=seat,
         rotation=np.full((*arrays["points"].shape, 3), np.nan), **arrays,
     )  # fmt: skip
-

@@ -76,9 +76,7 @@ def draw_world(design: TrunkDesign, seed: int, options: WorldOptions | None = No
     center, hole = options.center * draw.standard_normal(), options.hole * draw.standard_normal()
     knobs = np.array([*stiffness, mass, center, options.friction, *[options.slack] * cables, hole])
     true, slack = apply_knobs(carry_gripper(design), knobs)
-    return World(
-        seed=seed, design=true, knobs=knobs, slack=slack, sag=options.sag * draw.standard_normal((joints, 2))
-    )
+    return World(seed=seed, design=true, knobs=knobs, slack=slack, sag=options.sag * draw.standard_normal((joints, 2)))
 
 
 def weigh(design: TrunkDesign, world: World, share: float = 0.01) -> tuple[float, float]:

@@ -30,7 +30,9 @@ def add_verb(verbs: Any) -> None:
         "--hold-out", type=read_text, action="append", default=[], metavar="TAKE",
         help="a recording that is not fitted but judged on; may be given often",
     )  # fmt: skip
-    parser.add_argument("--protocol", type=read_text, default="paper", metavar="FILE", help="what was done, a TOML file")
+    parser.add_argument(
+        "--protocol", type=read_text, default="paper", metavar="FILE", help="what was done, a TOML file"
+    )
     parser.add_argument(
         "--axes", type=read_text, metavar="NAME", help="axis convention of the recordings, as in validate"
     )
@@ -63,9 +65,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
     given = sort_takes(protocol, arguments.takes)
     fitted, held_out = (given, sort_takes(protocol, arguments.hold_out)) if arguments.hold_out else split_takes(given)
-    recordings = Recordings(
-        protocol=protocol, design=design, fitted=fitted, held_out=held_out, axes=arguments.axes
-    )
+    recordings = Recordings(protocol=protocol, design=design, fitted=fitted, held_out=held_out, axes=arguments.axes)
     return _fit(arguments, recordings, _read_settings(arguments))
 
 
@@ -119,7 +119,9 @@ def _play(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> 
         "center_fraction": world.design.mass.center_fraction, "hole_fraction": world.design.cable.hole_fraction,
         "files": files,
     }  # fmt: skip
-    text = f"virtual capture, not a measurement: {len(files)} takes in {arguments.virtual}, axes y-up, the trunk weighs "
+    text = (
+        f"virtual capture, not a measurement: {len(files)} takes in {arguments.virtual}, axes y-up, the trunk weighs "
+    )
     return DONE, format_json(told) if arguments.json else f"{text}{told['mass_g']:.1f} g"
 
 

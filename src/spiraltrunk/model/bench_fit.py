@@ -1,7 +1,7 @@
 """Stiffness and damping of single joints from a bench: static loads, and ring-downs.
 
-A static load is a moment M = m g l (scale reading m, lever arm l square to the joint) at a deflection q. The beam law of
-the design is M = K q. Two terms beside it say where a print departs from it:
+A static load is a moment M = m g l (scale reading m, lever arm l square to the joint) at a deflection q. The beam law
+of the design is M = K q. Two terms beside it say where a print departs from it:
 
     M = K q + M_0 (1 - exp(-q / 2 deg)) + K_f max(0, q - q_f),
 
@@ -145,7 +145,7 @@ def fit_ring_down(time: ArrayLike, acceleration: ArrayLike, inertia: float, iner
     if not (math.isfinite(inertia) and inertia > 0 and math.isfinite(inertia_spread) and inertia_spread >= 0):
         raise ModelError(f"inertia is {inertia!r} +- {inertia_spread!r}; allowed: finite, above 0 kg m^2")
     begin = _guess_ring(t, a)
-    found = least_squares(lambda p: _ring(p, t) - a, begin, x_scale=np.maximum(np.abs(begin), 1e-3), max_nfev=2000)
+    found = least_squares(lambda p: _ring(p, t) - a, begin, x_scale=np.maximum(np.abs(begin), 1e-3), max_nfev=300)
     omega, ratio = abs(float(found.x[1])), float(found.x[2])
     if not 0.0 < ratio < 0.99 or not found.success:
         raise ModelError(f"the record has no decaying oscillation (damping ratio {ratio:.3g}); allowed: a ring-down")
@@ -186,7 +186,7 @@ def _propose(q: np.ndarray) -> list[tuple[np.ndarray, float | None]]:
     """Columns of every law with more than the beam, and where its faces meet."""
     onset = 1 - np.exp(-q / _ONSET)
     laws: list[tuple[np.ndarray, float | None]] = [(np.column_stack([q, onset]), None)]
-    for at in _FACES[(_FACES > q[q > 0].min()) & (_FACES < q.max())]:
+    for at in _FACES[(q[q > 0].min() < _FACES) & (q.max() > _FACES)]:
         faces = np.maximum(0.0, q - at)
         laws += [(np.column_stack([q, faces]), float(at)), (np.column_stack([q, onset, faces]), float(at))]
     return laws
@@ -227,7 +227,9 @@ def _read_loads(bend: ArrayLike, mass: ArrayLike, lever_arm: ArrayLike) -> tuple
     except (TypeError, ValueError):
         raise ModelError("bend, mass and lever_arm do not fit; allowed: numbers, one each a reading") from None
     if q.ndim != 1 or not all(np.isfinite(part).all() and (part >= 0).all() for part in (q, m, arm)):
-        raise ModelError("bend, mass or lever_arm is negative or not finite; allowed: rows of finite numbers, 0 or more")
+        raise ModelError(
+            "bend, mass or lever_arm is negative or not finite; allowed: rows of finite numbers, 0 or more"
+        )
     if (q > 0).sum() < 3 or not (m[q > 0] > 0).any():
         raise ModelError(f"{int((q > 0).sum())} readings of a deflected joint; allowed: three or more")
     return q.copy(), GRAVITY * m * arm
@@ -239,7 +241,9 @@ def _read_record(time: ArrayLike, acceleration: ArrayLike) -> tuple[np.ndarray, 
     except (TypeError, ValueError):
         raise ModelError("time or acceleration holds what is no number; allowed: finite numbers") from None
     if t.ndim != 1 or t.shape != a.shape or not 16 <= len(t) <= _MOST:
-        raise ModelError(f"time and acceleration have shapes {t.shape}, {a.shape}; allowed: equal, 16 to {_MOST} samples")
+        raise ModelError(
+            f"time and acceleration have shapes {t.shape}, {a.shape}; allowed: equal, 16 to {_MOST} samples"
+        )
     if not (np.isfinite(t).all() and np.isfinite(a).all() and (np.diff(t) > 0).all()):
         raise ModelError("time does not increase, or a number is not finite; allowed: increasing times, finite numbers")
     return t - t[0], a

@@ -20,7 +20,6 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.calibrate_fit import Fit, Task, fit_knobs
 from spiraltrunk.model.calibrate_knobs import Knobs, Prior, Weighing, apply_knobs, build_knobs, center_fraction
-from spiraltrunk.model.calibrate_noise import Scatter
 from spiraltrunk.model.calibrate_play import State, find_states, place_points, play_reference, play_statics
 from spiraltrunk.model.measured import MeasuredShapes
 from spiraltrunk.model.pulls import carry_gripper
@@ -215,7 +214,9 @@ def _tell_all(
     placed = [place_points(trunk, model, shapes.seat)[of_shape] for model in three]
     rmse = [compute_rmse(model, shapes.points) for model in placed]
     errors = [
-        Errors(index=np.flatnonzero(part), calibrated=rmse[0][part], uncalibrated=rmse[1][part], reference=rmse[2][part])
+        Errors(
+            index=np.flatnonzero(part), calibrated=rmse[0][part], uncalibrated=rmse[1][part], reference=rmse[2][part]
+        )
         for part in (chosen, ~chosen)
     ]
     spread = np.sqrt(np.diag(fit.covariance))
@@ -232,10 +233,8 @@ def describe(design: TrunkDesign, fit: Fit, knobs: Knobs) -> tuple[Parameter, ..
     These are the stiffness of joint 1 over the mass, which shapes tell without a scale, and the exponent n of the law
     K ~ k_p^(n (i - 1)) that lies nearest to all joints, 3 by E I / L.
     """
-    joints, cables = design.n_joint, design.n_cable
-    size = len(fit.knobs)
+    joints, size = design.n_joint, len(fit.knobs)
     out = [_describe(knobs.names[k], design, (np.eye(size)[k], k), (fit, knobs)) for k in range(size)]
-    assert len(out) == joints + 4 + cables
     ratio = np.zeros(size)
     ratio[:joints], ratio[joints] = 1 / joints, -1.0
     along = np.log(design.scale[:-1])
@@ -246,9 +245,7 @@ def describe(design: TrunkDesign, fit: Fit, knobs: Knobs) -> tuple[Parameter, ..
     return tuple(out)
 
 
-def _describe(
-    name: str, design: TrunkDesign, row: tuple[np.ndarray, int], found: tuple[Fit, Knobs]
-) -> Parameter:
+def _describe(name: str, design: TrunkDesign, row: tuple[np.ndarray, int], found: tuple[Fit, Knobs]) -> Parameter:
     """One linear combination of the knobs, in SI."""
     (weights, knob), (fit, knobs) = row, found
     middle, spread = float(weights @ fit.knobs), float(np.sqrt(weights @ fit.covariance @ weights))
@@ -282,8 +279,3 @@ def _unit_of(name: str, design: TrunkDesign, knob: int) -> tuple[str, float, flo
         return "kg", design.total_mass, 0.0
     origin = {"center": center_fraction(design), "hole": design.cable.hole_fraction}.get(name, 0.0)
     return ("m" if name.startswith("slack_") else "-"), 0.0, origin
-
-
-def find_scatter_of(calibration: Calibration) -> Scatter:
-    """How the residuals scatter: noise of a point and error of the model at the tip."""
-    return calibration.fit.scatter

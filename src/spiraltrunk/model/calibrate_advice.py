@@ -28,9 +28,7 @@ def find_tied(calibration: Calibration) -> tuple[tuple[str, str, float], ...]:
     """Pairs of knobs that the recordings tell together alone, with their correlation."""
     upper = np.triu(np.abs(calibration.correlation), 1)
     pairs = np.argwhere(upper > TIED)
-    return tuple(
-        (calibration.names[i], calibration.names[j], float(calibration.correlation[i, j])) for i, j in pairs
-    )
+    return tuple((calibration.names[i], calibration.names[j], float(calibration.correlation[i, j])) for i, j in pairs)
 
 
 def advise(calibration: Calibration, *, was_weighed: bool) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ class Prior:
     stiffness_level: float = 0.4
     """Of the logarithm of all joints' stiffness together [-] (ours: moduli of printed TPU 95A differ by half)."""
     stiffness_exponent: float = 1.0
-    """Of the exponent of the power law K ~ k_p^(3 (i-1)), 3 by E I / L [-] (ours: a print of another group had none)."""
+    """Of the exponent of the power law K ~ k_p^(3 (i-1)), 3 by E I / L [-] (ours: one print of others had none)."""
     stiffness_scatter: float = 0.15
     """Of the logarithm of each joint's own stiffness about that law [-] (ours)."""
     mass: float = 0.1

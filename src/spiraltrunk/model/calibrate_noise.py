@@ -118,7 +118,7 @@ def find_scatter(
         return _unlikeliness(few, scatter, precision) + 0.05 * float(((logs - begin) ** 2).sum())
 
     begin = np.log([first.noise, first.discrepancy])
-    corners = [begin + [0.7 * a, 0.7 * b] for a, b in ((0, 0), (1, 0), (0, 1))]
+    corners = [begin + np.array([0.7 * a, 0.7 * b]) for a, b in ((0, 0), (1, 0), (0, 1))]
     best = minimize(
         miss, begin, method="Nelder-Mead",
         options={"initial_simplex": corners, "xatol": 0.03, "fatol": 0.1, "maxfev": 60},
@@ -139,9 +139,7 @@ def _thin(block: Block, residual: np.ndarray, slope: np.ndarray) -> tuple[Block,
     return fewer, residual[rows], slope[rows]
 
 
-def _unlikeliness(
-    few: list[tuple[Block, np.ndarray, np.ndarray]], scatter: Scatter, precision: np.ndarray
-) -> float:
+def _unlikeliness(few: list[tuple[Block, np.ndarray, np.ndarray]], scatter: Scatter, precision: np.ndarray) -> float:
     """Minus the logarithm of the marginal likelihood, but for a constant."""
     normal, moment, total = precision.copy(), np.zeros(len(precision)), 0.0
     for block, residual, slope in few:

@@ -79,9 +79,7 @@ def find_states(shapes: MeasuredShapes) -> States:
         if key not in known:
             chain = len(states) if before < 0 else states[before].chain
             known[key] = len(states)
-            states.append(
-                State(theta_0=theta_0, pull=tuple(pull.tolist()), before=before, kind=kind, chain=chain)
-            )
+            states.append(State(theta_0=theta_0, pull=tuple(pull.tolist()), before=before, kind=kind, chain=chain))
         of_shape.append(known[key])
     if len(states) > _MOST_STATES:
         raise ModelError(f"{len(states)} different states given; allowed: up to {_MOST_STATES}")

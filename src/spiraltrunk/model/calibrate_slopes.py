@@ -147,9 +147,7 @@ class _State:
         for a in range(2):
             step = np.zeros(2)
             step[a] = _H
-            ends = [
-                _hole_turns(bend_rotation(self.bend[:, :2] + side * step), before, beyond) for side in (1.0, -1.0)
-            ]
+            ends = [_hole_turns(bend_rotation(self.bend[:, :2] + side * step), before, beyond) for side in (1.0, -1.0)]
             near[..., a], far[..., a] = ((up - down) / (2 * _H) for up, down in zip(*ends, strict=True))
         out, mu = np.zeros((count, self.design.n_cable, count, 2)), self.design.cable.friction
         last = np.zeros(out.shape[1:])
@@ -192,7 +190,7 @@ class _State:
 
     def right_hand_sides(self, held: np.ndarray, free: np.ndarray) -> np.ndarray:
         """Minus what each knob adds to moments and lengths, shape (n_equation, n_knob)."""
-        design, joints, cables = self.design, self.design.n_joint, self.design.n_cable
+        joints, cables = self.design.n_joint, self.design.n_cable
         size = joints + 4 + cables
         moment, length = np.zeros((2 * joints, size)), np.zeros((cables, size))
         elastic = self.trunk.stiffness[:, :2] * self.bend[:, :2]
@@ -231,12 +229,10 @@ class _State:
         vector = np.stack([spun[..., 2, 1], spun[..., 0, 2], spun[..., 1, 0]], axis=-1)
         turning = np.einsum("jxy,jay->jax", work.frames[:-1], vector)
         turned = np.einsum("jax,jap->pjx", turning, bend.reshape(count, 2, -1))
-        ends = np.cumsum(work.frames[:, :, 0] * self.trunk.length[:, None], axis=0)
         total = np.cumsum(turned, axis=1)
         moved = np.zeros((bend.shape[1], count + 1, 3))
         along = work.frames[1:, :, 0] * self.trunk.length[1:, None]
         moved[:, 1:] = np.cumsum(np.cross(total, along[None]), axis=1)
-        assert ends.shape == moved.shape[1:]
         return moved
 
 
@@ -264,9 +260,7 @@ def _hole_turns(rotation: np.ndarray, before: np.ndarray, beyond: np.ndarray) ->
 
 
 def _angle(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.asarray(
-        2 * np.arctan2(np.linalg.norm(one - other, axis=-1), np.linalg.norm(one + other, axis=-1))
-    )
+    return np.asarray(2 * np.arctan2(np.linalg.norm(one - other, axis=-1), np.linalg.norm(one + other, axis=-1)))
 
 
 def _add_turns(before: np.ndarray, beyond: np.ndarray) -> np.ndarray:

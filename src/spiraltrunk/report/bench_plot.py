@@ -63,13 +63,17 @@ def build_loads_figure(loaded: Sequence[Loaded]) -> Figure:
         for axes in panels[: len(loaded)]
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
-    figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=4, frameon=False, fontsize=SMALL, labelcolor=INK)
+    figure.legend(
+        named.values(), named.keys(), loc="outside lower center", ncols=4, frameon=False, fontsize=SMALL, labelcolor=INK
+    )
     return figure
 
 
 def _draw(axes: Axes, joint: Loaded) -> None:
     bend = np.linspace(0.0, float(joint.bend.max()) * 1.03, 200)
-    axes.plot(np.degrees(bend), joint.beam * bend, color=COLORS[1], linestyle="--", linewidth=1.2, label="beam law alone")
+    axes.plot(
+        np.degrees(bend), joint.beam * bend, color=COLORS[1], linestyle="--", linewidth=1.2, label="beam law alone"
+    )
     axes.plot(np.degrees(bend), joint.law(bend), color=COLORS[0], linewidth=1.4, label="fitted law")
     axes.plot(
         np.degrees(joint.bend), joint.moment, color=INK, linestyle="", marker="o", markersize=4.0, label="readings"

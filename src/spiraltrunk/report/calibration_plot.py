@@ -37,6 +37,8 @@ class Bars:
     """Mean RMSE by kind and model (calibrated, as designed, paper's), not a number for none, (n_group, 3) [m]."""
     is_held_out: bool
     """Whether the shapes were not fitted."""
+    title: str = "Calibration"
+    """Head of the picture."""
 
 
 def write_calibration(bars: Bars, path: str | Path) -> Path:
@@ -53,7 +55,7 @@ def write_calibration(bars: Bars, path: str | Path) -> Path:
 
 def build_calibration_figure(bars: Bars) -> Figure:
     """Stiffness left, errors right."""
-    figure = build_figure(11.0, 4.2, "Calibration")
+    figure = build_figure(11.0, 4.2, bars.title)
     left, right = figure.subplots(1, 2)
     _draw_stiffness(left, bars)
     _draw_errors(right, bars)
