@@ -1,6 +1,6 @@
 """Static loads of single joints: stiffness with its interval, where the beam law fails, and a picture of it all.
 
-`python benchmarks/bench_joints.py FILE [--plot FILE]`; the columns of the record are joint,lever_arm_m,mass_g,angle_deg.
+`python benchmarks/bench_joints.py FILE [--plot FILE]`; the record has the columns joint,lever_arm_m,mass_g,angle_deg.
 """
 
 from __future__ import annotations
