@@ -81,3 +81,13 @@ def test_a_cable_that_is_never_pulled_moves_nothing(slopes):
 def test_at_rest_neither_friction_nor_holes_count(slopes):
     for name in ("friction", "hole", "slack_1"):
         assert (slopes[0, NAMES.index(name)] == 0).all()
+
+
+def test_without_friction_the_slope_by_friction_is_that_of_a_little():
+    knobs, knob, step = _knobs(), NAMES.index("friction"), 1e-4
+    knobs[knob] = 0.0
+    design, played = _play(knobs)
+    slope = slopes_of_state(design, played.shapes[2], math.pi / 2, played.length[2])[knob]
+    knobs[knob] = step
+    expected = (_play(knobs)[1].points[2] - played.points[2]) / step
+    np.testing.assert_allclose(slope, expected, rtol=0, atol=0.02 * np.abs(expected).max())

@@ -29,6 +29,7 @@ from spiraltrunk.model.transforms import bend_rotation
 _H = 1e-5
 """Step of the central differences of turns by bends [rad], and of holes and centres by their fractions [-]."""
 
+_NO_FRICTION = 1e-6
 _STALLED = 1e-5
 """Cable left over from which a winder has reached its largest tension before its length [m]."""
 
@@ -120,6 +121,8 @@ class _State:
 
     def _find_modes(self) -> np.ndarray:
         """1 where a cable slides to the motor, -1 where it slides away, 0 where it sticks, (n_joint, n_cable) [-]."""
+        if self.design.cable.friction < _NO_FRICTION:  # What little there would be works against the motor.
+            return np.where(self.tension > 0, 1.0, 0.0)
         before = np.vstack([self.first, self.tension[:-1]])
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.log(before / self.tension) / (self.design.cable.friction * self.gaps.turn)
