@@ -125,9 +125,9 @@ def test_the_status_says_how_it_ended():
     assert full.shape.is_shut.all()
 
 
-@pytest.mark.parametrize("stage", [Stage(pull=(-0.01, 0, 0)), Stage(pull=(0.1, 0.1)), Stage(tension=math.inf)])
+@pytest.mark.parametrize("stage", [Stage(pull=(-0.5, 0, 0)), Stage(pull=(0.1, 0.1)), Stage(tension=math.inf)])
 def test_impossible_commands_are_refused(stage):
-    with pytest.raises(ModelError, match=r"(pull|tension) is .*; allowed: 3 numbers, at least 0 or nan"):
+    with pytest.raises(ModelError, match=r"(pull|tension) is .*; allowed: 3 numbers, at least (-0.2597|0) or nan"):
         settle(PAPER, [stage])
 
 
@@ -195,3 +195,12 @@ def test_a_stiffer_limit_is_passed_by_less():
 def test_a_limit_has_some_stiffness():
     with pytest.raises(DesignError, match="limit_factor"):
         SettleOptions(limit_factor=0.0)
+
+
+def test_each_stage_is_visited_and_the_last_is_where_it_settles():
+    stages = [Stage(pull=(0.01, SLACK, SLACK)), Stage(pull=(0.02, SLACK, SLACK))]
+    rig = SettleRig(PAPER, options=FAST)
+    visited = list(rig.visit(stages))
+    assert len(visited) == 3
+    assert [round(float(s.cable_pull[0]), 4) for s in visited[1:]] == pytest.approx([0.01, 0.02], abs=2e-4)
+    np.testing.assert_array_equal(visited[-1].shape.points, rig.settle(stages).shape.points)

@@ -10,7 +10,7 @@ import secrets
 import stat
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -58,14 +58,19 @@ def load_design(path_or_preset: str | Path) -> TrunkDesign:
     return replace(design, arm=replace(design.arm, model=str(model)))
 
 
-def write_design(design: TrunkDesign, path: str | Path) -> Path:
+def write_design(design: TrunkDesign, path: str | Path, notes: Sequence[str] = ()) -> Path:
     """Write the design as TOML, whole or not at all, and return where.
+
+    Args:
+        design: what is written.
+        path: the file.
+        notes: lines of comment at its head, such as where the numbers come from.
 
     Raises:
         DesignError: where the file cannot be written; what was there stays as it was.
     """
     check_type("path", path, (str, Path))
-    text = format_design(design)
+    text = format_design(design, notes)
     target = Path(path)
     with _as_design_error("path", target, "a file, new or replaced, in a folder that can be written"):
         if target.exists() and not target.is_file():
@@ -74,10 +79,11 @@ def write_design(design: TrunkDesign, path: str | Path) -> Path:
     return target
 
 
-def format_design(design: TrunkDesign) -> str:
-    """The design as the text of a TOML file."""
+def format_design(design: TrunkDesign, notes: Sequence[str] = ()) -> str:
+    """The design as the text of a TOML file, with lines of comment at its head."""
     check_type("design", design, TrunkDesign)
-    text = f"{_HEAD}schema = {SCHEMA}\n"
+    said = "".join(f"# {_on_one_line(note)}\n" for note in notes)
+    text = f"{_HEAD}{said}schema = {SCHEMA}\n"
     for table, keys in TABLES.items():
         part = getattr(design, table) if table else design
         if part is None:
@@ -87,6 +93,11 @@ def format_design(design: TrunkDesign) -> str:
             value = getattr(design if key.owner is TrunkDesign else part, key.field)
             text += "" if value is None else f"{key.name} = {format_value(value, key)}\n"
     return text
+
+
+def _on_one_line(note: str) -> str:
+    """A note that cannot end its comment."""
+    return "".join(letter if letter.isprintable() else " " for letter in note)
 
 
 def _read(path: Path) -> str:

@@ -12,6 +12,8 @@ import numpy as np
 
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.model.cables import lengths_from_rotations
+from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.sim.trunk_spec import TrunkOptions, add_trunk, section_name, trunk_quat_wxyz
 
 _RADIUS = 1e-3
@@ -48,6 +50,21 @@ def held_spec(
         if point.mass > 0:
             _add_point(spec.body(section_name(point.section)), point)
     return spec
+
+
+def read_shape(design: TrunkDesign, data: mujoco.MjData) -> Shape:
+    """Where the trunk of `held_spec` is, its cables through the true holes; forces and status are not looked at."""
+    turn = np.array([data.body(section_name(n)).xmat.reshape(3, 3) for n in range(design.n_section)])
+    base = data.site("trunk_base").xpos
+    ends = np.array([data.site(f"end_{n + 1:02d}").xpos for n in range(design.n_section)])
+    rotation = np.swapaxes(turn[:-1], -1, -2) @ turn[1:]
+    cables = lengths_from_rotations(design, rotation)
+    across = np.linalg.norm(np.cross(turn[:-1, :, 0], turn[1:, :, 0]), axis=-1)
+    angle = np.arctan2(across, rotation[:, 0, 0])
+    return Shape(
+        points=ends - base, joint_rotation=rotation, joint_angle=angle, gap=cables.gap, cable_change=cables.change,
+        is_shut=angle >= design.joint_limit, status=np.array(int(Status.CONVERGED)),
+    )  # fmt: skip
 
 
 def gripper_center(gripper: GripperDesign) -> float:

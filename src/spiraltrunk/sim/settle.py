@@ -6,7 +6,7 @@ What the equilibrium models are compared with: the same joints, masses and cable
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, final
 
@@ -17,10 +17,9 @@ from numpy.typing import ArrayLike
 from spiraltrunk.design.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.cables import lengths_from_rotations
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.sim.friction import CableFriction
-from spiraltrunk.sim.held_spec import Point, gripper_center, held_spec
+from spiraltrunk.sim.held_spec import Point, gripper_center, held_spec, read_shape
 from spiraltrunk.sim.trunk_spec import TrunkOptions, cable_name, hinge_names, section_name, tune_joint_limits
 
 _WATCH_STEPS = 10
@@ -36,7 +35,7 @@ class Stage:
     """What the cables do next; nan is no command, and a cable with neither command hangs slack."""
 
     pull: ArrayLike = math.nan
-    """Length to pull in since the straight trunk, shape (n_cable,) [m]."""
+    """Length to pull in since the straight trunk, negative for cable paid out, shape (n_cable,) [m]."""
     tension: ArrayLike = math.nan
     """Tension to hold, or the largest one where a length is commanded too, shape (n_cable,) [N]."""
 
@@ -169,17 +168,21 @@ class SettleRig:
         Raises:
             ModelError: where a command is negative or not one number per cable.
         """
+        *_, last = self.visit(stages)
+        return last
+
+    def visit(self, stages: Sequence[Stage] = ()) -> Iterator[Settled]:
+        """`settle`, telling where the trunk rests under gravity and then after each stage."""
         commands = [self._read(stage) for stage in stages]
         mujoco.mj_resetData(self.model, self.data)
         self._force = np.zeros(3)
         if self.friction is not None:
             self.friction.reset(self.data)
         self._command(np.zeros(self.design.n_cable), np.zeros(self.design.n_cable))
-        is_still = self._rest()
+        yield self._result(self._rest(), np.array(math.nan))
         for pull, tension in commands:
             self._ramp(pull, tension)
-            is_still = self._rest()
-        return self._result(is_still, commands[-1][0] if commands else np.array(math.nan))
+            yield self._result(self._rest(), pull)
 
     def push(self, force: ArrayLike, *, hold: Literal["length", "tension"] | None = None) -> Settled:
         """From where it is, let the trunk rest under a force on its tip, winders holding what they held.
@@ -229,8 +232,9 @@ class SettleRig:
         out = []
         for name in ("pull", "tension"):
             value = np.asarray(getattr(stage, name), float)
-            if value.shape not in ((), (self.design.n_cable,)) or np.isinf(value).any() or (value < 0).any():
-                allowed = f"{self.design.n_cable} numbers, at least 0 or nan"
+            least = -2 * self.design.cable_stroke if name == "pull" else 0.0
+            if value.shape not in ((), (self.design.n_cable,)) or np.isinf(value).any() or (value < least).any():
+                allowed = f"{self.design.n_cable} numbers, at least {least:.4g} or nan"
                 raise ModelError(f"{name} is {getattr(stage, name)!r}; allowed: {allowed}")
             out.append(np.broadcast_to(value, self.design.n_cable))
         return out[0], out[1]
@@ -305,7 +309,7 @@ class SettleRig:
 
     def _result(self, is_still: bool, wanted: np.ndarray) -> Settled:
         self._forward()
-        shape = self._shape()
+        shape = read_shape(self.design, self.data)
         tension, pull = self._tension(), self._pull()
         most = -self.model.actuator_forcerange[self._motors, 0]
         is_sound = np.isfinite(self.data.qpos).all() and not any(w.number for w in self.data.warning)
@@ -319,20 +323,6 @@ class SettleRig:
         return Settled(
             shape=replace(shape, status=np.array(int(status))), cable_tension=tension, cable_pull=pull,
             speed=self._speed(), time=float(self.data.time),
-        )  # fmt: skip
-
-    def _shape(self) -> Shape:
-        design, data = self.design, self.data
-        turn = data.xmat[self._bodies].reshape(-1, 3, 3)
-        base = data.site("trunk_base").xpos
-        ends = np.array([data.site(f"end_{n + 1:02d}").xpos for n in range(design.n_section)])
-        rotation = np.swapaxes(turn[:-1], -1, -2) @ turn[1:]
-        cables = lengths_from_rotations(design, rotation)
-        across = np.linalg.norm(np.cross(turn[:-1, :, 0], turn[1:, :, 0]), axis=-1)
-        angle = np.arctan2(across, rotation[:, 0, 0])
-        return Shape(
-            points=ends - base, joint_rotation=rotation, joint_angle=angle, gap=cables.gap, cable_change=cables.change,
-            is_shut=angle >= design.joint_limit, status=np.array(int(Status.CONVERGED)),
         )  # fmt: skip
 
 

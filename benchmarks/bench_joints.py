@@ -1,0 +1,63 @@
+"""Static loads of single joints: stiffness with its interval, where the beam law fails, and a picture of it all.
+
+`python benchmarks/bench_joints.py FILE [--plot FILE]`; the record has the columns joint,lever_arm_m,mass_g,angle_deg.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+
+import numpy as np
+
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.mocap.bench_csv import load_static_loads
+from spiraltrunk.model.bench_fit import fit_static
+from spiraltrunk.report import format_table
+from spiraltrunk.report.bench_plot import Loaded, write_loads
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("record")
+    parser.add_argument("--plot")
+    arguments = parser.parse_args()
+    rows, drawn = [], []
+    try:
+        for loads in load_static_loads(arguments.record):
+            fit = fit_static(loads.bend, loads.mass, loads.lever_arm)
+            k = fit.stiffness
+            faces = "-" if math.isnan(fit.faces_from) else f"{math.degrees(fit.faces_from):.1f}"
+            errors = f"{1e3 * fit.beam_error:.1f}, {1e3 * fit.error:.1f}"
+            rows.append(
+                (str(loads.joint), f"{fit.beam.value:.3f}", f"{k.value:.3f} ({k.low:.3f} to {k.high:.3f})",
+                 f"{fit.onset:.4f}", f"{fit.faces:.2f}", faces, errors, f"{fit.secant[0]:.3f}, {fit.secant.min():.3f}")
+            )  # fmt: skip
+            moment = GRAVITY * loads.mass * loads.lever_arm
+            drawn.append(
+                Loaded(name=f"joint {loads.joint}", bend=loads.bend, moment=np.asarray(moment), beam=fit.beam.value,
+                       law=fit.moment, faces_from=fit.faces_from)
+            )  # fmt: skip
+    except SpiralTrunkError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    header = (
+        "joint",
+        "beam law",
+        "K with terms, 95 %",
+        "onset N m",
+        "faces",
+        "from deg",
+        "left mN m",
+        "secant first, least",
+    )
+    print(format_table(rows, header=header, title="Stiffness in N m/rad"))
+    if arguments.plot is not None:
+        write_loads(drawn, arguments.plot)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

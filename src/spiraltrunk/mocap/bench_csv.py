@@ -1,0 +1,113 @@
+"""Bench records as CSV: static loads of joints, and ring-downs."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.errors import TakeError
+from spiraltrunk.mocap.lines import open_take
+
+LOADS = ("joint", "lever_arm_m", "mass_g", "angle_deg")
+"""Columns of static loads."""
+
+RING = ("time_s", "acceleration")
+"""Columns of a ring-down."""
+
+_MOST_BYTES = 20_000_000
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class StaticLoads:
+    """Readings of one joint."""
+
+    joint: int
+    """Joint, 1 at the base."""
+    bend: np.ndarray
+    """Deflections, shape (n,) [rad]."""
+    mass: np.ndarray
+    """Scale readings, shape (n,) [kg]."""
+    lever_arm: np.ndarray
+    """Where the scale pushes, from the joint, shape (n,) [m]."""
+
+
+def load_static_loads(path: str | Path) -> tuple[StaticLoads, ...]:
+    """Readings by joint, the base's first.
+
+    Raises:
+        TakeError: with file, line and column, for what is no such record.
+    """
+    table = _read(path, LOADS)
+    joints = table[:, 0]
+    wrong = np.flatnonzero((joints != np.rint(joints)) | (joints < 1) | (joints > 199))
+    if len(wrong):
+        raise TakeError(
+            f"joint is {joints[wrong[0]]:g}; allowed: a whole number from 1", file=str(path), line=int(wrong[0]) + 2,
+            column=1,
+        )  # fmt: skip
+    return tuple(
+        StaticLoads(
+            joint=int(joint), bend=np.radians(table[joints == joint, 3]), mass=1e-3 * table[joints == joint, 2],
+            lever_arm=table[joints == joint, 1],
+        )
+        for joint in np.unique(joints)
+    )  # fmt: skip
+
+
+def load_ring_down(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
+    """Times [s] and accelerations of a ring-down, shapes (n,).
+
+    Raises:
+        TakeError: with file, line and column, for what is no such record.
+    """
+    table = _read(path, RING)
+    return table[:, 0], table[:, 1]
+
+
+def _read(path: str | Path, columns: tuple[str, ...]) -> np.ndarray:
+    with open_take(path) as file:
+        data = file.read(_MOST_BYTES + 1)
+    name = str(path)
+    if len(data) > _MOST_BYTES:
+        raise TakeError(f"it has more than {_MOST_BYTES} bytes; allowed: a shorter record", file=name)
+    try:
+        rows = list(csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=None)))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise TakeError(f"no text with commas: {error}; allowed: CSV in UTF-8", file=name) from None
+    given = tuple(cell.strip().lower() for cell in rows[0]) if rows else ()
+    if given != columns:
+        raise TakeError(
+            f"its columns are {', '.join(given)[:80] or 'none'}; allowed: {','.join(columns)}", file=name, line=1
+        )
+    numbers = [
+        [_number(cell, (name, line, column)) for column, cell in enumerate(_fit(row, columns, (name, line)), 1)]
+        for line, row in enumerate(rows[1:], 2)
+        if any(cell.strip() for cell in row)
+    ]
+    if not numbers:
+        raise TakeError("it holds no reading; allowed: one line each", file=name)
+    return np.array(numbers)
+
+
+def _fit(row: list[str], columns: tuple[str, ...], where: tuple[str, int]) -> list[str]:
+    if len(row) != len(columns):
+        raise TakeError(f"{len(row)} cells; allowed: {len(columns)}", file=where[0], line=where[1])
+    return row
+
+
+def _number(cell: str, where: tuple[str, int, int]) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        file, line, column = where
+        raise TakeError(f"{cell[:40]!r} is no finite number; allowed: one", file=file, line=line, column=column)
+    return value

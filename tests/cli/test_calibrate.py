@@ -1,0 +1,68 @@
+"""``spiraltrunk calibrate``: takes in, a design with its provenance out; what cannot be is one line and exit 2."""
+
+import json
+import math
+
+import pytest
+
+from spiraltrunk.capture.session import play_session, write_session
+from spiraltrunk.capture.world import draw_world
+from spiraltrunk.cli import main
+from spiraltrunk.design import load_design
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.mocap.protocol import Protocol, Run
+
+SHORT = Protocol(
+    name="short",
+    runs=(
+        Run(name="rest-045", kind="rest", theta_0=math.pi / 4),
+        Run(name="bend-dorsal", kind="bend-dorsal", steps=6, step=0.02),
+    ),
+)
+
+
+@pytest.fixture(scope="module")
+def takes(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("takes")
+    write_session(PAPER, play_session(PAPER, draw_world(PAPER, 2), SHORT, is_simulated=False), 2, folder)
+    return folder
+
+
+def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, capsys):
+    files = [str(takes / f"{run}_{i}.csv") for run in ("rest-045", "bend-dorsal") for i in (1, 2)]
+    out = tmp_path / "out"
+    code = main(["calibrate", *files, "--protocol", str(takes / "protocol.toml"), "--mass-g", "190", "--json",
+                 "--out", str(out)])  # fmt: skip
+    said = capsys.readouterr()
+    assert code == 0
+    result = json.loads(said.out)
+    assert sorted(result["files"]) == sorted(path.name for path in out.iterdir())
+    assert result == json.loads((out / "result.json").read_text())
+    assert "not a measurement" in said.err
+    held = result["held_out"]["all"]
+    assert held["shapes"] == 8
+    assert held["calibrated_mean_rmse_m"] < 0.3 * held["reference_mean_rmse_m"]
+    text = (out / "trunk.toml").read_text()
+    assert "not a measurement" in text
+    assert "Slack of the cables" in text
+    design = load_design(out / "trunk.toml")
+    assert design.cable.friction == pytest.approx(result["parameters"]["friction"]["value"])
+    assert design.joint_stiffness[0] == pytest.approx(result["parameters"]["stiffness_01"]["value"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [([], "no take given"), (["--virtual", "x", "take.csv"], "takes given with --virtual"),
+     (["rest-000=a.csv", "--mass-sd-g", "1"], "--mass-g"), (["rest-000=a.csv", "--mass-g", "0"], "above 0"),
+     (["rest-000=a.csv", "--hold-out", "rest-000=a.csv"], "fitted and held out"),
+     (["other.csv"], "belongs to no run"), (["rest-000=missing.csv", "--axes", "y-up"], "missing.csv"),
+     (["rest-000=missing.csv", "--protocol", "none.toml"], "none.toml")],
+)  # fmt: skip
+def test_bad_arguments_are_one_line(arguments, words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["calibrate", *arguments]) == 2
+    said = capsys.readouterr()
+    assert words in said.err
+    assert said.err.strip().splitlines()[-1].startswith("spiraltrunk: error:")
+    assert said.out == ""
+    assert list(tmp_path.iterdir()) == []

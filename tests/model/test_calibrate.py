@@ -1,0 +1,194 @@
+"""Calibration: what is told is found, what is not told says so, and bad input is refused in one line."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk.capture.session import MeasureOptions, measure, play_session
+from spiraltrunk.capture.world import draw_world, weigh
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import DesignError, ModelError
+from spiraltrunk.mocap.protocol import Protocol, Run
+from spiraltrunk.model.calibrate import Settings, Weighing, calibrate, compute_rmse
+from spiraltrunk.model.calibrate_advice import advise, find_untold
+from spiraltrunk.model.calibrate_fit import halve, widen
+from spiraltrunk.model.calibrate_knobs import Prior, apply_knobs, build_knobs, name_knobs
+from spiraltrunk.model.calibrate_noise import Block, Scatter, Whitener, build_covariance
+from spiraltrunk.model.calibrate_play import find_states, play_statics
+from spiraltrunk.model.measured import MeasuredShapes
+from spiraltrunk.model.pulls import carry_gripper
+
+NAN = math.nan
+RESTS = tuple(Run(name=f"rest-{t:03d}", kind="rest", theta_0=math.radians(90 - t)) for t in (0, 45, 90, 135))
+
+
+def _measure(runs, seed=4, **how):
+    world = draw_world(PAPER, seed)
+    played = play_session(PAPER, world, Protocol(name="short", runs=runs), is_simulated=False)
+    return world, measure(PAPER, played, seed, MeasureOptions(**how))
+
+
+@pytest.fixture(scope="module")
+def bent():
+    """A world bent in 13 steps of 10 mm and at rest at one tilt, measured exactly, and its calibration."""
+    runs = (RESTS[1], RESTS[2], Run(name="bend-dorsal", kind="bend-dorsal", steps=13, step=0.01))
+    world, shapes = _measure(runs, noise=1e-5, turn=1e-6, shift=1e-6, sections=tuple(range(1, 19)))
+    mass, _ = weigh(PAPER, world, 1e-6)
+    fitted = np.isin(shapes.take, ("rest-090_1", "bend-dorsal_1"))
+    settings = Settings(weighing=Weighing(mass=mass, spread=1e-6))
+    return world, calibrate(PAPER, shapes, fitted, settings)
+
+
+def test_a_trunk_measured_exactly_is_found(bent):
+    world, found = bent
+    joints = dict(zip(found.names, found.fit.knobs - world.knobs, strict=True))
+    assert max(abs(joints[f"stiffness_{i:02d}"]) for i in range(1, 17)) < 0.05
+    assert abs(joints["friction"]) < 0.005
+    assert abs(joints["slack_1"]) < 1e-4
+    assert abs(joints["hole"]) < 1e-3
+
+
+def test_the_error_on_shapes_held_out_falls_to_a_twentieth(bent):
+    _, found = bent
+    assert found.held_out.calibrated.mean() < found.held_out.uncalibrated.mean() / 20
+    assert found.held_out.calibrated.mean() < 1e-3
+
+
+def test_the_calibrated_design_is_what_the_parameters_say(bent):
+    _, found = bent
+    said = {parameter.name: parameter.value for parameter in found.parameters}
+    np.testing.assert_allclose(found.design.joint_stiffness, [said[f"stiffness_{i + 1:02d}"] for i in range(17)])
+    assert found.design.cable.friction == pytest.approx(said["friction"])
+    assert found.design.total_mass == pytest.approx(said["mass"])
+    assert found.design.gripper is not None
+
+
+def test_rest_alone_tells_neither_cables_nor_mass():
+    _, shapes = _measure(RESTS)
+    found = calibrate(PAPER, shapes, np.array([take.endswith("_1") for take in shapes.take]))
+    untold = {parameter.name: parameter.width_ratio for parameter in find_untold(found)}
+    for name in ("friction", "slack_1", "hole"):
+        assert untold[name] == pytest.approx(1.0, abs=1e-6)
+    assert untold["mass"] > 0.9
+    assert "stiffness_over_mass" not in untold
+    words = advise(found, was_weighed=False)
+    assert "ratio alone" in words[0]
+    assert any(line.startswith("slack_1") for line in words)
+
+
+@pytest.mark.parametrize("factor", [0.5, 3.0])
+def test_stiffness_and_mass_together_leave_shapes_with_friction_as_they_are(factor):
+    """The law on which the advice rests."""
+    _, shapes = _measure((Run(name="bend-dorsal", kind="bend-dorsal", steps=4, step=0.02),))
+    states, names = find_states(shapes).states, name_knobs(PAPER)
+    knobs = np.zeros(len(names))
+    knobs[names.index("friction")] = 0.2
+    ends = []
+    for shift in (0.0, math.log(factor)):
+        turned = knobs + shift * np.array([name.startswith("stiffness") or name == "mass" for name in names])
+        design, slack = apply_knobs(carry_gripper(PAPER), turned)
+        ends.append(play_statics(design, states, slack).points)
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=2e-5)
+
+
+def test_repeated_commands_are_one_state():
+    _, shapes = _measure((RESTS[0], Run(name="bend-dorsal", kind="bend-dorsal", steps=3, step=0.01)))
+    known = find_states(shapes)
+    half = len(shapes.kind) // 2
+    assert (known.of_shape[:half] == known.of_shape[half:]).all()
+    assert len(known.states) == len(set(known.of_shape.tolist()))
+
+
+def test_slack_is_cable_that_is_not_pulled():
+    _, shapes = _measure((Run(name="bend-dorsal", kind="bend-dorsal", steps=3, step=0.02),))
+    states = find_states(shapes).states
+    trunk = carry_gripper(replace(PAPER, cable=replace(PAPER.cable, friction=0.1)))
+    late = tuple(replace(state, pull=(state.pull[0] + 0.004, NAN, NAN)) for state in states)
+    np.testing.assert_allclose(
+        play_statics(trunk, late, np.full(3, 0.004)).points, play_statics(trunk, states, np.zeros(3)).points, atol=1e-6
+    )
+
+
+def test_whitened_residuals_have_the_covariance_that_was_asked_for():
+    draw = np.random.default_rng(0)
+    block = Block(
+        points=draw.standard_normal((4, 3)), at=np.zeros((4, 2), int), along=np.linspace(0.2, 1, 4),
+        stroke=np.zeros(4), weight=np.ones(4),
+    )  # fmt: skip
+    scatter = Scatter()
+    whole = build_covariance(block, scatter)
+    white = Whitener(block, scatter).whiten(np.linalg.cholesky(whole))
+    np.testing.assert_allclose(white @ white.T, np.eye(12), atol=1e-9)
+
+
+def test_halves_that_agree_leave_the_covariance_and_others_widen_it():
+    covariance, middle = np.diag([1.0, 1.0, 1.0, 1.0]), np.zeros(4)
+    np.testing.assert_array_equal(widen(covariance, middle, [middle, middle], 3), covariance)
+    apart = np.array([0.0, 0.0, 0.0, 8.0])
+    wide = widen(covariance, middle, [apart / 2, -apart / 2], 3)
+    np.testing.assert_allclose(np.sqrt(np.diag(wide)), [1, 1, 1, 4])
+
+
+def test_each_half_has_its_own_steps_and_all_rests():
+    from spiraltrunk.model.calibrate_fit import Task
+
+    _, shapes = _measure((RESTS[0], Run(name="bend-dorsal", kind="bend-dorsal", steps=7, step=0.01)))
+    states = find_states(shapes).states
+    size = (len(states), 18)
+    task = Task(
+        design=carry_gripper(PAPER),
+        states=states,
+        seat=shapes.seat,
+        measured=np.zeros((*size, 3)),
+        count=np.ones(size, int),
+    )
+    pulls = [[s.pull[0] for s in halve(task, odd).states] for odd in (0, 1)]
+    seen = [p for half in pulls for p in half if not np.isnan(p)]
+    assert len(seen) == len(set(seen)) == sum(s.kind == "bend-dorsal" for s in states)
+    assert all(np.isnan(half).sum() == 1 for half in pulls)
+
+
+def test_a_weighing_narrows_the_mass_alone():
+    plain = build_knobs(PAPER, Prior(), None)
+    weighed = build_knobs(PAPER, Prior(), Weighing(mass=1.1 * PAPER.total_mass, spread=0.01 * PAPER.total_mass))
+    at = plain.names.index("mass")
+    assert weighed.spread[at] < 0.02 < plain.spread[at]
+    assert weighed.mean[at] == pytest.approx(math.log(1.1), abs=2e-3)
+    others = np.arange(len(plain.names)) != at
+    np.testing.assert_array_equal(weighed.covariance[others][:, others], plain.covariance[others][:, others])
+
+
+def test_rmse_is_over_what_was_seen():
+    measured = np.zeros((2, 3, 3))
+    measured[0, 1], measured[1] = NAN, NAN
+    predicted = np.ones((2, 3, 3))
+    got = compute_rmse(predicted, measured)
+    assert got[0] == pytest.approx(math.sqrt(3))
+    assert math.isnan(got[1])
+
+
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [({"mass": 5.0, "spread": 0.01}, "factor of four"), ({"mass": NAN, "spread": 1.0}, "weighing.mass")],
+)
+def test_bad_weighings_are_refused(bad, words):
+    with pytest.raises((DesignError, ModelError), match=words):
+        build_knobs(PAPER, Prior(), Weighing(**bad))
+
+
+def test_bad_choices_are_refused():
+    _, shapes = _measure((RESTS[0],))
+    for chosen in (np.zeros(2, bool), np.zeros(5, bool), np.ones(2)):
+        with pytest.raises(ModelError, match="fitted"):
+            calibrate(PAPER, shapes, chosen)
+    unseen = replace(shapes, points=np.full_like(shapes.points, NAN))
+    with pytest.raises(ModelError, match="no point"):
+        calibrate(PAPER, unseen, np.ones(2, bool))
+    fewer = MeasuredShapes(
+        kind=shapes.kind, take=shapes.take, theta_0=shapes.theta_0, pull=shapes.pull, follows=shapes.follows,
+        seat=shapes.seat[:5], points=shapes.points[:, :5], rotation=shapes.rotation[:, :5],
+    )  # fmt: skip
+    with pytest.raises(ModelError, match="allowed for this design"):
+        calibrate(PAPER, fewer, np.ones(2, bool))

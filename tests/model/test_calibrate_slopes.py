@@ -1,0 +1,93 @@
+"""Slopes of states with friction: against differences, and by the law that stiffness over mass is all that counts."""
+
+import math
+
+import numpy as np
+import pytest
+
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.model.calibrate_knobs import apply_knobs, name_knobs
+from spiraltrunk.model.calibrate_play import State, play_statics
+from spiraltrunk.model.calibrate_slopes import slopes_of_state
+from spiraltrunk.model.pulls import carry_gripper
+
+TRUNK = carry_gripper(PAPER)
+NAMES = name_knobs(PAPER)
+NAN = math.nan
+
+
+def _states():
+    """Rest at a tilt, and four steps of a dorsal bend of a hanging trunk."""
+    rest = State(theta_0=0.3, pull=(NAN, NAN, NAN), before=-1, kind="rest", chain=0)
+    bend = [
+        State(
+            theta_0=math.pi / 2,
+            pull=(0.02 * (i + 1), NAN, NAN),
+            before=-1 if i == 0 else i,
+            kind="bend-dorsal",
+            chain=1,
+        )
+        for i in range(4)
+    ]
+    return (rest, *bend)
+
+
+def _knobs(seed=3):
+    draw = np.random.default_rng(seed)
+    return np.array([*(0.1 * draw.standard_normal(17)), 0.05, 0.01, 0.2, 0.003, 0.003, 0.003, 0.005])
+
+
+def _play(knobs):
+    design, slack = apply_knobs(TRUNK, knobs)
+    return design, play_statics(design, _states(), slack)
+
+
+@pytest.fixture(scope="module")
+def slopes():
+    design, played = _play(_knobs())
+    return np.array(
+        [
+            slopes_of_state(design, shape, state.theta_0, length)
+            for shape, state, length in zip(played.shapes, _states(), played.length, strict=True)
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    "name", ["stiffness_01", "stiffness_09", "stiffness_17", "center", "friction", "slack_1", "hole"]
+)
+def test_slopes_are_those_of_differences(slopes, name):
+    knob, step = NAMES.index(name), 1e-6 if name == "slack_1" else 1e-4
+    ends = []
+    for side in (step, -step):
+        knobs = _knobs()
+        knobs[knob] += side
+        ends.append(_play(knobs)[1].points)
+    expected = (ends[0] - ends[1]) / (2 * step)
+    size = max(float(np.abs(expected).max()), 1e-9)
+    np.testing.assert_allclose(slopes[:, knob] / size, expected / size, rtol=0, atol=2e-3)
+
+
+def test_mass_moves_the_trunk_as_all_stiffnesses_do_the_other_way(slopes):
+    together = slopes[:, :17].sum(axis=1) + slopes[:, NAMES.index("mass")]
+    # The friction's elastic foot, 20 um at 1 N, does not scale with them.
+    assert np.abs(together).max() < 1e-3 * np.abs(slopes[:, NAMES.index("mass")]).max()
+
+
+def test_a_cable_that_is_never_pulled_moves_nothing(slopes):
+    assert (slopes[:, NAMES.index("slack_2")] == 0).all()
+
+
+def test_at_rest_neither_friction_nor_holes_count(slopes):
+    for name in ("friction", "hole", "slack_1"):
+        assert (slopes[0, NAMES.index(name)] == 0).all()
+
+
+def test_without_friction_the_slope_by_friction_is_that_of_a_little():
+    knobs, knob, step = _knobs(), NAMES.index("friction"), 1e-4
+    knobs[knob] = 0.0
+    design, played = _play(knobs)
+    slope = slopes_of_state(design, played.shapes[2], math.pi / 2, played.length[2])[knob]
+    knobs[knob] = step
+    expected = (_play(knobs)[1].points[2] - played.points[2]) / step
+    np.testing.assert_allclose(slope, expected, rtol=0, atol=0.02 * np.abs(expected).max())
