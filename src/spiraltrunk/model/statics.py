@@ -123,9 +123,9 @@ def solve(
     paper does, by `pulls.carry_gripper`.
 
     More than one shape may balance, above all with every cable pulled or the trunk upright under a load. Which one is
-    found depends on ``start``; the trunk is led there in one step, or along ``increment`` where there is friction. Loads
-    and base take effect at once. Where every cable is held by length and none stretches, lengths hardly tell how hard
-    they work against each other: give ``cable_stiffness``.
+    found depends on ``start``; the trunk is led there in one step, or along ``increment`` where there is friction.
+    Loads and base take effect at once. Where every cable is held by length and none stretches, lengths hardly tell how
+    hard they work against each other: give ``cable_stiffness``.
 
     Returns:
         The shape with its `Forces` and, for a next call, its `History`. Its status is CONVERGED, STALLED where a winder
