@@ -64,7 +64,7 @@ def check_part(part: Part, solid: Any, mesh: Mesh, expected: float, options: Mak
         faults.append(f"it falls into {len(solid.solids())} pieces; allowed: one")
     if not (volume > 0 and abs(volume / expected - 1) <= VOLUME_ERROR):
         faults.append(f"its volume is {volume:.1f} mm^3; allowed: within 1 % of {expected:.1f}")
-    elif abs(mesh.volume / volume - 1) > VOLUME_ERROR:
+    elif abs(mesh.volume - volume) > max(VOLUME_ERROR * volume, mesh.area * options.tolerance):
         faults.append(f"its mesh encloses {mesh.volume:.1f} mm^3 of {volume:.1f}; allowed: 1 % off, a finer --tolerance-mm")
     crossings, wall, at = probe(mesh)
     if crossings:

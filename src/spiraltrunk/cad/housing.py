@@ -10,11 +10,11 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from spiraltrunk.cad.forms import Cut, Form, Revolved, Union, box, polar, rod, turned
+from spiraltrunk.cad.forms import Cut, Form, Revolved, Union, box, polar, rod, shifted
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import PLA, Part
 from spiraltrunk.cad.sections import SCREW, between_cables, find_screw_ring
-from spiraltrunk.cad.winder import find_drum, motor_ring
+from spiraltrunk.cad.winder import find_drum, motor_angles, motor_ring
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
 
@@ -72,8 +72,9 @@ def find_room(design: TrunkDesign, options: MakeOptions) -> Room:
     if height < stack:
         need = stack + ADAPTER + options.plate
         raise _refuse("housing.length_mm", 1e3 * housing.length, need, "floor, motor, drum, lid and adapter")
-    turn = 2 * math.pi / design.n_cable
-    posts = tuple(turn * (k + 0.5) for k in range(design.n_cable))
+    posts = tuple(angle + math.pi / design.n_cable for angle in motor_angles(design))
+    if 1e3 * design.solid.radius + FOOT_WIDE > radius:
+        raise _refuse("housing.radius_mm", radius, 1e3 * design.solid.radius + FOOT_WIDE, "the foot of the neck")
     return Room(
         radius=radius, height=height, ring=ring, post=radius - options.rim - 3.5, posts=posts,
         base=min(radius - 12.0, options.flange.outer / 2 + 6.0),
@@ -118,16 +119,14 @@ def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
     )  # fmt: skip
     posts = [rod(4.0, polar(room.post, a, floor / 2), polar(room.post, a, room.height)) for a in room.posts]
     tools: list[Form] = [rod(M3_INSERT / 2, polar(room.post, a, room.height - 8), polar(room.post, a, room.height + 1)) for a in room.posts]
-    for k in range(design.n_cable):
-        axis = 2 * math.pi * k / design.n_cable
+    for axis in motor_angles(design):
         center = polar(room.ring, axis, 0.0)
         tools.append(rod(8.0, (*center[:2], -1), (*center[:2], floor + 1)))
         for q in range(4):
             x, y, _ = polar(motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0)
             tools.append(rod(M4 / 2, (center[0] + x, center[1] + y, -1), (center[0] + x, center[1] + y, floor + 1)))
     tools += [rod(M4 / 2, polar(room.base, a, -1), polar(room.base, a, floor + 1)) for a in _base_angles()]
-    slot = 2 * math.pi * 0.5 / design.n_cable
-    x, y, _ = polar(room.radius, slot + 0.35, 0)
+    x, y, _ = polar(room.radius, room.posts[0] + 0.2, 0)
     tools.append(rod(5.0, (0.8 * x, 0.8 * y, floor + 8), (1.1 * x, 1.1 * y, floor + 8)))
     bottom = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER
     return Part(
@@ -142,6 +141,8 @@ def _build_lid(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
     disc = Revolved(profile=((0.0, 0.0), (room.radius, 0.0), (room.radius, thick), (0.0, thick)))
     forms: list[Form] = [disc]
     tools: list[Form] = [rod(M3 / 2, polar(room.post, -a, -1), polar(room.post, -a, thick + 1)) for a in room.posts]
+    # Sunk, as the neck's foot may lie over them.
+    tools += [shifted(_sink(), polar(room.post, -a, 0.0)) for a in room.posts]
     ring, foot = 1e3 * float(design.hole_position[0, 0, 1]), foot_circle(design)
     # Turned over, dorsal stays dorsal and the other side changes sides.
     tools += [rod(options.hole, polar(ring, -a, -1), polar(ring, -a, thick + 1)) for a in design.cable.angles]
@@ -200,6 +201,11 @@ def foot_circle(design: TrunkDesign) -> float:
 def foot_angles(design: TrunkDesign) -> tuple[float, ...]:
     """Angles of the six screws through the neck's foot [rad]; the same pattern is on lid and wedge."""
     return tuple(math.pi / 6 + k * math.pi / 3 for k in range(6))
+
+
+def _sink() -> Form:
+    """Room for the head of a sunk M3 screw (ISO 10642), from below."""
+    return Revolved(profile=((0.0, -0.5), (3.7, -0.5), (M3 / 2 - 0.1, 1.6), (0.0, 1.6)))
 
 
 def _base_angles() -> tuple[float, ...]:

@@ -58,12 +58,13 @@ def build_markers(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     for n in range(design.n_section):
         radius = 1e3 * float(design.section_radius[n])
         wide = max(5.0, 0.3 * radius)
+        wide = min(wide, 1.4 * radius)
         deep = max(3.0 * options.wall, 4.0)
         hollow = radius - math.sqrt(max(radius**2 - wide**2 / 4, 0.0))
         block = box((deep + hollow, wide, wide), (radius - hollow + (deep + hollow) / 2, 0, wide / 2))
         tools = (
             rod(radius, (0, 0, -1), (0, 0, wide + 1)),
-            rod(MARKER_SCREW / 2, (radius + options.wall, 0, wide / 2), (radius + deep + 1, 0, wide / 2)),
+            rod(min(MARKER_SCREW / 2, wide / 2 - options.wall), (radius + options.wall, 0, wide / 2), (radius + deep + 1, 0, wide / 2)),
         )
         form = shifted(Cut(form=block, tools=tools), (-radius, 0, 0))
         parts.append(

@@ -61,9 +61,13 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
         DesignError: where the motor is too weak, or the hole lies on the drum's axis.
     """
     motor = options.motor
-    distance = motor_ring(design, options) - 1e3 * float(design.hole_position[0, 0, 1])
+    ring, hole = motor_ring(design, options), 1e3 * float(design.hole_position[0, 0, 1])
+    axes = motor_angles(design)
+    distance = min(
+        math.dist(polar(ring, axis, 0), polar(hole, angle, 0)) for axis, angle in zip(axes, _ordered(design), strict=True)
+    )
     rim = motor.rotor_circle / 2 - HEAD  # The screws' heads are beside the rim, where a key reaches them.
-    radius = min(abs(distance) - 2.0, rim - 2.5 * options.cable)
+    radius = min(distance - 2.0, rim - 2.5 * options.cable)
     least = motor.rotor_circle / 2 + ROTOR_SCREW / 2 + options.wall
     if radius < 5.0:
         raise DesignError(
@@ -101,7 +105,7 @@ def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     tie: Form = rod(TIE / 2, (0.0, 0.0, drum.wall + TIE), (drum.rim + 1, 0.0, drum.wall + TIE))
     bore = rod(max(2.0, core / 3), (0, 0, -1), (0, 0, drum.height + 1))
     form = Cut(form=Revolved(profile=profile), tools=(bore, *holes, tie))
-    at = polar(motor_ring(design, options), 0.0, _drum_height(design, options))
+    at = polar(motor_ring(design, options), motor_angles(design)[0], _drum_height(design, options))
     part = Part(
         name="drum", group="drums", count=design.n_cable, material=PLA, form=form, at=at,
         what=f"winder drum, {2 * drum.radius:.1f} mm, {drum.turns:.1f} turns", thinnest="a finer --nozzle-mm",
@@ -143,6 +147,19 @@ def motor_ring(design: TrunkDesign, options: MakeOptions) -> float:
     """Distance of the motors' axes from the trunk's [mm]: they stand side by side, one for each cable."""
     gap = options.motor.diameter + 2 * options.clearance
     return gap / 2 / math.sin(math.pi / design.n_cable)
+
+
+def motor_angles(design: TrunkDesign) -> tuple[float, ...]:
+    """Directions of the motors' axes, evenly round, each half a step past its cable [rad].
+
+    So a cable has some way from its hole to its drum, and runs onto all of it at a small angle.
+    """
+    step = 2 * math.pi / design.n_cable
+    return tuple(step * (k + 0.5) for k in range(design.n_cable))
+
+
+def _ordered(design: TrunkDesign) -> list[float]:
+    return sorted(angle % (2 * math.pi) for angle in design.cable.angles)
 
 
 def _drum_height(design: TrunkDesign, options: MakeOptions) -> float:
