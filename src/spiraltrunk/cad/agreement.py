@@ -7,14 +7,14 @@ cylinders, stroke from both; volume, centroid and moments from each section's ou
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
 from spiraltrunk.cad.forms import Revolved
-from spiraltrunk.cad.kernel import build_solid, measure_bulk, measure_cones, measure_cylinders
-from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.kernel import build_solid, measure_bulk
 from spiraltrunk.design.trunk import TrunkDesign
 
 _NEAR = 0.3
@@ -46,22 +46,22 @@ class Measured:
         return np.asarray(mass)[:, None] * self.gyration
 
 
-def measure_trunk(design: TrunkDesign, pieces: list[tuple[float, Any]], options: MakeOptions) -> Measured:
+def measure_trunk(design: TrunkDesign, pieces: Sequence[tuple[float, np.ndarray, np.ndarray]]) -> Measured:
     """Measure the trunk.
 
     Args:
         design: what is looked for where.
-        pieces: each printed piece with the place of its bottom on the axis [mm].
-        options: how it was made.
+        pieces: of each printed piece the place of its bottom on the axis [mm], its leaning faces and its cable holes,
+            as `kernel.measure_cones` and `kernel.measure_cylinders` give them.
     """
-    cones = np.concatenate([measure_cones(solid) + [at, 0.0] for at, solid in pieces])
+    cones = np.concatenate([faces + [at, 0.0] for at, faces, _ in pieces])
     apexes = _find_apexes(design, cones[:, 0])
     gap = np.full(design.n_joint, math.nan)
     for i in range(design.n_joint):
         near = np.abs(cones[:, 0] - 1e3 * design.section_length[: i + 1].sum()) < _NEAR
         if np.count_nonzero(near) == 2:
             gap[i] = cones[near, 1].sum()
-    holes = np.concatenate([measure_cylinders(solid, options.hole / 2) + [0, 0, at, at] for at, solid in pieces])
+    holes = np.concatenate([own + [0, 0, at, at] for at, _, own in pieces])
     hole = _find_holes(design, holes)
     bulk = _measure_outlines(design)
     across = hole[1:, 0, 0] - hole[:-1, 0, 1]

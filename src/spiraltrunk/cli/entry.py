@@ -6,13 +6,13 @@ import os
 from collections.abc import Sequence
 
 from spiraltrunk import __version__
-from spiraltrunk.cli import bench, design, grasp, shape, survey
+from spiraltrunk.cli import bench, design, export, grasp, shape, survey
 from spiraltrunk.cli.answers import BAD_INPUT, DONE, FAILED, INTERRUPTED, UsageError, complain, put
 from spiraltrunk.cli.options import Parser
 from spiraltrunk.cli.signals import Terminated, raise_signals
 from spiraltrunk.errors import RunError, SpiralTrunkError
 
-VERBS = (design, shape, grasp, survey, bench)
+VERBS = (design, shape, grasp, survey, export, bench)
 """Modules that each add a verb, in the order of the help."""
 
 
