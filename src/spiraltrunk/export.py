@@ -146,7 +146,9 @@ def _fill(
         tell("models", 0, 1)
         write_models(design, draft / "models", request.model_formats)
     write_design(design, draft / "trunk.toml")
-    files = tuple(sorted({*(str(path.relative_to(draft)) for path in draft.rglob("*") if path.is_file()), "result.json"}))
+    files = tuple(
+        sorted({*(str(path.relative_to(draft)) for path in draft.rglob("*") if path.is_file()), "result.json"})
+    )
     result = _summarise(design, request, made, files)
     (draft / "result.json").write_text(json.dumps(result, indent=2, allow_nan=False) + "\n")
     return result
@@ -169,7 +171,9 @@ def _make(
             made[part.name] = workshop.make_part(part, *arguments)
     else:
         with _open_pool(request.workers) as pool:
-            waiting: dict[Future[Made], str] = {pool.submit(workshop.make_part, part, *arguments): part.name for part in jobs}
+            waiting: dict[Future[Made], str] = {
+                pool.submit(workshop.make_part, part, *arguments): part.name for part in jobs
+            }
             tell("parts", 0, len(jobs))
             for done in as_completed(waiting):
                 made[waiting[done]] = done.result()
@@ -200,8 +204,13 @@ def _ignore_interrupts() -> None:
 def _draw(design: TrunkDesign, made: Sequence[Made], folder: Path) -> None:
     placed = [
         Placed(
-            name=one.part.name, group=one.part.group, note=one.part.what, count=one.part.count,
-            corners=one.mesh.corners, at=one.part.at, turn=one.part.turn,
+            name=one.part.name,
+            group=one.part.group,
+            note=one.part.what,
+            count=one.part.count,
+            corners=one.mesh.corners,
+            at=one.part.at,
+            turn=one.part.turn,
         )  # fmt: skip
         for one in made
     ]
@@ -263,7 +272,10 @@ def compute_agreement(design: TrunkDesign, measured: Measured) -> dict[str, dict
         row["judged"] = "the simulation alone: the design's centre was measured" if is_measured else "both"
         values = [row["simulation"]] if is_measured else [row["solids"], row["simulation"]]
         row["holds"] = all(value is None or value <= row["allowed"] for value in values)
-    agreement["density"] = {"kg_per_m3": [float(value) for value in density], "weighed": design.mass.sections is not None}
+    agreement["density"] = {
+        "kg_per_m3": [float(value) for value in density],
+        "weighed": design.mass.sections is not None,
+    }
     return agreement
 
 

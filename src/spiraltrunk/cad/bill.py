@@ -86,8 +86,12 @@ def build_bill(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) 
         mass, hours = estimate_print(one, options)
         rows.append(
             Row(
-                item=one.part.name, count=one.part.count, material=one.part.material.name, mass=mass,
-                hours=hours or None, note=one.part.what,
+                item=one.part.name,
+                count=one.part.count,
+                material=one.part.material.name,
+                mass=mass,
+                hours=hours or None,
+                note=one.part.what,
             )  # fmt: skip
         )
     return (*rows, *_buy(design, {one.part.group for one in made}, made, options))
@@ -150,7 +154,9 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
     if "horn" in groups:
         length = gripper_cable_length(design, options)
         fingers = 0 if design.gripper is None else design.gripper.n_finger
-        note = f"{length:.0f} mm each, braided of {fingers} strands, which part at the gripper; a knot at each fingertip"
+        note = (
+            f"{length:.0f} mm each, braided of {fingers} strands, which part at the gripper; a knot at each fingertip"
+        )
         rows.append(Row(item=f"UHMWPE cable {options.cable:g} mm", count=2, material="gripper", note=note))
         rows.append(Row(item="servo DS-929MG", count=1, material="lid", note="with its round horn and screws"))
     if "housing" in groups:
@@ -159,12 +165,21 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
         rows.append(Row(item="screw M3 x 10, sunk, with insert", count=n, material="lid to housing"))
         rows.append(Row(item="screw M4 x 14 with nut", count=len(foot_angles(design)), material="neck's foot to lid"))
     if "adapter" in groups:
-        rows.append(Row(item="screw M6 x 12", count=4, material="adapter to the arm's flange", note=f"{ADAPTER:g} mm plate"))
+        rows.append(
+            Row(item="screw M6 x 12", count=4, material="adapter to the arm's flange", note=f"{ADAPTER:g} mm plate")
+        )
         rows.append(Row(item="dowel pin 6 x 10", count=1, material="adapter to the arm's flange"))
         rows.append(Row(item="screw M4 x 10, sunk, with insert", count=4, material="housing's floor to adapter"))
     if "shells" in groups:
         volume = sum(one.finding.volume for one in made if one.part.group == "shells")
-        rows.append(Row(item="silicone Ecoflex 00-30", count=1, material="shells", note=f"{1.2e-3 * volume:.0f} ml with 20 % waste"))
+        rows.append(
+            Row(
+                item="silicone Ecoflex 00-30",
+                count=1,
+                material="shells",
+                note=f"{1.2e-3 * volume:.0f} ml with 20 % waste",
+            )
+        )
     if "markers" in groups:
         rows.append(Row(item="reflective marker with M3 stud", count=3 * design.n_section, material="marker seats"))
     return rows

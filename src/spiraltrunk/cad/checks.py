@@ -65,7 +65,9 @@ def check_part(part: Part, solid: Any, mesh: Mesh, expected: float, options: Mak
     if not (volume > 0 and abs(volume / expected - 1) <= VOLUME_ERROR):
         faults.append(f"its volume is {volume:.1f} mm^3; allowed: within 1 % of {expected:.1f}")
     elif abs(mesh.volume - volume) > max(VOLUME_ERROR * volume, mesh.area * options.tolerance):
-        faults.append(f"its mesh encloses {mesh.volume:.1f} mm^3 of {volume:.1f}; allowed: 1 % off, a finer --tolerance-mm")
+        faults.append(
+            f"its mesh encloses {mesh.volume:.1f} mm^3 of {volume:.1f}; allowed: 1 % off, a finer --tolerance-mm"
+        )
     crossings, wall, at = probe(mesh)
     if crossings:
         faults.append(f"its surface cuts itself at {crossings} of the points looked at; allowed: none")
@@ -145,7 +147,9 @@ def _spread(mesh: Mesh, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     sound = np.flatnonzero(size > 0.02 * longest)
     random = np.random.default_rng(0)
-    drawn = sound[np.searchsorted(np.cumsum(size[sound]) / size[sound].sum(), random.random(_SAMPLES)).clip(max=len(sound) - 1)]
+    drawn = sound[
+        np.searchsorted(np.cumsum(size[sound]) / size[sound].sum(), random.random(_SAMPLES)).clip(max=len(sound) - 1)
+    ]
     weight = random.dirichlet((1.0, 1.0, 1.0), _SAMPLES)
     middle = corners[sound].mean(axis=1)
     return np.concatenate([sound, drawn]), np.concatenate([middle, np.einsum("ni,nij->nj", weight, corners[drawn])])

@@ -136,7 +136,9 @@ def compute_bounds(form: Form) -> np.ndarray:
             return np.array([[*plane.min(axis=0), bottom], [*plane.max(axis=0), top]])
         case Moved(form=inner, T=T):
             low, high = compute_bounds(inner)
-            ends = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+            ends = np.array(
+                [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+            )
             ends = ends @ np.array(T)[:3, :3].T + np.array(T)[:3, 3]
             return np.stack([ends.min(axis=0), ends.max(axis=0)])
         case Union(forms=forms):

@@ -89,7 +89,11 @@ def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     for f in range(gripper.n_finger):
         bodies += [turned(shifted(form, (mount, 0, seat.plate)), "z", f * turn) for form in straight]
     holes = [shifted(form, (mount, 0, seat.plate)) for form in _strand_holes(finger)]
-    tools += [turned(form, "z", f * turn) for form in (*holes, *_legs(seat, finger, mount, top, options)) for f in range(gripper.n_finger)]
+    tools += [
+        turned(form, "z", f * turn)
+        for form in (*holes, *_legs(seat, finger, mount, top, options))
+        for f in range(gripper.n_finger)
+    ]
     tools += [turned(_spoke(seat, top, widest, options), "z", f * turn) for f in range(gripper.n_finger)]
     form = Cut(form=Union(forms=tuple(bodies)), tools=tuple(tools))
     deep = seat.lip + seat.lug
@@ -115,7 +119,9 @@ def _finger_forms(finger: Finger, floor: float) -> list[Form]:
     z = 0.0
     for j, length in enumerate(finger.lengths):
         reach, r, joint = finger.reach(j), finger.radii[j], finger.joints[j]
-        lens = Revolved(profile=((0.0, z), (reach, z + reach * t1), (reach, z + length - reach * t2), (0.0, z + length)))
+        lens = Revolved(
+            profile=((0.0, z), (reach, z + reach * t1), (reach, z + length - reach * t2), (0.0, z + length))
+        )
         bottom, top = (0, 0, z - 1.0), (0, 0, z + length + 1.0)
         sides = [
             rod(finger.bead, (side * finger.lever(j), 0, bottom[2]), (side * finger.lever(j), 0, top[2]))

@@ -35,13 +35,12 @@ def _summary(design: TrunkDesign) -> str:
 
 def _print_trunk(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
     body = build_body(design, options)
-    thin = min(range(design.n_joint), key=lambda i: body.joints[i].wall)
     pieces = [one for one in made if one.part.group == "trunk"]
     hollow = sum(joint.bore > 0 for joint in body.joints)
     lines = [
         "**Trunk**, TPU 95A, standing, nozzle "
-        f"{options.nozzle:g} mm, supports in the gaps; {len(pieces) or 'some'} piece(s). The thinnest elastic joint is "
-        f"joint {thin + 1}, {2 * body.joints[thin].radius:.2f} mm thick: print it slowly and solid.",
+        f"{options.nozzle:g} mm, supports in the gaps, in {max(1, len(pieces))} piece(s). Print the elastic joints solid; the last one, "
+        f"joint {design.n_joint}, is {2 * body.joints[-1].radius:.2f} mm thick: slowly there.",
     ]
     if len(pieces) > 1:
         lines.append(

@@ -66,7 +66,9 @@ def find_room(design: TrunkDesign, options: MakeOptions) -> Room:
     radius, ring = 1e3 * housing.radius, motor_ring(design, options)
     need = ring + motor.diameter / 2 + options.clearance + options.rim
     if radius < need:
-        raise _refuse("housing.radius_mm", radius, need, f"{design.n_cable} motors of {motor.diameter:g} mm side by side")
+        raise _refuse(
+            "housing.radius_mm", radius, need, f"{design.n_cable} motors of {motor.diameter:g} mm side by side"
+        )
     height = 1e3 * housing.length - ADAPTER - options.plate
     stack = options.plate + motor.height + find_drum(design, options).height + 2.0
     if height < stack:
@@ -95,7 +97,14 @@ def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     flange, room = options.flange, find_room(design, options)
     outer = room.base + 7.0
     spigot = flange.pilot / 2 - options.clearance / 2
-    profile = ((0.0, 0.0), (outer, 0.0), (outer, ADAPTER), (spigot, ADAPTER), (spigot, ADAPTER + flange.pilot_height), (0.0, ADAPTER + flange.pilot_height))
+    profile = (
+        (0.0, 0.0),
+        (outer, 0.0),
+        (outer, ADAPTER),
+        (spigot, ADAPTER),
+        (spigot, ADAPTER + flange.pilot_height),
+        (0.0, ADAPTER + flange.pilot_height),
+    )
     ring = flange.pitch_circle / 2
     corners = [math.pi / 4 + k * math.pi / 2 for k in range(4)]
     tools: list[Form] = [rod(M6 / 2, polar(ring, a, -1), polar(ring, a, ADAPTER + 1)) for a in corners]
@@ -118,7 +127,10 @@ def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
         profile=((0.0, 0.0), (room.radius, 0.0), (room.radius, room.height), (inner, room.height), (inner, floor), (0.0, floor))
     )  # fmt: skip
     posts = [rod(4.0, polar(room.post, a, floor / 2), polar(room.post, a, room.height)) for a in room.posts]
-    tools: list[Form] = [rod(M3_INSERT / 2, polar(room.post, a, room.height - 8), polar(room.post, a, room.height + 1)) for a in room.posts]
+    tools: list[Form] = [
+        rod(M3_INSERT / 2, polar(room.post, a, room.height - 8), polar(room.post, a, room.height + 1))
+        for a in room.posts
+    ]
     for axis in motor_angles(design):
         center = polar(room.ring, axis, 0.0)
         tools.append(rod(8.0, (*center[:2], -1), (*center[:2], floor + 1)))
@@ -183,8 +195,16 @@ def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
     ring, high = 1e3 * float(design.hole_position[0, 0, 1]), tall + radius * slope + 1.0
     low = tall - NECK_WALL - 1.0
     tools: list[Form] = [rod(options.hole, polar(ring, a, low), polar(ring, a, high)) for a in design.cable.angles]
-    tools += [rod(SCREW / 2, polar(find_screw_ring(design, options), a, low), polar(find_screw_ring(design, options), a, high)) for a in between_cables(design)]
-    tools += [rod(M4 / 2, polar(foot_circle(design), a, -1), polar(foot_circle(design), a, FOOT + 1)) for a in foot_angles(design)]
+    tools += [
+        rod(
+            SCREW / 2, polar(find_screw_ring(design, options), a, low), polar(find_screw_ring(design, options), a, high)
+        )
+        for a in between_cables(design)
+    ]
+    tools += [
+        rod(M4 / 2, polar(foot_circle(design), a, -1), polar(foot_circle(design), a, FOOT + 1))
+        for a in foot_angles(design)
+    ]
     if design.gripper is not None:
         tools.append(rod(2.5, (0, 0, low), (0, 0, high)))
     return Part(
@@ -220,4 +240,6 @@ def _check_servo(room: Room, reach: float, options: MakeOptions) -> None:
 
 
 def _refuse(name: str, got: float, least: float, why: str) -> DesignError:
-    return DesignError(f"part housing: {name}", got=Words(f"{got:.1f} mm"), allowed=f"at least {least:.1f} mm, for {why}")
+    return DesignError(
+        f"part housing: {name}", got=Words(f"{got:.1f} mm"), allowed=f"at least {least:.1f} mm, for {why}"
+    )

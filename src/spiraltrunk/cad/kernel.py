@@ -50,7 +50,9 @@ def build_solid(form: Form) -> Shape:
             first, *others = (build_solid(part) for part in forms)
             return _single(first.fuse(*others) if others else first)
         case Cut(form=inner, tools=tools):
-            return _single(build_solid(inner).cut(*(build_solid(tool) for tool in tools)) if tools else build_solid(inner))
+            return _single(
+                build_solid(inner).cut(*(build_solid(tool) for tool in tools)) if tools else build_solid(inner)
+            )
         case Common(form=inner, other=other):
             return _single(build_solid(inner).intersect(build_solid(other)))
 
@@ -178,14 +180,13 @@ def measure_cylinders(solid: Shape, radius: float) -> np.ndarray:
             continue
         place = cylinder.Location()
         heights = [
-            point.Z
-            for edge in face.edges()
-            if edge.geom_type != bd.GeomType.LINE
-            for point in edge.positions(_ALONG)
+            point.Z for edge in face.edges() if edge.geom_type != bd.GeomType.LINE for point in edge.positions(_ALONG)
         ]
         if heights:
             rims.setdefault((round(place.X(), 4), round(place.Y(), 4)), []).append(heights)
-    return np.array([(*axis, *_ends(heights)) for axis, faces in rims.items() for heights in _joined(faces)]).reshape(-1, 4)
+    return np.array([(*axis, *_ends(heights)) for axis, faces in rims.items() for heights in _joined(faces)]).reshape(
+        -1, 4
+    )
 
 
 _ALONG = [i / 32 for i in range(33)]

@@ -76,7 +76,9 @@ class Mesh:
 
 def weld(points: np.ndarray, triangles: np.ndarray) -> Mesh:
     """The mesh with corners at the same place joined, and without triangles that thereby have no area."""
-    _, first, index = np.unique(np.round(points / _SAME).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    _, first, index = np.unique(
+        np.round(points / _SAME).astype(np.int64), axis=0, return_index=True, return_inverse=True
+    )
     joined = index.ravel()[triangles]
     a, b, c = joined.T
     return Mesh(points=points[first], triangles=joined[(a != b) & (b != c) & (c != a)])

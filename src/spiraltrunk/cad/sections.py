@@ -80,7 +80,7 @@ def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:
     bore = options.hole if design.gripper is not None else 0.0
     ring = full
     for _ in range(50):  # A contraction: the bore's share of R^4 is small.
-        ring = ((wanted * slope * ring + (bore / 2) ** 4)) ** 0.25
+        ring = (wanted * slope * ring + (bore / 2) ** 4) ** 0.25
     if bore and ring - bore / 2 >= options.wall:
         return Joint(radius=ring, bore=bore, length=ring * slope)
     return Joint(radius=full, bore=0.0, length=full * slope)
@@ -118,7 +118,10 @@ def build_trunk(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     parts = []
     for k, (low, high) in enumerate(zip(planes[:-1], planes[1:], strict=True)):
         form = _piece(body, tools, low, high)
-        form = Cut(form=form.form, tools=(*form.tools, *_pins(design, body, options, [p for p in (low, high) if p in planes[1:-1]])))
+        form = Cut(
+            form=form.form,
+            tools=(*form.tools, *_pins(design, body, options, [p for p in (low, high) if p in planes[1:-1]])),
+        )
         bottom = 0.0 if k == 0 else low
         names = tuple(
             (float(body.starts[n]) - bottom, f"section {n + 1}" if n == 0 else f"joint {n} and section {n + 1}")

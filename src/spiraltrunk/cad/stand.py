@@ -42,7 +42,10 @@ def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
         x, y, _ = polar(foot_circle(design), angle, 0.0)
         tools.append(rod(M4 / 2, (middle + x, y, -1), (middle + x, y, PLATE + 1)))
         tools.append(turned(rod(M4 / 2, (middle + x, y, -PLATE - 1), (middle + x, y, 1)), "y", -TILT))
-    for form in (rod(12.0, (middle, 0, -1), (middle, 0, PLATE + 1)), turned(rod(12.0, (middle, 0, -PLATE - 1), (middle, 0, 1)), "y", -TILT)):
+    for form in (
+        rod(12.0, (middle, 0, -1), (middle, 0, PLATE + 1)),
+        turned(rod(12.0, (middle, 0, -PLATE - 1), (middle, 0, 1)), "y", -TILT),
+    ):
         tools.append(form)
     form = Cut(form=Union(forms=(plate, upper, *walls)), tools=tuple(tools))
     part = Part(
@@ -64,13 +67,22 @@ def build_markers(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
         block = box((deep + hollow, wide, wide), (radius - hollow + (deep + hollow) / 2, 0, wide / 2))
         tools = (
             rod(radius, (0, 0, -1), (0, 0, wide + 1)),
-            rod(min(MARKER_SCREW / 2, wide / 2 - options.wall), (radius + options.wall, 0, wide / 2), (radius + deep + 1, 0, wide / 2)),
+            rod(
+                min(MARKER_SCREW / 2, wide / 2 - options.wall),
+                (radius + options.wall, 0, wide / 2),
+                (radius + deep + 1, 0, wide / 2),
+            ),
         )
         form = shifted(Cut(form=block, tools=tools), (-radius, 0, 0))
         parts.append(
             Part(
-                name=f"marker_seat_{n + 1:02d}", group="markers", what=f"marker seat of section {n + 1}", material=PLA,
-                form=form, count=PER_SECTION, at=(radius, 0.0, 1e3 * float(design.section_length[:n].sum())),
+                name=f"marker_seat_{n + 1:02d}",
+                group="markers",
+                what=f"marker seat of section {n + 1}",
+                material=PLA,
+                form=form,
+                count=PER_SECTION,
+                at=(radius, 0.0, 1e3 * float(design.section_length[:n].sum())),
                 thinnest="a finer --nozzle-mm",
             )  # fmt: skip
         )

@@ -64,7 +64,8 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
     ring, hole = motor_ring(design, options), 1e3 * float(design.hole_position[0, 0, 1])
     axes = motor_angles(design)
     distance = min(
-        math.dist(polar(ring, axis, 0), polar(hole, angle, 0)) for axis, angle in zip(axes, _ordered(design), strict=True)
+        math.dist(polar(ring, axis, 0), polar(hole, angle, 0))
+        for axis, angle in zip(axes, _ordered(design), strict=True)
     )
     rim = motor.rotor_circle / 2 - HEAD  # The screws' heads are beside the rim, where a key reaches them.
     radius = min(distance - 2.0, rim - 2.5 * options.cable)
@@ -166,4 +167,3 @@ def _drum_height(design: TrunkDesign, options: MakeOptions) -> float:
     housing = design.housing
     bottom = -1e3 * (housing.neck_length + housing.length)
     return bottom + 8.0 + options.plate + options.motor.height
-

@@ -41,7 +41,9 @@ def add_verb(verbs: Any) -> None:
         "--bed-mm", type=read_number, nargs=3, default=[256.0] * 3, metavar=("X", "Y", "Z"),
         help="the printer's room (default 256 256 256): the trunk is split to fit",
     )  # fmt: skip
-    parser.add_argument("--seed", type=read_seed, default=0, help="what the shells' wrinkles are drawn from (default 0)")
+    parser.add_argument(
+        "--seed", type=read_seed, default=0, help="what the shells' wrinkles are drawn from (default 0)"
+    )
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write there; without it parts are only checked")
 
 

@@ -56,8 +56,8 @@ def write_pictures(placed: Sequence[Placed], folder: Path, *, title: str, n_cabl
     write_sheet([_plain(part, placed) for part in _kinds(placed)], folder / "parts.png", title=f"{title}: parts")
     apart = explode(placed, n_cable)
     if len(apart) > 1:
-        for ending in ("png", "svg"):
-            write_exploded(apart, folder / f"exploded.{ending}", title=f"{title}: from the arm's flange to the fingers")
+        paths = [folder / f"exploded.{ending}" for ending in ("png", "svg")]
+        write_exploded(apart, paths, title=f"{title}: taken apart")
 
 
 def explode(placed: Sequence[Placed], n_cable: int) -> list[PictureSolid]:
@@ -76,7 +76,10 @@ def explode(placed: Sequence[Placed], n_cable: int) -> list[PictureSolid]:
             inside = [other for other in placed if other.group == "shells" and low <= other.at[2] < high]
             solids += [_lifted(other, shift) for other in inside]
         last = high + shift
-    return [solid if i == 0 or solid.name != "shells" or not _has(solids[:i]) else _unnamed(solid) for i, solid in enumerate(solids)]
+    return [
+        solid if i == 0 or solid.name != "shells" or not _has(solids[:i]) else _unnamed(solid)
+        for i, solid in enumerate(solids)
+    ]
 
 
 def assembled(part: Placed) -> np.ndarray:

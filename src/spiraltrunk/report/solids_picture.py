@@ -12,14 +12,13 @@ import numpy as np
 
 from spiraltrunk.report.draft import write_draft
 from spiraltrunk.report.look import INK, LARGE, NORMAL, SMALL, build_figure
+from spiraltrunk.report.rasterise import rasterise
 
 _FINE = 2
-"""Points drawn for each pixel's width, and pixels for each that is kept."""
+"""Pixels drawn for each that is kept, along each side."""
 
-_LIGHT = np.array([-0.35, -0.5, 0.8]) / np.linalg.norm([-0.35, -0.5, 0.8])
+_LIGHT = np.array([-0.45, 0.6, 0.66]) / np.linalg.norm([-0.45, 0.6, 0.66])
 """Where the light comes from, seen from the camera: left, above, behind it."""
-
-_MOST_SAMPLES = 40_000_000
 
 
 @final
@@ -37,7 +36,9 @@ class PictureSolid:
     """A second line of text."""
 
 
-def draw_view(solids: Sequence[PictureSolid], width: int, *, azimuth: float, elevation: float) -> tuple[np.ndarray, np.ndarray]:
+def draw_view(
+    solids: Sequence[PictureSolid], width: int, *, azimuth: float, elevation: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Solids in parallel projection, z upwards in the picture.
 
     Args:
@@ -57,7 +58,7 @@ def draw_view(solids: Sequence[PictureSolid], width: int, *, azimuth: float, ele
     size = np.ceil((high - low) * scale).astype(int) + 2 * _FINE
     corners = (corners - [*low, 0.0]) * scale + [_FINE, _FINE, 0.0]
     owner = np.repeat(np.arange(len(solids)), [len(solid.corners) for solid in solids])
-    depth, face = _rasterise(corners, int(size[0]), int(size[1]))
+    depth, face = rasterise(corners, int(size[0]), int(size[1]))
     picture = _shade(corners, face, depth, np.array([solid.color for solid in solids])[owner])
     middles = np.array([_middle(solid.corners @ view.T) for solid in solids])
     spots = (middles - low) * scale / _FINE
@@ -65,33 +66,33 @@ def draw_view(solids: Sequence[PictureSolid], width: int, *, azimuth: float, ele
     return _halve(picture[::-1]), spots
 
 
-def write_exploded(solids: Sequence[PictureSolid], path: str | Path, *, title: str) -> None:
-    """Draw an exploded view with names, along z from left to right; the file's ending chooses the format.
+def write_exploded(solids: Sequence[PictureSolid], paths: Sequence[Path], *, title: str) -> None:
+    """Draw an exploded view with names, along z from left to right; each file's ending chooses its format.
 
     Raises:
         OSError: where the file cannot be written.
     """
     lying = [_lie(solid) for solid in solids]
-    picture, spots = draw_view(lying, 2400, azimuth=-math.pi / 2 + 0.5, elevation=0.45)
+    picture, spots = draw_view(lying, 1700, azimuth=-math.pi / 2 + 0.5, elevation=0.45)
     height, width = picture.shape[:2]
-    figure = build_figure(13.0, 13.0 * height / width + 2.2, title)
+    figure = build_figure(13.0, 13.0 * height / width + 1.8, title)
     axes = figure.add_subplot()
     axes.imshow(picture, interpolation="antialiased")
     axes.set_axis_off()
     named = [(solid.name, spot) for solid, spot in zip(solids, spots, strict=True) if solid.name]
-    order = np.argsort([spot[0] for _, spot in named])
+    order = sorted(range(len(named)), key=lambda k: float(named[k][1][0]))
     for rank, k in enumerate(order):
         name, (x, y) = named[k]
         is_above = rank % 2 == 0
-        place = width * (rank + 0.5) / len(order)
-        level = -0.10 * height if is_above else 1.10 * height
         axes.annotate(
-            name, (x, y), (place, level), fontsize=NORMAL, color=INK, ha="center", va="bottom" if is_above else "top",
-            arrowprops={"arrowstyle": "-", "color": "#888888", "linewidth": 0.7, "shrinkB": 0},
+            name, (x, y), (x, (-0.06 if is_above else 1.06) * height), fontsize=NORMAL + 1, color=INK, ha="center",
+            va="bottom" if is_above else "top",
+            arrowprops={"arrowstyle": "-", "color": "#777777", "linewidth": 0.7, "shrinkB": 0},
         )  # fmt: skip
     axes.set_xlim(-0.03 * width, 1.03 * width)
-    axes.set_ylim(1.25 * height, -0.25 * height)
-    _save(figure, path)
+    axes.set_ylim(1.15 * height, -0.15 * height)
+    for path in paths:
+        _save(figure, path)
 
 
 def write_sheet(solids: Sequence[PictureSolid], path: str | Path, *, title: str, columns: int = 5) -> None:
@@ -109,7 +110,9 @@ def write_sheet(solids: Sequence[PictureSolid], path: str | Path, *, title: str,
         view = _camera(-math.pi / 2 + 0.6, 0.5)
         seen = (solid.corners @ view.T)[..., :2]
         wide, tall = np.ptp(seen, axis=(0, 1))
-        picture, _ = draw_view([solid], max(40, round(480 * min(1.0, wide / tall))), azimuth=-math.pi / 2 + 0.6, elevation=0.5)
+        picture, _ = draw_view(
+            [solid], max(40, round(480 * min(1.0, wide / tall))), azimuth=-math.pi / 2 + 0.6, elevation=0.5
+        )
         axes.imshow(picture, interpolation="antialiased")
         axes.set_box_aspect(1.0)
         axes.set_title(solid.name, fontsize=LARGE - 1, color=INK, pad=2)
@@ -138,48 +141,22 @@ def _camera(azimuth: float, elevation: float) -> np.ndarray:
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
-def _rasterise(corners: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
-    """Depth and triangle of what is seen at each pixel; -1 where there is nothing.
-
-    Triangles that look at the camera are covered with a grid of points finer than the pixels, which is simple and has
-    no gaps.
-    """
-    a, b, c = corners.transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a)
-    seen = np.flatnonzero(normal[:, 2] > 0)
-    longest = np.maximum.reduce([np.abs((q - p)[seen, :2]).max(axis=1) for p, q in ((a, b), (b, c), (c, a))])
-    steps = np.clip(np.ceil(1.25 * longest).astype(int), 1, 4000)
-    depth, face = np.full(width * height, -np.inf), np.full(width * height, -1)
-    for n in np.unique(steps):
-        own = seen[steps == n]
-        u, v = (grid.ravel() for grid in np.meshgrid(np.arange(n + 1) / n, np.arange(n + 1) / n))
-        inside = u + v <= 1 + 1e-9
-        u, v = u[inside], v[inside]
-        for part in np.array_split(own, max(1, math.ceil(len(own) * len(u) / 4_000_000))):
-            spot = a[part, None] + u[:, None] * (b - a)[part, None] + v[:, None] * (c - a)[part, None]
-            index = (spot[..., 1].astype(int).clip(0, height - 1) * width + spot[..., 0].astype(int).clip(0, width - 1)).ravel()
-            z = spot[..., 2].ravel()
-            np.maximum.at(depth, index, z)
-            wins = z >= depth[index]
-            face[index[wins]] = np.repeat(part, len(u))[wins]
-    return depth.reshape(height, width), face.reshape(height, width)
-
-
 def _shade(corners: np.ndarray, face: np.ndarray, depth: np.ndarray, colors: np.ndarray) -> np.ndarray:
     """Colour by the light's angle, with dark lines where depth or direction jumps."""
     a, b, c = corners.transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
+    normal = (normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)).astype(np.float32)
     is_there = face >= 0
-    facing = np.where(is_there[..., None], normal[face], 0.0)
+    facing = normal[face] * is_there[..., None]
     light = 0.45 + 0.55 * np.clip(facing @ _LIGHT, 0.0, 1.0)
-    picture = np.concatenate([colors[face] * light[..., None], is_there[..., None]], axis=-1)
+    picture = np.concatenate([colors.astype(np.float32)[face] * light[..., None], is_there[..., None]], axis=-1)
     edge = np.zeros(face.shape, dtype=bool)
     deep = np.where(is_there, depth, np.nan)
     for axis in (0, 1):
         jump = np.abs(np.diff(deep, axis=axis)) > 8.0
         border = np.diff(is_there.astype(int), axis=axis) != 0
-        bend = np.einsum("...i,...i", *_pairs(facing, axis)) < 0.8
+        one, other = _pairs(facing, axis)
+        bend = one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1] + one[..., 2] * other[..., 2] < 0.8
         line = jump | border | bend
         first, second = [slice(None)] * 2, [slice(None)] * 2
         first[axis], second[axis] = slice(None, -1), slice(1, None)

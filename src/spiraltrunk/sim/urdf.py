@@ -34,7 +34,9 @@ def format_urdf(model: mujoco.MjModel, *, name: str, meshes: Mapping[str, str]) 
     """
     robot = ET.Element("robot", name=name)
     # Other readers skip this; without it MuJoCo would look for the meshes beside the file.
-    ET.SubElement(ET.SubElement(robot, "mujoco"), "compiler", strippath="false", discardvisual="false", fusestatic="false")
+    ET.SubElement(
+        ET.SubElement(robot, "mujoco"), "compiler", strippath="false", discardvisual="false", fusestatic="false"
+    )
     ET.SubElement(robot, "link", name="world")
     for b in range(1, model.nbody):
         _add_body(robot, model, b, meshes)
