@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 import secrets
 import shutil
@@ -211,7 +210,7 @@ def _draw(design: TrunkDesign, made: Sequence[Made], folder: Path) -> None:
             corners=one.mesh.corners,
             at=one.part.at,
             turn=one.part.turn,
-        )  # fmt: skip
+        )
         for one in made
     ]
     write_pictures(placed, folder, title=" ".join(design.name.split()), n_cable=design.n_cable)
@@ -292,7 +291,7 @@ def _off(values: np.ndarray, wanted: np.ndarray) -> float:
 
 @contextmanager
 def _open_export(folder: str | Path) -> Iterator[Path]:
-    """A draft folder; at the end of the block its files move to ``folder``, and what an earlier export left there goes."""
+    """A draft folder whose files move to ``folder`` at the end of the block; what an earlier export left there goes."""
     target = Path(folder)
     made = [path for path in (target, *target.parents) if not path.exists()]
     draft = target / f".{secrets.token_hex(8)}"

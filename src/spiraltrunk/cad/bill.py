@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
-from spiraltrunk.cad.housing import ADAPTER, foot_angles, motor_ring
+from spiraltrunk.cad.housing import ADAPTER, foot_angles
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import Material
 from spiraltrunk.cad.sections import between_cables, find_screw_ring
-from spiraltrunk.cad.winder import find_drum
+from spiraltrunk.cad.winder import find_drum, motor_ring
 from spiraltrunk.cad.workshop import Made
 from spiraltrunk.design.trunk import TrunkDesign
 
@@ -92,7 +92,7 @@ def build_bill(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) 
                 mass=mass,
                 hours=hours or None,
                 note=one.part.what,
-            )  # fmt: skip
+            )
         )
     return (*rows, *_buy(design, {one.part.group for one in made}, made, options))
 

@@ -73,8 +73,9 @@ def check_part(part: Part, solid: Any, mesh: Mesh, expected: float, options: Mak
         faults.append(f"its surface cuts itself at {crossings} of the points looked at; allowed: none")
     if part.checks_walls and wall < options.least_wall:
         faults.append(
-            f"{part.name_place(at[2])}at z = {at[2]:.1f} mm and {np.hypot(at[0], at[1]):.1f} mm from its axis: {wall:.2f} mm thick, "
-            f"{options.least_wall - wall:.2f} mm too thin; allowed: at least {options.least_wall:g} mm, two nozzles: {part.thinnest}"
+            f"{part.name_place(at[2])}at z = {at[2]:.1f} mm and {np.hypot(at[0], at[1]):.1f} mm from its axis: "
+            f"{wall:.2f} mm thick, {options.least_wall - wall:.2f} mm too thin; "
+            f"allowed: at least {options.least_wall:g} mm, two nozzles: {part.thinnest}"
         )
     size = np.ptp(mesh.points, axis=0)
     faults += _check_bed(size, options) if part.material.flow else []
@@ -108,8 +109,9 @@ def probe(mesh: Mesh) -> tuple[int, float, tuple[float, float, float]]:
     depth = np.einsum("ij,ij->i", place - points[index], inward[index])
     back, other, _ = rays.intersects_id(points - _STEP * inward, -inward, multiple_hits=False, return_locations=True)
     toward = np.einsum("ij,ij->i", outward[back], -inward[other])
-    suspects = np.concatenate([index[along < 0.0], other[toward > 0.0]])
-    crossings = _count_cut(mesh, points[suspects], inward[suspects])
+    within = _count_windings(mesh, start[index[along < 0.0]], 0.5)
+    beyond = _count_windings(mesh, start[other[toward > 0.0]], 1.5)
+    crossings = within + beyond
     walls = np.flatnonzero((along > PARALLEL) & (depth > 2 * _STEP))
     if not len(walls):
         return crossings, float(np.ptp(mesh.points, axis=0).min()), (0.0, 0.0, 0.0)
@@ -118,22 +120,24 @@ def probe(mesh: Mesh) -> tuple[int, float, tuple[float, float, float]]:
     return crossings, float(depth[least]), (x, y, z)
 
 
-def _count_cut(mesh: Mesh, points: np.ndarray, inward: np.ndarray, most: int = 200) -> int:
-    """At how many of the points the surface truly cuts or overlaps itself.
+def _count_windings(mesh: Mesh, points: np.ndarray, least: float, most: int = 100) -> int:
+    """How many of the points, at most so many of them, the surface winds round more than ``least`` times.
 
-    Near an edge a ray may start on the wrong side of it. So at most 1 of winding numbers beside a sound surface differs
-    from 0, and none is 2 or more, or negative (solid angles by van Oosterom and Strackee, 1983).
+    Near an edge a ray may start on the wrong side of it, so its first hit alone proves nothing: one that started within
+    (1 or more) and next entered, or that left from where it is within twice (2 or more), does.
     """
-    count = 0
     sides = np.ascontiguousarray(mesh.corners.transpose(1, 2, 0))
-    for point, direction in zip(points[:most], inward[:most], strict=True):
-        turns = [_winding(point + step * direction, sides) for step in (_STEP, -_STEP)]
-        count += not all(-0.5 < turn < 1.5 for turn in turns)
-    return count
+    chosen = points[np.linspace(0, len(points) - 1, min(most, len(points))).astype(int)] if len(points) else points
+    return sum(_winding(point, sides) > least for point in chosen)
 
 
 def _winding(point: np.ndarray, sides: np.ndarray) -> float:
-    """How often the surface encloses the point; ``sides`` are corners of triangles, shape (3, 3, m)."""
+    """How often the surface encloses the point: the triangles' solid angles over 4 pi (van Oosterom, Strackee, 1983).
+
+    Args:
+        point: shape (3,) [mm].
+        sides: corners of the triangles, coordinates apart, shape (3, 3, m) [mm].
+    """
     a, b, c = sides - point[:, None]
     la, lb, lc = (np.sqrt((side * side).sum(axis=0)) for side in (a, b, c))
     volume = (a * np.cross(b, c, axis=0)).sum(axis=0)

@@ -1,6 +1,7 @@
 """Whether the curled trunk has room for itself: no two sections overlap when every joint is bent to its limit.
 
-Sections are bodies of revolution about axes in one plane, so two of them overlap deepest in that plane: convex polygons.
+Sections are bodies of revolution about axes in one plane, so two of them overlap deepest in that plane, where they are
+convex polygons.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.design.spiral import radius
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
 
 TOUCH = 1e-4
-"""Overlap up to which two sections touch and no more [m]: a compact spiral's turns touch by design, the sections' flat
-outsides are chords of it, and no printer is truer than this."""
+"""Overlap that counts as touching [m]: no printer is truer than this."""
 
 
 @final
@@ -50,15 +51,30 @@ def check_curl(design: TrunkDesign) -> Overlap:
         DesignError: where sections run into each other; it names them and says by how much.
     """
     worst = find_overlap(design)
-    if worst.depth > TOUCH:
-        first, second = worst.sections
+    first, second = worst.sections
+    allowed = TOUCH + compute_play(design, second)
+    if worst.depth > allowed:
         raise DesignError(
             f"part trunk: overlap of sections {first} and {second} with all joints bent "
             f"{math.degrees(design.joint_limit):.4g} deg",
             got=Words(f"{1e3 * worst.depth:.2f} mm"),
-            allowed=f"at most {1e3 * TOUCH:g} mm: a k of (1 + exp(-2 pi b)) / 2 or less",
+            allowed=f"at most {1e3 * allowed:.2f} mm: a k of (1 + exp(-2 pi b)) / 2 or less",
         )  # fmt: skip
     return worst
+
+
+def compute_play(design: TrunkDesign, section: int) -> float:
+    """By how much corners of one turn stand into the sides of the next one though the spiral is compact [m].
+
+    Corners lie on the spiral, sides are its chords and lie inside it by up to r (1 - cos(delta_theta / 2)). With whole
+    sections to a turn, corner meets corner; else a corner meets a side a part p of it from its end, where the chord is
+    4 p (1 - p) of that inside. Skin and shells are soft enough for it.
+    """
+    part = (2 * math.pi / design.delta_theta) % 1.0
+    if min(part, 1.0 - part) < 1e-9:
+        return 0.0
+    theta = design.theta_base - (section - 1) * design.delta_theta
+    return 4 * part * (1 - part) * float(radius(design.spiral, theta)) * (1 - math.cos(design.delta_theta / 2))
 
 
 def _place(design: TrunkDesign, n: int, angle: float) -> np.ndarray:

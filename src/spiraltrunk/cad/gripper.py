@@ -152,7 +152,8 @@ def _ways(seat: TipSeat, finger: Finger, sizes: tuple[float, float, float], opti
     width = 2.5 * options.cable
     groove = Revolved(
         profile=(
-            (seat.ring - width, -1.0), (seat.ring + width, -1.0), (seat.ring + width, seat.knot), (seat.ring - width, seat.knot)
+            (seat.ring - width, -1.0), (seat.ring + width, -1.0),
+            (seat.ring + width, seat.knot), (seat.ring - width, seat.knot),
         )
     )  # fmt: skip
     bore = rod(seat.bore, (0, 0, -seat.lip - seat.lug - 1.0), (0, 0, _spoke_height(top, options)))
@@ -187,5 +188,5 @@ def _check_room(design: GripperDesign, finger: Finger) -> None:
     if apart < 2 * finger.reach(0):
         raise DesignError(
             "part gripper: distance between fingers", got=Words(f"{apart:.2f} mm"),
-            allowed=f"at least their width with cable beads, {2 * finger.reach(0):.2f} mm: a larger gripper.mount_radius_mm",
+            allowed=f"at least {2 * finger.reach(0):.2f} mm, with their cable beads: a larger gripper.mount_radius_mm",
         )  # fmt: skip

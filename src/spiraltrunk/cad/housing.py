@@ -124,7 +124,10 @@ def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
 def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
     inner, floor, motor = room.radius - options.rim, options.plate, options.motor
     cup = Revolved(
-        profile=((0.0, 0.0), (room.radius, 0.0), (room.radius, room.height), (inner, room.height), (inner, floor), (0.0, floor))
+        profile=(
+            (0.0, 0.0), (room.radius, 0.0), (room.radius, room.height), (inner, room.height), (inner, floor),
+            (0.0, floor),
+        )
     )  # fmt: skip
     posts = [rod(4.0, polar(room.post, a, floor / 2), polar(room.post, a, room.height)) for a in room.posts]
     tools: list[Form] = [
@@ -161,7 +164,7 @@ def _build_lid(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
     tools += [rod(M4 / 2, polar(foot, -a, -1), polar(foot, -a, thick + 1)) for a in foot_angles(design)]
     if design.gripper is not None:
         tools.append(rod(2.5, (0, 0, -1), (0, 0, thick + 1)))
-        wide, tall, deep = servo.lug_pitch + 8.0, servo.length + 4.0, 4.0
+        wide, deep = servo.lug_pitch + 8.0, 4.0
         # The shaft, not the body, stands on the axis; the arm turns in a plane along the trunk.
         aside, rise = servo.length / 2 - servo.shaft_offset, thick + 10.0
         forms.append(box((wide, deep, rise + servo.width), (aside, 8.0, (rise + servo.width) / 2 + thick / 2)))
@@ -170,7 +173,7 @@ def _build_lid(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
             x = aside + side * servo.lug_pitch
             z = rise + servo.width / 2
             tools.append(rod(0.9, (x, 0, z), (x, 16.0, z)))
-        _check_servo(room, aside + wide / 2, options)
+        _check_servo(room, options)
     top = -1e3 * design.housing.neck_length
     return Part(
         name="lid", group="housing", what="lid with guide holes and the servo's bracket", material=PLA,
@@ -188,7 +191,8 @@ def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
         raise _refuse("housing.neck_length_mm", tall, NECK_WALL + FOOT, "the neck's foot and funnel")
     tube = Revolved(
         profile=(
-            (0.0, tall), (radius, tall + radius * slope), (radius, FOOT), (radius + FOOT_WIDE, FOOT), (radius + FOOT_WIDE, 0.0),
+            (0.0, tall), (radius, tall + radius * slope), (radius, FOOT), (radius + FOOT_WIDE, FOOT),
+            (radius + FOOT_WIDE, 0.0),
             (inner, 0.0), (inner, tall - NECK_WALL + inner * slope), (0.0, tall - NECK_WALL),
         )
     )  # fmt: skip
@@ -232,7 +236,7 @@ def _base_angles() -> tuple[float, ...]:
     return tuple(k * math.pi / 2 for k in range(4))
 
 
-def _check_servo(room: Room, reach: float, options: MakeOptions) -> None:
+def _check_servo(room: Room, options: MakeOptions) -> None:
     """The servo stands in the middle, above the motors and between the drums."""
     free = room.ring - options.motor.rotor_circle / 2
     if free < 12.0:

@@ -32,7 +32,7 @@ def check_packages() -> None:
         raise MissingPackage(f"solids need {error.name}: pip install 'spiraltrunk[cad]'") from error
 
 
-def build_solid(form: Form) -> Shape:
+def build_solid(form: Form) -> Shape[Any]:
     """The form as the kernel's boundary representation, in mm."""
     import build123d as bd
 
@@ -57,7 +57,7 @@ def build_solid(form: Form) -> Shape:
             return _single(build_solid(inner).intersect(build_solid(other)))
 
 
-def build_mesh(solid: Shape, tolerance: float) -> Mesh:
+def build_mesh(solid: Shape[Any], tolerance: float) -> Mesh:
     """The solid's surface as triangles, hardly anywhere further from it than ``tolerance`` [mm].
 
     On long thin faces the kernel's mesher now and then spans chords far wider than it was told. So the middles of all
@@ -70,7 +70,7 @@ def build_mesh(solid: Shape, tolerance: float) -> Mesh:
     return mesh
 
 
-def _mesh(solid: Shape, tolerance: float, angle: float) -> tuple[Mesh, float]:
+def _mesh(solid: Shape[Any], tolerance: float, angle: float) -> tuple[Mesh, float]:
     """A mesh, and how far the middle of a triangle is from its round face at most [mm]."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -124,7 +124,7 @@ def _miss(face: Any, middles: np.ndarray) -> float:
     return float((np.abs(across - wanted) * math.cos(lean)).max())
 
 
-def write_step(solid: Shape, path: Path, name: str) -> None:
+def write_step(solid: Shape[Any], path: Path, name: str) -> None:
     """Write the solid as STEP, in mm."""
     import build123d as bd
 
@@ -163,7 +163,7 @@ def _compound(solids: list[Any]) -> Any:
     return bd.Compound(children=solids)
 
 
-def measure_cylinders(solid: Shape, radius: float) -> np.ndarray:
+def measure_cylinders(solid: Shape[Any], radius: float) -> np.ndarray:
     """Holes along z of one radius: x, y of the axis, lowest and highest end along the axis, shape (n, 4) [mm].
 
     An end that a leaning face cuts counts at the axis: halfway between its rim's lowest and highest point.
@@ -211,7 +211,7 @@ def _ends(heights: list[float]) -> tuple[float, float]:
     return (min(low) + max(low)) / 2, (min(high) + max(high)) / 2
 
 
-def measure_cones(solid: Shape) -> np.ndarray:
+def measure_cones(solid: Shape[Any]) -> np.ndarray:
     """Leaning faces about z: where their apex is on the axis [mm], and their lean from the axis' normal [rad]."""
     import build123d as bd
     from OCP.BRepAdaptor import BRepAdaptor_Surface
@@ -224,7 +224,7 @@ def measure_cones(solid: Shape) -> np.ndarray:
     return np.array(rows).reshape(-1, 2)
 
 
-def measure_bulk(solid: Shape) -> tuple[float, float, float, float]:
+def measure_bulk(solid: Shape[Any]) -> tuple[float, float, float, float]:
     """Volume [mm^3], z of the centroid [mm], and second moments about the centroid, axial and across [mm^5]."""
     moments = solid.matrix_of_inertia
     across = (moments[0][0] + moments[1][1]) / 2

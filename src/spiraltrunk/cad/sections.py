@@ -1,4 +1,4 @@
-"""The trunk's body: sections fused over elastic joints, revolved as one polygon, holes for the cables, split for the bed.
+"""The trunk's body: sections fused over elastic joints, revolved as one polygon, drilled, split for the bed.
 
 A section at distance rho from the axis reaches from rho tan(lean_proximal) to length - rho tan(lean_distal); between
 two of them the faces open by the angle of a section, and what stands in the gap near the axis is the elastic joint.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -116,7 +117,7 @@ def build_trunk(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     tools = _holes(design, body, options)
     planes = [float(body.profile[0][1]), *_split(design, body, options), body.end]
     parts = []
-    for k, (low, high) in enumerate(zip(planes[:-1], planes[1:], strict=True)):
+    for k, (low, high) in enumerate(pairwise(planes)):
         form = _piece(body, tools, low, high)
         form = Cut(
             form=form.form,
@@ -245,7 +246,7 @@ def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]
         wanted = [bottom + (body.end - bottom) * i / pieces for i in range(1, pieces)]
         cuts = [min((min(max(z, a), b) for a, b in ranges), key=lambda near, z=z: abs(near - z)) for z in wanted]
         ends = [bottom, *cuts, body.end]
-        if all(PIN_DEPTH < high - low <= tall for low, high in zip(ends[:-1], ends[1:], strict=True)):
+        if all(PIN_DEPTH < high - low <= tall for low, high in pairwise(ends)):
             return cuts
     raise DesignError(
         "trunk", got=Words(f"no set of sections that each fit {tall:g} mm"),

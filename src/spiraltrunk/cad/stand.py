@@ -27,7 +27,7 @@ MARKER_SCREW = 2.5
 
 
 def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """Two plates at 45 deg with the neck's pattern of holes on both, between two walls; open where screws are turned."""
+    """Two plates at 45 deg with the neck's pattern of holes on both, between two walls; open to turn the screws."""
     reach = foot_circle(design) + 8.0
     middle = reach + 2 * PLATE  # From the hinge line to the middle of each plate.
     plate = box((2 * reach, 2 * reach, PLATE), (middle, 0, PLATE / 2))
@@ -84,7 +84,7 @@ def build_markers(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
                 count=PER_SECTION,
                 at=(radius, 0.0, 1e3 * float(design.section_length[:n].sum())),
                 thinnest="a finer --nozzle-mm",
-            )  # fmt: skip
+            )
         )
     return tuple(parts)
 

@@ -71,8 +71,8 @@ def find_seat(design: TrunkDesign, options: MakeOptions) -> TipSeat:
     knot = 4 * options.cable
     seat = TipSeat(
         radius=1e3 * float(design.section_radius[-1]), plate=knot + options.hole + 2.2 * options.wall, knot=knot,
-        ring=ring, inner=inner, outer=outer, lip=1.5 * options.wall, lug=1.5 * options.wall, clearance=options.clearance,
-        bore=bore,
+        ring=ring, inner=inner, outer=outer, lip=1.5 * options.wall, lug=1.5 * options.wall,
+        clearance=options.clearance, bore=bore,
     )  # fmt: skip
     _check_room(design, seat, options)
     return seat
@@ -110,7 +110,7 @@ def _check_room(design: TrunkDesign, seat: TipSeat, options: MakeOptions) -> Non
     if seat.bore < options.hole / 2:
         raise DesignError(
             "part gripper: radius of the hole in its tenon", got=Words(f"{seat.bore:.2f} mm"),
-            allowed=f"at least {options.hole / 2:.2f} mm, for its cables: a wider tip, a finer --nozzle-mm or no [gripper]",
+            allowed=f"at least {options.hole / 2:.2f} mm: a wider tip, a finer --nozzle-mm or no [gripper]",
         )  # fmt: skip
     solid, scale = design.solid, 1e3 * float(design.scale[-1])
     cone = seat.outer * math.tan(solid.lean_proximal)

@@ -73,12 +73,12 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
     if radius < 5.0:
         raise DesignError(
             "part drum: radius", got=Words(f"{radius:.2f} mm"),
-            allowed="at least 5 mm: the cable holes at the base lie too near to the motors' axes; another base or motor",
+            allowed="at least 5 mm: the cable holes at the base lie too near to the motors' axes; take another base",
         )  # fmt: skip
     if motor.torque / (1e-3 * radius) < design.cable.tension_max:
         raise DesignError(
             "part drum: tension", got=Words(f"{motor.torque / (1e-3 * radius):.0f} N at most on {radius:.1f} mm"),
-            allowed=f"at least cable.tension_max_n = {design.cable.tension_max:g} N: a stronger motor or a lower tension",
+            allowed=f"at least cable.tension_max_n, {design.cable.tension_max:g} N: a stronger motor or less tension",
         )  # fmt: skip
     travel_in = 1e3 * design.cable_stroke
     half = design.delta_theta / 2

@@ -1,8 +1,8 @@
 """The robot as files for other simulators: MJCF with its meshes, and URDF from the same compiled model.
 
 What is written is what this simulation runs, but for the joint limits: here they are one distance a joint, whose
-softness is tuned after compiling, which no file can say. In the files they are straight lines over a joint's two angles,
-a polygon of `N_SIDES` sides round the same limit.
+softness is tuned after compiling, which no file can say. In the files they are straight lines over a joint's two
+angles, a polygon of `N_SIDES` sides round the same limit.
 """
 
 from __future__ import annotations

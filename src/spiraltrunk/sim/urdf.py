@@ -122,7 +122,7 @@ def _add_link(robot: ET.Element, model: mujoco.MjModel, b: int, meshes: Mapping[
 
 
 def _add_geom(link: ET.Element, model: mujoco.MjModel, g: int, meshes: Mapping[str, str], shift: np.ndarray) -> None:
-    """A geom as what is seen, as what collides, or both; a capsule is seen and touched at its cylinder and two balls."""
+    """A geom as what is seen, as what collides, or both; a capsule is its cylinder and two balls."""
     kind, size = mujoco.mjtGeom(int(model.geom_type[g])), model.geom_size[g]
     pos, turn = model.geom_pos[g] - shift, _to_matrix(model.geom_quat[g])
     shapes: list[tuple[str, dict[str, str], np.ndarray]] = []
