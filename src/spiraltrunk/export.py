@@ -248,14 +248,15 @@ def compute_agreement(design: TrunkDesign, measured: Measured) -> dict[str, dict
     simulated = _measure_simulation(design)
     volume = design.solid.volume * design.scale**3
     density = design.section_mass / volume
+    mass = density * measured.volume
     rows = {
-        "section_length": (_off(measured.section_length, design.section_length), _off(simulated["length"], design.section_length)),
+        "section_length": _both(measured.section_length, simulated["length"], design.section_length),
         "gap_angle": (_off(measured.gap, np.full(design.n_joint, design.joint_limit)), None),
-        "cable_stroke": (abs(measured.stroke / design.cable_stroke - 1), abs(simulated["stroke"] / design.cable_stroke - 1)),
+        "cable_stroke": _both(np.array(measured.stroke), simulated["stroke"], np.array(design.cable_stroke)),
         "volume": (_off(measured.volume, volume), None),
-        "mass": (_off(density * measured.volume, design.section_mass), _off(simulated["mass"], design.section_mass)),
-        "center": (_off(measured.center, design.section_center), _off(simulated["center"], design.section_center)),
-        "inertia": (_off(measured.inertia(density * measured.volume), design.section_inertia), _off(simulated["inertia"], design.section_inertia)),
+        "mass": _both(mass, simulated["mass"], design.section_mass),
+        "center": _both(measured.center, simulated["center"], design.section_center),
+        "inertia": _both(measured.inertia(mass), simulated["inertia"], design.section_inertia),
     }  # fmt: skip
     agreement: dict[str, dict[str, Any]] = {
         name: {"solids": solids, "simulation": simulation, "allowed": 0.01, "unit": "relative"}
@@ -283,6 +284,10 @@ def _measure_simulation(design: TrunkDesign) -> dict[str, Any]:
     from spiraltrunk.sim.trunk_measure import measure_compiled
 
     return measure_compiled(design)
+
+
+def _both(solids: np.ndarray, simulated: Any, wanted: np.ndarray) -> tuple[float, float]:
+    return _off(solids, wanted), _off(np.asarray(simulated), wanted)
 
 
 def _off(values: np.ndarray, wanted: np.ndarray) -> float:

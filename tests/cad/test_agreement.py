@@ -21,12 +21,22 @@ from spiraltrunk.cad.kernel import build_solid, measure_cones, measure_cylinders
 ASKED = {"section_length", "gap_angle", "cable_stroke", "volume", "mass", "center", "inertia", "holes"}
 
 
-def agree(design, options):
+def measure_pieces(design, options):
     pieces = []
     for part in build_trunk(design, options):
         solid = build_solid(part.form)
         pieces.append((part.at[2], measure_cones(solid), measure_cylinders(solid, options.hole / 2)))
-    return compute_agreement(design, measure_trunk(design, pieces))
+    return pieces
+
+
+def agree(design, options):
+    return compute_agreement(design, measure_trunk(design, measure_pieces(design, options)))
+
+
+@pytest.fixture(scope="module")
+def planar():
+    """The pieces of the planar SpiRob, measured."""
+    return measure_pieces(presets.get("spirob-15"), MakeOptions())
 
 
 def assert_agrees(agreement):
@@ -38,8 +48,7 @@ def assert_agrees(agreement):
         assert row["holds"]
 
 
-@pytest.mark.parametrize("name", ["spirob-15", pytest.param("paper", marks=pytest.mark.slow),
-                                  pytest.param("spirob-1m", marks=pytest.mark.slow)])  # fmt: skip
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) for name in ("paper", "spirob-1m")])
 def test_a_preset_agrees(name):
     design = presets.get(name)
     agreement = agree(design, MakeOptions())
@@ -59,16 +68,12 @@ def test_a_drawn_design_agrees(seed):
     assert_agrees(agree(replace(design, gripper=None, cable=cable), MakeOptions(hole_play=0.3)))
 
 
-def test_a_wrong_solid_is_noticed():
+def test_a_preset_agrees_and_a_wrong_solid_is_noticed(planar):
     """A hole 0.2 mm off, a longer section, another gap: each is told of its own row."""
-    design = replace(presets.get("spirob-15"), gripper=None)
-    options = MakeOptions()
-    pieces = []
-    for part in build_trunk(design, options):
-        solid = build_solid(part.form)
-        pieces.append((part.at[2], measure_cones(solid), measure_cylinders(solid, options.hole / 2)))
-    at, cones, holes = pieces[0]
-    moved = holes + [0.2, 0.0, 0.0, 0.0]
+    design = presets.get("spirob-15")
+    assert_agrees(compute_agreement(design, measure_trunk(design, planar)))
+    at, cones, holes = planar[0]
+    moved = holes + np.array([0.2, 0.0, 0.0, 0.0])
     assert not compute_agreement(design, measure_trunk(design, [(at, cones, moved)]))["holes"]["holds"]
     leaning = cones * [1.0, 1.02]
     assert not compute_agreement(design, measure_trunk(design, [(at, leaning, holes)]))["gap_angle"]["holds"]
@@ -78,7 +83,7 @@ def test_a_wrong_solid_is_noticed():
 
 
 def test_sections_and_shells_fill_the_outline():
-    """Body and shells together: the sections' outlines and the joints' cylinders less every hole and gap beside a shell.
+    """Body and shells together: the outlines and the joints' cylinders, less every hole and gap beside a shell.
 
     The printed body without its holes is one polygon; its volume is that of the outlines, less the seats, plus the
     joints' rings between the faces: an exact sum.
@@ -90,9 +95,8 @@ def test_sections_and_shells_fill_the_outline():
     body = build_body(design, MakeOptions())
     whole = compute_volume(Revolved(profile=((0.0, 0.0), *body.profile[1:-1], (0.0, body.end))))
     outlines = 1e9 * float(np.sum(design.solid.volume * design.scale**3))
-    seats = sum(
-        math.pi * (outer**2 - inner**2) * (end - begin) for inner, outer, begin, end in filter(None, body.seats)
-    )
+    kept = [seat for seat in body.seats if seat is not None]
+    seats = sum(math.pi * (outer**2 - inner**2) * (end - begin) for inner, outer, begin, end in kept)
     slope = math.tan(design.solid.lean_proximal) + math.tan(design.solid.lean_distal)
     joints = sum(2 * math.pi / 3 * slope * joint.radius**3 for joint in body.joints)
     assert whole == pytest.approx(outlines - seats + joints, rel=1e-6)

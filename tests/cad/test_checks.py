@@ -89,7 +89,7 @@ def test_an_open_mesh_is_told():
 def test_a_mesh_that_cuts_itself_is_told():
     one = build_mesh(build_solid(rod(4.0, (0, 0, 0), (0, 0, 10))), 0.05)
     both = weld(
-        np.concatenate([one.points, one.points + [3.0, 0.5, 1.0]]),
+        np.concatenate([one.points, one.points + np.array([3.0, 0.5, 1.0])]),
         np.concatenate([one.triangles, one.triangles + len(one.points)]),
     )
     assert probe(one)[0] == 0

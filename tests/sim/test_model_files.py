@@ -95,7 +95,7 @@ def test_a_file_rests_as_the_equilibrium_does(folder):
 
 
 def test_a_full_curl_stays_within_the_limit(folder):
-    """A plain load has no tuned limits: all tension on one cable, the base lying, must neither diverge nor overshoot."""
+    """A plain load has no tuned limits: a cable wound in, the base lying, must neither diverge nor overshoot."""
     model = mujoco.MjModel.from_xml_path(str(folder / "spirob-15" / "trunk.xml"))
     design = presets.get("spirob-15")
     data = mujoco.MjData(model)

@@ -54,14 +54,14 @@ def measure_trunk(design: TrunkDesign, pieces: Sequence[tuple[float, np.ndarray,
         pieces: of each printed piece the place of its bottom on the axis [mm], its leaning faces and its cable holes,
             as `kernel.measure_cones` and `kernel.measure_cylinders` give them.
     """
-    cones = np.concatenate([faces + [at, 0.0] for at, faces, _ in pieces])
+    cones = np.concatenate([faces + np.array([at, 0.0]) for at, faces, _ in pieces])
     apexes = _find_apexes(design, cones[:, 0])
     gap = np.full(design.n_joint, math.nan)
     for i in range(design.n_joint):
         near = np.abs(cones[:, 0] - 1e3 * design.section_length[: i + 1].sum()) < _NEAR
         if np.count_nonzero(near) == 2:
             gap[i] = cones[near, 1].sum()
-    holes = np.concatenate([own + [0, 0, at, at] for at, _, own in pieces])
+    holes = np.concatenate([own + np.array([0.0, 0.0, at, at]) for at, _, own in pieces])
     hole = _find_holes(design, holes)
     bulk = _measure_outlines(design)
     across = hole[1:, 0, 0] - hole[:-1, 0, 1]

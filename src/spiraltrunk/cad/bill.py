@@ -111,9 +111,9 @@ def format_markdown(design: TrunkDesign, rows: Sequence[Row]) -> str:
     lines += ["", "## By material", "", "| material | g | h |", "|---|---|---|"]
     for name in dict.fromkeys(row.material for row in rows if row.mass is not None):
         own = [row for row in rows if row.material == name and row.mass is not None]
-        mass = sum(row.count * (row.mass or 0.0) for row in own)
-        hours = sum(row.count * (row.hours or 0.0) for row in own)
-        lines.append(f"| {name} | {mass:.0f} | {hours:.0f} |")
+        total = sum(row.count * (row.mass or 0.0) for row in own)
+        duration = sum(row.count * (row.hours or 0.0) for row in own)
+        lines.append(f"| {name} | {total:.0f} | {duration:.0f} |")
     return "\n".join(lines) + "\n"
 
 
@@ -138,8 +138,8 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
         solid = design.solid
         through = 1e3 * solid.length - ring * (math.tan(solid.lean_proximal) + math.tan(solid.lean_distal))
         screws = len(between_cables(design))
-        length = 5 * math.ceil((through + 4.0 + 6.0) / 5)
-        rows.append(Row(item=f"screw M4 x {length} with nut", count=screws, material="neck to section 1"))
+        long = 5 * math.ceil((through + 4.0 + 6.0) / 5)
+        rows.append(Row(item=f"screw M4 x {long} with nut", count=screws, material="neck to section 1"))
         if pieces > 1:
             pins = (pieces - 1) * screws
             rows.append(Row(item="steel pin 3 x 16", count=pins, material="between pieces of the trunk"))
@@ -152,11 +152,9 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
         rows.append(Row(item=f"UHMWPE cable {options.cable:g} mm", count=n, material="trunk", note=note))
         rows.append(Row(item="screw M3 x 8", count=4 * n, material="drum to rotor"))
     if "horn" in groups:
-        length = gripper_cable_length(design, options)
+        way = gripper_cable_length(design, options)
         fingers = 0 if design.gripper is None else design.gripper.n_finger
-        note = (
-            f"{length:.0f} mm each, braided of {fingers} strands, which part at the gripper; a knot at each fingertip"
-        )
+        note = f"{way:.0f} mm each, braided of {fingers} strands, which part at the gripper; a knot at each fingertip"
         rows.append(Row(item=f"UHMWPE cable {options.cable:g} mm", count=2, material="gripper", note=note))
         rows.append(Row(item="servo DS-929MG", count=1, material="lid", note="with its round horn and screws"))
     if "housing" in groups:

@@ -44,8 +44,8 @@ def _print_trunk(design: TrunkDesign, made: Sequence[Made], options: MakeOptions
     ]
     if len(pieces) > 1:
         lines.append(
-            f"Join the pieces with {len(between_cables(design))} pins of 3 mm, {PIN_DEPTH:g} mm deep on either side, and "
-            "glue; the cables' pull keeps them shut. Turn the first piece over for printing: its cut end is flat."
+            f"Join the pieces with {len(between_cables(design))} pins of 3 mm, {PIN_DEPTH:g} mm deep on either side, "
+            "and glue; the cables' pull keeps them shut. Turn the first piece over for printing: its cut end is flat."
         )
     if design.gripper is not None and hollow < design.n_joint:
         lines.append(
@@ -80,10 +80,11 @@ def _run_cables(design: TrunkDesign, made: Sequence[Made], options: MakeOptions)
     turns = drum.travel_out / (2 * math.pi * drum.radius) + DEAD_TURNS
     gaps = ", ".join(f"{1e3 * gap:.1f}" for gap in design.straight_gap[[0, design.n_joint // 2, -1]])
     return [
-        f"**Cables**: cut {design.n_cable} of {cable_length(design, options):.0f} mm. Thread from the tip, stopper knot "
-        f"at the tip, through the neck and the lid to the drum ({2 * drum.radius:.1f} mm across). Straight, the gaps "
-        f"are {gaps} mm at the first, middle and last joint.",
-        f"Wind on until the trunk is straight and free of slack, with {turns:.1f} turns on the drum: it then pulls {drum.travel_in:.0f} mm in and pays {drum.travel_out:.0f} mm out.",
+        f"**Cables**: cut {design.n_cable} of {cable_length(design, options):.0f} mm. Thread from the tip, stopper "
+        f"knot at the tip, through the neck and the lid to the drum ({2 * drum.radius:.1f} mm across). Straight, the "
+        f"gaps are {gaps} mm at the first, middle and last joint.",
+        f"Wind on until the trunk is straight and free of slack, with {turns:.1f} turns on the drum: it "
+        f"then pulls {drum.travel_in:.0f} mm in and pays {drum.travel_out:.0f} mm out.",
     ]
 
 
@@ -93,7 +94,8 @@ def _build_gripper(design: TrunkDesign, made: Sequence[Made], options: MakeOptio
     return [
         f"**Gripper**: two cables of {gripper_cable_length(design, options):.0f} mm, each parted into "
         f"{design.gripper.n_finger} strands: one through the inner, one through the outer holes of the fingers, "
-        "knotted at the fingertips; push the tenon into the tip and turn it by a quarter. Tie the cables to the two ends of the double arm, "
+        "knotted at the fingertips; push the tenon into the tip and turn it by a quarter. Tie the cables to the two "
+        "ends of the double arm, "
         f"{find_arm(design, options):.1f} mm from the shaft, at the servo's middle.",
     ]
 
@@ -101,5 +103,6 @@ def _build_gripper(design: TrunkDesign, made: Sequence[Made], options: MakeOptio
 def _fit(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
     return [
         "**Fit**: neck onto section 1 with the long M4 screws, neck's foot onto the lid (6 M4). For measuring, put the "
-        "neck on none, one, two or three wedges: 0, 45, 90 or 135 deg. Then weigh the sections and enter what you find in `trunk.toml`.",
+        "neck on none, one, two or three wedges: 0, 45, 90 or 135 deg. Then weigh the sections "
+        "and enter what you find in `trunk.toml`.",
     ]

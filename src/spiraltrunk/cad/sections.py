@@ -21,7 +21,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
 
 RIM = 0.08
-"""Width of the rims beside a shell's seat over the section's radius [-] (ours: 3.5 mm at the base, 0.8 mm at the tip)."""
+"""Width of the rims beside a shell's seat over the section's radius [-] (ours)."""
 
 PIN, PIN_DEPTH = 3.0, 8.0
 """Diameter and depth of the holes for the pins between two pieces [mm] (ours: steel pins 3 x 16)."""
@@ -71,8 +71,8 @@ def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:
     """Joint ``i`` (from 0), as stiff in bending as the design's EI/L though it is hollow and its length is the gap's.
 
     The design's cylinder has I/L = pi r^4 / (4 l). The printed one is a ring of radius R and bore c as long as the gap
-    there, R (tan lean_proximal + tan lean_distal), so R solves (R^4 - (c/2)^4) / L(R) = r^4 / l. Where the ring would be
-    thinner than two nozzles, there is no bore and the gripper's cables pass beside the joint.
+    there, R (tan lean_proximal + tan lean_distal), so R solves (R^4 - (c/2)^4) / L(R) = r^4 / l. Where the ring would
+    be thinner than two nozzles, there is no bore and the gripper's cables pass beside the joint.
     """
     slope = math.tan(design.solid.lean_proximal) + math.tan(design.solid.lean_distal)
     scale = 1e3 * float(design.scale[i])
@@ -107,8 +107,8 @@ def build_body(design: TrunkDesign, options: MakeOptions) -> Body:
 def build_trunk(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     """The trunk's body in as few pieces as the bed allows, each standing on its end nearer to the base.
 
-    Two pieces meet in a plane through a section, where nothing bends; three pins keep them in line, glue and the pull of
-    the cables keep them together.
+    Two pieces meet in a plane through a section, where nothing bends; three pins keep them in line, glue and the pull
+    of the cables keep them together.
 
     Raises:
         DesignError: where a section alone is larger than the bed.
@@ -244,7 +244,8 @@ def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]
     least = max(1, math.ceil((body.end - bottom) / tall - 1e-9))
     for pieces in range(least, design.n_section):
         wanted = [bottom + (body.end - bottom) * i / pieces for i in range(1, pieces)]
-        cuts = [min((min(max(z, a), b) for a, b in ranges), key=lambda near, z=z: abs(near - z)) for z in wanted]
+        near = [[min(max(z, low), high) for low, high in ranges] for z in wanted]
+        cuts = [places[int(np.argmin(np.abs(np.array(places) - z)))] for places, z in zip(near, wanted, strict=True)]
         ends = [bottom, *cuts, body.end]
         if all(PIN_DEPTH < high - low <= tall for low, high in pairwise(ends)):
             return cuts

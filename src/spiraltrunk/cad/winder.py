@@ -128,17 +128,15 @@ def build_horn(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     arm, hub = find_arm(design, options), options.servo.hub_diameter
     thick, wide = 3.0, max(6.0, options.hole + 4 * options.wall)
     length = max(arm, hub / 2 + 3.0)
-    end = rod(wide / 2, (length, 0, 0), (length, 0, thick))
-    bar = box((2 * length, wide, thick), (0, 0, thick / 2))
-    body = Union(
-        forms=(bar, rod(hub / 2 + 2 * options.wall + 1, (0, 0, 0), (0, 0, thick)), end, rod(wide / 2, (-length, 0, 0), (-length, 0, thick)))
-    )  # fmt: skip
+    ends = [rod(wide / 2, (x, 0, 0), (x, 0, thick)) for x in (length, -length)]
+    middle = rod(hub / 2 + 2 * options.wall + 1, (0, 0, 0), (0, 0, thick))
+    body = Union(forms=(box((2 * length, wide, thick), (0, 0, thick / 2)), middle, *ends))
     ties = [rod(TIE / 2, (x, 0, -1), (x, 0, thick + 1)) for x in (arm, -arm)]
     screws = [rod(0.6, (0, y, -1), (0, y, thick + 1)) for y in (0.42 * hub, -0.42 * hub)]
-    middle = rod(1.2, (0, 0, -1), (0, 0, thick + 1))
+    shaft = rod(1.2, (0, 0, -1), (0, 0, thick + 1))
     part = Part(
         name="horn", group="horn", what=f"double arm of the servo, {arm:.1f} mm to each cable", material=PLA,
-        form=Cut(form=body, tools=(middle, *ties, *screws)), thinnest="a finer --nozzle-mm",
+        form=Cut(form=body, tools=(shaft, *ties, *screws)), thinnest="a finer --nozzle-mm",
         at=(0.0, -options.servo.width, _drum_height(design, options) + 20.0), turn=math.pi / 2,
     )  # fmt: skip
     return (part,)

@@ -102,5 +102,6 @@ def _format_table(result: dict[str, Any], out: str | None) -> str:
         if "holds" in row:
             told = " and ".join(f"{key} {row[key]:.1e}" for key in ("solids", "simulation") if row[key] is not None)
             unit = " m" if row["unit"] == "m" else ""
-            text += f"\n{name}: {told}{unit} off the design, {'holds' if row['holds'] else 'missed'} (allowed {row['allowed']:g}{unit})"
+            verdict = "holds" if row["holds"] else "missed"
+            text += f"\n{name}: {told}{unit} off the design, {verdict} (allowed {row['allowed']:g}{unit})"
     return text if out is None else f"{text}\n{len(result['files'])} files in {out}"

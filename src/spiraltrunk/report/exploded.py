@@ -14,8 +14,9 @@ import numpy as np
 from spiraltrunk.report.solids_picture import PictureSolid, write_exploded, write_sheet
 
 _COLORS = {
-    "trunk": (0.62, 0.67, 0.74), "gripper": (0.86, 0.47, 0.41), "shells": (0.93, 0.78, 0.66), "moulds": (0.80, 0.80, 0.84),
-    "housing": (0.42, 0.47, 0.55), "drums": (0.90, 0.72, 0.30), "horn": (0.90, 0.72, 0.30), "adapter": (0.55, 0.62, 0.55),
+    "trunk": (0.62, 0.67, 0.74), "gripper": (0.86, 0.47, 0.41), "shells": (0.93, 0.78, 0.66),
+    "moulds": (0.80, 0.80, 0.84), "housing": (0.42, 0.47, 0.55), "drums": (0.90, 0.72, 0.30),
+    "horn": (0.90, 0.72, 0.30), "adapter": (0.55, 0.62, 0.55),
     "wedge": (0.66, 0.62, 0.74), "markers": (0.55, 0.72, 0.70),
 }  # fmt: skip
 
@@ -71,7 +72,7 @@ def explode(placed: Sequence[Placed], n_cable: int) -> list[PictureSolid]:
         corners = assembled(part)
         low, high = float(corners[..., 2].min()), float(corners[..., 2].max())
         shift = max(shift, last + _APART - low) if math.isfinite(last) else shift
-        solids += _copies(part, corners + [0.0, 0.0, shift], n_cable)
+        solids += _copies(part, corners + np.array([0.0, 0.0, shift]), n_cable)
         if part.group == "trunk":
             inside = [other for other in placed if other.group == "shells" and low <= other.at[2] < high]
             solids += [_lifted(other, shift) for other in inside]
@@ -104,8 +105,8 @@ def _copies(part: Placed, corners: np.ndarray, n_cable: int) -> list[PictureSoli
 
 def _lifted(part: Placed, shift: float) -> PictureSolid:
     corners = assembled(part)
-    radius = float(corners[..., 0].max())
-    return PictureSolid(name="shells", corners=corners + [1.9 * radius + 25.0, 0.0, shift], color=_COLORS["shells"])
+    beside = np.array([1.9 * float(corners[..., 0].max()) + 25.0, 0.0, shift])
+    return PictureSolid(name="shells", corners=corners + beside, color=_COLORS["shells"])
 
 
 def _has(solids: Sequence[PictureSolid]) -> bool:

@@ -74,7 +74,7 @@ def _add_between(robot: ET.Element, name: str) -> None:
     ET.SubElement(inertial, "origin", xyz="0 0 0", rpy="0 0 0")
     ET.SubElement(inertial, "mass", value=f"{BETWEEN_MASS:g}")
     moments = {f"i{axis}{axis}": f"{BETWEEN_INERTIA:g}" for axis in "xyz"}
-    ET.SubElement(inertial, "inertia", ixy="0", ixz="0", iyz="0", **moments)
+    ET.SubElement(inertial, "inertia", {"ixy": "0", "ixz": "0", "iyz": "0", **moments})
 
 
 def _add_joint(
@@ -115,7 +115,7 @@ def _add_link(robot: ET.Element, model: mujoco.MjModel, b: int, meshes: Mapping[
         ET.SubElement(inertial, "origin", xyz=_format(model.body_ipos[b] - shift), rpy=_format(_to_rpy(turn)))
         ET.SubElement(inertial, "mass", value=f"{model.body_mass[b]:.12g}")
         moments = {f"i{axis}{axis}": f"{value:.12g}" for axis, value in zip("xyz", model.body_inertia[b], strict=True)}
-        ET.SubElement(inertial, "inertia", ixy="0", ixz="0", iyz="0", **moments)
+        ET.SubElement(inertial, "inertia", {"ixy": "0", "ixz": "0", "iyz": "0", **moments})
     first = int(model.body_geomadr[b])
     for g in range(first, first + int(model.body_geomnum[b])):
         _add_geom(link, model, g, meshes, shift)
