@@ -62,6 +62,7 @@ docs: $(STAMP)  ## make the pictures and numbers of README and docs again
 	$(BIN)/python docs/make_pictures.py
 	$(BIN)/python docs/study_forward_models.py
 	$(BIN)/python docs/study_stiffness.py
+	$(BIN)/python docs/make_making.py
 
 clean:  ## remove caches and build products; out and .venv stay
 	rm -rf build dist src/*.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache

@@ -164,12 +164,12 @@ def _make(
     jobs = sorted(definitions, key=lambda part: _HEAVIEST.get(part.group, 9))
     made: dict[str, Made] = {}
     arguments = (request.options, request.part_formats, folder, design.name)
-    if request.workers == 1:
+    if _count_workers(jobs, request.workers) == 1:
         for part in jobs:
             tell(part.name, len(made), len(jobs))
             made[part.name] = workshop.make_part(part, *arguments)
     else:
-        with _open_pool(request.workers) as pool:
+        with _open_pool(_count_workers(jobs, request.workers)) as pool:
             waiting: dict[Future[Made], str] = {
                 pool.submit(workshop.make_part, part, *arguments): part.name for part in jobs
             }
@@ -183,6 +183,12 @@ def _make(
         more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
         raise PartError(f"{faults[0]}{more}")
     return found
+
+
+def _count_workers(jobs: Sequence[Part], most: int) -> int:
+    """Processes that are worth it: each first loads the kernel, which takes as long as a dozen small parts."""
+    heavy = sum(part.group in _HEAVIEST for part in jobs)
+    return max(1, min(most, heavy + (len(jobs) - heavy) // 12))
 
 
 @contextmanager
@@ -228,7 +234,7 @@ def _summarise(design: TrunkDesign, request: Request, made: Sequence[Made], file
         "print_time_h": {name: hours for name, (_, hours) in estimates.items()},
         "curl_overlap_m": check_curl(design).depth,
         "agreement": None,
-        "options": asdict(options),
+        "options": {**asdict(options), "bed": list(options.bed)},
         "formats": list(request.formats),
         "spiraltrunk": spiraltrunk.__version__,
     }

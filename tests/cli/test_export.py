@@ -7,20 +7,21 @@ import json
 import pytest
 
 from spiraltrunk.cli import main
+from spiraltrunk.design import presets
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 
 
 def test_json_alone_on_standard_output(capsys, tmp_path):
     out = str(tmp_path / "made")
-    code = main(["export", "--parts", "horn", "drums", "--formats", "stl", "mjcf", "--out", out, "--json"])
+    code = main(["export", "--parts", "horn", "drums", "--formats", "stl", "urdf", "--out", out, "--json"])
     said = capsys.readouterr()
     result = json.loads(said.out)
     assert code == 0
     assert set(result["checks"]) == {"horn", "drum"}
     assert set(result["checks"]["horn"]) >= {"watertight", "volume_m3", "min_wall_m", "holds"}
     assert "parts/horn.stl" in result["files"]
-    assert result["mass_kg"] == pytest.approx(0.2278, abs=1e-3)
+    assert result["mass_kg"] == presets.PAPER.total_mass
     assert "spiraltrunk: models" in said.err
 
 
@@ -42,7 +43,10 @@ def test_without_out_nothing_is_written(capsys, tmp_path, monkeypatch):
         (["--bed-mm", "1", "2", "3"], "--bed-mm X is 1.0; allowed"),
         (["--seed", "-1"], "--seed"),
         (["nothing.toml"], "nothing.toml"),
-        (["spirob-15", "--parts", "trunk"], "part trunk_1: joint 21 and section 22"),
+        (
+            ["spirob-1m", "--parts", "gripper", "trunk", "--bed-mm", "99", "99", "99"],
+            "trunk is 120.0 mm wide at section 1",
+        ),
     ],
 )
 def test_bad_input_is_one_line(capsys, tmp_path, arguments, line):

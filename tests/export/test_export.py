@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spiraltrunk.cad.catalogue import GROUPS, build_parts
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.design import design_from_rules, load_design, presets
 from spiraltrunk.errors import PartError, UnknownName
@@ -16,7 +17,10 @@ from spiraltrunk.export import Request, check_robot, export_robot
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 
-QUICK = ("drums", "horn", "markers")
+QUICK = ("drums", "horn")
+
+SOME = ("trunk", "gripper", "shells", "housing", "drums", "horn", "adapter")
+"""What is worth a picture; the rest is made in the slow test."""
 
 
 @pytest.fixture(scope="module")
@@ -27,10 +31,10 @@ def short():
 
 @pytest.fixture(scope="module")
 def exported(short, tmp_path_factory):
-    """The whole short robot in all formats, by one process."""
+    """Most of the short robot in all formats, by one process."""
     folder = tmp_path_factory.mktemp("made") / "new" / "robot"
     told = []
-    result = export_robot(short, folder, tell=lambda what, done, total: told.append(what))
+    result = export_robot(short, folder, Request(parts=SOME), tell=lambda what, done, total: told.append(what))
     return folder, result, told
 
 
@@ -170,8 +174,22 @@ def test_a_missing_kernel_is_named(tmp_path, short, monkeypatch):
         export_robot(short, tmp_path / "out", Request(formats=("stl",)))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["paper", "spirob-15", "spirob-1m"])
+def test_every_part_of_a_preset_holds(name):
+    """With the nozzle that the two SpiRobs' tips need."""
+    options = MakeOptions(nozzle=0.4 if name == "paper" else 0.2)
+    result = check_robot(presets.get(name), Request(options=options, workers=2))
+    assert all(check["holds"] for check in result["checks"].values())
+    assert {part.group for part in build_parts(presets.get(name), ["all"], options)} >= set(GROUPS) - {
+        "gripper",
+        "horn",
+    }
+
+
+@pytest.mark.slow
 def test_two_processes_make_the_same(short):
-    request = Request(parts=QUICK, formats=("stl",))
+    request = Request(parts=(*QUICK, "moulds", "markers"), formats=("stl",))
     assert check_robot(short, replace(request, workers=2)) == check_robot(short, request)
 
 
