@@ -130,14 +130,15 @@ def test_a_part_that_fails_leaves_nothing(tmp_path):
     ):
         export_robot(presets.get("spirob-15"), folder, request)
     assert [path.name for path in folder.iterdir()] == ["mine.txt"]
-    with pytest.raises(PartError):
-        export_robot(presets.get("spirob-15"), tmp_path / "fresh" / "deep", request)
+    small = Request(parts=("adapter",), formats=("stl",), options=MakeOptions(bed=(80.0, 80.0, 80.0)))
+    with pytest.raises(PartError, match=r"part adapter: it measures .* the bed"):
+        export_robot(presets.get("spirob-15"), tmp_path / "fresh" / "deep", small)
     assert not (tmp_path / "fresh").exists()
 
 
 def test_an_earlier_export_goes_and_strangers_stay(tmp_path, short):
     folder = tmp_path / "out"
-    export_robot(short, folder, Request(parts=QUICK, formats=("stl", "step")))
+    export_robot(short, folder, Request(parts=("horn",), formats=("stl", "step")))
     (folder / "parts" / "mine.stl").write_text("kept")
     outside = tmp_path / "outside.txt"
     outside.write_text("kept")
