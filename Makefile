@@ -15,7 +15,7 @@ PYTEST := $(BIN)/python -m pytest -n $(JOBS) --maxprocesses=8
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
-venv: $(STAMP)  ## what the other targets need, in .venv (about 1 GB; minutes the first time, nothing after)
+venv: $(STAMP)  ## what the other targets need, in .venv (about 2 GB; minutes the first time, nothing after)
 
 # The stamp comes last and goes first, so that an interrupted installation starts afresh; with a stamp, only what
 # changed is installed. Two makes at once take turns, where there is flock, and the second finds the work done.
@@ -63,6 +63,7 @@ docs: $(STAMP)  ## make the pictures and numbers of README and docs again
 	$(BIN)/python docs/study_forward_models.py
 	$(BIN)/python docs/study_stiffness.py
 	$(BIN)/python docs/study_motion_capture.py
+	$(BIN)/python docs/make_making.py
 
 clean:  ## remove caches and build products; out and .venv stay
 	rm -rf build dist src/*.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache

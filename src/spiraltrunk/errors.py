@@ -69,6 +69,10 @@ class SurveyError(SpiralTrunkError, ValueError):
     """A folder that holds another survey than the one that is asked for."""
 
 
+class PartError(SpiralTrunkError, ValueError):
+    """A part that cannot be made as asked: which, where and by how much."""
+
+
 class RunError(SpiralTrunkError, RuntimeError):
     """A run that cannot start or cannot go on."""
 

@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 
-HEAVY = ("mujoco", "mink", "daqp", "qpsolvers", "matplotlib", "av", "PIL", "rich", "gymnasium")
+HEAVY = ("mujoco", "mink", "daqp", "qpsolvers", "matplotlib", "av", "PIL", "rich", "gymnasium", "build123d", "OCP")
 """Packages that cost time or a display, loaded only by the layer that uses them."""
 
 LIGHT = {"spiraltrunk", "numpy", "scipy", "numba", *sys.stdlib_module_names}
@@ -35,6 +35,10 @@ BREACHES = {
     "mujoco in report": ("report/breach.py", "import mujoco", "dynamics"),
     "matplotlib in sim": ("sim/breach.py", "import matplotlib.pyplot as plt", "pictures"),
     "matplotlib in the loop": ("run.py", "import matplotlib", "pictures"),
+    "build123d in the export": ("export.py", "import build123d", "solids"),
+    "OCP in sim": ("sim/breach.py", "from OCP.gp import gp_Pnt", "solids"),
+    "cad beside sim": ("cad/__init__.py", "import spiraltrunk.sim.breach", "layers"),
+    "export beside record": ("export.py", "import spiraltrunk.record", "layers"),
     "rich in design": ("design/spiral.py", "import rich", "light"),
     "av in model": ("model/cables.py", "import av", "light"),
 }
@@ -44,6 +48,7 @@ CONTRACTS = {
     "layers": "Imports run downwards only",
     "dynamics": "MuJoCo and mink stay in sim and envs",
     "pictures": "matplotlib stays in report",
+    "solids": "build123d stays in cad",
     "light": "design and model need NumPy, SciPy and Numba alone",
 }
 
@@ -99,7 +104,9 @@ def test_design_and_model_import_nothing_else() -> None:
     assert strangers == []
 
 
-@pytest.mark.parametrize("module", ["spiraltrunk", "spiraltrunk.design", "spiraltrunk.model", "spiraltrunk.plant"])
+@pytest.mark.parametrize(
+    "module", ["spiraltrunk", "spiraltrunk.design", "spiraltrunk.model", "spiraltrunk.plant", "spiraltrunk.cli"]
+)
 def test_import_stays_light(module: str) -> None:
     program = f"import sys, {module}; print(*(name for name in {HEAVY!r} if name in sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout

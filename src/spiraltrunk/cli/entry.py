@@ -6,13 +6,13 @@ import os
 from collections.abc import Sequence
 
 from spiraltrunk import __version__
-from spiraltrunk.cli import bench, calibrate, design, grasp, shape, survey, validate
+from spiraltrunk.cli import bench, calibrate, design, export, grasp, shape, survey, validate
 from spiraltrunk.cli.answers import BAD_INPUT, DONE, FAILED, INTERRUPTED, UsageError, complain, put
 from spiraltrunk.cli.options import Parser
 from spiraltrunk.cli.signals import Terminated, raise_signals
 from spiraltrunk.errors import RunError, SpiralTrunkError
 
-VERBS = (design, shape, grasp, survey, validate, calibrate, bench)
+VERBS = (design, shape, grasp, survey, validate, calibrate, export, bench)
 """Modules that each add a verb, in the order of the help."""
 
 

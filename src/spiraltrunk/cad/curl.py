@@ -1,0 +1,102 @@
+"""Whether the curled trunk has room for itself: no two sections overlap when every joint is bent to its limit.
+
+Sections are bodies of revolution about axes in one plane, so two of them overlap deepest in that plane, where they are
+convex polygons.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.design.spiral import radius
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError, Words
+
+TOUCH = 1e-4
+"""Overlap that counts as touching [m]: no printer is truer than this."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Overlap:
+    """The deepest overlap of two sections of the curled trunk."""
+
+    depth: float
+    """How far one is in the other, along the direction in which they part soonest [m]; negative is room."""
+    sections: tuple[int, int]
+    """Which sections, counted from 1 at the base."""
+
+
+def find_overlap(design: TrunkDesign, bend: float | None = None) -> Overlap:
+    """The deepest overlap with every joint bent by ``bend`` in one plane [rad]; the limit if None."""
+    angle = design.joint_limit if bend is None else bend
+    polygons = [_place(design, n, angle) for n in range(design.n_section)]
+    worst = Overlap(depth=-math.inf, sections=(1, 2))
+    for j in range(design.n_section):
+        for i in range(j):
+            depth = _depth(polygons[i], polygons[j])
+            if depth > worst.depth:
+                worst = Overlap(depth=depth, sections=(i + 1, j + 1))
+    return worst
+
+
+def check_curl(design: TrunkDesign) -> Overlap:
+    """The deepest overlap at the joints' limit.
+
+    Raises:
+        DesignError: where sections run into each other; it names them and says by how much.
+    """
+    worst = find_overlap(design)
+    first, second = worst.sections
+    allowed = TOUCH + compute_play(design, second)
+    if worst.depth > allowed:
+        raise DesignError(
+            f"part trunk: overlap of sections {first} and {second} with all joints bent "
+            f"{math.degrees(design.joint_limit):.4g} deg",
+            got=Words(f"{1e3 * worst.depth:.2f} mm"),
+            allowed=f"at most {1e3 * allowed:.2f} mm: a k of (1 + exp(-2 pi b)) / 2 or less",
+        )  # fmt: skip
+    return worst
+
+
+def compute_play(design: TrunkDesign, section: int) -> float:
+    """By how much corners of one turn stand into the sides of the next one though the spiral is compact [m].
+
+    Corners lie on the spiral, sides are its chords and lie inside it by up to r (1 - cos(delta_theta / 2)). With whole
+    sections to a turn, corner meets corner; else a corner meets a side a part p of it from its end, where the chord is
+    4 p (1 - p) of that inside. Skin and shells are soft enough for it.
+    """
+    part = (2 * math.pi / design.delta_theta) % 1.0
+    if min(part, 1.0 - part) < 1e-9:
+        return 0.0
+    theta = design.theta_base - (section - 1) * design.delta_theta
+    return 4 * part * (1 - part) * float(radius(design.spiral, theta)) * (1 - math.cos(design.delta_theta / 2))
+
+
+def _place(design: TrunkDesign, n: int, angle: float) -> np.ndarray:
+    """Outline of section ``n`` in the plane of the curl, shape (6, 2) [m]."""
+    solid, scale = design.solid, float(design.scale[n])
+    local = scale * np.array(
+        [
+            (0.0, 0.0), (solid.rim_start, -solid.radius), (solid.rim_end, -solid.radius), (solid.length, 0.0),
+            (solid.rim_end, solid.radius), (solid.rim_start, solid.radius),
+        ]
+    )  # fmt: skip
+    turns = angle * np.arange(n)
+    steps = design.section_length[:n, None] * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    c, s = math.cos(angle * n), math.sin(angle * n)
+    return np.asarray(local @ np.array([[c, s], [-s, c]]) + steps.sum(axis=0))
+
+
+def _depth(one: np.ndarray, other: np.ndarray) -> float:
+    """Least way that parts two convex polygons; negative where they are apart (separating axes)."""
+    sides = np.concatenate([np.roll(one, -1, axis=0) - one, np.roll(other, -1, axis=0) - other])
+    normals = np.stack([sides[:, 1], -sides[:, 0]], axis=-1)
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    a, b = one @ normals.T, other @ normals.T
+    room = np.maximum(a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0))
+    return float(-room.max())

@@ -1,0 +1,273 @@
+"""Solids as arithmetic: a part is a tree of revolved, straight and cut forms, in plain numbers.
+
+The same tree is built by the geometry kernel (`kernel.build_solid`) and integrated here from its definition alone, so
+that each checks the other. Lengths are in mm, as in the files that leave this folder; angles in rad. Every form has the
+axis of the trunk along z, towards the tip, and the dorsal side along x.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+SAMPLES = 1 << 13
+"""Points that a volume without closed form is integrated with."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Revolved:
+    """A polygon turned about z."""
+
+    profile: tuple[tuple[float, float], ...]
+    """Corners (radius, z), in order round the polygon [mm]."""
+    start: float = 0.0
+    """Angle at which the turn begins [rad]."""
+    arc: float = 2 * math.pi
+    """Angle of the turn, up to a whole one [rad]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Prism:
+    """A polygon in x and y, drawn out along z."""
+
+    corners: tuple[tuple[float, float], ...]
+    """Corners (x, y), in order round the polygon [mm]."""
+    bottom: float
+    """Least z [mm]."""
+    top: float
+    """Largest z [mm]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Moved:
+    """A form turned and shifted."""
+
+    form: Form
+    """What is moved."""
+    T: tuple[tuple[float, ...], ...]
+    """Rigid transform, 4 rows of 4 [-, mm]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Union:
+    """All that is in any of the forms; the largest first, as its volume is taken as it is."""
+
+    forms: tuple[Form, ...]
+    """What is united."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Cut:
+    """A form without what is in the tools."""
+
+    form: Form
+    """What is cut."""
+    tools: tuple[Form, ...]
+    """What is taken away."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Common:
+    """What is in both forms."""
+
+    form: Form
+    """One form, of known volume."""
+    other: Form
+    """The other."""
+
+
+Form = Revolved | Prism | Moved | Union | Cut | Common
+
+
+def rod(radius: float, start: Sequence[float], end: Sequence[float]) -> Form:
+    """A cylinder between two points."""
+    along = np.subtract(end, start)
+    length = float(np.linalg.norm(along))
+    form = Revolved(profile=((0.0, 0.0), (radius, 0.0), (radius, length), (0.0, length)))
+    return Moved(form=form, T=_frame(along / length, start))
+
+
+def box(size: Sequence[float], center: Sequence[float]) -> Prism:
+    """A box along the axes."""
+    x, y, z = (float(value) for value in center)
+    a, b, c = (float(value) / 2 for value in size)
+    return Prism(corners=((x - a, y - b), (x + a, y - b), (x + a, y + b), (x - a, y + b)), bottom=z - c, top=z + c)
+
+
+def shifted(form: Form, by: Sequence[float]) -> Form:
+    """The form somewhere else."""
+    return Moved(form=form, T=((1, 0, 0, float(by[0])), (0, 1, 0, float(by[1])), (0, 0, 1, float(by[2])), (0, 0, 0, 1)))
+
+
+def turned(form: Form, axis: str, angle: float) -> Form:
+    """The form turned about x, y or z by ``angle`` [rad]."""
+    i = "xyz".index(axis)
+    T = np.eye(4)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    T[j, j] = T[k, k] = math.cos(angle)
+    T[k, j], T[j, k] = math.sin(angle), -math.sin(angle)
+    return Moved(form=form, T=tuple(tuple(float(value) for value in row) for row in T))
+
+
+def polar(radius: float, angle: float, z: float) -> tuple[float, float, float]:
+    """The point at a distance from the axis, ``angle`` [rad] from dorsal."""
+    return (radius * math.cos(angle), radius * math.sin(angle), z)
+
+
+def compute_bounds(form: Form) -> np.ndarray:
+    """Box along the axes that holds the form, shape (2, 3) [mm]; it need not be the least."""
+    match form:
+        case Revolved(profile=profile):
+            widest = max(r for r, _ in profile)
+            heights = [z for _, z in profile]
+            return np.array([[-widest, -widest, min(heights)], [widest, widest, max(heights)]])
+        case Prism(corners=corners, bottom=bottom, top=top):
+            plane = np.array(corners)
+            return np.array([[*plane.min(axis=0), bottom], [*plane.max(axis=0), top]])
+        case Moved(form=inner, T=T):
+            low, high = compute_bounds(inner)
+            ends = np.array(
+                [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+            )
+            ends = ends @ np.array(T)[:3, :3].T + np.array(T)[:3, 3]
+            return np.stack([ends.min(axis=0), ends.max(axis=0)])
+        case Union(forms=forms):
+            boxes = np.stack([compute_bounds(part) for part in forms])
+            return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+        case Cut(form=inner):
+            return compute_bounds(inner)
+        case Common(form=inner, other=other):
+            one, two = compute_bounds(inner), compute_bounds(other)
+            return np.stack([np.maximum(one[0], two[0]), np.minimum(one[1], two[1])])
+
+
+def contains(form: Form, points: np.ndarray) -> np.ndarray:
+    """Which points lie in the form; shape (n, 3) [mm] gives shape (n,) [bool]."""
+    match form:
+        case Revolved(profile=profile, start=start, arc=arc):
+            radial = np.stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]], axis=-1)
+            inside = _in_polygon(radial, profile)
+            if arc < 2 * math.pi:
+                inside &= np.mod(np.arctan2(points[:, 1], points[:, 0]) - start, 2 * math.pi) <= arc
+            return inside
+        case Prism(corners=corners, bottom=bottom, top=top):
+            return _in_polygon(points[:, :2], corners) & (points[:, 2] >= bottom) & (points[:, 2] <= top)
+        case Moved(form=inner, T=T):
+            turn = np.array(T)
+            return contains(inner, (points - turn[:3, 3]) @ turn[:3, :3])
+        case Union(forms=forms):
+            return _in_any(forms, points)
+        case Cut(form=inner, tools=tools):
+            return contains(inner, points) & ~_in_any(tools, points)
+        case Common(form=inner, other=other):
+            return contains(inner, points) & contains(other, points)
+
+
+def compute_volume(form: Form) -> float:
+    """Volume of the form [mm^3]: closed for revolved and straight forms, else integrated over the smaller ones.
+
+    A union is its first form and of each further one the share that is in none before it; a cut takes from its form
+    the share of each tool that is in the form and in no tool before it. Such shares are means over a fixed sequence of
+    points of low discrepancy (Halton) in the tool or form, so that the same form has the same volume every time.
+    """
+    match form:
+        case Revolved(profile=profile, arc=arc):
+            return arc * _turned_area(profile)
+        case Prism(corners=corners, bottom=bottom, top=top):
+            return abs(_area(corners)) * (top - bottom)
+        case Moved(form=inner):
+            return compute_volume(inner)
+        case Union(forms=forms):
+            return sum(
+                compute_volume(part) * (1.0 - _share(part, lambda points, n=i: _in_any(forms[:n], points)))
+                for i, part in enumerate(forms)
+            )
+        case Cut(form=inner, tools=tools):
+            whole = compute_volume(inner)
+            return whole - sum(_compute_taken(inner, whole, tools, i) for i in range(len(tools)))
+        case Common(form=inner, other=other):
+            return compute_volume(inner) * _share(inner, lambda points: contains(other, points))
+
+
+def _compute_taken(form: Form, whole: float, tools: tuple[Form, ...], i: int) -> float:
+    """Volume that tool ``i`` takes from a form of volume ``whole``, less what the tools before it took."""
+    size = compute_volume(tools[i])
+    if size < whole:
+        return size * _share(tools[i], lambda points: contains(form, points) & ~_in_any(tools[:i], points))
+    return whole * _share(form, lambda points: contains(tools[i], points) & ~_in_any(tools[:i], points))
+
+
+def _share(form: Form, test) -> float:  # type: ignore[no-untyped-def]
+    """Part of a form's volume at which the test holds [-]."""
+    low, high = compute_bounds(form)
+    points = low + _unit_points() * (high - low)
+    points = points[contains(form, points)]
+    return float(np.mean(test(points))) if len(points) else 0.0
+
+
+def _unit_points() -> np.ndarray:
+    """Halton's sequence in the unit cube, shape (SAMPLES, 3)."""
+    if not _CUBE:
+        columns = []
+        for base in (2, 3, 5):
+            number, scale, value = np.arange(1, SAMPLES + 1), 1.0, np.zeros(SAMPLES)
+            while number.any():
+                scale /= base
+                value += scale * (number % base)
+                number //= base
+            columns.append(value)
+        _CUBE.append(np.stack(columns, axis=-1))
+    return _CUBE[0]
+
+
+_CUBE: list[np.ndarray] = []
+
+
+def _in_any(forms: Sequence[Form], points: np.ndarray) -> np.ndarray:
+    inside = np.zeros(len(points), dtype=bool)
+    for form in forms:
+        low, high = compute_bounds(form)
+        near = np.flatnonzero(~inside & (points >= low).all(axis=1) & (points <= high).all(axis=1))
+        inside[near] = contains(form, points[near]) if len(near) else False
+    return inside
+
+
+def _in_polygon(points: np.ndarray, corners: Sequence[tuple[float, float]]) -> np.ndarray:
+    """Even-odd rule, edge by edge."""
+    inside = np.zeros(len(points), dtype=bool)
+    x, y = points[:, 0], points[:, 1]
+    for (x0, y0), (x1, y1) in zip(corners, (*corners[1:], corners[0]), strict=True):
+        if y0 != y1:
+            inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * ((x1 - x0) / (y1 - y0)))
+    return inside
+
+
+def _area(corners: Sequence[tuple[float, float]]) -> float:
+    x, y = np.array(corners).T
+    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+
+
+def _turned_area(profile: Sequence[tuple[float, float]]) -> float:
+    """First moment of a polygon about the axis: times the angle, the volume (Pappus) [mm^3]."""
+    r, z = np.array(profile).T
+    after, above = np.roll(r, -1), np.roll(z, -1)
+    return abs(float(np.sum((r * above - after * z) * (r + after)) / 6))
+
+
+def _frame(direction: np.ndarray, origin: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+    """Rigid transform that takes z to ``direction`` and the origin to ``origin``."""
+    other = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    x = np.cross(other, direction)
+    x /= np.linalg.norm(x)
+    rows = np.column_stack([x, np.cross(direction, x), direction, np.asarray(origin, float)])
+    return (*(tuple(float(value) for value in row) for row in rows), (0.0, 0.0, 0.0, 1.0))

@@ -1,0 +1,129 @@
+"""What the maker chooses, and the measures of what is bought."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import final
+
+from spiraltrunk.design.checks import check_count, check_number
+from spiraltrunk.errors import DesignError
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Motor:
+    """The winder's motor, RoboMaster GM6020, in mm."""
+
+    diameter: float = 66.7
+    """Outer diameter (maker's data)."""
+    height: float = 45.0
+    """Height with rotor (maker's data)."""
+    floor_circle: float = 56.0
+    """Pitch circle of the four M4 screws that hold it to the floor: unconfirmed, measure your motor."""
+    rotor_circle: float = 28.0
+    """Pitch circle of the four M3 screws that hold the drum: unconfirmed, measure your motor."""
+    torque: float = 2.22
+    """Largest torque [N m] (0.741 N m/A at 3 A)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Servo:
+    """The gripper's servo, DS-929MG, of the 9 g class; no data sheet could be found, so all is unconfirmed. In mm."""
+
+    length: float = 23.0
+    """Length of the body."""
+    width: float = 12.2
+    """Width of the body."""
+    lug_pitch: float = 28.0
+    """Distance between the screws in its lugs."""
+    shaft_offset: float = 5.9
+    """Distance of the shaft from the near end of the body."""
+    hub_diameter: float = 7.2
+    """Diameter of the round horn's hub, which comes with the servo; the double arm is screwed onto that horn."""
+    turn: float = 90.0
+    """Turn to either side [deg] (paper: 90 deg open, 90 deg closed)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Flange:
+    """Robot flange ISO 9409-1-50-4-M6, in mm."""
+
+    pitch_circle: float = 50.0
+    """Circle of the four M6 screws (the standard's designation)."""
+    pilot: float = 31.5
+    """Centring recess in the robot's flange (the standard: H7)."""
+    pilot_height: float = 4.0
+    """Height of the spigot that goes into it (ours: less than the recess is deep)."""
+    dowel: float = 6.0
+    """Dowel hole, on the pitch circle, 45 deg from the screws (the standard: H7)."""
+    outer: float = 63.0
+    """Outer diameter of the robot's flange (the standard)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class MakeOptions:
+    """How the parts are made; lengths in mm."""
+
+    nozzle: float = 0.4
+    """Diameter of the nozzle; walls and elastic joints are at least two of it."""
+    bed: tuple[float, float, float] = (256.0, 256.0, 256.0)
+    """Room of the printer (Bambu X1-Carbon, the paper's)."""
+    tolerance: float = 0.05
+    """Largest distance of the meshes from the solids."""
+    seed: int = 0
+    """What the wrinkles of the shells are drawn from."""
+    cable: float = 0.5
+    """Diameter of the UHMWPE cables (ours: braid of some 500 N)."""
+    hole_play: float = 0.5
+    """Diameter of a cable's hole less that of the cable (ours)."""
+    shell_depth: float = 0.2
+    """Part of a section's radius that is cut off for the silicone shell [-] (paper: 20 % of the periphery is cut off;
+    that this is a fifth of the radius is our reading)."""
+    shell_grip: float = 0.03
+    """Inner radius of a shell below its seat's, so that it clings [-] (ours)."""
+    n_wrinkle: int = 9
+    """Horizontal cuts in each shell (ours; the paper gives no number)."""
+    clearance: float = 0.2
+    """Gap between parts that move in each other (ours)."""
+    plate: float = 5.0
+    """Thickness of plates that carry motors and arm (ours)."""
+    rim: float = 2.4
+    """Thickness of the housing's wall (ours: six lines of 0.4 mm)."""
+    motor: Motor = field(default_factory=Motor)
+    """The winders' motors."""
+    servo: Servo = field(default_factory=Servo)
+    """The gripper's servo."""
+    flange: Flange = field(default_factory=Flange)
+    """The arm's flange."""
+
+    def __post_init__(self) -> None:
+        check_number("nozzle_mm", self.nozzle, least=0.05, most=1.5)
+        check_number("tolerance_mm", self.tolerance, least=0.005, most=0.5)
+        check_count("seed", self.seed, least=0, most=2**32 - 1)
+        if not isinstance(self.bed, tuple) or len(self.bed) != 3:
+            raise DesignError("bed_mm", got=self.bed, allowed="three lengths, X Y Z")
+        for axis, size in zip("XYZ", self.bed, strict=True):
+            check_number(f"bed_mm {axis}", size, least=40.0, most=5000.0)
+        check_number("shell_depth", self.shell_depth, above=0.0, below=0.4)
+        check_number("shell_grip", self.shell_grip, least=0.0, below=0.2)
+        check_count("n_wrinkle", self.n_wrinkle, least=0, most=40)
+        for name in ("cable", "hole_play", "clearance", "plate", "rim"):
+            check_number(name, getattr(self, name), above=0.0, below=50.0)
+
+    @property
+    def least_wall(self) -> float:
+        """Thinnest wall that is let through: two lines."""
+        return 2 * self.nozzle
+
+    @property
+    def wall(self) -> float:
+        """Wall that parts are made with where room is scarce: facets may lie the tolerance within both its faces."""
+        return self.least_wall + 2 * self.tolerance
+
+    @property
+    def hole(self) -> float:
+        """Diameter of a cable's hole."""
+        return self.cable + self.hole_play

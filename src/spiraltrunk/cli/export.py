@@ -1,0 +1,107 @@
+"""``spiraltrunk export``: printable parts and simulation models of a design."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import TYPE_CHECKING, Any
+
+from spiraltrunk.cli.answers import DONE, FAILED, Answer, check_folder, format_json
+from spiraltrunk.cli.options import add_parser, read_number, read_seed, read_text
+from spiraltrunk.cli.progress import show_progress
+
+if TYPE_CHECKING:
+    from spiraltrunk.export import Request
+
+_MOST_WORKERS = 4
+"""Most processes that make parts: each holds the kernel in memory, and few parts take long."""
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb and its arguments."""
+    parser = add_parser(verbs, "export", _run, "printable parts and simulation models, checked (extra cad)")
+    parser.add_argument(
+        "design", type=read_text, nargs="?", default="paper", metavar="DESIGN",
+        help="a preset or a TOML file (default paper); before --parts and --formats, if these are given",
+    )  # fmt: skip
+    parser.add_argument(
+        "--parts", type=read_text, nargs="+", default=["all"], metavar="NAME",
+        help="all (default), or some of trunk, gripper, shells, moulds, housing, drums, horn, adapter, wedge, markers",
+    )  # fmt: skip
+    parser.add_argument(
+        "--formats", type=read_text, nargs="+", default=["step", "stl", "3mf", "mjcf", "urdf"], metavar="FORMAT",
+        help="of parts: step, stl, 3mf; of the whole robot: mjcf, urdf (default all)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--tolerance-mm", type=read_number, default=0.05, metavar="MM", help="of the meshes (default 0.05)"
+    )
+    parser.add_argument("--nozzle-mm", type=read_number, default=0.4, metavar="MM", help="the printer's (default 0.4)")
+    parser.add_argument(
+        "--bed-mm", type=read_number, nargs=3, default=[256.0] * 3, metavar=("X", "Y", "Z"),
+        help="the printer's room (default 256 256 256): the trunk is split to fit",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seed", type=read_seed, default=0, help="what the shells' wrinkles are drawn from (default 0)"
+    )
+    parser.add_argument("--out", type=read_text, metavar="DIR", help="write there; without it parts are only checked")
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    if arguments.out is not None:
+        check_folder(arguments.out)
+    from spiraltrunk.design import load_design
+    from spiraltrunk.export import check_robot, export_robot
+
+    request = _build_request(arguments)
+    design = load_design(arguments.design)
+    with show_progress(sys.stderr) as tell:
+        if arguments.out is None:
+            result = check_robot(design, request, tell=tell)
+        else:
+            result = export_robot(design, arguments.out, request, tell=tell)
+    agreement = result["agreement"] or {}
+    code = DONE if all(row.get("holds", True) for row in agreement.values()) else FAILED
+    return code, format_json(result) if arguments.json else _format_table(result, arguments.out)
+
+
+def _build_request(arguments: argparse.Namespace) -> Request:
+    """What was asked for.
+
+    Raises:
+        UnknownName: for a part or a format that does not exist.
+        DesignError: for a number out of range, named as it is typed.
+    """
+    from spiraltrunk.cad.options import MakeOptions
+    from spiraltrunk.errors import DesignError
+    from spiraltrunk.export import Request
+
+    try:
+        options = MakeOptions(
+            nozzle=float(arguments.nozzle_mm), tolerance=float(arguments.tolerance_mm), seed=arguments.seed,
+            bed=tuple(float(size) for size in arguments.bed_mm),  # type: ignore[arg-type]
+        )  # fmt: skip
+    except DesignError as error:
+        raise DesignError(f"--{error.name.replace('_', '-')}", got=error.got, allowed=error.allowed) from None
+    workers = min(_MOST_WORKERS, len(os.sched_getaffinity(0)))
+    return Request(
+        parts=tuple(arguments.parts), formats=tuple(arguments.formats), options=options, workers=workers
+    )  # fmt: skip
+
+
+def _format_table(result: dict[str, Any], out: str | None) -> str:
+    from spiraltrunk.report import format_table
+
+    rows = [
+        (name, f"{1e6 * check['volume_m3']:.2f}", f"{1e3 * check['min_wall_m']:.2f}",
+         f"{1e3 * result['print_mass_kg'][name]:.1f}", "holds" if check["holds"] else "; ".join(check["faults"]))
+        for name, check in result["checks"].items()
+    ]  # fmt: skip
+    text = format_table(rows, header=("part", "cm^3", "wall mm", "g", "")) if rows else "no parts"
+    for name, row in (result["agreement"] or {}).items():
+        if "holds" in row:
+            told = " and ".join(f"{key} {row[key]:.1e}" for key in ("solids", "simulation") if row[key] is not None)
+            unit = " m" if row["unit"] == "m" else ""
+            verdict = "holds" if row["holds"] else "missed"
+            text += f"\n{name}: {told}{unit} off the design, {verdict} (allowed {row['allowed']:g}{unit})"
+    return text if out is None else f"{text}\n{len(result['files'])} files in {out}"

@@ -1,0 +1,342 @@
+"""The maker's output: parts, models, bill, guide and pictures of one design in one folder, all of them or none."""
+
+from __future__ import annotations
+
+import json
+import re
+import secrets
+import shutil
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+import spiraltrunk
+from spiraltrunk.cad import workshop
+from spiraltrunk.cad.agreement import Measured, measure_trunk
+from spiraltrunk.cad.bill import build_bill, estimate_print, format_csv, format_markdown
+from spiraltrunk.cad.catalogue import build_parts, check_groups
+from spiraltrunk.cad.curl import check_curl
+from spiraltrunk.cad.guide import format_guide
+from spiraltrunk.cad.kernel import check_packages
+from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.part import Part
+from spiraltrunk.cad.workshop import Made
+from spiraltrunk.design.files import write_design
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import PartError, UnknownName
+from spiraltrunk.report.exploded import Placed, write_pictures
+
+MODEL_FORMATS = ("mjcf", "urdf")
+"""Formats of the whole robot for simulators."""
+
+FORMATS = (*workshop.FORMATS, *MODEL_FORMATS)
+"""Everything that `--formats` may ask for."""
+
+Tell = Callable[[str, int, int], None]
+"""Called with what is being made, how much of it is done and how much there is."""
+
+_OURS = re.compile(r"(?:(?:parts|models|models/assets|pictures)/)?[A-Za-z0-9_]+(?:\.[A-Za-z0-9]+)+")
+"""Paths below the folder that an export may have written."""
+
+_HEAVIEST = {"trunk": 0, "gripper": 1, "housing": 2}
+"""What takes longest is begun first."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Request:
+    """What is to be made of a design."""
+
+    parts: tuple[str, ...] = ("all",)
+    """Groups of parts (`cad.catalogue.GROUPS`), or "all"."""
+    formats: tuple[str, ...] = FORMATS
+    """Formats of parts and models."""
+    options: MakeOptions = field(default_factory=MakeOptions)
+    """How the parts are made."""
+    workers: int = 1
+    """Processes that make parts; more than one need a main module that can be imported."""
+
+    def __post_init__(self) -> None:
+        check_groups(self.parts)
+        for name in self.formats:
+            if name not in FORMATS:
+                raise UnknownName("format", name, FORMATS)
+
+    @property
+    def part_formats(self) -> tuple[str, ...]:
+        """The formats of parts that are asked for."""
+        return tuple(name for name in self.formats if name in workshop.FORMATS)
+
+    @property
+    def model_formats(self) -> tuple[str, ...]:
+        """The formats of models that are asked for."""
+        return tuple(name for name in self.formats if name in MODEL_FORMATS)
+
+
+def export_robot(
+    design: TrunkDesign, folder: str | Path, request: Request | None = None, *, tell: Tell | None = None
+) -> dict[str, Any]:
+    """Make and check everything, then put it into the folder; where anything fails, the folder stays as it was.
+
+    Args:
+        design: the robot.
+        folder: where to, made where it is missing. What an earlier export left there goes.
+        request: what to make; everything by default.
+        tell: called as the work goes on.
+
+    Returns:
+        What was made, ready for JSON: ``files, checks, mass_kg`` and more.
+
+    Raises:
+        PartError: for a part that fails its checks: which, where and by how much.
+        DesignError: for a design that a part cannot be derived from.
+        MissingPackage: where build123d is needed and not installed.
+        OSError: where the folder cannot be written.
+    """
+    request, tell = request or Request(), tell or _tell_nobody
+    definitions: tuple[Part, ...] = ()
+    if request.part_formats:
+        check_packages()
+        check_curl(design)
+        definitions = build_parts(design, request.parts, request.options)
+    with _open_export(folder) as draft:
+        result = _fill(design, draft, request, definitions, tell)
+    return result
+
+
+def check_robot(design: TrunkDesign, request: Request | None = None, *, tell: Tell | None = None) -> dict[str, Any]:
+    """Make and check everything as `export_robot` does, and write nothing; ``files`` is empty.
+
+    Raises:
+        As `export_robot`, but for OSError.
+    """
+    request = request or Request()
+    check_packages()
+    check_curl(design)
+    definitions = build_parts(design, request.parts, request.options)
+    made = _make(design, None, request, definitions, tell or _tell_nobody)
+    return _summarise(design, request, made, ())
+
+
+def _fill(
+    design: TrunkDesign, draft: Path, request: Request, definitions: tuple[Part, ...], tell: Tell
+) -> dict[str, Any]:
+    """Write everything into the draft."""
+    made: list[Made] = []
+    if definitions:
+        (draft / "parts").mkdir()
+        made = _make(design, draft / "parts", request, definitions, tell)
+        tell("pictures", 0, 1)
+        _draw(design, made, draft / "pictures")
+        rows = build_bill(design, made, request.options)
+        (draft / "bom.md").write_text(format_markdown(design, rows))
+        (draft / "bom.csv").write_text(format_csv(rows))
+        (draft / "guide.md").write_text(format_guide(design, made, request.options))
+    if request.model_formats:
+        from spiraltrunk.sim.model_files import write_models
+
+        tell("models", 0, 1)
+        write_models(design, draft / "models", request.model_formats)
+    write_design(design, draft / "trunk.toml")
+    files = tuple(
+        sorted({*(str(path.relative_to(draft)) for path in draft.rglob("*") if path.is_file()), "result.json"})
+    )
+    result = _summarise(design, request, made, files)
+    (draft / "result.json").write_text(json.dumps(result, indent=2, allow_nan=False) + "\n")
+    return result
+
+
+def _make(
+    design: TrunkDesign, folder: Path | None, request: Request, definitions: tuple[Part, ...], tell: Tell
+) -> list[Made]:
+    """All parts, in the order of their definitions.
+
+    Raises:
+        PartError: with the first fault, and how many there are.
+    """
+    jobs = sorted(definitions, key=lambda part: _HEAVIEST.get(part.group, 9))
+    made: dict[str, Made] = {}
+    arguments = (request.options, request.part_formats, folder, design.name)
+    if _count_workers(jobs, request.workers) == 1:
+        for part in jobs:
+            tell(part.name, len(made), len(jobs))
+            made[part.name] = workshop.make_part(part, *arguments)
+    else:
+        with _open_pool(_count_workers(jobs, request.workers)) as pool:
+            waiting: dict[Future[Made], str] = {
+                pool.submit(workshop.make_part, part, *arguments): part.name for part in jobs
+            }
+            tell("parts", 0, len(jobs))
+            for done in as_completed(waiting):
+                made[waiting[done]] = done.result()
+                tell(waiting[done], len(made), len(jobs))
+    found = [made[part.name] for part in definitions]
+    faults = [f"part {one.part.name}: {fault}" for one in found for fault in one.finding.faults]
+    if faults:
+        more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+        raise PartError(f"{faults[0]}{more}")
+    return found
+
+
+def _count_workers(jobs: Sequence[Part], most: int) -> int:
+    """Processes that are worth it: each first loads the kernel, which takes as long as a dozen small parts."""
+    heavy = sum(part.group in _HEAVIEST for part in jobs)
+    return max(1, min(most, heavy + (len(jobs) - heavy) // 12))
+
+
+@contextmanager
+def _open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes that start afresh; when the work is cut short, none goes on with what is waiting."""
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_ignore_interrupts)
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _ignore_interrupts() -> None:
+    """Ctrl-C goes to all processes of a terminal; the first one decides."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _draw(design: TrunkDesign, made: Sequence[Made], folder: Path) -> None:
+    placed = [
+        Placed(
+            name=one.part.name,
+            group=one.part.group,
+            note=one.part.what,
+            count=one.part.count,
+            corners=one.mesh.corners,
+            at=one.part.at,
+            turn=one.part.turn,
+        )
+        for one in made
+    ]
+    write_pictures(placed, folder, title=" ".join(design.name.split()), n_cable=design.n_cable)
+
+
+def _summarise(design: TrunkDesign, request: Request, made: Sequence[Made], files: tuple[str, ...]) -> dict[str, Any]:
+    options = request.options
+    estimates = {one.part.name: estimate_print(one, options) for one in made}
+    result: dict[str, Any] = {
+        "design": design.name,
+        "files": list(files),
+        "checks": {one.part.name: one.checks for one in made},
+        "mass_kg": design.total_mass,
+        "print_mass_kg": {name: 1e-3 * mass for name, (mass, _) in estimates.items()},
+        "print_time_h": {name: hours for name, (_, hours) in estimates.items()},
+        "curl_overlap_m": check_curl(design).depth,
+        "agreement": None,
+        "options": {**asdict(options), "bed": list(options.bed)},
+        "formats": list(request.formats),
+        "spiraltrunk": spiraltrunk.__version__,
+    }
+    pieces = [(one.part.at[2], one.cones, one.cylinders) for one in made if one.part.group == "trunk"]
+    if pieces:
+        result["agreement"] = compute_agreement(design, measure_trunk(design, pieces))
+    return result
+
+
+def compute_agreement(design: TrunkDesign, measured: Measured) -> dict[str, dict[str, Any]]:
+    """How far the solids and MuJoCo's compiled trunk are from the design: relative errors, for holes in metres.
+
+    Masses of a design may be weighed on a print; then the solids have none of their own, and what their volumes stand
+    for is the density that the masses mean. The same holds for a centre of mass that was measured: how far the even
+    solid's lies off is told and not judged.
+    """
+    simulated = _measure_simulation(design)
+    volume = design.solid.volume * design.scale**3
+    density = design.section_mass / volume
+    mass = density * measured.volume
+    rows = {
+        "section_length": _both(measured.section_length, simulated["length"], design.section_length),
+        "gap_angle": (_off(measured.gap, np.full(design.n_joint, design.joint_limit)), None),
+        "cable_stroke": _both(np.array(measured.stroke), simulated["stroke"], np.array(design.cable_stroke)),
+        "volume": (_off(measured.volume, volume), None),
+        "mass": _both(mass, simulated["mass"], design.section_mass),
+        "center": _both(measured.center, simulated["center"], design.section_center),
+        "inertia": _both(measured.inertia(mass), simulated["inertia"], design.section_inertia),
+    }  # fmt: skip
+    agreement: dict[str, dict[str, Any]] = {
+        name: {"solids": solids, "simulation": simulation, "allowed": 0.01, "unit": "relative"}
+        for name, (solids, simulation) in rows.items()
+    }
+    holes = measured.hole[:-1] if design.gripper is not None else measured.hole
+    wanted = design.hole_position[: len(holes), None]
+    agreement["holes"] = {
+        "solids": float(np.abs(holes - wanted).max()), "simulation": simulated["hole"], "allowed": 1e-4, "unit": "m",
+    }  # fmt: skip
+    for name, row in agreement.items():
+        is_measured = name == "center" and design.mass.center_fraction is not None
+        row["judged"] = "the simulation alone: the design's centre was measured" if is_measured else "both"
+        values = [row["simulation"]] if is_measured else [row["solids"], row["simulation"]]
+        row["holds"] = all(value is None or value <= row["allowed"] for value in values)
+    agreement["density"] = {
+        "kg_per_m3": [float(value) for value in density],
+        "weighed": design.mass.sections is not None,
+    }
+    return agreement
+
+
+def _measure_simulation(design: TrunkDesign) -> dict[str, Any]:
+    """The same quantities of MuJoCo's compiled trunk, its holes in the faces."""
+    from spiraltrunk.sim.trunk_measure import measure_compiled
+
+    return measure_compiled(design)
+
+
+def _both(solids: np.ndarray, simulated: Any, wanted: np.ndarray) -> tuple[float, float]:
+    return _off(solids, wanted), _off(np.asarray(simulated), wanted)
+
+
+def _off(values: np.ndarray, wanted: np.ndarray) -> float:
+    return float(np.abs(np.asarray(values) / wanted - 1).max())
+
+
+@contextmanager
+def _open_export(folder: str | Path) -> Iterator[Path]:
+    """A draft folder whose files move to ``folder`` at the end of the block; what an earlier export left there goes."""
+    target = Path(folder)
+    made = [path for path in (target, *target.parents) if not path.exists()]
+    draft = target / f".{secrets.token_hex(8)}"
+    try:
+        try:
+            draft.mkdir(parents=True)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(target)) from None
+        yield draft
+        for name in _read_earlier(target):
+            (target / name).unlink(missing_ok=True)
+        files = [path for path in draft.rglob("*") if path.is_file()]
+        for path in sorted(files, key=lambda path: path.name == "result.json"):
+            goal = target / path.relative_to(draft)
+            goal.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(goal)
+        shutil.rmtree(draft)
+    except BaseException:
+        shutil.rmtree(draft, ignore_errors=True)
+        for path in made:
+            with suppress(OSError):  # Somebody else has put something there, or it was never made.
+                path.rmdir()
+        raise
+
+
+def _read_earlier(target: Path) -> list[str]:
+    """Files that an earlier export says it wrote; nothing that could lie elsewhere."""
+    try:
+        found = json.loads((target / "result.json").read_text())
+        names = found["files"] if "checks" in found else []
+        return [name for name in names if isinstance(name, str) and _OURS.fullmatch(name)]
+    except (OSError, ValueError, TypeError, KeyError):
+        return []
+
+
+def _tell_nobody(what: str, done: int, total: int) -> None:
+    """Say nothing."""

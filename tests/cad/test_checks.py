@@ -1,0 +1,167 @@
+"""The checks find what is wrong with a mesh, and find nothing wrong with a sound one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk.cad.forms import Cut, Union, box, compute_volume, rod, shifted
+from spiraltrunk.cad.mesh import Mesh, weld, write_3mf, write_stl
+from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.part import PLA, Part
+from spiraltrunk.errors import DesignError
+
+pytest.importorskip("build123d", reason="solids need the extra cad")
+pytest.importorskip("embreex", reason="walls need the extra cad")
+
+from spiraltrunk.cad.checks import check_part, probe
+from spiraltrunk.cad.kernel import (
+    build_mesh,
+    build_solid,
+    measure_bulk,
+    measure_cylinders,
+    read_step_volume,
+    write_step,
+)
+
+OPTIONS = MakeOptions()
+
+
+def check(form, options=OPTIONS, expected=None):
+    part = Part(
+        name="thing", group="wedge", what="", material=PLA, form=form, thinnest="more of it", landmarks=((0.0, "foot"),)
+    )
+    solid = build_solid(form)
+    mesh = build_mesh(solid, options.tolerance)
+    return check_part(part, solid, mesh, compute_volume(form) if expected is None else expected, options)
+
+
+def tube(wall: float) -> Cut:
+    return Cut(form=rod(5.0, (0, 0, 0), (0, 0, 10)), tools=(rod(5.0 - wall, (0, 0, -1), (0, 0, 11)),))
+
+
+@pytest.mark.parametrize("wall", [0.5, 0.75, 0.85, 2.0])
+def test_a_wall_is_measured(wall):
+    finding = check(tube(wall))
+    assert finding.min_wall == pytest.approx(wall, abs=2 * OPTIONS.tolerance)
+    assert finding.holds == (wall >= OPTIONS.least_wall)
+
+
+def test_a_thin_wall_is_told_with_place_and_remedy():
+    fault = check(tube(0.5)).faults[0]
+    assert fault.startswith("foot, at z = ")
+    assert "too thin; allowed: at least 0.8 mm, two nozzles: more of it" in fault
+
+
+def test_a_hole_that_breaks_out_is_told():
+    """Its wall is nothing, and the definition's volume still agrees."""
+    plate = Cut(form=box((20, 20, 10), (0, 0, 0)), tools=(rod(2.0, (7.7, 0, -9), (7.7, 0, 9)),))
+    assert check(plate).min_wall == pytest.approx(0.3, abs=0.02)
+    assert not check(plate).holds
+
+
+def test_two_pieces_are_no_part():
+    apart = Union(forms=(box((2, 2, 2), (0, 0, 0)), box((2, 2, 2), (9, 0, 0))))
+    assert any("pieces" in fault for fault in check(apart).faults)
+
+
+def test_a_wrong_volume_is_told():
+    assert any("allowed: within 1 %" in fault for fault in check(box((9, 9, 9), (0, 0, 0)), expected=700.0).faults)
+
+
+def test_a_part_larger_than_the_bed_is_told():
+    small = replace(OPTIONS, bed=(50.0, 40.0, 45.0))
+    assert check(box((40, 50, 45), (0, 0, 0)), small).holds
+    assert any("the bed" in fault for fault in check(box((51, 40, 45), (0, 0, 0)), small).faults)
+
+
+def test_an_open_mesh_is_told():
+    mesh = build_mesh(build_solid(box((4, 4, 4), (0, 0, 0))), 0.05)
+    assert mesh.count_open_edges() == 0
+    assert Mesh(points=mesh.points, triangles=mesh.triangles[1:]).count_open_edges() == 3
+    turned = mesh.triangles.copy()
+    turned[0] = turned[0, ::-1]
+    assert Mesh(points=mesh.points, triangles=turned).count_open_edges() == 3
+
+
+def test_a_mesh_that_cuts_itself_is_told():
+    one = build_mesh(build_solid(rod(4.0, (0, 0, 0), (0, 0, 10))), 0.05)
+    both = weld(
+        np.concatenate([one.points, one.points + np.array([3.0, 0.5, 1.0])]),
+        np.concatenate([one.triangles, one.triangles + len(one.points)]),
+    )
+    assert probe(one)[0] == 0
+    assert probe(both)[0] > 10
+
+
+def test_a_mesh_has_the_kernels_volume_and_area():
+    solid = build_solid(tube(2.0))
+    mesh = build_mesh(solid, 0.02)
+    assert mesh.volume == pytest.approx(solid.volume, rel=5e-3)
+    assert mesh.area == pytest.approx(solid.area, rel=5e-3)
+
+
+def test_long_thin_faces_are_meshed_as_finely_as_asked():
+    """The kernel's mesher spans this ridge by chords a hundred times coarser than it is told."""
+    from spiraltrunk.cad.forms import Revolved
+
+    ring = Revolved(profile=((28.2165, -2.0), (30.6165, -2.0), (30.6165, 5.8425), (28.2165, 5.8425)))
+    ridge = Revolved(
+        profile=((26.6364, 4.3029), (28.5326, 3.6709), (28.5326, 4.935)), start=0.0019367, arc=2.0914194
+    )  # fmt: skip
+    mesh = build_mesh(build_solid(Union(forms=(ring, ridge))), 0.05)
+    middle = mesh.corners.mean(axis=1)
+    assert np.hypot(middle[:, 0], middle[:, 1]).min() > 26.6364 - 0.1
+
+
+def test_files_hold_the_same_solid(tmp_path):
+    """STEP read again by the kernel, STL and 3MF by another reader."""
+    import trimesh
+
+    solid = build_solid(shifted(tube(2.0), (1, 2, 3)))
+    mesh = build_mesh(solid, 0.02)
+    write_step(solid, tmp_path / "thing.step", "thing")
+    assert read_step_volume(tmp_path / "thing.step") == pytest.approx(solid.volume, rel=1e-6)
+    write_stl(mesh, tmp_path / "thing.stl")
+    write_3mf(mesh, tmp_path / "thing.3mf", 'a <name> & "more"')
+    lib3mf = pytest.importorskip("lib3mf", reason="reads 3MF")
+    model = lib3mf.get_wrapper().CreateModel()
+    model.QueryReader("3mf").ReadFromFile(str(tmp_path / "thing.3mf"))
+    objects = model.GetMeshObjects()
+    assert objects.MoveNext()
+    read = objects.GetCurrentMeshObject()
+    assert read.GetName() == 'a <name> & "more"'
+    assert (read.GetVertexCount(), read.GetTriangleCount()) == (len(mesh.points), len(mesh.triangles))
+    assert read.IsManifoldAndOriented()
+    stl = trimesh.load_mesh(tmp_path / "thing.stl")
+    assert stl.is_watertight
+    assert stl.volume == pytest.approx(mesh.volume, rel=1e-5)
+    assert stl.bounds == pytest.approx(np.array([mesh.points.min(axis=0), mesh.points.max(axis=0)]), abs=1e-4)
+
+
+def test_a_hole_through_leaning_faces_is_measured_at_its_axis():
+    from spiraltrunk.cad.forms import Revolved
+
+    lens = Revolved(profile=((0.0, 0.0), (10.0, 3.0), (10.0, 8.0), (0.0, 12.0)))
+    drilled = Cut(form=lens, tools=tuple(rod(0.5, (6 * c, 6 * s, -1), (6 * c, 6 * s, 13)) for c, s in ((1, 0), (0, 1))))
+    found = measure_cylinders(build_solid(drilled), 0.5)
+    assert sorted(map(tuple, found.round(3))) == [(0.0, 6.0, 1.8, 9.6), (6.0, 0.0, 1.8, 9.6)]
+
+
+def test_bulk_of_a_cylinder():
+    volume, center, axial, across = measure_bulk(build_solid(rod(3.0, (0, 0, 0), (0, 0, 8))))
+    assert volume == pytest.approx(72 * np.pi)
+    assert center == pytest.approx(4.0)
+    assert axial == pytest.approx(volume * 9 / 2)
+    assert across == pytest.approx(volume * (9 / 4 + 64 / 12))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"nozzle": float("nan")}, {"tolerance": 0.0}, {"bed": (1.0, 2.0)}, {"seed": -1}, {"bed": (9, 9, float("inf"))}],
+)
+def test_bad_options_are_refused(change):
+    with pytest.raises(DesignError, match="allowed"):
+        MakeOptions(**change)

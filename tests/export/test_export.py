@@ -1,0 +1,201 @@
+"""The maker's folder: all of it or none, nothing outside it, the same for the same seed."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk.cad.catalogue import GROUPS, build_parts
+from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.design import design_from_rules, load_design, presets
+from spiraltrunk.errors import PartError, UnknownName
+from spiraltrunk.export import Request, check_robot, export_robot
+
+pytest.importorskip("build123d", reason="solids need the extra cad")
+
+QUICK = ("drums", "horn")
+
+SOME = ("trunk", "gripper", "shells", "housing", "drums", "horn", "adapter")
+"""What is worth a picture; the rest is made in the slow test."""
+
+
+@pytest.fixture(scope="module")
+def short():
+    design = design_from_rules(b=0.16, arm_radius=0.026, turns=0.75, name='../<short> & "away"')
+    return replace(design, gripper=presets.PAPER.gripper)
+
+
+@pytest.fixture(scope="module")
+def exported(short, tmp_path_factory):
+    """Most of the short robot in all formats, by one process."""
+    folder = tmp_path_factory.mktemp("made") / "new" / "robot"
+    told = []
+    result = export_robot(short, folder, Request(parts=SOME), tell=lambda what, done, total: told.append(what))
+    return folder, result, told
+
+
+def test_everything_is_there_and_listed(exported, short):
+    folder, result, told = exported
+    found = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+    assert found == set(result["files"])
+    assert result == json.loads((folder / "result.json").read_text())
+    for name in result["checks"]:
+        assert {f"parts/{name}.{ending}" for ending in ("step", "stl", "3mf", "json")} <= found
+        assert name in told
+    assert {"models/trunk.xml", "models/hybrid.urdf", "bom.md", "bom.csv", "guide.md", "trunk.toml"} <= found
+    assert {"pictures/parts.png", "pictures/exploded.png", "pictures/exploded.svg"} <= found
+    assert load_design(folder / "trunk.toml") == short
+    assert not [path for path in folder.parent.parent.rglob("*") if path.name.startswith(".")]
+
+
+def test_every_check_holds(exported, short):
+    _, result, _ = exported
+    assert result["mass_kg"] == short.total_mass
+    for check in result["checks"].values():
+        assert check["holds"]
+        assert check["watertight"]
+        assert check["volume_m3"] == pytest.approx(check["expected_volume_m3"], rel=0.01)
+    for name in ("section_length", "gap_angle", "cable_stroke", "mass", "center", "inertia", "holes"):
+        assert result["agreement"][name]["holds"], name
+
+
+def test_a_steps_volume_is_the_parts(exported):
+    from spiraltrunk.cad.kernel import read_step_volume
+
+    folder, result, _ = exported
+    for name in ("trunk_1", "gripper", "shell_02", "housing"):
+        volume = 1e-9 * read_step_volume(folder / "parts" / f"{name}.step")
+        assert volume == pytest.approx(result["checks"][name]["volume_m3"], rel=1e-6)
+
+
+def test_what_stands_beside_a_part_says_what_it_is(exported):
+    folder, result, _ = exported
+    about = json.loads((folder / "parts" / "drum.json").read_text())
+    assert about["checks"] == result["checks"]["drum"]
+    assert about["count"] == 3
+    assert about["design"] == '../<short> & "away"'
+    assert about["spiraltrunk"] == result["spiraltrunk"]
+
+
+def test_the_bill_counts_and_weighs(exported):
+    import csv
+
+    folder, result, _ = exported
+    rows = list(csv.DictReader((folder / "bom.csv").read_text().splitlines()))
+    by_item = {row["item"]: row for row in rows}
+    assert by_item["drum"]["count"] == "3"
+    for name, mass in result["print_mass_kg"].items():
+        assert float(by_item[name]["mass_each_g"]) == pytest.approx(1e3 * mass, abs=6e-3)
+        solid = 1.25e6 * result["checks"][name]["volume_m3"]
+        assert 0 < 1e3 * mass <= solid * 1.001
+    assert by_item["motor GM6020"]["count"] == "3"
+
+
+def test_the_picture_is_a_picture(exported):
+    folder, _, _ = exported
+    root = ET.parse(folder / "pictures" / "exploded.svg").getroot()
+    assert root.tag.endswith("svg")
+    from PIL import Image
+
+    picture = np.asarray(Image.open(folder / "pictures" / "exploded.png").convert("L"))
+    assert picture.min() < 60
+    assert 0.05 < (picture < 240).mean() < 0.6
+
+
+def test_the_same_seed_makes_the_same_meshes(tmp_path, short):
+    request = Request(parts=("shells",), formats=("stl", "3mf"))
+    shells = ("shell_03.stl", "shell_03.3mf")
+
+    def make(folder, seed):
+        export_robot(short, folder, replace(request, options=MakeOptions(seed=seed)))
+        return [(folder / "parts" / name).read_bytes() for name in shells]
+
+    first = make(tmp_path / "a", 5)
+    assert make(tmp_path / "b", 5) == first
+    assert make(tmp_path / "c", 6) != first
+
+
+def test_a_part_that_fails_leaves_nothing(tmp_path):
+    """The tip of this trunk is thinner than two lines; what was in the folder stays as it was."""
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "mine.txt").write_text("kept")
+    request = Request(parts=("trunk",), formats=("stl", "mjcf"))
+    with pytest.raises(
+        PartError, match=r"part trunk_1: joint 21 and section 22, at z = .* too thin; .*finer --nozzle-mm"
+    ):
+        export_robot(presets.get("spirob-15"), folder, request)
+    assert [path.name for path in folder.iterdir()] == ["mine.txt"]
+    small = Request(parts=("adapter",), formats=("stl",), options=MakeOptions(bed=(80.0, 80.0, 80.0)))
+    with pytest.raises(PartError, match=r"part adapter: it measures .* the bed"):
+        export_robot(presets.get("spirob-15"), tmp_path / "fresh" / "deep", small)
+    assert not (tmp_path / "fresh").exists()
+
+
+def test_an_earlier_export_goes_and_strangers_stay(tmp_path, short):
+    folder = tmp_path / "out"
+    export_robot(short, folder, Request(parts=("horn",), formats=("stl", "step")))
+    (folder / "parts" / "mine.stl").write_text("kept")
+    outside = tmp_path / "outside.txt"
+    outside.write_text("kept")
+    result = json.loads((folder / "result.json").read_text())
+    result["files"] += ["../outside.txt", "/etc/hostname", 7, "parts/../../outside.txt"]
+    (folder / "result.json").write_text(json.dumps(result))
+    export_robot(short, folder, Request(parts=("horn",), formats=("3mf",)))
+    assert sorted(path.name for path in (folder / "parts").iterdir()) == ["horn.3mf", "horn.json", "mine.stl"]
+    assert outside.read_text() == "kept"
+
+
+def test_stopping_leaves_nothing(tmp_path, short):
+    def stop(what, done, total):
+        if what == "horn":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        export_robot(short, tmp_path / "out", Request(parts=QUICK, formats=("stl",)), tell=stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_models_alone_need_no_solids(tmp_path, short, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "build123d", None)
+    result = export_robot(short, tmp_path, Request(formats=("urdf",)))
+    assert result["checks"] == {}
+    assert "models/hybrid.urdf" in result["files"]
+
+
+def test_a_missing_kernel_is_named(tmp_path, short, monkeypatch):
+    from spiraltrunk.errors import MissingPackage
+
+    monkeypatch.setitem(__import__("sys").modules, "build123d", None)
+    with pytest.raises(MissingPackage, match=r"pip install 'spiraltrunk\[cad\]'"):
+        export_robot(short, tmp_path / "out", Request(formats=("stl",)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["paper", "spirob-15", "spirob-1m"])
+def test_every_part_of_a_preset_holds(name):
+    """With the nozzle that the two SpiRobs' tips need."""
+    options = MakeOptions(nozzle=0.4 if name == "paper" else 0.2)
+    result = check_robot(presets.get(name), Request(options=options, workers=2))
+    assert all(check["holds"] for check in result["checks"].values())
+    assert {part.group for part in build_parts(presets.get(name), ["all"], options)} >= set(GROUPS) - {
+        "gripper",
+        "horn",
+    }
+
+
+@pytest.mark.slow
+def test_two_processes_make_the_same(short):
+    request = Request(parts=(*QUICK, "moulds", "markers"), formats=("stl",))
+    assert check_robot(short, replace(request, workers=2)) == check_robot(short, request)
+
+
+def test_unknown_names_are_refused():
+    with pytest.raises(UnknownName, match="unknown format 'obj'; known: step, stl"):
+        Request(formats=("obj",))
+    with pytest.raises(UnknownName, match="unknown part 'nose'"):
+        Request(parts=("nose",))
