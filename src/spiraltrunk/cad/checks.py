@@ -109,8 +109,8 @@ def probe(mesh: Mesh) -> tuple[int, float, tuple[float, float, float]]:
     depth = np.einsum("ij,ij->i", place - points[index], inward[index])
     back, other, _ = rays.intersects_id(points - _STEP * inward, -inward, multiple_hits=False, return_locations=True)
     toward = np.einsum("ij,ij->i", outward[back], -inward[other])
-    within = _count_windings(mesh, start[index[along < 0.0]], 0.5)
-    beyond = _count_windings(mesh, start[other[toward > 0.0]], 1.5)
+    within = _count_overlaps(mesh, (place + _STEP * inward[index])[along < 0.0])
+    beyond = _count_overlaps(mesh, start[other[toward > 0.0]])
     crossings = within + beyond
     walls = np.flatnonzero((along > PARALLEL) & (depth > 2 * _STEP))
     if not len(walls):
@@ -120,15 +120,15 @@ def probe(mesh: Mesh) -> tuple[int, float, tuple[float, float, float]]:
     return crossings, float(depth[least]), (x, y, z)
 
 
-def _count_windings(mesh: Mesh, points: np.ndarray, least: float, most: int = 100) -> int:
-    """How many of the points, at most so many of them, the surface winds round more than ``least`` times.
+def _count_overlaps(mesh: Mesh, points: np.ndarray, most: int = 100) -> int:
+    """How many of the points, at most so many of them, the surface encloses more than once.
 
-    Near an edge a ray may start on the wrong side of it, so its first hit alone proves nothing: one that started within
-    (1 or more) and next entered, or that left from where it is within twice (2 or more), does.
+    Near an edge a ray may start on the wrong side of it or slip out through it, so its first hit alone proves nothing:
+    one that then is where the surface encloses twice does.
     """
     sides = np.ascontiguousarray(mesh.corners.transpose(1, 2, 0))
     chosen = points[np.linspace(0, len(points) - 1, min(most, len(points))).astype(int)] if len(points) else points
-    return sum(_winding(point, sides) > least for point in chosen)
+    return sum(_winding(point, sides) > 1.5 for point in chosen)
 
 
 def _winding(point: np.ndarray, sides: np.ndarray) -> float:
