@@ -16,8 +16,8 @@ def test_json_alone_on_standard_output(capsys, tmp_path):
     out = str(tmp_path / "made")
     code = main(["export", "--parts", "horn", "drums", "--formats", "stl", "--out", out, "--json"])
     said = capsys.readouterr()
+    assert code == 0, said.err
     result = json.loads(said.out)
-    assert code == 0
     assert set(result["checks"]) == {"horn", "drum"}
     assert set(result["checks"]["horn"]) >= {"watertight", "volume_m3", "min_wall_m", "holds"}
     assert "parts/horn.stl" in result["files"]
