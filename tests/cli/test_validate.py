@@ -140,7 +140,10 @@ def test_statics_is_another_model(folder: Path, capsys: pytest.CaptureFixture[st
 
 def test_a_plan_is_printed_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["validate", "--plan", "--out", str(tmp_path / "plan")]) == 0
-    text = capsys.readouterr().out
+    text, told = capsys.readouterr()
+    assert f"plan.md, protocol.toml, schedule.csv written to {tmp_path / 'plan'}" in told
+    assert "make 100 mm come out as 100.01." in text
+    assert "takes 129.86 mm of cable 1" in text
     assert "## bend-dorsal: bend-dorsal, tilt 0 deg" in text
     assert (tmp_path / "plan" / "plan.md").read_text().rstrip("\n") == text.rstrip("\n")
     assert load_protocol(tmp_path / "plan" / "protocol.toml") == load_protocol("paper")
@@ -156,7 +159,8 @@ def test_a_plan_is_printed_and_written(tmp_path: Path, capsys: pytest.CaptureFix
 BAD = {
     "nothing": ([], "no take given"),
     "a plan and a take": (["--plan", "a.csv"], "takes given with --plan"),
-    "no such run": (["kick=a.csv"], "belongs to no run"),
+    "no such run": (["kick=a.csv"], "'kick' is no run; allowed: RUN=FILE, where RUN is one of rest-045, bend"),
+    "no file's name": (["bend="], "belongs to no run"),
     "a file of no run": (["take.csv"], "belongs to no run"),
     "no file": (["bend=missing.csv"], "'missing.csv': No such file"),
     "a folder": (["bend=."], "this is a folder"),
@@ -169,6 +173,9 @@ BAD = {
     "a model": (["bend=a.csv", "--model", "magic"], "magic"),
     "a design": (["bend=a.csv", "--design", "elephant"], "elephant"),
     "one twice": (["bend=a.csv", "bend=a.csv"], "given twice"),
+    "one twice, spelled differently": (["bend=a.csv", "bend=./a.csv"], "'./a.csv' is given twice"),
+    "a section 0": (["bend=a.csv", "--alignment", "run:0-5"], "'run:0-5'; allowed: base, run or shape; the last two"),
+    "sections backwards": (["bend=a.csv", "--alignment", "run:5-1"], "the lower end of a range first"),
     "many": (["bend=a.csv"] * 201, "at most 200"),
 }
 
@@ -182,6 +189,15 @@ def test_bad_input_is_one_line(
     protocol = [] if "--protocol" in more or "--plan" in more else ["--protocol", str(folder / "protocol.toml")]
     assert told in refuse(["validate", *more, *protocol, "--out", "out"], capsys)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_made_is_refused_before_the_work(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "--out: '/proc/x': " in refuse(["validate", "bend=missing.csv", "--out", "/proc/x"], capsys)
+
+
+def test_sections_that_are_not_there_are_told_as_typed(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = refuse([*validate(folder), "--alignment", "run:1-99"], capsys)
+    assert "alignment is run:1-99; allowed: sections 1 to 18" in told
 
 
 def test_a_broken_recording_leaves_the_last_report(

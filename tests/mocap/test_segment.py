@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +12,15 @@ from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, TakeError
 from spiraltrunk.mocap.gaps import find_gaps, tell_gaps
-from spiraltrunk.mocap.segment import StillSettings, compute_middle, compute_speed, find_stills, find_timed
+from spiraltrunk.mocap.segment import (
+    StillSettings,
+    compute_calmest,
+    compute_middle,
+    compute_speed,
+    find_stills,
+    find_timed,
+    tell_calmest,
+)
 
 RATE = 100.0
 STILL = StillSettings()
@@ -120,3 +129,18 @@ def test_the_longest_gap_is_told():
     (note,) = tell_gaps(seen, time)
     assert "1 gaps of more than 100 ms in 1 sections, none filled; the longest in section 3 from 0.99 to 2.01 s" in note
     assert tell_gaps({"section 4": seen["section 4"]}, time) == []
+
+
+def test_the_calmest_stretch_is_the_speed_at_which_something_would_be_still():
+    rate, settings = 60.0, StillSettings()
+    time = np.arange(300) / rate
+    way = np.cumsum(np.where((time > 2.0) & (time < 3.2), 8e-3, 40e-3)) / rate
+    points = np.zeros((300, 3, 3))
+    points[..., 0] = way[:, None]
+    calmest = compute_calmest(time, points, rate, settings)
+    assert calmest == pytest.approx(8e-3)
+    assert not find_stills(time, points, rate, replace(settings, speed=calmest * 0.999))
+    assert len(find_stills(time, points, rate, replace(settings, speed=calmest * 1.001))) == 1
+    assert "5.00 s: the slowest stretch of 0.6 s moves at 8 mm/s" in tell_calmest(time, points, rate, settings)
+    assert np.isnan(compute_calmest(time[:5], points[:5], rate, settings))
+    assert "too short" in tell_calmest(time[:5], points[:5], rate, settings)

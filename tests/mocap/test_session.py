@@ -13,12 +13,14 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.mocap import build_session, compute_deviation, load_shapes, read_session, write_shapes
 from spiraltrunk.mocap.axes import read_axes, turn_quaternions
+from spiraltrunk.mocap.distances import compute_reach
 from spiraltrunk.mocap.motive_write import write_motive
 from spiraltrunk.mocap.plan import build_plan
 from spiraltrunk.mocap.predict import predict
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.register import read_alignment
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
+from spiraltrunk.mocap.sections import compute_seat
 from spiraltrunk.mocap.session import SessionSettings
 from spiraltrunk.mocap.take import find_stale
 
@@ -201,7 +203,7 @@ def test_a_wrong_number_of_shapes_is_told_with_their_times(protocol, rehearse):
     )
     with pytest.raises(TakeError, match="1 static shapes found"):
         build(protocol, {"bend": [rehearse("rest-0")]})
-    with pytest.raises(TakeError, match="no static shape found"):
+    with pytest.raises(TakeError, match=r"no static shape found in \d+ frames, \d\.\d+ s: .* slowest .* mm/s, .* unit"):
         build(protocol, {"bend": [rehearse("bend", hold=0.1)]})
 
 
@@ -225,6 +227,49 @@ def test_another_trunk_or_unit_is_noticed(protocol, rehearse):
         build_session(protocol, {"rest-0": [rehearse("rest-0")]}, SessionSettings(design=short))
 
 
+@pytest.mark.parametrize("sections", [(1, 3, 5, 7, 9, 11, 13, 15), (1, 9, 17), (2, 6, 18)])
+@pytest.mark.parametrize("name", ["rest-0", "rest-45"])
+def test_another_unit_is_noticed_without_neighbours(name, sections, protocol, rehearse):
+    take = rehearse(name, sections=sections)
+    build(protocol, {name: [take]}, "run")
+    with pytest.raises(TakeError, match="another unit"):
+        build(protocol, {name: [_scale(take, 1e-3)]}, "run")
+    calm = replace(protocol, still=replace(protocol.still, speed=9.0))
+    with pytest.raises(TakeError, match="another unit"):
+        build(calm, {name: [_scale(take, 1e3)]}, "run")
+
+
+@pytest.mark.parametrize("factor", [0.98, 0.996, 1.0, 1.004, 1.02])
+@pytest.mark.parametrize("name", ["bend", "rest-45"])
+def test_an_error_of_scale_is_told(name, factor, protocol, rehearse):
+    """Bent as far as cable 1 goes, too: neighbours are held against the design at the bend that they show."""
+    take = _scale(rehearse(name, sections=tuple(range(1, 16)), noise=2e-5), factor)
+    notes = [note for note in build(protocol, {name: [take]}, "run").runs[0].notes if "in the median" in note]
+    expected = {0.98: "2.0% nearer together", 1.02: "2.0% further apart"}.get(factor)
+    assert len(notes) == (expected is not None)
+    assert expected is None or expected in notes[0]
+
+
+def test_no_shape_is_beyond_the_reach_of_the_joints():
+    """Random bends in space within the joint limit, drawn as chains on their own."""
+    draw = np.random.default_rng(0)
+    seat, length = compute_seat(PAPER), PAPER.section_length
+    for one, other in [(0, 1), (0, 2), (3, 7), (2, 8), (0, 17), (10, 17)]:
+        least, most = compute_reach(PAPER, one, other)
+        for k in range(200):
+            bend = PAPER.joint_limit * (draw.uniform(0.8, 1.0, other - one) if k else np.ones(other - one))
+            about = 0.3 * k / 200 * draw.normal(size=other - one)
+            turn, place = Rotation.identity(), np.array([length[one] - seat[one], 0.0, 0.0])
+            for joint, section in enumerate(range(one + 1, other + 1)):
+                axis = np.array([0.0, -np.sin(about[joint]), np.cos(about[joint])])
+                turn = turn * Rotation.from_rotvec(bend[joint] * axis)
+                place = place + turn.apply([seat[section] if section == other else length[section], 0.0, 0.0])
+            assert least - 1e-12 <= np.linalg.norm(place) <= most + 1e-12
+            if k == 0 and other - one <= 4:
+                assert np.linalg.norm(place) == pytest.approx(least)
+    assert most == pytest.approx(length[10:17].sum() - seat[10] + seat[17])
+
+
 def _scale(take, factor):
     def grow(track):
         return replace(track, position=factor * track.position)
@@ -240,7 +285,7 @@ def test_markers_counted_backwards_are_noticed(protocol, rehearse):
         replace(marker, name=f"{body}:{swap.get(end, end)}")
         for marker, (body, end) in zip(take.markers, names, strict=True)
     )
-    with pytest.raises(TakeError, match="points towards the base"):
+    with pytest.raises(TakeError, match=r"points towards the base; .* numbered from the base, and --axes .*mirrored"):
         build(protocol, {"bend": [replace(take, markers=markers)]})
 
 
@@ -267,13 +312,42 @@ def test_names_can_be_told(protocol, rehearse):
 
 def test_a_base_that_moves_or_leans_is_told(protocol, rehearse):
     take = rehearse("rest-45")
-    wrong = replace(protocol, runs=(replace(protocol.run("rest-0")), replace(protocol.run("rest-45"), theta_0=1.0)))
+    wrong = replace(protocol, runs=(replace(protocol.run("rest-0")), replace(protocol.run("rest-45"), theta_0=0.7)))
     notes = build(wrong, {"rest-45": [take]}).runs[0].notes
-    assert any("the base leans otherwise than set: its axis is 45." in note for note in notes)
+    assert any("the base leans otherwise than set: its axis is 4" in note for note in notes)
+    assert any("deg below the horizontal, not 40.1" in note for note in notes)
     bend = rehearse("bend")
     place = bend.bodies[0].position + np.linspace(0, 0.01, len(bend.frame))[:, None]
     moved = replace(bend, bodies=(replace(bend.bodies[0], position=place), *bend.bodies[1:]))
     assert any("the base moved by" in note for note in build(protocol, {"bend": [moved]}).runs[0].notes)
+
+
+@pytest.mark.parametrize("alignment", ["base", "run", "shape", "run:1-9"])
+def test_a_take_of_another_tilt_is_refused_whatever_the_alignment(alignment, protocol, rehearse):
+    with pytest.raises(TakeError, match=r"45\.\d deg below the horizontal, not 90\.0; allowed: .* --axes, .* 'rest-0'"):
+        build(protocol, {"rest-0": [rehearse("rest-45")]}, alignment)
+    near = replace(protocol, runs=(replace(protocol.run("rest-45"), theta_0=np.radians(41.0)),))
+    notes = build(near, {"rest-45": [rehearse("rest-45")]}, alignment).runs[0].notes
+    assert sum("leans otherwise than set" in note for note in notes) == 1
+    assert not any("leans" in note for note in build(protocol, {"bend": [rehearse("bend")]}, alignment).runs[0].notes)
+
+
+def test_without_a_base_tilt_is_not_judged(protocol, rehearse):
+    take = rehearse("rest-45")
+    build(protocol, {"rest-0": [replace(take, bodies=take.bodies[1:])]}, "run")
+
+
+def test_wrong_axes_are_refused(protocol, rehearse, tmp_path):
+    path = write_motive(rehearse("rest-0"), tmp_path / "rest-0_1.csv")
+    with pytest.raises(TakeError, match=r"0\.0 deg below the horizontal, not 90\.0"):
+        build(protocol, {"rest-0": [path]}, "run", axes="z-up")
+
+
+def test_the_same_data_is_one_take(protocol, rehearse):
+    take = rehearse("bend")
+    with pytest.raises(TakeError, match="'b': the same data as 'a'"):
+        build(protocol, {"bend": [replace(take, source="a"), replace(take, source="b")]})
+    build(protocol, {"bend": [take, rehearse("bend", seed=1)]})
 
 
 def test_axes_are_asked_for_and_taken_from_either_place(protocol, rehearse, tmp_path):

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import suppress
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, Answer, UsageError, check_folder, complain, format_json
+from spiraltrunk.cli.answers import DONE, Answer, UsageError, check_folder, complain, format_json, quote
 from spiraltrunk.cli.options import add_parser, read_number, read_text
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.shape_load import MODELS
@@ -35,7 +37,8 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument(
         "--axes", type=read_text, metavar="NAME",
         help="axis convention of the recordings, unless the protocol says it: y-up (Motive's own), z-up, x-up, or the "
-        "file's axes that are right, up and towards the viewer, such as x,-z,y",
+        "file's axes that are right, up and towards the viewer, such as x,-z,y; --axes=-y,x,z where the first has a "
+        "minus",
     )  # fmt: skip
     parser.add_argument("--model", choices=MODELS, default="reference", help="what they are held against (reference)")
     parser.add_argument(
@@ -87,6 +90,24 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--friction is {mu.text}; allowed: 0 or more, below {_MOST_FRICTION:g}")
     if arguments.out is not None:
         check_folder(arguments.out)
+        _try_folder(arguments.out)
+
+
+def _try_folder(folder: str) -> None:
+    """Refuse an ``--out`` that cannot be made or written to: make it, write, and take both away again."""
+    target = Path(folder)
+    made = [path for path in (target, *target.parents) if not path.exists()]
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=target):
+            pass
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise UsageError(f"--out: {quote(folder, 200)}: {why}; allowed: a folder that can be made or written") from None
+    finally:
+        for path in made:
+            with suppress(OSError):  # Never made, or somebody else has put something there.
+                path.rmdir()
 
 
 def _judge(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:
@@ -145,6 +166,7 @@ def _plan(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSe
             (draft / "plan.md").write_text(text)
             (draft / "protocol.toml").write_text(_read_protocol(arguments.protocol))
             (draft / "schedule.csv").write_text(format_schedule(settings.design, plans))
+        complain(f"{', '.join(files)} written to {arguments.out}", DONE)
     if arguments.json:
         return DONE, format_json(_tell_plans(protocol, settings, plans) | {"files": files})
     return DONE, text.rstrip("\n")

@@ -14,6 +14,9 @@ from spiraltrunk.mocap.plan import Plan
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.sections import compute_seat
 
+_TOLD = 5e-6
+"""Half of the last digit in the tables [m]."""
+
 _DOES = {
     "rest": "all cables slack",
     "bend-dorsal": "cable 1 pulled in step by step, the others let out as far as they need",
@@ -67,7 +70,23 @@ def _table(design: TrunkDesign, plan: Plan) -> list[str]:
     for i, (amount, told) in enumerate(zip(plan.amount, plan.told, strict=True)):
         rows.append([str(i + 1), f"{1e3 * amount:g}", *(f"{_round(1e3 * value):.2f}" for value in told)])
     told = "Pulled in since the straight trunk, slack made up for; negative is let out:"
-    return [told, "", *("| " + " | ".join(row) + " |" for row in rows)]
+    return [told, "", *("| " + " | ".join(row) + " |" for row in rows), *_explain(design, plan)]
+
+
+def _explain(design: TrunkDesign, plan: Plan) -> list[str]:
+    """Why cable 1 is not pulled in by the step itself: the model's measures, the rest, and full curl."""
+    if plan.run.kind != "bend-dorsal":
+        return []
+    said = [
+        "Cable 1 is measured on the model's shapes: the rounded measures of its authors' code, which it keeps, make "
+        "100 mm come out as 100.01."
+    ]
+    if abs(plan.change[0, 0]) > _TOLD:
+        said.append("Steps count from the rest, shape 1, and not from the straight trunk.")
+    if plan.amount[-1] + plan.change[0, 0] > design.cable_stroke + _TOLD:
+        stroke = f"{1e3 * design.cable_stroke:.2f} mm"
+        said.append(f"Full curl shuts every gap and takes {stroke} of cable 1, slack apart: there the last step ends.")
+    return ["", " ".join(said)]
 
 
 def format_schedule(design: TrunkDesign, plans: Sequence[Plan]) -> str:

@@ -7,9 +7,11 @@ Motion Capture System") and a twist of ours.
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import final
 
 from spiraltrunk.errors import TakeError
@@ -149,23 +151,39 @@ def sort_takes(protocol: Protocol, given: Sequence[str]) -> dict[str, list[str]]
     """Recordings by run, in the protocol's order: each RUN=FILE, or a file whose name begins with a run's.
 
     Raises:
-        TakeError: for a file that belongs to no run.
+        TakeError: for a file that belongs to no run, or is there twice for one.
     """
     names = [run.name for run in protocol.runs]
     found: dict[str, list[str]] = {name: [] for name in names}
     for text in given:
-        run, equals, file = text.partition("=")
-        if not (equals and run in names):
-            stem = re.split(r"[/\\]", text)[-1].lower()
-            run = max((name for name in names if _begins(stem, name)), key=len, default="")
-            file = text
-        if not run or not file:
-            allowed = f"RUN=FILE, or a file whose name begins with the run's; runs are {', '.join(names)}"
-            raise TakeError(f"{text[:200]!r} belongs to no run; allowed: {allowed}")
-        if file in found[run]:
+        run, file = _find_run(text, names)
+        if os.path.realpath(file) in map(os.path.realpath, found[run]):
             raise TakeError(f"{file[:200]!r} is given twice for run {run!r}; allowed: once")
         found[run].append(file)
     return {run: files for run, files in found.items() if files}
+
+
+def _find_run(text: str, names: Sequence[str]) -> tuple[str, str]:
+    """Run and file of what was given."""
+    run, equals, file = text.partition("=")
+    if equals and run in names and file:
+        return run, file
+    if equals and run and run not in names and "/" not in run and not _exists(text):
+        told = f"{text[:200]!r}: {run[:60]!r} is no run"
+        raise TakeError(f"{told}; allowed: RUN=FILE, where RUN is one of {', '.join(names)}")
+    stem = re.split(r"[/\\]", text)[-1].lower()
+    run = max((name for name in names if _begins(stem, name)), key=len, default="")
+    if not run or (equals and not file):
+        allowed = f"RUN=FILE, or a file whose name begins with the run's; runs are {', '.join(names)}"
+        raise TakeError(f"{text[:200]!r} belongs to no run; allowed: {allowed}")
+    return run, text
+
+
+def _exists(path: str) -> bool:
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):  # No disc takes such a name.
+        return False
 
 
 def _begins(stem: str, name: str) -> bool:

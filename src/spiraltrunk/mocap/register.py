@@ -10,7 +10,7 @@ The last two may use some sections alone: ``shape:1-5`` puts the first five as w
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
@@ -36,15 +36,22 @@ class Alignment:
     """One of `KINDS`."""
     sections: tuple[int, ...] = ()
     """Sections that it is fitted to, from 1; empty for all that are seen."""
+    typed: str = field(default="", compare=False, repr=False)
+    """What was typed, for messages; empty where nothing was."""
 
     def __str__(self) -> str:
         return self.kind + (f":{','.join(map(str, self.sections))}" if self.sections else "")
 
+    @property
+    def told(self) -> str:
+        """As typed, else as written out."""
+        return self.typed or str(self)
+
     def __post_init__(self) -> None:
         if self.kind not in KINDS or (self.sections and self.kind == "base"):
-            raise TakeError(f"alignment is {self!s}; allowed: {_ALLOWED}")
+            raise TakeError(f"alignment is {self.told}; allowed: {_ALLOWED}")
         if self.sections and len(self.sections) < FEWEST:
-            raise TakeError(f"alignment is {self!s}; allowed: {FEWEST} sections or more")
+            raise TakeError(f"alignment is {self.told}; allowed: {FEWEST} sections or more")
 
 
 _ALLOWED = "base, run or shape; the last two also on chosen sections, such as run:1-5 or shape:1,3,8-10"
@@ -62,9 +69,10 @@ def read_alignment(text: str) -> Alignment:
         match = re.fullmatch(r"\s*([0-9]{1,3})(?:-([0-9]{1,3}))?\s*", part)
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
         if not 1 <= first <= last <= _MOST_SECTIONS:
-            raise TakeError(f"alignment is {text[:60]!r}; allowed: {_ALLOWED}")
+            order = f"; sections are 1 to {_MOST_SECTIONS} at most, the lower end of a range first" if match else ""
+            raise TakeError(f"alignment is {text[:60]!r}; allowed: {_ALLOWED}{order}")
         sections.extend(range(first, last + 1))
-    return Alignment(kind=kind[:40], sections=tuple(sorted(set(sections))))
+    return Alignment(kind=kind[:40], sections=tuple(sorted(set(sections))), typed=text.strip()[:60])
 
 
 @final

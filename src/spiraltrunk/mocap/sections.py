@@ -24,9 +24,6 @@ _LEAST_SHARE = 0.2
 
 _LEAST_FRAMES = 3
 
-_SLACK_SHARE, _SLACK = 0.10, 5e-3
-"""How far the distance of neighbouring sections may be from the design's before the trunk is another one [-], [m]."""
-
 _NAME = re.compile(r"section[ _-]?0*([1-9][0-9]{0,2})", re.IGNORECASE)
 _MARKER = re.compile(r"(.+?)(?:[:_ -]+(?:marker)?|marker)[ _-]?0*([1-3])", re.IGNORECASE)
 
@@ -177,32 +174,6 @@ def compute_seat(design: TrunkDesign) -> np.ndarray:
     return design.solid.rim_end * design.scale
 
 
-def check_trunk(shapes: list[HeldShape], design: TrunkDesign, source: str) -> None:
-    """Refuse a recording whose neighbouring sections are not as far apart as the design's can be.
-
-    Two neighbouring points and the joint between them make a triangle: with sides a and b and a bend q they are
-    sqrt(a^2 + b^2 + 2 a b cos q) apart, q from 0 to the joint limit.
-
-    Raises:
-        TakeError: where more than half of the distances do not fit.
-    """
-    seat = compute_seat(design)
-    before, beyond = (design.section_length - seat)[:-1], seat[1:]
-    straight = before + beyond
-    bent = np.sqrt(before**2 + beyond**2 + 2 * before * beyond * np.cos(design.joint_limit))
-    apart = np.array([np.linalg.norm(np.diff(shape.points, axis=0), axis=1) for shape in shapes])
-    seen = np.isfinite(apart)
-    wrong = (apart > straight * (1 + _SLACK_SHARE) + _SLACK) | (apart < bent * (1 - _SLACK_SHARE) - _SLACK)
-    if seen.any() and wrong[seen].mean() > 0.5:
-        shape, pair = np.argwhere(seen & wrong)[0]
-        told = (
-            f"sections {pair + 1} and {pair + 2} are {1e3 * apart[shape, pair]:.1f} mm apart; allowed: "
-            f"{1e3 * bent[pair]:.1f} to {1e3 * straight[pair]:.1f} mm of the design {design.name!r}: is it another "
-            "trunk, another unit, or are sections named wrongly?"
-        )
-        raise TakeError(told, file=source)
-
-
 def check_order(shapes: list[HeldShape], source: str) -> None:
     """Refuse markers that are counted the wrong way round: their axes point towards the base.
 
@@ -217,5 +188,7 @@ def check_order(shapes: list[HeldShape], source: str) -> None:
         if len(told) and np.mean(told < 0) > 0.5:
             raise TakeError(
                 f"the axis of section {number + 1} points towards the base; allowed: markers 1 to 3 counted from the "
-                "dorsal one (y) towards z, as cables 1 to 3 are, or orientation = \"none\"", file=source,
+                "dorsal one (y) towards z, as cables 1 to 3 are, sections numbered from the base, and --axes that say "
+                "whether the export is left-handed (mirrored); orientation = \"none\" does without the sections' axes",
+                file=source,
             )  # fmt: skip

@@ -7,6 +7,7 @@ sigma sqrt(6 / frames) / window: 1.4 mm/s for 0.5 mm at 100 Hz and 0.2 s.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import final
 
@@ -131,6 +132,34 @@ def find_timed(
             raise TakeError(f"{told}; allowed: a still in each period: see begin_s, period_s, [still]")
         stills.append(Still(frames=frames, begin=float(time[frames[0]]), end=float(time[frames[-1]])))
     return stills
+
+
+def compute_calmest(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> float:
+    """Least speed that a stretch as long as a still does not pass, not a number where there is none [m/s].
+
+    Args:
+        time: times of the frames, increasing, shape (n,) [s].
+        points: positions of the sections, not a number where unseen, shape (n, k, 3) [m].
+        rate: frames per second [Hz].
+        settings: what counts as still.
+    """
+    speed = compute_speed(points, rate, settings.window)
+    width = max(0, math.ceil((settings.hold - 2 * settings.window) * rate - 0.5)) + 1
+    if len(speed) < width:
+        return math.nan
+    worst = np.lib.stride_tricks.sliding_window_view(speed, width).max(axis=1)
+    known = worst[np.isfinite(worst) & (time[width - 1 :] - time[: len(worst)] < (width - 0.5) / rate)]
+    return float(known.min()) if len(known) else math.nan
+
+
+def tell_calmest(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> str:
+    """What a recording without stills holds: how long it is and how calm it gets; arguments as `compute_calmest`'s."""
+    told = f"no static shape found in {len(time)} frames, {len(time) / rate:.2f} s"
+    speed = compute_calmest(time, points, rate, settings)
+    if math.isnan(speed):
+        return f"{told}, too short or too full of gaps for one of {settings.hold:g} s"
+    most = f"above {1e3 * settings.speed:g} mm/s, so that nothing is still (or are lengths in another unit?)"
+    return f"{told}: the slowest stretch of {settings.hold:g} s moves at {1e3 * speed:.3g} mm/s, {most}"
 
 
 def _is_short(time: np.ndarray, rate: float, settings: StillSettings) -> bool:

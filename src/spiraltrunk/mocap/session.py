@@ -12,6 +12,8 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ShapeError, TakeError
+from spiraltrunk.mocap.base_lean import check_base
+from spiraltrunk.mocap.distances import check_trunk, tell_scale
 from spiraltrunk.mocap.gaps import tell_gaps
 from spiraltrunk.mocap.load import load_take
 from spiraltrunk.mocap.plan import Plan, build_plan
@@ -22,12 +24,11 @@ from spiraltrunk.mocap.sections import (
     HeldShape,
     SectionTracks,
     check_order,
-    check_trunk,
     compute_seat,
     find_sections,
     hold,
 )
-from spiraltrunk.mocap.segment import Still, find_stills, find_timed
+from spiraltrunk.mocap.segment import Still, find_stills, find_timed, tell_calmest
 from spiraltrunk.mocap.take import Take
 from spiraltrunk.model.loading import base_orientation
 from spiraltrunk.model.measured import MeasuredShapes
@@ -37,10 +38,6 @@ Tell = Callable[[str, int, int], None]
 
 _BASE_MOVED = 2e-3
 """Way of the base over a take from which on it is told [m] (ours)."""
-
-_BASE_LEANS = math.radians(2.0)
-"""Angle between the base's axis as set and as seen from which on it is told [rad] (ours)."""
-
 
 _LEVER = 1e-3
 """How far beside a section's point its axes are drawn on, where they decide a turn [m]: too near to move the points."""
@@ -149,6 +146,7 @@ def build_session(
             if tell is not None:
                 tell(f"reading {run.name}", len(held), len(files))
             held.append(_read_take(file, run, protocol, settings))
+        _refuse_copies(run, held)
         watch = None if tell is None else _watch(tell, f"{settings.model}, {run.name}")
         predicted = predict(settings.design, plan, model=settings.model, friction=settings.friction, watch=watch)
         runs.append(_average(plan, predicted, tuple(held), settings.alignment or protocol.alignment))
@@ -180,9 +178,24 @@ def _read_take(file: str | Path | Take, run: Run, protocol: Protocol, settings: 
     check_trunk(held, settings.design, take.source)
     if protocol.orientation == "markers":
         check_order(held, take.source)
+    notes = [*take.notes, *tell_scale(held, settings.design), *check_base(held, run, take.source)]
     seen = np.isfinite(tracks.points).all(axis=2)
     gaps = tell_gaps({f"section {i + 1}": seen[:, i] for i in np.flatnonzero(seen.any(axis=0))}, take.time)
-    return TakeShapes(take=take, held=tuple(held), notes=(*take.notes, *gaps))
+    return TakeShapes(take=take, held=tuple(held), notes=(*notes, *gaps))
+
+
+def _refuse_copies(run: Run, takes: Sequence[TakeShapes]) -> None:
+    """Two recordings are never alike to the last digit.
+
+    Raises:
+        TakeError: names both.
+    """
+    for i, one in enumerate(takes):
+        for other in takes[:i]:
+            pairs = zip(one.held, other.held, strict=True)
+            if all(np.array_equal(a.points, b.points, equal_nan=True) for a, b in pairs):
+                told = f"the same data as {other.take.source!r}, to the last digit, in run {run.name!r}"
+                raise TakeError(f"{told}; allowed: each recording once", file=one.take.source)
 
 
 def _find_shapes(tracks: SectionTracks, run: Run, protocol: Protocol) -> list[Still]:
@@ -207,13 +220,13 @@ def _find_shapes(tracks: SectionTracks, run: Run, protocol: Protocol) -> list[St
     else:
         stills = find_stills(time, points, take.rate, protocol.still)
         if len(stills) != run.n_shape:
-            _refuse_count(stills, run, take)
+            _refuse_count(stills, run, take, tell_calmest(time, points, take.rate, protocol.still))
     return [Still(frames=inside[still.frames], begin=still.begin, end=still.end) for still in stills]
 
 
-def _refuse_count(stills: list[Still], run: Run, take: Take) -> None:
+def _refuse_count(stills: list[Still], run: Run, take: Take, calmest: str) -> None:
     times = ", ".join(f"{still.begin:.1f}-{still.end:.1f}" for still in stills[:40])
-    told = f"{len(stills)} static shapes found ({times} s)" if stills else "no static shape found"
+    told = f"{len(stills)} static shapes found ({times} s)" if stills else calmest
     allowed = f"{run.n_shape}, as run {run.name!r} has: see begin_s, end_s, period_s and [still] of the protocol"
     raise TakeError(f"{told}; allowed: {allowed}", file=take.source)
 
@@ -263,7 +276,7 @@ def _find_motions(
         return [_put_base(plan.run, take, notes)] * len(take.held)
     chosen = np.array(alignment.sections or range(1, predicted.points.shape[1] + 1)) - 1
     if chosen.max() >= predicted.points.shape[1]:
-        told = f"alignment is {alignment}; allowed: sections 1 to {predicted.points.shape[1]}"
+        told = f"alignment is {alignment.told}; allowed: sections 1 to {predicted.points.shape[1]}, as the design has"
         raise TakeError(told)
     measured = np.array([shape.points[chosen] for shape in take.held])
     axes = np.array([shape.rotation[chosen] for shape in take.held])
@@ -302,11 +315,6 @@ def _put_base(run: Run, take: TakeShapes, notes: list[str]) -> Motion:
     moved = float(np.linalg.norm(points[seen] - place, axis=1).max())
     if moved > _BASE_MOVED:
         notes.append(f"{take.take.source}: the base moved by {1e3 * moved:.1f} mm")
-    lean = math.asin(float(np.clip(-rotation[1, 0], -1.0, 1.0)))
-    set_to = math.asin(math.sin(run.theta_0))
-    if abs(lean - set_to) > _BASE_LEANS:
-        told = f"its axis is {math.degrees(lean):.1f} deg below the horizontal, not {math.degrees(set_to):.1f}"
-        notes.append(f"{take.take.source}: the base leans otherwise than set: {told}")
     turn = base_orientation(run.theta_0) @ rotation.T
     return Motion(rotation=turn, shift=-turn @ place)
 
