@@ -120,6 +120,8 @@ def _read(content: bytes, path: str) -> Trimesh:
         faces = len(mesh.faces)
     except Exception as error:  # The reader raises whatever broken bytes lead it to.
         raise refusal(path, "no STL that can be read", "an STL, binary or ASCII") from error
+    if faces == 0:  # With some other packages installed the reader takes any bytes for an empty ASCII file.
+        raise refusal(path, "no STL that can be read", "an STL, binary or ASCII, of one triangle or more")
     if not 4 <= faces <= FACES_MOST:
         raise refusal(path, f"of {faces} triangles", f"4 to {FACES_MOST}; a coarser export has fewer")
     if not np.isfinite(mesh.vertices).all():
