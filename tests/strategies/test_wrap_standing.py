@@ -39,7 +39,10 @@ def start() -> tuple[StandingState, Observation]:
 @pytest.mark.parametrize(
     ("name", "strategy"),
     [
-        *((name, STRATEGY) for name in ("cylinder-33", "cylinder-60", "cylinder-120", "cylinder-150", "bottle-70")),
+        *(
+            (name, STRATEGY)
+            for name in ("cylinder-33", "cylinder-60", "cylinder-120", "cylinder-150", "box-80", "bottle-70")
+        ),
         *((name, WrapOblique()) for name in ("cylinder-60", "cylinder-150")),
         *((name, WrapObliqueLow()) for name in ("cylinder-60", "bottle-70")),
     ],

@@ -75,7 +75,7 @@ def write_design(design: TrunkDesign, path: str | Path, notes: Sequence[str] = (
     with _as_design_error("path", target, "a file, new or replaced, in a folder that can be written"):
         if target.exists() and not target.is_file():
             raise ValueError("this is a folder" if target.is_dir() else "this is no regular file")
-        _replace_file(target, text.encode())
+        replace_file(target, text.encode())
     return target
 
 
@@ -190,8 +190,12 @@ def _dotted(table: str, name: str) -> str:
     return f"{table}.{shown}" if table else shown
 
 
-def _replace_file(target: Path, data: bytes) -> None:
-    """Write the file, in a folder that is made where it is missing, or leave everything as it was."""
+def replace_file(target: Path, data: bytes) -> None:
+    """Write the file, in a folder that is made where it is missing, or leave everything as it was.
+
+    Raises:
+        OSError: where it cannot be written.
+    """
     made = [folder for folder in target.parents if not folder.exists()]
     draft = target.parent / f".{secrets.token_hex(8)}.tmp"
     try:

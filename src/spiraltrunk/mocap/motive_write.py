@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-import os
-import secrets
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
+from spiraltrunk.design.files import replace_file
 from spiraltrunk.mocap.take import Body, Marker, Take
 
 _BODY = (("Rotation", "XYZW"), ("Position", "XYZ"), ("Mean Marker Error", " "))
@@ -24,18 +22,7 @@ def write_motive(take: Take, path: str | Path) -> Path:
         OSError: where the file cannot be written.
     """
     target = Path(path)
-    draft = target.parent / f".{secrets.token_hex(8)}.tmp"
-    try:
-        with draft.open("xb") as file:
-            for part in _format(take):
-                file.write(part)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(target)
-    except BaseException:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
-        raise
+    replace_file(target, format_motive(take))
     return target
 
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import secrets
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from spiraltrunk.design.files import replace_file
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.mocap.lines import open_take
 from spiraltrunk.model.measured import MeasuredShapes
@@ -30,20 +28,9 @@ def write_shapes(shapes: MeasuredShapes, path: str | Path) -> Path:
         OSError: where the file cannot be written.
     """
     target = Path(path)
-    draft = target.parent / f".{secrets.token_hex(8)}.tmp"
     document: dict[str, Any] = {"schema": _SCHEMA, "kind": list(shapes.kind), "take": list(shapes.take)}
     document |= {key: _to_lists(getattr(shapes, field)) for field, key in _ARRAYS.items()}
-    try:
-        with draft.open("x") as file:
-            json.dump(document, file, allow_nan=False)
-            file.write("\n")
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(target)
-    except BaseException:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
-        raise
+    replace_file(target, (json.dumps(document, allow_nan=False) + "\n").encode())
     return target
 
 
