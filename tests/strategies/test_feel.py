@@ -42,6 +42,16 @@ def test_turning_flat_moves_the_centre_by_what_turning_its_corners_does(length, 
     assert way_to_turn_flat(length, width, height) == pytest.approx(way, abs=1e-6)
 
 
+@given(st.floats(0.02, 0.12), st.floats(0.0, 0.5))
+def test_what_hangs_hardly_beside_its_loop_is_hardly_tilted(width, tilt):
+    """However high a sagging trunk makes the touch seem: by r sin t beside, it is tilted by t at most."""
+    way = 0.12 * (1 - math.cos(tilt)) + width / 2 * math.sin(tilt)
+    beside = width / 2 * math.sin(tilt)
+    assert way_to_turn_flat(0.24, width, 0.5, beside) == pytest.approx(way, abs=1e-9)
+    assert way_to_turn_flat(0.24, width, 0.5, -beside) == pytest.approx(way, abs=1e-9)
+    assert way_to_turn_flat(0.24, width, 0.0, beside) == pytest.approx(0.0, abs=1e-12)
+
+
 @pytest.mark.parametrize("height", [0.0, -0.01, -1.0])
 def test_what_touches_level_or_lower_does_not_move(height):
     assert way_to_turn_flat(0.24, 0.06, height) == pytest.approx(0.0, abs=1e-12)
