@@ -48,9 +48,9 @@ def way_to_turn_flat(length: float, width: float, height: float, beside: float =
 
     Plane geometry of a rectangle, half length l and half width r. Tilted by t on its low corner, its centre stands
     l sin t + r cos t above the table and l cos t - r sin t beside the corner; flat, r above and l beside. The heights
-    give the tilt, and the tilt the way; 0 where it touched level or lower than expected. A loaded trunk sags, and what
-    is wide hardly comes lower by tilting: there the heights tell too much. But what tilts on a loop below it also moves
-    its centre aside of that loop, by r sin t at least, as far as the loop has not slid along it to its low end.
+    give the tilt, and the tilt the way; 0 where it touched level or lower than expected. A loaded trunk sags, so that
+    wide objects seem to touch higher than with a corner below their centre. Such heights tell nothing; but what tilts
+    on a loop below it hangs beside that loop by r sin t, and is tilted by no more than that.
 
     Args:
         length: extent along its axis [m].
@@ -60,5 +60,7 @@ def way_to_turn_flat(length: float, width: float, height: float, beside: float =
     """
     half, radius = length / 2, width / 2
     sine = min(1.0, (height + radius) / math.hypot(half, radius))
-    tilt = min(math.asin(max(0.0, sine)) - math.atan2(radius, half), math.asin(min(1.0, abs(beside) / radius)))
+    tilt = math.asin(max(0.0, sine)) - math.atan2(radius, half)
+    if sine == 1.0:
+        tilt = min(tilt, math.asin(min(1.0, abs(beside) / radius)))
     return half - half * math.cos(tilt) + radius * math.sin(tilt) if tilt > 0 else 0.0
