@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-import secrets
-import shutil
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, final
 
@@ -24,6 +22,7 @@ from spiraltrunk.cad.bill import build_bill, estimate_print, format_csv, format_
 from spiraltrunk.cad.catalogue import build_parts, check_groups
 from spiraltrunk.cad.curl import check_curl
 from spiraltrunk.cad.guide import format_guide
+from spiraltrunk.cad.hardware import check_hardware
 from spiraltrunk.cad.kernel import check_packages
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import Part
@@ -31,6 +30,7 @@ from spiraltrunk.cad.workshop import Made
 from spiraltrunk.design.files import write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
+from spiraltrunk.report.draft import refuse_strangers, write_folder
 from spiraltrunk.report.exploded import Placed, write_pictures
 
 MODEL_FORMATS = ("mjcf", "urdf")
@@ -44,6 +44,9 @@ Tell = Callable[[str, int, int], None]
 
 _OURS = re.compile(r"(?:(?:parts|models|models/assets|pictures)/)?[A-Za-z0-9_]+(?:\.[A-Za-z0-9]+)+")
 """Paths below the folder that an export may have written."""
+
+_FIRST = ("bom.csv", "bom.md", "guide.md", "result.json", "trunk.toml")
+"""Files that are looked for before the work begins; for the others it is done at its end."""
 
 _HEAVIEST = {"trunk": 0, "gripper": 1, "housing": 2}
 """What takes longest is begun first."""
@@ -87,28 +90,28 @@ def export_robot(
 
     Args:
         design: the robot.
-        folder: where to, made where it is missing. What an earlier export left there goes.
+        folder: where to, made where it is missing. What an earlier export left there goes; others' files stay.
         request: what to make; everything by default.
         tell: called as the work goes on.
 
     Returns:
-        What was made, ready for JSON: ``files, checks, mass_kg`` and more.
+        What was made, ready for JSON: ``files, checks, mass_kg`` and more; ``removed`` are an earlier export's files.
 
     Raises:
         PartError: for a part that fails its checks: which, where and by how much.
         DesignError: for a design that a part cannot be derived from.
         MissingPackage: where build123d is needed and not installed.
-        OSError: where the folder cannot be written.
+        OSError: where the folder cannot be written, or holds a file of a name that is needed.
     """
     request, tell = request or Request(), tell or _tell_nobody
     definitions: tuple[Part, ...] = ()
     if request.part_formats:
-        check_packages()
-        check_curl(design)
-        definitions = build_parts(design, request.parts, request.options)
-    with _open_export(folder) as draft:
+        definitions = _define(design, request)
+    earlier = _read_earlier(Path(folder))
+    refuse_strangers(folder, _FIRST, earlier)
+    with write_folder(folder, earlier) as draft:
         result = _fill(design, draft, request, definitions, tell)
-    return result
+    return result | {"removed": sorted(set(earlier) - set(result["files"]))}
 
 
 def check_robot(design: TrunkDesign, request: Request | None = None, *, tell: Tell | None = None) -> dict[str, Any]:
@@ -118,11 +121,18 @@ def check_robot(design: TrunkDesign, request: Request | None = None, *, tell: Te
         As `export_robot`, but for OSError.
     """
     request = request or Request()
-    check_packages()
-    check_curl(design)
-    definitions = build_parts(design, request.parts, request.options)
+    definitions = _define(design, request)
     made = _make(design, None, request, definitions, tell or _tell_nobody)
     return _summarise(design, request, made, ())
+
+
+def _define(design: TrunkDesign, request: Request) -> tuple[Part, ...]:
+    """The parts that are asked for, after all that can be checked of their definitions."""
+    check_packages()
+    check_curl(design)
+    parts = build_parts(design, request.parts, request.options)
+    check_hardware(design, request.options, parts)
+    return parts
 
 
 def _fill(
@@ -193,10 +203,15 @@ def _count_workers(jobs: Sequence[Part], most: int) -> int:
 
 @contextmanager
 def _open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes that start afresh; when the work is cut short, none goes on with what is waiting."""
+    """Processes that start afresh; when the work is cut short, they end at once: a part may take half a minute."""
+    others = set(active_children())
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_ignore_interrupts)
     try:
         yield pool
+    except BaseException:
+        for process in set(active_children()) - others:
+            process.terminate()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
@@ -238,7 +253,7 @@ def _summarise(design: TrunkDesign, request: Request, made: Sequence[Made], file
         "formats": list(request.formats),
         "spiraltrunk": spiraltrunk.__version__,
     }
-    pieces = [(one.part.at[2], one.cones, one.cylinders) for one in made if one.part.group == "trunk"]
+    pieces = [one.place_faces() for one in made if one.part.group == "trunk"]
     if pieces:
         result["agreement"] = compute_agreement(design, measure_trunk(design, pieces))
     return result
@@ -306,34 +321,6 @@ def _trunk_off(design: TrunkDesign, mass: np.ndarray, center: Any) -> float:
 
 def _off(values: np.ndarray, wanted: np.ndarray) -> float:
     return float(np.abs(np.asarray(values) / wanted - 1).max())
-
-
-@contextmanager
-def _open_export(folder: str | Path) -> Iterator[Path]:
-    """A draft folder whose files move to ``folder`` at the end of the block; what an earlier export left there goes."""
-    target = Path(folder)
-    made = [path for path in (target, *target.parents) if not path.exists()]
-    draft = target / f".{secrets.token_hex(8)}"
-    try:
-        try:
-            draft.mkdir(parents=True)
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, str(target)) from None
-        yield draft
-        for name in _read_earlier(target):
-            (target / name).unlink(missing_ok=True)
-        files = [path for path in draft.rglob("*") if path.is_file()]
-        for path in sorted(files, key=lambda path: path.name == "result.json"):
-            goal = target / path.relative_to(draft)
-            goal.parent.mkdir(parents=True, exist_ok=True)
-            path.replace(goal)
-        shutil.rmtree(draft)
-    except BaseException:
-        shutil.rmtree(draft, ignore_errors=True)
-        for path in made:
-            with suppress(OSError):  # Somebody else has put something there, or it was never made.
-                path.rmdir()
-        raise
 
 
 def _read_earlier(target: Path) -> list[str]:

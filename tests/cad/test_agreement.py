@@ -15,7 +15,7 @@ from spiraltrunk.export import compute_agreement
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 
-from spiraltrunk.cad.agreement import measure_trunk
+from spiraltrunk.cad.agreement import measure_trunk, place_faces
 from spiraltrunk.cad.kernel import build_solid, measure_cones, measure_cylinders
 
 ASKED = {
@@ -35,7 +35,7 @@ def measure_pieces(design, options):
     pieces = []
     for part in build_trunk(design, options):
         solid = build_solid(part.form)
-        pieces.append((part.at[2], measure_cones(solid), measure_cylinders(solid, options.hole / 2)))
+        pieces.append(place_faces(part, measure_cones(solid), measure_cylinders(solid, options.hole / 2)))
     return pieces
 
 

@@ -54,9 +54,26 @@ def test_pieces_fit_the_bed_and_leave_nothing_out(tall, options):
     heights = [np.ptp(compute_bounds(part.form)[:, 2]) for part in parts]
     assert max(heights) <= tall + 1e-9
     assert len(parts) >= math.ceil(500 / tall)
-    ends = [part.at[2] + height for part, height in zip(parts, heights, strict=True)]
-    assert [part.at[2] for part in parts[1:]] == pytest.approx(ends[:-1])
-    assert ends[-1] == pytest.approx(build_body(presets.PAPER, options).end)
+    spans = [
+        sorted((part.at[2], part.at[2] + height * math.cos(part.turn)))
+        for part, height in zip(parts, heights, strict=True)
+    ]
+    assert [low for low, _ in spans[1:]] == pytest.approx([high for _, high in spans[:-1]])
+    assert spans[-1][1] == pytest.approx(build_body(presets.PAPER, options).end)
+
+
+@pytest.mark.parametrize("tall", [100.0, 180.0, 256.0])
+def test_pieces_together_are_the_body(tall, options):
+    """Their outlines, without holes, have the volume of the whole outline; the first stands on its cut end."""
+    from spiraltrunk.cad.forms import Revolved, compute_volume
+
+    whole = build_body(presets.PAPER, options)
+    parts = build_trunk(presets.PAPER, replace(options, bed=(256.0, 256.0, tall)))
+    outlines = [part.form.form.form if part.turn else part.form.form for part in parts]
+    volume = sum(compute_volume(outline.form) for outline in outlines)
+    ends = ((0.0, 0.0), *whole.profile[1:], (0.0, whole.end))
+    assert volume == pytest.approx(compute_volume(Revolved(profile=ends)), rel=1e-9)
+    assert [part.turn for part in parts] == [math.pi] + [0.0] * (len(parts) - 1)
 
 
 def test_a_bed_too_small_is_refused(options):

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import time
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from multiprocessing import active_children
 
 import numpy as np
 import pytest
@@ -42,7 +44,7 @@ def test_everything_is_there_and_listed(exported, short):
     folder, result, told = exported
     found = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
     assert found == set(result["files"])
-    assert result == json.loads((folder / "result.json").read_text())
+    assert result == {**json.loads((folder / "result.json").read_text()), "removed": []}
     for name in result["checks"]:
         assert {f"parts/{name}.{ending}" for ending in ("step", "stl", "3mf", "json")} <= found
         assert name in told
@@ -148,6 +150,51 @@ def test_an_earlier_export_goes_and_strangers_stay(tmp_path, short):
     export_robot(short, folder, Request(parts=("horn",), formats=("3mf",)))
     assert sorted(path.name for path in (folder / "parts").iterdir()) == ["horn.3mf", "horn.json", "mine.stl"]
     assert outside.read_text() == "kept"
+
+
+def test_what_another_wrote_is_not_overwritten(tmp_path, short):
+    """A design of one's own beside the parts stays, and nothing is put beside it; so does a part that nobody lists."""
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "trunk.toml").write_text("mine")
+    with pytest.raises(FileExistsError, match="no earlier run of this command wrote it"):
+        export_robot(short, folder, Request(parts=("horn",), formats=("stl",)))
+    assert [path.read_text() for path in folder.iterdir()] == ["mine"]
+    (folder / "trunk.toml").unlink()
+    (folder / "parts").mkdir()
+    (folder / "parts" / "horn.stl").write_text("mine")
+    with pytest.raises(FileExistsError, match=r"horn\.stl"):
+        export_robot(short, folder, Request(parts=("horn",), formats=("stl",)))
+    assert [path.name for path in folder.rglob("*")] == ["parts", "horn.stl"]
+
+
+def test_what_goes_is_told(tmp_path, short):
+    export_robot(short, tmp_path / "out", Request(formats=("urdf",)))
+    result = export_robot(short, tmp_path / "out", Request(parts=("horn",), formats=("stl",)))
+    assert "models/hybrid.urdf" in result["removed"]
+    assert not (tmp_path / "out" / "models").exists()
+
+
+@pytest.mark.slow
+def test_stopping_two_processes_ends_them_at_once(tmp_path, short):
+    """A piece of the trunk takes many seconds; who stops does not wait for it."""
+
+    def stop(what, done, total):
+        raise KeyboardInterrupt
+
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        export_robot(short, tmp_path / "out", Request(parts=("trunk", "gripper"), workers=2), tell=stop)
+    assert list(tmp_path.iterdir()) == []
+    assert not active_children()
+    assert time.monotonic() - began < 60
+
+
+@pytest.mark.slow
+def test_the_default_design_has_a_gripper(tmp_path):
+    """Its seams once touched in a point, and the kernel left a face of no area there."""
+    result = check_robot(design_from_rules(name="trunk"), Request(parts=("gripper",), formats=("stl",)))
+    assert result["checks"]["gripper"]["holds"]
 
 
 def test_stopping_leaves_nothing(tmp_path, short):

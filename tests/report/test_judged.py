@@ -47,11 +47,16 @@ def test_an_overlay_draws_lines_and_dots():
     given = judged(3)
     space, side, end = build_overlay_figure(given).axes
     assert (side.get_xlabel(), end.get_xlabel(), space.get_xlabel()) == ("x [mm]", "z [mm]", "x [mm]")
-    lines = [line for line in side.lines if line.get_marker() == "None"]
+    across = [line for line in side.lines if len(line.get_xdata()) == 2]
+    lines = [line for line in side.lines if line.get_marker() == "None" and line not in across]
     dots = [line for line in side.lines if line.get_marker() == "o"]
     assert len(lines) == len(dots) == 3
     np.testing.assert_allclose(lines[1].get_ydata()[1:], 1e3 * given.predicted[1, :, 1])
     np.testing.assert_allclose(dots[1].get_xdata(), 1e3 * given.measured[1, :, 0])
+    assert len(across) == given.measured[..., 0].size
+    ends = {(*line.get_xdata(), *line.get_ydata()) for line in across}
+    first = np.stack([given.measured[0, 0], given.predicted[0, 0]]) * 1e3
+    assert any(np.allclose(end, (*first[:, 0], *first[:, 1])) for end in ends)
     low, high = side.get_ylim()
     assert all(low < value < high for line in lines for value in line.get_ydata())
 

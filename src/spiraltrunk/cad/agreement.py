@@ -15,6 +15,7 @@ import numpy as np
 
 from spiraltrunk.cad.forms import Revolved
 from spiraltrunk.cad.kernel import build_solid, measure_bulk
+from spiraltrunk.cad.part import Part
 from spiraltrunk.design.trunk import TrunkDesign
 
 _NEAR = 0.3
@@ -44,6 +45,14 @@ class Measured:
     def inertia(self, mass: np.ndarray) -> np.ndarray:
         """Moments of sections of these masses, spread evenly over the outlines, shape (n_section, 2) [kg m^2]."""
         return np.asarray(mass)[:, None] * self.gyration
+
+
+def place_faces(part: Part, cones: np.ndarray, cylinders: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """What `measure_trunk` needs of a piece: height, faces and holes, turned as it stands in the robot."""
+    if math.cos(part.turn) > 0.0:
+        return part.at[2], cones, cylinders
+    x, y, low, high = cylinders.T
+    return part.at[2], cones * [-1.0, 1.0], np.stack([x, -y, -high, -low], axis=-1)
 
 
 def measure_trunk(design: TrunkDesign, pieces: Sequence[tuple[float, np.ndarray, np.ndarray]]) -> Measured:

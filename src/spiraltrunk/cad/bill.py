@@ -5,20 +5,29 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
-from spiraltrunk.cad.housing import ADAPTER, foot_angles
+from spiraltrunk.cad.fasteners import Bolt
+from spiraltrunk.cad.forms import polar
+from spiraltrunk.cad.hardware import list_bolts
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import Material
-from spiraltrunk.cad.sections import between_cables, find_screw_ring
-from spiraltrunk.cad.winder import find_drum, motor_ring
+from spiraltrunk.cad.pins import find_pins
+from spiraltrunk.cad.room import find_room
+from spiraltrunk.cad.sections import build_body, plan_planes
+from spiraltrunk.cad.stand import list_wedge_bolts
+from spiraltrunk.cad.winder import find_drum, motor_angles, motor_ring
 from spiraltrunk.cad.workshop import Made
 from spiraltrunk.design.trunk import TrunkDesign
 
 KNOT = 60.0
 """Cable for a knot or for tying an end [mm] (ours)."""
+
+_INSERTS = ("housing to adapter", "lid to housing")
+"""What is held by heat-set inserts."""
 
 LINES = 2
 """Lines of every printed wall [-] (ours: what the walls are checked for)."""
@@ -62,13 +71,15 @@ def estimate_print(made: Made, options: MakeOptions) -> tuple[float, float]:
 def cable_length(design: TrunkDesign, options: MakeOptions) -> float:
     """Length to cut for one of the trunk's cables [mm].
 
-    From the knot at the tip through the straight trunk and the neck to the drum, what may be paid out, the turns that
-    stay on the drum, and both ends.
+    From the knot at the tip through the straight trunk, the neck and its guide to the drum, what may be paid out, the
+    turns that stay on the drum, and both ends.
     """
-    drum = find_drum(design, options)
+    drum, room = find_drum(design, options), find_room(design, options)
     inside = 1e3 * float(design.cable_in_section.sum() + design.straight_gap.sum())
-    neck = 1e3 * design.housing.neck_length + 2 * options.plate
-    way = math.dist((motor_ring(design, options), 0.0), (1e3 * float(design.hole_position[0, 0, 1]), 0.0)) + 40.0
+    neck = 1e3 * design.housing.neck_length + options.plate + room.height - room.groove
+    hole, axis = polar(1e3 * float(design.hole_position[0, 0, 1]), design.cable.angles[0], 0.0), motor_angles(design)[0]
+    apart = math.dist(hole, polar(motor_ring(design, options), axis, 0.0))
+    way = math.sqrt(max(apart**2 - drum.radius**2, 0.0))
     return inside + neck + way + 2 * math.pi * drum.radius * drum.turns + 2 * KNOT
 
 
@@ -100,7 +111,7 @@ def build_bill(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) 
 def format_markdown(design: TrunkDesign, rows: Sequence[Row]) -> str:
     """The bill as a page."""
     lines = [
-        f"# Bill of materials: {' '.join(design.name.split())}", "",
+        f"# Bill of materials: {escape(design.name)}", "",
         "Masses and times are estimates: walls of two lines, infill as the material's, 30 % for moves.", "",
         "| item | count | material | g each | h each | note |", "|---|---|---|---|---|---|",
     ]  # fmt: skip
@@ -115,6 +126,11 @@ def format_markdown(design: TrunkDesign, rows: Sequence[Row]) -> str:
         duration = sum(row.count * (row.hours or 0.0) for row in own)
         lines.append(f"| {name} | {total:.0f} | {duration:.0f} |")
     return "\n".join(lines) + "\n"
+
+
+def escape(text: str) -> str:
+    """A name in one line of Markdown, with nothing in it that is markup."""
+    return re.sub(r"([\\`*_{}\[\]<>()#+!|])", r"\\\1", " ".join(text.split()))
 
 
 def format_csv(rows: Sequence[Row]) -> str:
@@ -133,20 +149,17 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
     """What is bought for the groups that are made."""
     n, rows = design.n_cable, []
     if "trunk" in groups:
-        pieces = sum(one.part.group == "trunk" for one in made)
-        ring = find_screw_ring(design, options)
-        solid = design.solid
-        through = 1e3 * solid.length - ring * (math.tan(solid.lean_proximal) + math.tan(solid.lean_distal))
-        screws = len(between_cables(design))
-        long = 5 * math.ceil((through + 4.0 + 6.0) / 5)
-        rows.append(Row(item=f"screw M4 x {long} with nut", count=screws, material="neck to section 1"))
-        if pieces > 1:
-            pins = (pieces - 1) * screws
-            rows.append(Row(item="steel pin 3 x 16", count=pins, material="between pieces of the trunk"))
+        body = build_body(design, options)
+        pins = find_pins(design, body, plan_planes(design, body, options), options)
+        rows += [
+            Row(item=f"steel pin {pin.diameter:g} x {2 * pin.depth:g}", count=len(pin.angles),
+                material="between pieces of the trunk", note=f"across the cut at {pin.height:.0f} mm from the base")
+            for pin in pins
+        ]  # fmt: skip
     if "drums" in groups:
         drum, length = find_drum(design, options), cable_length(design, options)
         note = (
-            f"{length:.0f} mm each; {drum.turns:.1f} turns on the drum when wound in, {drum.travel_in:.0f} mm in and "
+            f"{length:.0f} mm each; the drum takes {drum.turns:.1f} turns: {drum.travel_in:.0f} mm in and "
             f"{drum.travel_out:.0f} mm out from straight; a stopper knot at the tip, two half hitches at the drum"
         )
         rows.append(Row(item=f"UHMWPE cable {options.cable:g} mm", count=n, material="trunk", note=note))
@@ -154,20 +167,17 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
     if "horn" in groups:
         way = gripper_cable_length(design, options)
         fingers = 0 if design.gripper is None else design.gripper.n_finger
-        note = f"{way:.0f} mm each, braided of {fingers} strands, which part at the gripper; a knot at each fingertip"
+        strand = options.cable / math.sqrt(max(fingers, 1))
+        note = (
+            f"{way:.0f} mm each, braided of {fingers} strands of {strand:.2f} mm, which part at the gripper; a knot at "
+            "each fingertip"
+        )
         rows.append(Row(item=f"UHMWPE cable {options.cable:g} mm", count=2, material="gripper", note=note))
         rows.append(Row(item="servo DS-929MG", count=1, material="lid", note="with its round horn and screws"))
     if "housing" in groups:
         rows.append(Row(item="motor GM6020", count=n, material="housing", mass=None, note="hole circles unconfirmed"))
-        rows.append(Row(item="screw M4 x 10", count=4 * n, material="housing's floor to motor"))
-        rows.append(Row(item="screw M3 x 10, sunk, with insert", count=n, material="lid to housing"))
-        rows.append(Row(item="screw M4 x 14 with nut", count=len(foot_angles(design)), material="neck's foot to lid"))
     if "adapter" in groups:
-        rows.append(
-            Row(item="screw M6 x 12", count=4, material="adapter to the arm's flange", note=f"{ADAPTER:g} mm plate")
-        )
         rows.append(Row(item="dowel pin 6 x 10", count=1, material="adapter to the arm's flange"))
-        rows.append(Row(item="screw M4 x 10, sunk, with insert", count=4, material="housing's floor to adapter"))
     if "shells" in groups:
         volume = sum(one.finding.volume for one in made if one.part.group == "shells")
         rows.append(
@@ -180,4 +190,20 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
         )
     if "markers" in groups:
         rows.append(Row(item="reflective marker with M3 stud", count=3 * design.n_section, material="marker seats"))
+    rows += _count(list_bolts(design, options, {one.part.name for one in made}))
+    if "wedge" in groups:
+        below, above = _count(list_wedge_bolts(options))
+        rows += [below, replace(above, count=3 * above.count)]
+    return rows
+
+
+def _count(bolts: Sequence[Bolt]) -> list[Row]:
+    """Equal screws for one purpose in one line."""
+    rows = []
+    for what in dict.fromkeys(bolt.what for bolt in bolts):
+        own = [bolt for bolt in bolts if bolt.what == what]
+        one = own[0]
+        held = " with nut" if one.nut_at is not None else " with insert" if what in _INSERTS else ""
+        head = ", sunk" if one.is_sunk else ""
+        rows.append(Row(item=f"screw {one.thread.name} x {one.length:g}{head}{held}", count=len(own), material=what))
     return rows

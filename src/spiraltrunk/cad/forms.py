@@ -89,7 +89,7 @@ class Common:
 Form = Revolved | Prism | Moved | Union | Cut | Common
 
 
-def rod(radius: float, start: Sequence[float], end: Sequence[float]) -> Form:
+def rod(radius: float, start: Sequence[float] | np.ndarray, end: Sequence[float] | np.ndarray) -> Form:
     """A cylinder between two points."""
     along = np.subtract(end, start)
     length = float(np.linalg.norm(along))
@@ -264,7 +264,7 @@ def _turned_area(profile: Sequence[tuple[float, float]]) -> float:
     return abs(float(np.sum((r * above - after * z) * (r + after)) / 6))
 
 
-def _frame(direction: np.ndarray, origin: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+def _frame(direction: np.ndarray, origin: Sequence[float] | np.ndarray) -> tuple[tuple[float, ...], ...]:
     """Rigid transform that takes z to ``direction`` and the origin to ``origin``."""
     other = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     x = np.cross(other, direction)

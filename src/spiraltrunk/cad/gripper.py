@@ -97,11 +97,12 @@ def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     tools += [turned(_spoke(seat, top, widest, options), "z", f * turn) for f in range(gripper.n_finger)]
     form = Cut(form=Union(forms=tuple(bodies)), tools=tuple(tools))
     deep = seat.lip + seat.lug
-    ends = [seat.plate + sum(finger.lengths[:j]) for j in range(gripper.n_phalanx)]
+    at = 1e3 * design.length - seat.plate
+    ends = [at + seat.plate + sum(finger.lengths[:j]) for j in range(gripper.n_phalanx)]
     part = Part(
         name="gripper", group="gripper", what=f"plate with turning tenon and {gripper.n_finger} fingers", material=TPU,
-        form=shifted(form, (0, 0, deep)), at=(0.0, 0.0, 1e3 * design.length - seat.plate - deep),
-        landmarks=((0.0, "tenon"), (deep, "plate"), *((deep + z, f"finger joint {j + 1}") for j, z in enumerate(ends))),
+        form=shifted(form, (0, 0, deep)), at=(0.0, 0.0, at - deep),
+        landmarks=((at - deep, "tenon"), (at, "plate"), *((z, f"finger joint {j + 1}") for j, z in enumerate(ends))),
         thinnest="a finer --nozzle-mm, or a larger gripper.finger_width_mm or gripper.stiffness_nm_per_rad",
     )  # fmt: skip
     return (part,)

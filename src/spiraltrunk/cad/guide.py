@@ -1,75 +1,106 @@
-"""A page on how to build the robot, in the numbers of the design."""
+"""A page on how to build the robot, in the numbers of the design; it speaks of the parts that were made."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from spiraltrunk.cad.bill import cable_length, gripper_cable_length
+from spiraltrunk.cad.bill import cable_length, escape, gripper_cable_length
+from spiraltrunk.cad.hardware import list_bolts
 from spiraltrunk.cad.options import MakeOptions
-from spiraltrunk.cad.sections import PIN_DEPTH, between_cables, build_body
-from spiraltrunk.cad.winder import DEAD_TURNS, find_arm, find_drum
+from spiraltrunk.cad.pins import find_pins
+from spiraltrunk.cad.sections import build_body, plan_planes
+from spiraltrunk.cad.winder import DEAD_TURNS, find_arm, find_drum, motor_angles
 from spiraltrunk.cad.workshop import Made
 from spiraltrunk.design.trunk import TrunkDesign
 
 
 def format_guide(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> str:
-    """The guide; steps for parts that were not asked for are there all the same."""
-    steps = (_print_trunk, _cast_shells, _build_housing, _run_cables, _build_gripper, _fit)
-    text = [f"# Building {' '.join(design.name.split())}", "", _summary(design), ""]
+    """The guide: a step for each group of parts that was made."""
+    groups = {one.part.group for one in made}
+    steps = {
+        "trunk": _print_trunk, "shells": _cast_shells, "gripper": _print_gripper, "adapter": _mount_adapter,
+        "housing": _build_housing, "drums": _run_cables, "horn": _tie_gripper, "wedge": _tilt, "markers": _mark,
+    }  # fmt: skip
+    text = [f"# Building {escape(design.name)}", "", _summary(design), ""]
     number = 1
-    for step in steps:
-        lines = step(design, made, options)
+    for group, step in steps.items():
+        lines = step(design, made, options) if group in groups else []
         if lines:
             text += [f"{number}. " + "\n   ".join(lines)]
             number += 1
+    text += ["", "Then weigh the sections, shells on, and put what you find into `mass.sections_g` of `trunk.toml`."]
     return "\n".join(text) + "\n"
 
 
 def _summary(design: TrunkDesign) -> str:
     return (
         f"{design.n_section} sections, {1e3 * design.length:.0f} mm long, {1e3 * design.base_width:.0f} mm wide at "
-        f"the base, {design.n_cable} cables. Parts are listed in `bom.md`, drawn in `pictures/exploded.svg`."
+        f"the base, {design.n_cable} cables. What was made and what is to be bought is listed in `bom.md`, what it "
+        "looks like is in `pictures`. Dorsal is where cable 1 runs."
     )
 
 
 def _print_trunk(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
     body = build_body(design, options)
-    pieces = [one for one in made if one.part.group == "trunk"]
-    hollow = sum(joint.bore > 0 for joint in body.joints)
+    planes = plan_planes(design, body, options)
     lines = [
-        "**Trunk**, TPU 95A, standing, nozzle "
-        f"{options.nozzle:g} mm, supports in the gaps, in {max(1, len(pieces))} piece(s). Print the elastic joints "
-        f"solid; the last one, joint {design.n_joint}, is {2 * body.joints[-1].radius:.2f} mm thick: slowly there.",
+        "**Trunk**, TPU 95A, standing as in its files, nozzle "
+        f"{options.nozzle:g} mm, supports in the gaps and under the first face, in {len(planes) - 1} piece(s). Print "
+        f"the elastic joints solid; the last one, joint {design.n_joint}, is {2 * body.joints[-1].radius:.2f} mm "
+        "thick: slowly there.",
     ]
-    if len(pieces) > 1:
+    if len(planes) > 2:
+        pins = [
+            f"{len(pin.angles)} of {pin.diameter:g} x {2 * pin.depth:g} mm at {pin.height:.0f} mm from the base"
+            for pin in find_pins(design, body, planes, options)
+        ]
+        told = f"with pins ({', '.join(pins)}) and " if pins else "with "
         lines.append(
-            f"Join the pieces with {len(between_cables(design))} pins of 3 mm, {PIN_DEPTH:g} mm deep on either side, "
-            "and glue; the cables' pull keeps them shut. Turn the first piece over for printing: its cut end is flat."
+            f"Join the pieces {told}a glue for TPU (cyanoacrylate with primer); the cables' pull keeps them shut."
         )
-    if design.gripper is not None and hollow < design.n_joint:
+    if design.gripper is not None and body.n_hollow < design.n_joint:
         lines.append(
-            f"The gripper's cables run inside joints 1 to {hollow} and beside the thinner ones from joint {hollow + 1} "
-            "on, one on each side."
+            f"The gripper's cables run inside joints 1 to {body.n_hollow} and beside the thinner ones from joint "
+            f"{body.n_hollow + 1} on, one on each side."
         )
     return lines
 
 
 def _cast_shells(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
-    body = build_body(design, options)
-    count = sum(seat is not None for seat in body.seats)
-    if not count:
-        return []
+    count = sum(seat is not None for seat in build_body(design, options).seats)
     return [
-        f"**Shells**, Ecoflex 00-30, {count} of them: put each mould's ring on its core's step, fill to the brim, let "
-        f"it cure, peel. They are {100 * options.shell_grip:g} % narrower than their seats; stretch them over the rims."
+        f"**Shells**, Ecoflex 00-30, {count} of them: wax or spray the moulds, put each ring on its core's step, fill "
+        "to the brim, let it cure by its maker's sheet, peel. They are "
+        f"{100 * options.shell_grip:g} % narrower than their seats; stretch them over the rims."
+    ]
+
+
+def _print_gripper(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+    return [
+        "**Gripper**, TPU 95A, standing on its tenon, supports under the plate. Push the tenon into the tip and turn "
+        "it by a quarter; before that, the trunk's cables are knotted at the tip."
+    ]
+
+
+def _mount_adapter(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+    return [
+        "**Adapter**: spigot and dowel into the arm's flange, four M6 x 12; four inserts into its other side first."
     ]
 
 
 def _build_housing(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+    bases = sum(bolt.what == "housing to adapter" for bolt in list_bolts(design, options, {"housing"}))
+    motors = ", ".join(
+        f"the one at {math.degrees(angle):.0f} deg from dorsal winds cable {cable + 1}"
+        for cable, angle in enumerate(motor_angles(design))
+    )
     return [
-        "**Housing**: adapter to the arm's flange (4 M6, spigot and dowel), cup onto the adapter (4 M4 from inside), "
-        f"{design.n_cable} motors onto the floor, drums onto the rotors, lid last.",
+        f"**Housing**: {design.n_cable} motors onto the floor, sunk screws from below; {motors}. Then the cup onto the "
+        f"adapter: {bases} M4 x 12 between the motors, with a long key from above. Drums onto the rotors.",
+        "Print the neck on its foot with supports inside. Neck onto section 1: screws from inside the neck, nuts in "
+        "the pockets of section 1's far face, through the first gap. Then the servo into its bracket, and the neck's "
+        "foot onto the lid with nuts below. The lid comes last, when the cables are on their drums.",
         "The motors' hole circles are unconfirmed: measure yours, and set `Motor.floor_circle` and "
         "`Motor.rotor_circle` (spiraltrunk.cad.options).",
     ]
@@ -77,32 +108,41 @@ def _build_housing(design: TrunkDesign, made: Sequence[Made], options: MakeOptio
 
 def _run_cables(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
     drum = find_drum(design, options)
-    turns = drum.travel_out / (2 * math.pi * drum.radius) + DEAD_TURNS
+    around = 2 * math.pi * drum.radius
+    turns = drum.travel_out / around + DEAD_TURNS
     gaps = ", ".join(f"{1e3 * gap:.1f}" for gap in design.straight_gap[[0, design.n_joint // 2, -1]])
     return [
         f"**Cables**: cut {design.n_cable} of {cable_length(design, options):.0f} mm. Thread from the tip, stopper "
-        f"knot at the tip, through the neck and the lid to the drum ({2 * drum.radius:.1f} mm across). Straight, the "
-        f"gaps are {gaps} mm at the first, middle and last joint.",
-        f"Wind on until the trunk is straight and free of slack, with {turns:.1f} turns on the drum: it "
-        f"then pulls {drum.travel_in:.0f} mm in and pays {drum.travel_out:.0f} mm out.",
+        "knot over a washer or bead at the tip, through neck, lid and the guide under the lid, over the guide's round "
+        f"lip to the drum ({2 * drum.radius:.1f} mm across); wax the lip. Straight, the gaps are {gaps} mm at the "
+        "first, middle and last joint.",
+        f"Wind on until the trunk is straight and free of slack, with {turns:.1f} turns on the drum: it then pulls "
+        f"{drum.travel_in:.0f} mm in, to {turns + drum.travel_in / around:.1f} turns, and pays "
+        f"{drum.travel_out:.0f} mm out.",
     ]
 
 
-def _build_gripper(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+def _tie_gripper(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
     if design.gripper is None:
         return []
     return [
-        f"**Gripper**: two cables of {gripper_cable_length(design, options):.0f} mm, each parted into "
+        f"**Gripper's cables**: two of {gripper_cable_length(design, options):.0f} mm, each parted into "
         f"{design.gripper.n_finger} strands: one through the inner, one through the outer holes of the fingers, "
-        "knotted at the fingertips; push the tenon into the tip and turn it by a quarter. Tie the cables to the two "
-        "ends of the double arm, "
-        f"{find_arm(design, options):.1f} mm from the shaft, at the servo's middle.",
+        "knotted at the fingertips. Down the trunk's channel and through the neck; tie them to the two ends of the "
+        f"double arm, {find_arm(design, options):.1f} mm from the shaft, at the servo's middle.",
     ]
 
 
-def _fit(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+def _tilt(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
     return [
-        "**Fit**: neck onto section 1 with the long M4 screws, neck's foot onto the lid (6 M4). For measuring, put the "
-        "neck on none, one, two or three wedges: 0, 45, 90 or 135 deg. Then weigh the sections "
-        "and enter what you find in `trunk.toml`.",
+        "**Wedges**, for measuring: none, one, two or three between flange (or bench) and adapter tilt the base by 0, "
+        "45, 90 or 135 deg. The first goes onto the flange with four M6 x 16; the next one, and the adapter, onto it "
+        "with four M6 x 20 and nuts."
+    ]
+
+
+def _mark(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+    return [
+        "**Markers**, for measuring: glue three seats onto each section's edge towards the base, the first dorsal, "
+        "the others 120 deg from it, and turn a marker's M3 stud into each."
     ]

@@ -7,86 +7,25 @@ each cable above the trunk's holes, neck with the funnel that section 1 sits in.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import final
 
-from spiraltrunk.cad.forms import Cut, Form, Revolved, Union, box, polar, rod, shifted
+from spiraltrunk.cad.fasteners import M3_INSERT, M4, M4_INSERT, M6, M6_HEAD, THREADS, Bolt, sink
+from spiraltrunk.cad.forms import Common, Cut, Form, Revolved, Union, polar, rod, shifted
+from spiraltrunk.cad.lid import build_lid
+from spiraltrunk.cad.neck_screws import BOSS, NECK_WALL, between_cables, find_neck_screw
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import PLA, Part
-from spiraltrunk.cad.sections import SCREW, between_cables, find_screw_ring
-from spiraltrunk.cad.winder import find_drum, motor_angles, motor_ring
+from spiraltrunk.cad.room import ADAPTER, FOOT, FOOT_WIDE, POST, Room, find_room, foot_angles, foot_circle, refuse
+from spiraltrunk.cad.winder import motor_angles
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
 
-ADAPTER = 10.0
-"""Thickness of the adapter without its spigot [mm] (ours: room for the heads of the M6 screws)."""
-
-FOOT, FOOT_WIDE = 5.0, 10.0
-"""Thickness of the neck's foot, and how far it stands out [mm] (ours)."""
-
-M3, M4, M6 = 3.4, 4.5, 6.6
-"""Holes that screws pass [mm] (ISO 273, medium)."""
-
-M3_INSERT, M4_INSERT = 4.0, 5.6
-"""Holes for heat-set inserts [mm] (as their makers state them)."""
-
-M6_HEAD = 11.0
-"""Counterbore of an M6 socket head [mm] (DIN 974)."""
-
-NECK_WALL = 4.0
-"""Thickness of the neck's wall and funnel [mm] (ours)."""
-
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class Room:
-    """Heights and radii inside the housing, in mm; its floor's underside is 0."""
-
-    radius: float
-    """Outer radius."""
-    height: float
-    """Height without adapter and lid."""
-    ring: float
-    """Radius of the circle of the motors' axes."""
-    post: float
-    """Radius of the circle of the posts that carry the lid."""
-    posts: tuple[float, ...]
-    """Angles of the posts [rad]: between the motors."""
-    base: float
-    """Radius of the circle of screws between floor and adapter."""
-
-
-def find_room(design: TrunkDesign, options: MakeOptions) -> Room:
-    """Where everything goes in the housing.
-
-    Raises:
-        DesignError: where motors, drums or servo do not fit.
-    """
-    housing, motor = design.housing, options.motor
-    radius, ring = 1e3 * housing.radius, motor_ring(design, options)
-    need = ring + motor.diameter / 2 + options.clearance + options.rim
-    if radius < need:
-        raise _refuse(
-            "housing.radius_mm", radius, need, f"{design.n_cable} motors of {motor.diameter:g} mm side by side"
-        )
-    height = 1e3 * housing.length - ADAPTER - options.plate
-    stack = options.plate + motor.height + find_drum(design, options).height + 2.0
-    if height < stack:
-        need = stack + ADAPTER + options.plate
-        raise _refuse("housing.length_mm", 1e3 * housing.length, need, "floor, motor, drum, lid and adapter")
-    posts = tuple(angle + math.pi / design.n_cable for angle in motor_angles(design))
-    if 1e3 * design.solid.radius + FOOT_WIDE > radius:
-        raise _refuse("housing.radius_mm", radius, 1e3 * design.solid.radius + FOOT_WIDE, "the foot of the neck")
-    return Room(
-        radius=radius, height=height, ring=ring, post=radius - options.rim - 3.5, posts=posts,
-        base=min(radius - 12.0, options.flange.outer / 2 + 6.0),
-    )  # fmt: skip
+SPIGOT_SEAT = 6.5
+"""Depth of the counterbores for the adapter's M6 heads [mm] (ours)."""
 
 
 def build_housing(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     """Housing, lid and neck."""
     room = find_room(design, options)
-    return (_build_cup(design, room, options), _build_lid(design, room, options), _build_neck(design, room, options))
+    return (_build_cup(design, room, options), build_lid(design, room, options), _build_neck(design, room, options))
 
 
 def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
@@ -108,9 +47,10 @@ def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     ring = flange.pitch_circle / 2
     corners = [math.pi / 4 + k * math.pi / 2 for k in range(4)]
     tools: list[Form] = [rod(M6 / 2, polar(ring, a, -1), polar(ring, a, ADAPTER + 1)) for a in corners]
-    tools += [rod(M6_HEAD / 2, polar(ring, a, -1), polar(ring, a, 6.5)) for a in corners]
+    tools += [rod(M6_HEAD / 2, polar(ring, a, -1), polar(ring, a, SPIGOT_SEAT)) for a in corners]
     tools.append(rod((flange.dowel + 0.1) / 2, polar(ring, 0, ADAPTER - 6.0), polar(ring, 0, ADAPTER + 1)))
-    tools += [rod(M4_INSERT / 2, polar(room.base, a, -1), polar(room.base, a, 7.0)) for a in _base_angles()]
+    # Turned over, dorsal stays dorsal and the other side changes sides.
+    tools += [rod(M4_INSERT / 2, polar(room.base, -a, -1), polar(room.base, -a, 8.0)) for a in room.bases]
     tools.append(rod(8.0, (0, 0, -1), (0, 0, ADAPTER + flange.pilot_height + 1)))
     top = -1e3 * (design.housing.neck_length + design.housing.length)
     part = Part(
@@ -129,7 +69,7 @@ def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
             (0.0, floor),
         )
     )  # fmt: skip
-    posts = [rod(4.0, polar(room.post, a, floor / 2), polar(room.post, a, room.height)) for a in room.posts]
+    posts = [rod(POST, polar(room.post, a, floor / 2), polar(room.post, a, room.height)) for a in room.posts]
     tools: list[Form] = [
         rod(M3_INSERT / 2, polar(room.post, a, room.height - 8), polar(room.post, a, room.height + 1))
         for a in room.posts
@@ -140,7 +80,9 @@ def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
         for q in range(4):
             x, y, _ = polar(motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0)
             tools.append(rod(M4 / 2, (center[0] + x, center[1] + y, -1), (center[0] + x, center[1] + y, floor + 1)))
-    tools += [rod(M4 / 2, polar(room.base, a, -1), polar(room.base, a, floor + 1)) for a in _base_angles()]
+            # Sunk, as the adapter lies over them.
+            tools.append(shifted(sink(THREADS["M4"], M4), (center[0] + x, center[1] + y, 0.0)))
+    tools += [rod(M4 / 2, polar(room.base, a, -1), polar(room.base, a, floor + 1)) for a in room.bases]
     x, y, _ = polar(room.radius, room.posts[0] + 0.2, 0)
     tools.append(rod(5.0, (0.8 * x, 0.8 * y, floor + 8), (1.1 * x, 1.1 * y, floor + 8)))
     bottom = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER
@@ -150,45 +92,13 @@ def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
     )  # fmt: skip
 
 
-def _build_lid(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
-    """Printed on its outer side; the servo's bracket stands up."""
-    thick, servo = options.plate, options.servo
-    disc = Revolved(profile=((0.0, 0.0), (room.radius, 0.0), (room.radius, thick), (0.0, thick)))
-    forms: list[Form] = [disc]
-    tools: list[Form] = [rod(M3 / 2, polar(room.post, -a, -1), polar(room.post, -a, thick + 1)) for a in room.posts]
-    # Sunk, as the neck's foot may lie over them.
-    tools += [shifted(_sink(), polar(room.post, -a, 0.0)) for a in room.posts]
-    ring, foot = 1e3 * float(design.hole_position[0, 0, 1]), foot_circle(design)
-    # Turned over, dorsal stays dorsal and the other side changes sides.
-    tools += [rod(options.hole, polar(ring, -a, -1), polar(ring, -a, thick + 1)) for a in design.cable.angles]
-    tools += [rod(M4 / 2, polar(foot, -a, -1), polar(foot, -a, thick + 1)) for a in foot_angles(design)]
-    if design.gripper is not None:
-        tools.append(rod(2.5, (0, 0, -1), (0, 0, thick + 1)))
-        wide, deep = servo.lug_pitch + 8.0, 4.0
-        # The shaft, not the body, stands on the axis; the arm turns in a plane along the trunk.
-        aside, rise = servo.length / 2 - servo.shaft_offset, thick + 10.0
-        forms.append(box((wide, deep, rise + servo.width), (aside, 8.0, (rise + servo.width) / 2 + thick / 2)))
-        tools.append(box((servo.length + 0.4, 3 * deep, servo.width + 0.4), (aside, 8.0, rise + servo.width / 2)))
-        for side in (-0.5, 0.5):
-            x = aside + side * servo.lug_pitch
-            z = rise + servo.width / 2
-            tools.append(rod(0.9, (x, 0, z), (x, 16.0, z)))
-        _check_servo(room, options)
-    top = -1e3 * design.housing.neck_length
-    return Part(
-        name="lid", group="housing", what="lid with guide holes and the servo's bracket", material=PLA,
-        form=Cut(form=Union(forms=tuple(forms)), tools=tuple(tools)), at=(0.0, 0.0, top), turn=math.pi,
-        thinnest="a thicker plate",
-    )  # fmt: skip
-
-
 def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
     """A tube whose end is the counterpart of section 1's proximal face, printed on its foot."""
     solid = design.solid
     radius, tall, slope = 1e3 * solid.radius, 1e3 * design.housing.neck_length, math.tan(solid.lean_proximal)
     inner = radius - NECK_WALL
     if tall < NECK_WALL + FOOT:
-        raise _refuse("housing.neck_length_mm", tall, NECK_WALL + FOOT, "the neck's foot and funnel")
+        raise refuse("housing.neck_length_mm", tall, NECK_WALL + FOOT, "the neck's foot and funnel")
     tube = Revolved(
         profile=(
             (0.0, tall), (radius, tall + radius * slope), (radius, FOOT), (radius + FOOT_WIDE, FOOT),
@@ -197,12 +107,14 @@ def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
         )
     )  # fmt: skip
     ring, high = 1e3 * float(design.hole_position[0, 0, 1]), tall + radius * slope + 1.0
+    screw = find_neck_screw(design)
     low = tall - NECK_WALL - 1.0
     tools: list[Form] = [rod(options.hole, polar(ring, a, low), polar(ring, a, high)) for a in design.cable.angles]
-    tools += [
-        rod(
-            SCREW / 2, polar(find_screw_ring(design, options), a, low), polar(find_screw_ring(design, options), a, high)
-        )
+    tools += [rod(M4 / 2, polar(screw.ring, a, low), polar(screw.ring, a, high)) for a in between_cables(design)]
+    below = Revolved(profile=((0.0, 0.0), (radius, 0.0), (radius, tall + radius * slope), (0.0, tall)))
+    seat = tall + screw.seat
+    bosses = [
+        Common(form=rod(BOSS, polar(screw.ring, a, seat), polar(screw.ring, a, high)), other=below)
         for a in between_cables(design)
     ]
     tools += [
@@ -213,37 +125,43 @@ def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
         tools.append(rod(2.5, (0, 0, low), (0, 0, high)))
     return Part(
         name="neck", group="housing", what="neck with the funnel of section 1", material=PLA,
-        form=Cut(form=tube, tools=tuple(tools)), at=(0.0, 0.0, -tall), thinnest="a thicker neck",
+        form=Cut(form=Union(forms=(tube, *bosses)), tools=tuple(tools)), at=(0.0, 0.0, -tall),
+        thinnest="a thicker neck",
     )  # fmt: skip
 
 
-def foot_circle(design: TrunkDesign) -> float:
-    """Radius of the circle of screws through the neck's foot [mm]."""
-    return 1e3 * design.solid.radius + FOOT_WIDE / 2 + 0.5
-
-
-def foot_angles(design: TrunkDesign) -> tuple[float, ...]:
-    """Angles of the six screws through the neck's foot [rad]; the same pattern is on lid and wedge."""
-    return tuple(math.pi / 6 + k * math.pi / 3 for k in range(6))
-
-
-def _sink() -> Form:
-    """Room for the head of a sunk M3 screw (ISO 10642), from below."""
-    return Revolved(profile=((0.0, -0.5), (3.7, -0.5), (M3 / 2 - 0.1, 1.6), (0.0, 1.6)))
-
-
-def _base_angles() -> tuple[float, ...]:
-    return tuple(k * math.pi / 2 for k in range(4))
-
-
-def _check_servo(room: Room, options: MakeOptions) -> None:
-    """The servo stands in the middle, above the motors and between the drums."""
-    free = room.ring - options.motor.rotor_circle / 2
-    if free < 12.0:
-        raise _refuse("room for the servo between the drums", free, 12.0, "a servo of the 9 g class")
-
-
-def _refuse(name: str, got: float, least: float, why: str) -> DesignError:
-    return DesignError(
-        f"part housing: {name}", got=Words(f"{got:.1f} mm"), allowed=f"at least {least:.1f} mm, for {why}"
-    )
+def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
+    """Every screw of adapter, housing, lid and neck's foot, in its place along the trunk's axis from the base joint."""
+    room, m3, m4, m6 = find_room(design, options), THREADS["M3"], THREADS["M4"], THREADS["M6"]
+    neck = -1e3 * design.housing.neck_length
+    floor = neck - 1e3 * design.housing.length + ADAPTER
+    flange, up, down = options.flange.pitch_circle / 2, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+    bolts = [
+        Bolt(what="adapter to the arm's flange", parts=("adapter",), thread=m6, length=12.0, along=down,
+             seat=polar(flange, math.pi / 4 + k * math.pi / 2, floor - SPIGOT_SEAT), way=0.0)
+        for k in range(4)
+    ]  # fmt: skip
+    bolts += [
+        Bolt(what="housing to adapter", parts=("housing", "adapter"), thread=m4, length=12.0, along=down,
+             seat=polar(room.base, a, floor + options.plate), way=room.height - options.plate - m4.head_height)
+        for a in room.bases
+    ]  # fmt: skip
+    for axis in motor_angles(design):
+        x, y, _ = polar(room.ring, axis, 0.0)
+        for q in range(4):
+            u, v, _ = polar(options.motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0.0)
+            bolts.append(
+                Bolt(what="motor to housing", parts=("housing",), thread=m4, length=10.0, along=up, is_sunk=True,
+                     seat=(x + u, y + v, floor))
+            )  # fmt: skip
+    bolts += [
+        Bolt(what="lid to housing", parts=("lid", "housing"), thread=m3, length=10.0, along=down, is_sunk=True,
+             seat=polar(room.post, a, neck), way=20.0)
+        for a in room.posts
+    ]  # fmt: skip
+    bolts += [
+        Bolt(what="neck to lid", parts=("neck", "lid"), thread=m4, length=16.0, along=down,
+             seat=polar(foot_circle(design), a, neck + FOOT), nut_at=FOOT + options.plate, way=20.0)
+        for a in foot_angles(design)
+    ]  # fmt: skip
+    return bolts

@@ -10,13 +10,17 @@ import numpy as np
 
 from spiraltrunk.cad.forms import Common, Cut, Form, Moved, Prism, Revolved, Union
 from spiraltrunk.cad.mesh import Mesh, weld
-from spiraltrunk.errors import MissingPackage
+from spiraltrunk.errors import MissingPackage, PartError
 
 if TYPE_CHECKING:
     from build123d import Shape
 
 ANGLE = 0.25
 """Largest angle between neighbouring facets of a mesh [rad]; the tolerance rules where it is finer (ours)."""
+
+
+SEAMS = (0.0, 0.4, 1.1)
+"""Angles at which round faces may have their seam, one after the other [rad] (ours)."""
 
 
 def check_packages() -> None:
@@ -33,45 +37,68 @@ def check_packages() -> None:
 
 
 def build_solid(form: Form) -> Shape[Any]:
-    """The form as the kernel's boundary representation, in mm."""
+    """The form as the kernel's boundary representation, in mm.
+
+    Where two seams of round faces touch, the kernel may leave a face of no area: then the solid is built once more with
+    its seams elsewhere.
+    """
+    for seam in SEAMS:
+        solid = _build(form, seam)
+        if solid.is_valid:
+            break
+    return solid
+
+
+def _build(form: Form, seam: float) -> Shape[Any]:
+    """The form with the seams of whole turns at an angle [rad]."""
     import build123d as bd
 
     match form:
         case Revolved(profile=profile, start=start, arc=arc):
             wire = bd.Wire.make_polygon([bd.Vector(r, 0, z) for r, z in profile], close=True)
             solid = bd.Solid.revolve(bd.Face(wire), math.degrees(arc), bd.Axis.Z)
-            return solid if start == 0.0 else solid.rotate(bd.Axis.Z, math.degrees(start))
+            begin = start if arc < 2 * math.pi else start + seam
+            return solid if begin == 0.0 else solid.rotate(bd.Axis.Z, math.degrees(begin))
         case Prism(corners=corners, bottom=bottom, top=top):
             wire = bd.Wire.make_polygon([bd.Vector(x, y, bottom) for x, y in corners], close=True)
             return bd.Solid.extrude(bd.Face(wire), bd.Vector(0, 0, top - bottom))
         case Moved(form=inner, T=T):
-            return build_solid(inner).moved(_location(T))
+            return _build(inner, seam).moved(_location(T))
         case Union(forms=forms):
-            first, *others = (build_solid(part) for part in forms)
+            first, *others = (_build(part, seam) for part in forms)
             return _single(first.fuse(*others) if others else first)
         case Cut(form=inner, tools=tools):
             return _single(
-                build_solid(inner).cut(*(build_solid(tool) for tool in tools)) if tools else build_solid(inner)
+                _build(inner, seam).cut(*(_build(tool, seam) for tool in tools)) if tools else _build(inner, seam)
             )
         case Common(form=inner, other=other):
-            return _single(build_solid(inner).intersect(build_solid(other)))
+            return _single(_build(inner, seam).intersect(_build(other, seam)))
 
 
 def build_mesh(solid: Shape[Any], tolerance: float) -> Mesh:
     """The solid's surface as triangles, hardly anywhere further from it than ``tolerance`` [mm].
 
     On long thin faces the kernel's mesher now and then spans chords far wider than it was told. So the middles of all
-    triangles are held against the round faces that they stand for, and what is too far off is meshed more finely.
+    triangles are held against the round faces that they stand for, and what is too far off is meshed more finely; so is
+    what has a face that the mesher gave up on, as it does at one tolerance and not at another.
+
+    Raises:
+        PartError: where it gives up on a face at every tolerance.
     """
-    for finer in (1.0, 0.5, 0.25, 0.1):
-        mesh, error = _mesh(solid, finer * tolerance, finer * ANGLE)
-        if error <= 2 * tolerance:
+    meshes = (_mesh(solid, finer * tolerance, finer * ANGLE) for finer in (1.0, 0.5, 0.25, 0.1, 0.7))
+    best: tuple[Mesh, float] | None = None
+    for found in meshes:
+        if found is not None and (best is None or found[1] < best[1]):
+            best = found
+        if best is not None and best[1] <= 2 * tolerance:
             break
-    return mesh
+    if best is None:
+        raise PartError(f"the kernel can mesh no whole surface near {tolerance:g} mm; allowed: another --tolerance-mm")
+    return best[0]
 
 
-def _mesh(solid: Shape[Any], tolerance: float, angle: float) -> tuple[Mesh, float]:
-    """A mesh, and how far the middle of a triangle is from its round face at most [mm]."""
+def _mesh(solid: Shape[Any], tolerance: float, angle: float) -> tuple[Mesh, float] | None:
+    """A mesh, and how far the middle of a triangle is from its round face at most [mm]; None where a face has none."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.BRepTools import BRepTools
@@ -89,6 +116,8 @@ def _mesh(solid: Shape[Any], tolerance: float, angle: float) -> tuple[Mesh, floa
     for face in solid.faces():
         place = TopLoc_Location()
         facets = BRep_Tool.Triangulation_s(face.wrapped, place)
+        if facets is None:
+            return None
         move = place.Transformation()
         nodes = (facets.Node(i).Transformed(move) for i in range(1, facets.NbNodes() + 1))
         own = np.array([(node.X(), node.Y(), node.Z()) for node in nodes])
@@ -124,12 +153,16 @@ def _miss(face: Any, middles: np.ndarray) -> float:
     return float((np.abs(across - wanted) * math.cos(lean)).max())
 
 
+_WHEN = "1980-01-01T00:00:00"
+"""Time that STEP files tell [-]: always the same, so that the same part is the same file."""
+
+
 def write_step(solid: Shape[Any], path: Path, name: str) -> None:
-    """Write the solid as STEP, in mm."""
+    """Write the solid as STEP, in mm; the same solid gives the same file."""
     import build123d as bd
 
     solid.label = name
-    if not bd.export_step(solid, str(path)):
+    if not bd.export_step(solid, str(path), timestamp=_WHEN):
         raise OSError(f"the STEP writer failed at {path.name}")
 
 

@@ -127,3 +127,8 @@ class MakeOptions:
     def hole(self) -> float:
         """Diameter of a cable's hole."""
         return self.cable + self.hole_play
+
+    @property
+    def pair_hole(self) -> float:
+        """Diameter of a hole that two cables share."""
+        return 2 * self.cable + self.hole_play

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import final
+
+import numpy as np
 
 from spiraltrunk.cad.forms import Form
 
@@ -59,9 +62,16 @@ class Part:
     checks_walls: bool = True
     """Whether walls must be two nozzles thick; not so for what is cast."""
     landmarks: tuple[tuple[float, str], ...] = ()
-    """Where along z what begins, in order, so that a thin wall can be told by name [mm]."""
+    """Where along the straight trunk's axis what begins, in order, so that a thin wall can be told by name [mm]."""
 
     def name_place(self, z: float) -> str:
-        """What of the part is at a height [mm]."""
-        names = [name for begin, name in self.landmarks if begin <= z]
+        """What of the part is at a height of its own frame [mm]."""
+        along = self.at[2] + z * math.cos(self.turn)
+        names = [name for begin, name in self.landmarks if begin <= along]
         return f"{names[-1]}, " if names else ""
+
+    def take_in(self, points: np.ndarray) -> np.ndarray:
+        """Points of the assembled robot in the part's own frame, shape (n, 3) [mm]."""
+        x, y, z = (np.asarray(points, float) - np.array(self.at)).T
+        c, s = math.cos(self.turn), math.sin(self.turn)
+        return np.stack([x, c * y + s * z, c * z - s * y], axis=-1)

@@ -13,9 +13,11 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.cad.forms import Cut, Form, Revolved, compute_bounds, polar, rod, shifted
+from spiraltrunk.cad.forms import Cut, Form, Revolved, compute_bounds, polar, rod, shifted, turned
+from spiraltrunk.cad.neck_screws import cut_neck_screws
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import TPU, Part
+from spiraltrunk.cad.pins import find_pins
 from spiraltrunk.cad.tip import TipSeat, add_socket, find_seat
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
@@ -23,11 +25,8 @@ from spiraltrunk.errors import DesignError, Words
 RIM = 0.08
 """Width of the rims beside a shell's seat over the section's radius [-] (ours)."""
 
-PIN, PIN_DEPTH = 3.0, 8.0
-"""Diameter and depth of the holes for the pins between two pieces [mm] (ours: steel pins 3 x 16)."""
-
-SCREW = 4.4
-"""Holes for the M4 screws between neck and section 1 [mm]."""
+LEAST_PIECE = 8.0
+"""Least height of a piece of the trunk [mm] (ours)."""
 
 
 @final
@@ -66,6 +65,16 @@ class Body:
     tip: TipSeat | None
     """Seat of the gripper."""
 
+    @property
+    def n_hollow(self) -> int:
+        """How many joints, from the base, the gripper's cables run inside of."""
+        return sum(joint.bore > 0 for joint in self.joints)
+
+    def find_aside(self, options: MakeOptions) -> float:
+        """Distance of the gripper's cables from the axis where they pass beside the joints: clear of the thickest."""
+        widest = max((joint.radius for joint in self.joints[self.n_hollow :]), default=0.0)
+        return widest + options.hole / 2 + options.clearance
+
 
 def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:
     """Joint ``i`` (from 0), as stiff in bending as the design's EI/L though it is hollow and its length is the gap's.
@@ -78,7 +87,7 @@ def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:
     scale = 1e3 * float(design.scale[i])
     wanted = (design.joint.radius * scale) ** 4 / (design.joint.length * scale)
     full = (wanted * slope) ** (1 / 3)
-    bore = options.hole if design.gripper is not None else 0.0
+    bore = options.pair_hole if design.gripper is not None else 0.0
     ring = full
     for _ in range(50):  # A contraction: the bore's share of R^4 is small.
         ring = (wanted * slope * ring + (bore / 2) ** 4) ** 0.25
@@ -107,34 +116,40 @@ def build_body(design: TrunkDesign, options: MakeOptions) -> Body:
 def build_trunk(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     """The trunk's body in as few pieces as the bed allows, each standing on its end nearer to the base.
 
-    Two pieces meet in a plane through a section, where nothing bends; three pins keep them in line, glue and the pull
-    of the cables keep them together.
+    Two pieces meet in a plane through a section, where nothing bends; pins keep them in line, glue and the pull of the
+    cables keep them together. Of several pieces the first one stands on its cut end, as its other one is pointed.
 
     Raises:
         DesignError: where a section alone is larger than the bed.
     """
     body = build_body(design, options)
     tools = _holes(design, body, options)
-    planes = [float(body.profile[0][1]), *_split(design, body, options), body.end]
+    planes = plan_planes(design, body, options)
+    pins = find_pins(design, body, planes, options)
+    names = tuple(
+        (float(body.starts[n]), f"section {n + 1}" if n == 0 else f"joint {n} and section {n + 1}")
+        for n in range(design.n_section)
+    )
     parts = []
     for k, (low, high) in enumerate(pairwise(planes)):
         form = _piece(body, tools, low, high)
-        form = Cut(
-            form=form.form,
-            tools=(*form.tools, *_pins(design, body, options, [p for p in (low, high) if p in planes[1:-1]])),
-        )
-        bottom = 0.0 if k == 0 else low
-        names = tuple(
-            (float(body.starts[n]) - bottom, f"section {n + 1}" if n == 0 else f"joint {n} and section {n + 1}")
-            for n in range(design.n_section)
-        )
+        form = Cut(form=form.form, tools=(*form.tools, *(hole for pin in pins for hole in pin.holes(low, high))))
+        is_turned = k == 0 and len(planes) > 2
+        at = high if is_turned else (0.0 if k == 0 else low)
+        lowered = shifted(form, (0.0, 0.0, -at))
         part = Part(
             name=f"trunk_{k + 1}", group="trunk", what=f"sections {_span(body, low, high)} over their elastic joints",
-            material=TPU, form=_lowered(form, bottom), at=(0.0, 0.0, bottom), landmarks=names,
+            material=TPU, form=turned(lowered, "x", math.pi) if is_turned else lowered, at=(0.0, 0.0, at),
+            turn=math.pi if is_turned else 0.0, landmarks=names,
             thinnest="a finer --nozzle-mm, a wider tip (fewer turns or a larger base) or a larger joint.radius_mm",
         )  # fmt: skip
         parts.append(part)
     return tuple(parts)
+
+
+def plan_planes(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]:
+    """Heights between which the pieces lie [mm]: the base's end, every cut, the tip's end."""
+    return [float(body.profile[0][1]), *_split(design, body, options), body.end]
 
 
 def _outline(
@@ -180,10 +195,7 @@ def _holes(design: TrunkDesign, body: Body, options: MakeOptions) -> list[Form]:
         for angle in design.cable.angles:
             tools.append(rod(options.hole / 2, polar(ring, angle, start), polar(ring, angle, min(stop, body.end + 1))))
     tools += _channel(design, body, options)
-    middle = find_screw_ring(design, options)
-    for angle in between_cables(design):
-        top = float(body.starts[1]) if design.n_section > 1 else body.end
-        tools.append(rod(SCREW / 2, polar(middle, angle, -1.0), polar(middle, angle, top)))
+    tools += cut_neck_screws(design)
     if body.tip is not None:
         tools += add_socket(body.tip, body.end)
     return tools
@@ -197,37 +209,18 @@ def _channel(design: TrunkDesign, body: Body, options: MakeOptions) -> list[Form
     """
     if body.tip is None:
         return []
-    r, hollow = options.hole / 2, sum(joint.bore > 0 for joint in body.joints)
+    r, hollow = options.hole / 2, body.n_hollow
     fork = 0.5 * (body.starts[hollow] + (body.starts[hollow + 1] if hollow < design.n_joint else body.end))
-    tools: list[Form] = [rod(r, (0, 0, -1.0), (0, 0, float(fork)))]
+    tools: list[Form] = [rod(options.pair_hole / 2, (0, 0, -1.0), (0, 0, float(fork)))]
     stop = float(body.end) + 1.0
     for side in (1.0, -1.0):
         for n in range(hollow, design.n_section):
             begin = float(fork) if n == hollow else float(body.starts[n])
             end = float(body.starts[n + 1]) if n < design.n_joint else stop
-            aside = side * find_aside(body, options, hollow)
+            aside = side * body.find_aside(options)
             low = (0.0, 0.0, begin - r) if n == hollow else (0.0, aside, begin)
             tools.append(rod(r, low, (0.0, aside, end)))
     return tools
-
-
-def find_aside(body: Body, options: MakeOptions, hollow: int) -> float:
-    """Distance from the axis of the gripper's cables where they pass beside the joints [mm]: clear of the thickest."""
-    widest = max((joint.radius for joint in body.joints[hollow:]), default=0.0)
-    return widest + options.hole / 2 + options.clearance
-
-
-def find_screw_ring(design: TrunkDesign, options: MakeOptions) -> float:
-    """Radius of the circle of screws between neck and section 1 [mm]: halfway between joint and cable holes."""
-    return 0.72 * 1e3 * float(design.hole_position[0, 0, 1])
-
-
-def between_cables(design: TrunkDesign) -> tuple[float, ...]:
-    """Angles in the middle between neighbouring cables [rad]."""
-    turns = sorted(angle % (2 * math.pi) for angle in design.cable.angles)
-    after = [*turns[1:], turns[0] + 2 * math.pi]
-    middles = [(a + b) / 2 for a, b in zip(turns, after, strict=True)]
-    return tuple(middles[:: max(1, len(middles) // 4)])
 
 
 def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]:
@@ -240,14 +233,14 @@ def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]
             allowed=f"at most {min(x, y):g} mm, the bed: a larger --bed-mm or a narrower base",
         )  # fmt: skip
     bottom = float(body.profile[0][1])
-    ranges = [_cut_range(design, body, n) for n in range(1, design.n_section - 1)]
+    ranges = [_cut_range(design, body, n, options) for n in range(1, design.n_section - 1)]
     least = max(1, math.ceil((body.end - bottom) / tall - 1e-9))
     for pieces in range(least, design.n_section):
         wanted = [bottom + (body.end - bottom) * i / pieces for i in range(1, pieces)]
         near = [[min(max(z, low), high) for low, high in ranges] for z in wanted]
         cuts = [places[int(np.argmin(np.abs(np.array(places) - z)))] for places, z in zip(near, wanted, strict=True)]
         ends = [bottom, *cuts, body.end]
-        if all(PIN_DEPTH < high - low <= tall for low, high in pairwise(ends)):
+        if all(LEAST_PIECE < high - low <= tall for low, high in pairwise(ends)):
             return cuts
     raise DesignError(
         "trunk", got=Words(f"no set of sections that each fit {tall:g} mm"),
@@ -255,43 +248,39 @@ def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]
     )  # fmt: skip
 
 
-def _cut_range(design: TrunkDesign, body: Body, n: int) -> tuple[float, float]:
-    """Between which heights section ``n`` may be cut: the middle half of its outer surface [mm]."""
+def _cut_range(design: TrunkDesign, body: Body, n: int, options: MakeOptions) -> tuple[float, float]:
+    """Between which heights section ``n`` may be cut: the middle half of its outside, within the shell's seat [mm]."""
     solid, scale, start = design.solid, 1e3 * float(design.scale[n]), float(body.starts[n])
-    width = solid.rim_end - solid.rim_start
-    return start + scale * (solid.rim_start + width / 4), start + scale * (solid.rim_end - width / 4)
+    width, seat = solid.rim_end - solid.rim_start, body.seats[n]
+    low, high = start + scale * (solid.rim_start + width / 4), start + scale * (solid.rim_end - width / 4)
+    if seat is None:
+        return low, high
+    return max(low, seat[2] + options.wall), min(high, seat[3] - options.wall)
 
 
 def _piece(body: Body, tools: list[Form], low: float, high: float) -> Cut:
     """What of the body lies between two planes."""
     inside = [(r, z) for r, z in body.profile if low < z < high]
-    radius = np.interp([low, high], *np.array(sorted((z, r) for r, z in body.profile)).T)
-    first = [(0.0, low), *([(float(radius[0]), low)] if low > body.profile[0][1] else [])]
+    radius = [_find_radius(body, z) for z in (low, high)]
+    first = [(0.0, low), *([(radius[0], low)] if low > body.profile[0][1] else [])]
     is_end = high >= body.end
-    last = [(r, z) for r, z in body.profile if z == high] if is_end else [(float(radius[1]), high)]
+    last = [(r, z) for r, z in body.profile if z == high] if is_end else [(radius[1], high)]
     profile = (*first, *inside, *last, *([(0.0, high)] if last and last[-1][0] > 0 else []))
     near = [tool for tool in tools if compute_bounds(tool)[1, 2] > low and compute_bounds(tool)[0, 2] < high]
     return Cut(form=Revolved(profile=_tidy(profile)), tools=tuple(near))
 
 
+def _find_radius(body: Body, z: float) -> float:
+    """Radius of the outline at a height where it crosses it once."""
+    for (r0, z0), (r1, z1) in pairwise(body.profile):
+        if z0 <= z <= z1 and z0 < z1:
+            return r0 + (r1 - r0) * (z - z0) / (z1 - z0)
+    return body.profile[-1][0]
+
+
 def _tidy(profile: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
     """The polygon without repeated corners."""
     return tuple(point for i, point in enumerate(profile) if i == 0 or math.dist(point, profile[i - 1]) > 1e-9)
-
-
-def _pins(design: TrunkDesign, body: Body, options: MakeOptions, planes: list[float]) -> list[Form]:
-    """Holes for the pins across each plane; they lie between the cables, halfway out."""
-    tools: list[Form] = []
-    for z in planes:
-        n = int(np.searchsorted(body.starts, z)) - 1
-        ring = 1e3 * float(design.hole_position[n, 0, 1])
-        for angle in between_cables(design):
-            tools.append(rod(PIN / 2, polar(ring, angle, z - PIN_DEPTH), polar(ring, angle, z + PIN_DEPTH)))
-    return tools
-
-
-def _lowered(form: Cut, by: float) -> Form:
-    return shifted(form, (0.0, 0.0, -by))
 
 
 def _span(body: Body, low: float, high: float) -> str:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
+from spiraltrunk.cad.fasteners import M6, THREADS, Bolt
 from spiraltrunk.cad.forms import Cut, Form, Prism, Union, box, polar, rod, shifted, turned
-from spiraltrunk.cad.housing import M4, foot_angles, foot_circle
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import PLA, Part
 from spiraltrunk.design.trunk import TrunkDesign
@@ -19,6 +19,9 @@ TILT = math.pi / 4
 PLATE, WEB = 6.0, 6.0
 """Thickness of the wedge's plates and side walls [mm] (ours)."""
 
+KEY = 26.0
+"""Distance of the plates from the line on which they would meet [mm]: an angled key turns between them (ours)."""
+
 PER_SECTION = 3
 """Markers on each section (paper)."""
 
@@ -27,32 +30,55 @@ MARKER_SCREW = 2.5
 
 
 def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """Two plates at 45 deg with the neck's pattern of holes on both, between two walls; open to turn the screws."""
-    reach = foot_circle(design) + 8.0
-    middle = reach + 2 * PLATE  # From the hinge line to the middle of each plate.
+    """Two plates at 45 deg with the flange's holes on both, between two walls; open at the front to turn the screws.
+
+    It stands between flange (or bench) and adapter, so that motors, cables and trunk are tilted as one; one wedge
+    stands on another.
+    """
+    flange = options.flange
+    reach = max(flange.outer / 2 + 12.0, flange.pitch_circle / 2 + 8.0 + WEB)
+    middle = reach + KEY  # From the hinge line to the middle of each plate.
+    far, near = middle + reach, middle - reach
     plate = box((2 * reach, 2 * reach, PLATE), (middle, 0, PLATE / 2))
     upper = turned(box((2 * reach, 2 * reach, PLATE), (middle, 0, -PLATE / 2)), "y", -TILT)
-    far = middle + reach
-    corner = (far * math.cos(TILT), far * math.sin(TILT))
-    near = middle - reach
-    side = ((near, 0.0), (far, 0.0), corner, (near * math.cos(TILT), near * math.sin(TILT)))
+    side = (
+        (near, 0.0), (far, 0.0), (far * math.cos(TILT), far * math.sin(TILT)),
+        (near * math.cos(TILT), near * math.sin(TILT)),
+    )  # fmt: skip
     walls = [_upright(side, y) for y in (-reach, reach - WEB)]
-    tools: list[Form] = []
-    for angle in foot_angles(design):
-        x, y, _ = polar(foot_circle(design), angle, 0.0)
-        tools.append(rod(M4 / 2, (middle + x, y, -1), (middle + x, y, PLATE + 1)))
-        tools.append(turned(rod(M4 / 2, (middle + x, y, -PLATE - 1), (middle + x, y, 1)), "y", -TILT))
-    for form in (
-        rod(12.0, (middle, 0, -1), (middle, 0, PLATE + 1)),
-        turned(rod(12.0, (middle, 0, -PLATE - 1), (middle, 0, 1)), "y", -TILT),
-    ):
-        tools.append(form)
+    holes: list[Form] = [rod(flange.pilot / 2 + options.clearance / 2, (0, 0, -1.0), (0, 0, PLATE + 1))]
+    for x, y, _ in (polar(flange.pitch_circle / 2, math.pi / 4 + k * math.pi / 2, 0.0) for k in range(4)):
+        holes.append(rod(M6 / 2, (x, y, -1.0), (x, y, PLATE + 1)))
+    x, y, _ = polar(flange.pitch_circle / 2, 0.0, 0.0)
+    holes.append(rod((flange.dowel + 0.1) / 2, (x, y, -1.0), (x, y, PLATE + 1)))
+    tools = [shifted(hole, (middle, 0, 0)) for hole in holes]
+    tools += [turned(shifted(hole, (middle, 0, -PLATE)), "y", -TILT) for hole in holes]
     form = Cut(form=Union(forms=(plate, upper, *walls)), tools=tuple(tools))
     part = Part(
-        name="wedge", group="wedge", what="wedge of 45 deg for the neck's foot", material=PLA, form=form, count=3,
-        at=(0.0, 0.0, 0.0), thinnest="a finer --nozzle-mm",
+        name="wedge", group="wedge", what="wedge of 45 deg between flange and adapter", material=PLA, form=form,
+        count=3, at=(0.0, 0.0, 0.0), thinnest="a finer --nozzle-mm",
     )  # fmt: skip
     return (part,)
+
+
+def list_wedge_bolts(options: MakeOptions) -> list[Bolt]:
+    """The screws of a wedge in its own frame: four into what it stands on, four that hold what stands on it."""
+    flange, m6 = options.flange, THREADS["M6"]
+    reach = max(flange.outer / 2 + 12.0, flange.pitch_circle / 2 + 8.0 + WEB)
+    middle, c, s = reach + KEY, math.cos(TILT), math.sin(TILT)
+    bolts = []
+    for x, y, _ in (polar(flange.pitch_circle / 2, math.pi / 4 + k * math.pi / 2, 0.0) for k in range(4)):
+        bolts.append(
+            Bolt(what="wedge to flange or bench", parts=("wedge",), thread=m6, length=16.0,
+                 seat=(middle + x, y, PLATE), along=(0.0, 0.0, -1.0), way=16.0)
+        )  # fmt: skip
+        above, along = middle + x, (s, 0.0, -c)  # Of the upper plate, which the screw goes through from above.
+        seat = (above * c - 3.5 * s, y, above * s + 3.5 * c)
+        bolts.append(
+            Bolt(what="adapter or wedge onto wedge", parts=("wedge",), thread=m6, length=20.0, seat=seat, along=along,
+                 nut_at=PLATE + 3.5, is_head_elsewhere=True)
+        )  # fmt: skip
+    return bolts
 
 
 def build_markers(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:

@@ -10,6 +10,7 @@ from typing import Any, final
 import numpy as np
 
 import spiraltrunk
+from spiraltrunk.cad.agreement import place_faces
 from spiraltrunk.cad.checks import Finding, check_part
 from spiraltrunk.cad.forms import compute_volume
 from spiraltrunk.cad.kernel import build_mesh, build_solid, measure_cones, measure_cylinders, write_step
@@ -36,6 +37,10 @@ class Made:
     """Leaning faces of a piece of the trunk (`kernel.measure_cones`)."""
     cylinders: np.ndarray
     """Cable holes of a piece of the trunk (`kernel.measure_cylinders`)."""
+
+    def place_faces(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """Height of a piece of the trunk, and its leaning faces and cable holes standing as in the robot [mm]."""
+        return place_faces(self.part, self.cones, self.cylinders)
 
     @property
     def checks(self) -> dict[str, Any]:

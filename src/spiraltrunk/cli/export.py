@@ -103,5 +103,9 @@ def _format_table(result: dict[str, Any], out: str | None) -> str:
             told = " and ".join(f"{key} {row[key]:.1e}" for key in ("solids", "simulation") if row[key] is not None)
             unit = " m" if row["unit"] == "m" else ""
             verdict = "holds" if row["holds"] else "missed"
-            text += f"\n{name}: {told}{unit} off the design, {verdict} (allowed {row['allowed']:g}{unit})"
-    return text if out is None else f"{text}\n{len(result['files'])} files in {out}"
+            judged = "" if row["judged"] == "both" else f"; judged is {row['judged']}"
+            text += f"\n{name}: {told}{unit} off the design, {verdict} (allowed {row['allowed']:g}{unit}{judged})"
+    if out is None:
+        return text
+    gone = f"; {len(result['removed'])} of an earlier export are gone" if result["removed"] else ""
+    return f"{text}\n{len(result['files'])} files in {out}{gone}"

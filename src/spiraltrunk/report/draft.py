@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import secrets
 import shutil
 from collections.abc import Iterator, Sequence
@@ -34,8 +35,12 @@ def write_folder(folder: str | Path, files: Sequence[str]) -> Iterator[Path]:
     Of what was there ``files`` go then, so that nothing of an earlier run stays; ``result.json`` comes last. Where the
     block raises, everything is as it was.
 
+    Args:
+        folder: where to.
+        files: paths below it that an earlier run may have left there.
+
     Raises:
-        OSError: where the folder cannot be made or written.
+        OSError: where the folder cannot be made or written, or holds another's file of the same name.
     """
     target = Path(folder)
     made = [path for path in (target, *target.parents) if not path.exists()]
@@ -43,17 +48,36 @@ def write_folder(folder: str | Path, files: Sequence[str]) -> Iterator[Path]:
     try:
         _make_folder(draft, target)
         yield draft
+        written = [path for path in draft.rglob("*") if path.is_file()]
+        refuse_strangers(target, [str(path.relative_to(draft)) for path in written], files)
         for name in files:
             (target / name).unlink(missing_ok=True)
-        for path in sorted(draft.iterdir(), key=lambda path: path.name == "result.json"):
-            path.replace(target / path.name)
-        draft.rmdir()
+        for path in sorted(written, key=lambda path: path.name == "result.json"):
+            goal = target / path.relative_to(draft)
+            goal.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(goal)
+        shutil.rmtree(draft)
+        for emptied in sorted({(target / name).parent for name in files} - {target}, reverse=True):
+            with suppress(OSError):  # Not empty, or never there.
+                emptied.rmdir()
     except BaseException:
         shutil.rmtree(draft, ignore_errors=True)
         for path in made:
             with suppress(OSError):  # Somebody else has put something there, or it was never made.
                 path.rmdir()
         raise
+
+
+def refuse_strangers(folder: str | Path, names: Sequence[str], files: Sequence[str]) -> None:
+    """See that no file that is to be written is there already, but for those of an earlier run.
+
+    Raises:
+        FileExistsError: names the first.
+    """
+    for name in sorted(set(names) - set(files)):
+        path = Path(folder) / name
+        if path.exists():
+            raise FileExistsError(errno.EEXIST, "it is there, and no earlier run of this command wrote it", str(path))
 
 
 def _make_folder(draft: Path, target: Path) -> None:

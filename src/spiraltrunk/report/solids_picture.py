@@ -121,8 +121,12 @@ def write_sheet(solids: Sequence[PictureSolid], path: str | Path, *, title: str,
 
 
 def _save(figure, path: str | Path) -> None:  # type: ignore[no-untyped-def]
-    with write_draft(path) as draft:
-        figure.savefig(draft, dpi=150)
+    """Write it; the same figure gives the same file."""
+    from matplotlib import rc_context
+
+    told = {"Date": None} if Path(path).suffix == ".svg" else {}
+    with write_draft(path) as draft, rc_context({"svg.hashsalt": "spiraltrunk"}):
+        figure.savefig(draft, dpi=150, metadata=told)
 
 
 def _lie(solid: PictureSolid) -> PictureSolid:
