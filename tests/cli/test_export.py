@@ -43,6 +43,7 @@ def test_without_out_nothing_is_written(capsys, tmp_path, monkeypatch):
         (["--bed-mm", "1", "2", "3"], "--bed-mm X is 1.0; allowed"),
         (["--seed", "-1"], "--seed"),
         (["nothing.toml"], "nothing.toml"),
+        (["--parts", "horn", "paper"], "'paper' stands behind --parts or --formats; allowed: the design before these"),
         (
             ["spirob-1m", "--parts", "gripper", "trunk", "--bed-mm", "99", "99", "99"],
             "trunk is 120.0 mm wide at section 1",

@@ -7,7 +7,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, FAILED, Answer, check_folder, format_json
+from spiraltrunk.cli.answers import DONE, FAILED, Answer, UsageError, check_folder, format_json, quote
 from spiraltrunk.cli.options import add_parser, read_number, read_seed, read_text
 from spiraltrunk.cli.progress import show_progress
 
@@ -73,9 +73,13 @@ def _build_request(arguments: argparse.Namespace) -> Request:
         DesignError: for a number out of range, named as it is typed.
     """
     from spiraltrunk.cad.options import MakeOptions
+    from spiraltrunk.design import presets
     from spiraltrunk.errors import DesignError
     from spiraltrunk.export import Request
 
+    for name in (*arguments.parts, *arguments.formats):
+        if name in presets.NAMES or name.endswith(".toml"):
+            raise UsageError(f"{quote(name)} stands behind --parts or --formats; allowed: the design before these")
     try:
         options = MakeOptions(
             nozzle=float(arguments.nozzle_mm), tolerance=float(arguments.tolerance_mm), seed=arguments.seed,
