@@ -166,6 +166,7 @@ def provenance(result: dict[str, Any], found: Calibration) -> list[str]:
     notes.append(f"Fitted to {len(takes)} takes: {', '.join(takes)}"[:400] + ".")
     notes.append("Held-out mean RMSE: " + ("none was held out." if held is None else f"{1e3 * held:.2f} mm."))
     notes.append(f"Slack of the cables, which is no part of a design: {slack} mm; put it into the protocol's slack_mm.")
+    notes.append(f"Give of winder and cable, which is no part of a design: {1e3 * found.give:.3g} mm/N.")
     if result["not_told"]:
         notes.append(f"Not told by the takes, and as before: {', '.join(result['not_told'])}.")
     return notes

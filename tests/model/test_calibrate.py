@@ -14,7 +14,7 @@ from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.model.calibrate import Settings, Weighing, calibrate, compute_rmse
 from spiraltrunk.model.calibrate_advice import advise, find_untold
 from spiraltrunk.model.calibrate_fit import halve, widen
-from spiraltrunk.model.calibrate_knobs import Prior, apply_knobs, build_knobs, name_knobs
+from spiraltrunk.model.calibrate_knobs import Prior, Winders, apply_knobs, build_knobs, name_knobs
 from spiraltrunk.model.calibrate_noise import Block, Scatter, Whitener, build_covariance
 from spiraltrunk.model.calibrate_play import find_states, play_statics
 from spiraltrunk.model.measured import MeasuredShapes
@@ -88,8 +88,8 @@ def test_stiffness_and_mass_together_leave_shapes_with_friction_as_they_are(fact
     ends = []
     for shift in (0.0, math.log(factor)):
         turned = knobs + shift * np.array([name.startswith("stiffness") or name == "mass" for name in names])
-        design, slack = apply_knobs(carry_gripper(PAPER), turned)
-        ends.append(play_statics(design, states, slack).points)
+        design, winders = apply_knobs(carry_gripper(PAPER), turned)
+        ends.append(play_statics(design, states, winders).points)
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=2e-5)
 
 
@@ -106,9 +106,22 @@ def test_slack_is_cable_that_is_not_pulled():
     states = find_states(shapes).states
     trunk = carry_gripper(replace(PAPER, cable=replace(PAPER.cable, friction=0.1)))
     late = tuple(replace(state, pull=(state.pull[0] + 0.004, NAN, NAN)) for state in states)
+    taut, slack = Winders(slack=np.zeros(3)), Winders(slack=np.full(3, 0.004))
     np.testing.assert_allclose(
-        play_statics(trunk, late, np.full(3, 0.004)).points, play_statics(trunk, states, np.zeros(3)).points, atol=1e-6
+        play_statics(trunk, late, slack).points, play_statics(trunk, states, taut).points, atol=1e-6
     )
+
+
+def test_a_winder_gives_as_much_as_its_tension_says():
+    """Gaps and give together are the cable that the command left."""
+    _, shapes = _measure((Run(name="bend-dorsal", kind="bend-dorsal", steps=2, step=0.03),))
+    states, trunk = find_states(shapes).states, carry_gripper(replace(PAPER, cable=replace(PAPER.cable, friction=0.2)))
+    played = play_statics(trunk, states, Winders(slack=np.zeros(3), give=1e-4))
+    for shape, length in zip(played.shapes[1:], played.length[1:], strict=True):
+        assert shape.forces is not None
+        given = shape.gap.sum(axis=0)[0] - length[0]
+        assert given == pytest.approx(1e-4 * shape.forces.cable_tension[0], rel=1e-6)
+        assert given > 2e-4
 
 
 def test_whitened_residuals_have_the_covariance_that_was_asked_for():

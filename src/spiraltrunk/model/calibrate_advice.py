@@ -15,6 +15,7 @@ _HOW = {
     "center": "a balancing of one section on an edge; recordings confuse it with the mass",
     "friction": "a bending take, with many held shapes on the way",
     "slack": "a bending take that pulls this cable",
+    "give": "a bending take to full curl, where tension is large, or a pull of a cable held at its end",
     "hole": "a bending take with markers on every section, or a caliper",
 }
 

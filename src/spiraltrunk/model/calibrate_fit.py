@@ -14,7 +14,7 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, ModelError
-from spiraltrunk.model.calibrate_knobs import Knobs, apply_knobs
+from spiraltrunk.model.calibrate_knobs import Knobs, apply_knobs, keep_positive
 from spiraltrunk.model.calibrate_noise import Block, Scatter, Whitener, find_scatter
 from spiraltrunk.model.calibrate_play import Played, State, place_points, play_statics
 from spiraltrunk.model.calibrate_slopes import slopes_of_state
@@ -64,15 +64,15 @@ class Task:
 
     def predict(self, knobs: np.ndarray) -> tuple[Played, np.ndarray]:
         """Equilibria and points of every state, shape (n_state, n_section, 3) [m]."""
-        design, slack = apply_knobs(self.design, knobs)
-        played = play_statics(design, self.states, slack)
+        design, winders = apply_knobs(self.design, knobs)
+        played = play_statics(design, self.states, winders)
         return played, place_points(design, played.points, self.seat)
 
     def slopes(self, knobs: np.ndarray, played: Played, softness: float) -> np.ndarray:
         """Motion of the points per knob, joints that shut as soft as told, shape (n_knob, n_state, n_section, 3)."""
-        design, _ = apply_knobs(self.design, knobs)
+        design, winders = apply_knobs(self.design, knobs)
         each = [
-            slopes_of_state(design, shape, state.theta_0, length, softness=softness)
+            slopes_of_state(design, shape, state.theta_0, (length, winders.give), softness=softness)
             for shape, state, length in zip(played.shapes, self.states, played.length, strict=True)
         ]
         return place_points(design, np.stack(each, axis=1), self.seat)
@@ -282,12 +282,10 @@ class _Search:
         """Go along the slopes, damped until the misfit falls (Levenberg and Marquardt); by how much it fell."""
         now = self.misfit(self.predicted, self.knobs)
         normal, moment = self.build_normal()
-        friction = self.prior.names.index("friction")
         for _ in range(_TRIES):
             step = np.linalg.solve(normal + self._damping * np.diag(np.diag(normal)), moment)
             step *= min(1.0, _FARTHEST / max(float(np.abs(step / self.prior.spread).max()), 1e-12))
-            knobs = self.knobs + step
-            knobs[friction] = max(knobs[friction], 0.0)
+            knobs = keep_positive(self.prior.names, self.knobs + step)
             tried = self._try(knobs)
             if tried is not None and tried[1] < now:
                 self.knobs, (self.played, self.predicted) = knobs, tried[0]
