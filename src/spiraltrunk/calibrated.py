@@ -14,6 +14,7 @@ from typing import Any, final
 import numpy as np
 
 import spiraltrunk
+from spiraltrunk.benched import Bench, tell_bench, write_bench_plot
 from spiraltrunk.design.files import write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.protocol import Protocol
@@ -28,6 +29,9 @@ from spiraltrunk.report.draft import write_folder
 
 FILES = ("trunk.toml", "calibration.png", "shapes.json", "result.json")
 """What a calibration leaves behind."""
+
+BENCH_FILE = "bench.png"
+"""What it leaves behind besides, where there were bench records."""
 
 _VIRTUAL = ("virtual", "rehearsal", "simulat")
 
@@ -103,9 +107,10 @@ def run_calibration(
 
 
 def compute_result(
-    recordings: Recordings, settings: Settings, found: Calibration, shapes: MeasuredShapes
+    recordings: Recordings, known: tuple[Settings, Bench | None], found: Calibration, shapes: MeasuredShapes
 ) -> dict[str, Any]:
     """Everything in plain values, ready for JSON; SI but where a key wears its unit."""
+    settings, bench = known
     untold = [parameter.name for parameter in find_untold(found)]
     return {
         "design": recordings.design.name,
@@ -119,9 +124,10 @@ def compute_result(
         },
         "not_told": untold,
         "told_together": [{"names": [a, b], "correlation": c} for a, b, c in find_tied(found)],
-        "to_record": list(advise(found, was_weighed=settings.weighing is not None)),
+        "to_record": list(advise(found, was_weighed=settings.weighing is not None or bool(settings.bench))),
         "fitted": _tell_errors(found.fitted, shapes),
         "held_out": _tell_errors(found.held_out, shapes),
+        "bench": None if bench is None else tell_bench(bench),
         "noise_m": found.fit.scatter.noise,
         "discrepancy_at_tip_m": found.fit.scatter.discrepancy,
         "points_that_count_less": found.fit.far,
@@ -138,16 +144,21 @@ def compute_result(
 
 
 def write_calibration_folder(
-    recordings: Recordings, result: dict[str, Any], found: tuple[Calibration, MeasuredShapes], folder: str | Path
+    recordings: Recordings,
+    result: dict[str, Any],
+    found: tuple[Calibration, MeasuredShapes, Bench | None],
+    folder: str | Path,
 ) -> dict[str, Any]:
-    """Write the new design with where it comes from, picture, shapes and figures; the result with its files.
+    """Write the new design with where it comes from, pictures, shapes and figures; the result with its files.
 
     Raises:
         OSError: where the folder cannot be written.
     """
-    calibration, shapes = found
-    told = {**result, "files": list(FILES)}
-    with write_folder(folder, FILES) as draft:
+    calibration, shapes, bench = found
+    told = {**result, "files": [*FILES, *([] if bench is None else [BENCH_FILE])]}
+    with write_folder(folder, (*FILES, BENCH_FILE)) as draft:
+        if bench is not None:
+            write_bench_plot(bench, draft / BENCH_FILE)
         named = replace(calibration.design, name=f"{calibration.design.name}, calibrated"[:200])
         write_design(named, draft / "trunk.toml", provenance(result, calibration))
         write_calibration(_title_bars(recordings, calibration, shapes), draft / "calibration.png")

@@ -14,7 +14,15 @@ from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.model.calibrate import Settings, Weighing, calibrate, compute_rmse
 from spiraltrunk.model.calibrate_advice import advise, find_untold
 from spiraltrunk.model.calibrate_fit import halve, widen
-from spiraltrunk.model.calibrate_knobs import Prior, Winders, apply_knobs, build_knobs, name_knobs
+from spiraltrunk.model.calibrate_knobs import (
+    BenchStiffness,
+    Prior,
+    Winders,
+    apply_knobs,
+    build_knobs,
+    learn_from_bench,
+    name_knobs,
+)
 from spiraltrunk.model.calibrate_noise import Block, Scatter, Whitener, build_covariance
 from spiraltrunk.model.calibrate_play import find_states, play_statics
 from spiraltrunk.model.measured import MeasuredShapes
@@ -171,6 +179,28 @@ def test_a_weighing_narrows_the_mass_alone():
     assert weighed.mean[at] == pytest.approx(math.log(1.1), abs=2e-3)
     others = np.arange(len(plain.names)) != at
     np.testing.assert_array_equal(weighed.covariance[others][:, others], plain.covariance[others][:, others])
+
+
+def test_a_bench_narrows_its_joint_and_shifts_the_others_with_it():
+    plain = build_knobs(PAPER, Prior(), None)
+    told = 1.3 * float(PAPER.joint_stiffness[4])
+    known = learn_from_bench(PAPER, plain, (BenchStiffness(joint=5, value=told, spread=0.05),))
+    prior = plain.spread[4]
+    assert known.spread[4] == pytest.approx((1 / prior**2 + 1 / 0.05**2) ** -0.5)
+    assert known.mean[4] == pytest.approx(math.log(1.3) * prior**2 / (prior**2 + 0.05**2))
+    assert 0.1 < known.mean[0] < known.mean[4]
+    assert known.spread[5] < 0.7 * plain.spread[5]
+    np.testing.assert_array_equal(known.mean[17:], plain.mean[17:])
+    many = tuple(BenchStiffness(joint=j, value=told, spread=0.1) for j in (1, 5, 5))
+    assert np.linalg.eigvalsh(learn_from_bench(PAPER, plain, many).covariance[:17, :17]).min() > 0
+
+
+@pytest.mark.parametrize(("joint", "value", "words"), [(18, 0.3, "1 to 17"), (2, 1e4, "same trunk")])
+def test_a_bench_of_another_trunk_is_refused(joint, value, words):
+    with pytest.raises(ModelError, match=words):
+        learn_from_bench(
+            PAPER, build_knobs(PAPER, Prior(), None), (BenchStiffness(joint=joint, value=value, spread=0.1),)
+        )
 
 
 def test_rmse_is_over_what_was_seen():

@@ -4,7 +4,8 @@ One part of the takes is fitted, the error is told on the other. Beside it stand
 by equilibrium and by the paper's forward model, on the same shapes.
 
 Scaling all stiffnesses and all masses together leaves every shape as it is, whatever the cables' lengths and friction,
-if winders give as much less: recordings alone tell the ratio. A weighing (`Weighing`) tells the rest.
+if winders give as much less: recordings alone tell the ratio. A weighing (`Weighing`) or a bench (`BenchStiffness`)
+tells the rest.
 """
 
 from __future__ import annotations
@@ -19,12 +20,22 @@ from numpy.typing import ArrayLike
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.calibrate_fit import Fit, Task, fit_knobs
-from spiraltrunk.model.calibrate_knobs import Knobs, Prior, Weighing, Winders, apply_knobs, build_knobs, center_fraction
+from spiraltrunk.model.calibrate_knobs import (
+    BenchStiffness,
+    Knobs,
+    Prior,
+    Weighing,
+    Winders,
+    apply_knobs,
+    build_knobs,
+    center_fraction,
+    learn_from_bench,
+)
 from spiraltrunk.model.calibrate_play import State, find_states, place_points, play_reference, play_statics
 from spiraltrunk.model.measured import MeasuredShapes
 from spiraltrunk.model.pulls import carry_gripper
 
-__all__ = ["Calibration", "Errors", "Parameter", "Prior", "Settings", "Weighing", "calibrate"]
+__all__ = ["BenchStiffness", "Calibration", "Errors", "Parameter", "Prior", "Settings", "Weighing", "calibrate"]
 
 SURE = 1.959963984540054
 """Standard deviations on either side of the mean that hold 95 % of a Gaussian [-]."""
@@ -42,6 +53,8 @@ class Settings:
     """What is known beforehand."""
     weighing: Weighing | None = None
     """What a scale said, if the trunk was weighed."""
+    bench: tuple[BenchStiffness, ...] = ()
+    """What a bench said of single joints."""
     registration_turn: float = 2e-3
     """Standard deviation of the registration's rotation about each axis [rad] (ours: 1 mm over the trunk's length)."""
     registration_shift: float = 3e-4
@@ -141,7 +154,7 @@ def calibrate(
     _check(design, shapes, chosen)
     trunk = carry_gripper(design)
     known = find_states(shapes)
-    knobs = build_knobs(design, settings.prior, settings.weighing)
+    knobs = learn_from_bench(design, build_knobs(design, settings.prior, settings.weighing), settings.bench)
     task = _build_task(trunk, shapes, chosen, (known.states, known.of_shape))
     fit = fit_knobs(task, knobs, (settings.registration_turn, settings.registration_shift), tell)
     return _tell_all(design, (shapes, chosen), (known.states, known.of_shape), (fit, knobs))

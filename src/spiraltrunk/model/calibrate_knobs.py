@@ -12,7 +12,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.checks import check_count, check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 
@@ -93,6 +93,24 @@ class Weighing:
 
 @final
 @dataclass(frozen=True, kw_only=True)
+class BenchStiffness:
+    """What a bench said of one joint's stiffness."""
+
+    joint: int
+    """Joint, 1 at the base."""
+    value: float
+    """Stiffness [N m/rad]."""
+    spread: float
+    """Standard deviation of its logarithm [-]."""
+
+    def __post_init__(self) -> None:
+        check_count("bench.joint", self.joint, least=1, most=199)
+        check_number("bench.value", self.value, above=0.0, below=1e6)
+        check_number("bench.spread", self.spread, least=1e-6, below=1e3)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
 class Knobs:
     """Names, means and covariance of all knobs, in one order: joints, mass, centre, friction, slack, holes, give.
 
@@ -136,6 +154,34 @@ def build_knobs(design: TrunkDesign, prior: Prior, weighing: Weighing | None) ->
     covariance[joints + 3 : size - 2, joints + 3 : size - 2] += prior.slack_spread**2
     mean = np.array([*[0.0] * joints, mass, 0.0, prior.friction, *[prior.slack] * cables, 0.0, prior.give])
     return Knobs(names=name_knobs(design), mean=mean, covariance=covariance)
+
+
+def learn_from_bench(design: TrunkDesign, knobs: Knobs, bench: tuple[BenchStiffness, ...]) -> Knobs:
+    """The knobs as they are known after stiffnesses were measured one by one (Gaussian conditioning).
+
+    Raises:
+        ModelError: for a joint that the design has not, or a stiffness more than a factor of a hundred from its.
+    """
+    if not bench:
+        return knobs
+    apart = np.zeros(len(bench))
+    for i, one in enumerate(bench):
+        if one.joint > design.n_joint:
+            raise ModelError(f"the bench has joint {one.joint}; allowed: 1 to {design.n_joint}, as the design")
+        ratio = one.value / float(design.joint_stiffness[one.joint - 1])
+        if not 0.01 < ratio < 100.0:
+            raise ModelError(
+                f"joint {one.joint} has {one.value:.3g} N m/rad on the bench, {ratio:.3g} times the design's; "
+                "allowed: within a factor of 100: is it the same trunk?"
+            )
+        apart[i] = math.log(ratio)
+    at = [one.joint - 1 for one in bench]
+    both = knobs.covariance[np.ix_(at, at)] + np.diag([one.spread**2 for one in bench])
+    gain = np.linalg.solve(both, knobs.covariance[at]).T
+    covariance = knobs.covariance - gain @ knobs.covariance[at]
+    return Knobs(
+        names=knobs.names, mean=knobs.mean + gain @ (apart - knobs.mean[at]), covariance=(covariance + covariance.T) / 2
+    )
 
 
 def name_knobs(design: TrunkDesign) -> tuple[str, ...]:
