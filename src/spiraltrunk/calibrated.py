@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import filecmp
 import json
 import math
 import platform
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -17,6 +19,7 @@ import spiraltrunk
 from spiraltrunk.benched import Bench, tell_bench, write_bench_plot
 from spiraltrunk.design.files import write_design
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.protocol import Protocol
 from spiraltrunk.mocap.register import Alignment
 from spiraltrunk.mocap.session import SessionSettings, read_session
@@ -67,6 +70,7 @@ def read_recordings(recordings: Recordings) -> tuple[MeasuredShapes, np.ndarray]
     Raises:
         TakeError: for recordings that cannot be read or do not hold what the protocol says.
     """
+    _refuse_copies(recordings)
     settings = SessionSettings(design=recordings.design, axes=recordings.axes, alignment=Alignment(kind="base"))
     parts = [
         read_session(recordings.protocol, takes, settings)
@@ -75,6 +79,20 @@ def read_recordings(recordings: Recordings) -> tuple[MeasuredShapes, np.ndarray]
     ]
     count = [len(part.kind) for part in parts]
     return join_shapes(parts), np.arange(sum(count)) < count[0]
+
+
+def _refuse_copies(recordings: Recordings) -> None:
+    """A copy of what is fitted judges nothing.
+
+    Raises:
+        TakeError: names both.
+    """
+    for held in _list(recordings.held_out):
+        for fitted in _list(recordings.fitted):
+            with suppress(OSError):  # What cannot be read is told where it is read.
+                if filecmp.cmp(held, fitted, shallow=False):
+                    told = f"it is held out and the same file as {fitted!r}, which is fitted"
+                    raise TakeError(f"{told}; allowed: each recording once", file=held)
 
 
 def join_shapes(parts: Sequence[MeasuredShapes]) -> MeasuredShapes:

@@ -65,6 +65,7 @@ def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, ca
      (["--virtual", "x", "--mass-g", "200"], "without takes"),
      (["rest-000=a.csv", "--mass-sd-g", "1"], "--mass-g"), (["rest-000=a.csv", "--mass-g", "0"], "above 0"),
      (["rest-000=a.csv", "--hold-out", "rest-000=a.csv"], "fitted and held out"),
+     (["rest-000=a.csv", "--seed", "3"], "--seed given without --virtual"),
      (["other.csv"], "belongs to no run"), (["rest-000=missing.csv", "--axes", "y-up"], "missing.csv"),
      (["rest-000=missing.csv", "--protocol", "none.toml"], "none.toml")],
 )  # fmt: skip
@@ -76,3 +77,22 @@ def test_bad_arguments_are_one_line(arguments, words, capsys, tmp_path, monkeypa
     assert said.err.strip().splitlines()[-1].startswith("spiraltrunk: error:")
     assert said.out == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_fitted_does_not_judge_under_another_name(takes, tmp_path, capsys):
+    first = takes / "rest-045_1.csv"
+    copy = tmp_path / "copy.csv"
+    copy.write_bytes(first.read_bytes())
+    for other in (f"{takes}/./rest-045_1.csv", f"rest-045={copy}"):
+        arguments = [str(first), "--hold-out", other, "--protocol", str(takes / "protocol.toml")]
+        assert main(["calibrate", *arguments]) == 2
+        assert "the same file as" in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_fit(takes, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("os.access", lambda path, mode: str(path) != str(tmp_path))
+    protocol = str(takes / "protocol.toml")
+    assert main(["calibrate", str(takes / "rest-045_1.csv"), "--protocol", protocol, "--out", str(tmp_path / "a")]) == 2
+    said = capsys.readouterr().err
+    assert "cannot be written" in said
+    assert "reading" not in said

@@ -49,7 +49,7 @@ def add_verb(verbs: Any) -> None:
         "--virtual", type=read_text, metavar="DIR",
         help="no takes: play the protocol on a simulated trunk off its design and write takes there, no measurement",
     )  # fmt: skip
-    parser.add_argument("--seed", type=read_seed, default=0, help="what the virtual trunk is drawn from (default 0)")
+    parser.add_argument("--seed", type=read_seed, help="what the virtual trunk is drawn from (default 0)")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write the new design and the figures there")
     calibrate_bench.add_bench_arguments(parser)
 
@@ -87,9 +87,9 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError("--mass-sd-g given without --mass-g; allowed: both, or --mass-g alone")
     for option, value in (("--mass-g", arguments.mass_g), ("--mass-sd-g", arguments.mass_sd_g)):
         _check_positive(option, value)
-    for folder in (arguments.out, arguments.virtual):
+    for option, folder in (("--out", arguments.out), ("--virtual", arguments.virtual)):
         if folder is not None:
-            check_folder(folder)
+            check_folder(folder, option)
 
 
 def _check_kind(arguments: argparse.Namespace) -> None:
@@ -104,6 +104,8 @@ def _check_kind(arguments: argparse.Namespace) -> None:
         raise UsageError(f"{'takes' if arguments.takes else 'bench records'} given with --virtual; allowed: {allowed}")
     if is_virtual and arguments.out is not None:
         raise UsageError("--out given with --virtual; allowed: --virtual DIR alone, which is written to")
+    if not is_virtual and arguments.seed is not None:
+        raise UsageError("--seed given without --virtual; allowed: both, as nothing else is drawn")
     if not arguments.takes and not is_virtual and not has_bench:
         raise UsageError(f"no take given; allowed: {allowed}")
     for option, is_given in of_takes.items():
@@ -133,13 +135,14 @@ def _play(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> 
     from spiraltrunk.capture.session import play_session, write_session
     from spiraltrunk.capture.world import draw_world
 
-    world = draw_world(design, arguments.seed)
+    seed = arguments.seed or 0
+    world = draw_world(design, seed)
     with show_progress(sys.stderr) as tell:
         played = play_session(design, world, protocol, tell=tell)
         tell("writing", 0, 1)
-        files = [path.name for path in write_session(design, played, arguments.seed, arguments.virtual)]
+        files = [path.name for path in write_session(design, played, seed, arguments.virtual)]
     told = {
-        "what": "virtual capture, not a measurement", "seed": arguments.seed, "design": design.name, "axes": "y-up",
+        "what": "virtual capture, not a measurement", "seed": seed, "design": design.name, "axes": "y-up",
         "mass_g": 1e3 * float(world.design.section_mass.sum()), "friction": world.design.cable.friction,
         "stiffness_nm_per_rad": world.design.joint_stiffness.tolist(), "slack_mm": (1e3 * world.winders.slack).tolist(),
         "center_fraction": world.design.mass.center_fraction, "hole_fraction": world.design.cable.hole_fraction,
