@@ -13,7 +13,7 @@ from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.model.calibrate import Settings, Weighing, calibrate, compute_rmse
 from spiraltrunk.model.calibrate_advice import advise, find_untold
-from spiraltrunk.model.calibrate_fit import halve, widen
+from spiraltrunk.model.calibrate_fit import MODEL_ERROR, add_model_error, halve, widen
 from spiraltrunk.model.calibrate_knobs import (
     BenchStiffness,
     Prior,
@@ -150,6 +150,17 @@ def test_halves_that_agree_leave_the_covariance_and_others_widen_it():
     apart = np.array([0.0, 0.0, 0.0, 8.0])
     wide = widen(covariance, middle, [apart / 2, -apart / 2], 3)
     np.testing.assert_allclose(np.sqrt(np.diag(wide)), [1, 1, 1, 4])
+
+
+def test_the_models_own_error_is_in_what_recordings_tell_and_no_more_than_was_known():
+    knobs = build_knobs(PAPER, Prior(), None)
+    k = knobs.names.index("friction")
+    sharp = 1e-4 * knobs.covariance
+    told = add_model_error(sharp, knobs)
+    assert told[k, k] == pytest.approx(sharp[k, k] + MODEL_ERROR["friction"] ** 2)
+    told[k, k] = sharp[k, k]
+    np.testing.assert_array_equal(told, sharp)
+    np.testing.assert_array_equal(add_model_error(knobs.covariance, knobs), knobs.covariance)
 
 
 def test_each_half_has_its_own_steps_and_all_rests():
