@@ -37,8 +37,8 @@ Joints that shut in another order than measured make local minima, which a large
 MODEL_ERROR = {"friction": 5e-3}
 """Standard deviation of a knob that no fit tells, as the model is not the trunk.
 
-Pulled softly at 5 mm/s, cables in the simulation still slip a little earlier than in equilibrium: the friction that fits
-lay 0.004 below the truth on the mean (`benchmarks/calibration_worlds.py`), which is more than nothing and less than this.
+Pulled softly at 5 mm/s, cables in the simulation still slip a little earlier than in equilibrium: the friction that
+fits lay 0.004 below the truth on the mean (`benchmarks/calibration_worlds.py`).
 """
 
 _LEVEL_TURNS, _FINE_TURNS, _TRIES = 6, 5, 5
