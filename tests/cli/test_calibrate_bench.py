@@ -73,7 +73,9 @@ def test_without_json_there_are_tables(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [(["--bench", "none.csv"], "none.csv"), (["--bench", "."], "folder"), (["--bench", "wrong.csv"], "columns"),
-     (["--bench", "few.csv"], "joint 2: 2 readings"), (["--ring-down", "1=ring.csv"], "no inertia"),
+     (["--bench", "few.csv"], "joint 2: 2 readings"),
+     (["--bench", "idle.csv"], "joint 1: 0 readings"), (["--bench", "lever.csv"], "joint 1: 0 readings"),
+     (["--ring-down", "1=ring.csv"], "no inertia"),
      (["--ring-down", "ring.csv"], "JOINT=FILE"), (["--ring-down", "0=ring.csv"], "JOINT=FILE"),
      (["--ring-down", "1=flat.csv", "--inertia-kg-m2", "1=1e-5"], "joint 1: "),
      (["--ring-down", "1=ring.csv", "--inertia-kg-m2", "1=nan"], "above 0"),
@@ -91,6 +93,8 @@ def test_bad_records_and_options_are_one_line(arguments, words, capsys, tmp_path
     monkeypatch.chdir(tmp_path)
     (tmp_path / "wrong.csv").write_text("a,b\n1,2\n")
     (tmp_path / "few.csv").write_text(HEAD + "2,0.05,10,1\n2,0.05,20,2\n")
+    (tmp_path / "idle.csv").write_text(HEAD + "1,0.05,0,4\n" * 4)
+    (tmp_path / "lever.csv").write_text(HEAD + "1,0,10,4\n" * 4)
     _write_loads(tmp_path / "good.csv")
     _write_ring(tmp_path / "ring.csv")
     (tmp_path / "flat.csv").write_text("time_s,acceleration\n" + "".join(f"{i},0\n" for i in range(40)))

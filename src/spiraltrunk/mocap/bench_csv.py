@@ -22,8 +22,8 @@ RING = ("time_s", "acceleration")
 
 _MOST_BYTES = 20_000_000
 _MOST_NUMBER = 1e9
-_MOST_LOADS = (199.0, 10.0, 1e6, 180.0)
-"""Largest joint, lever arm [m], mass [g] and angle [deg] of a reading."""
+_LEAST_LOADS, _MOST_LOADS = (1.0, 0.0, 0.0, 0.0), (199.0, 10.0, 1e6, 180.0)
+"""Least and largest joint, lever arm [m], mass [g] and angle [deg] of a reading."""
 
 
 @final
@@ -49,15 +49,8 @@ def load_static_loads(path: str | Path) -> tuple[StaticLoads, ...]:
     """
     table, lines = _read(path, LOADS)
     joints = table[:, 0]
-    for column, most in enumerate(_MOST_LOADS):
-        outside = np.flatnonzero((table[:, column] < 0) | (table[:, column] > most))
-        if len(outside):
-            row = int(outside[0])
-            raise TakeError(
-                f"{LOADS[column]} is {table[row, column]:g}; allowed: 0 to {most:g}", file=str(path), line=lines[row],
-                column=column + 1,
-            )  # fmt: skip
-    wrong = np.flatnonzero((joints != np.rint(joints)) | (joints < 1))
+    _refuse_outside(table, lines, str(path))
+    wrong = np.flatnonzero(joints != np.rint(joints))
     if len(wrong):
         raise TakeError(
             f"joint is {joints[wrong[0]]:g}; allowed: a whole number from 1", file=str(path), line=lines[int(wrong[0])],
@@ -70,6 +63,15 @@ def load_static_loads(path: str | Path) -> tuple[StaticLoads, ...]:
         )
         for joint in np.unique(joints)
     )  # fmt: skip
+
+
+def _refuse_outside(table: np.ndarray, lines: list[int], file: str) -> None:
+    for column, (least, most) in enumerate(zip(_LEAST_LOADS, _MOST_LOADS, strict=True)):
+        outside = np.flatnonzero((table[:, column] < least) | (table[:, column] > most))
+        if len(outside):
+            row = int(outside[0])
+            told = f"{LOADS[column]} is {table[row, column]:g}; allowed: {least:g} to {most:g}"
+            raise TakeError(told, file=file, line=lines[row], column=column + 1)
 
 
 def load_ring_down(path: str | Path) -> tuple[np.ndarray, np.ndarray]:

@@ -279,8 +279,9 @@ def _read_loads(bend: ArrayLike, mass: ArrayLike, lever_arm: ArrayLike) -> tuple
         raise ModelError(
             "bend, mass or lever_arm is negative or not finite; allowed: rows of finite numbers, 0 or more"
         )
-    if (q > 0).sum() < 3 or not (m[q > 0] > 0).any():
-        raise ModelError(f"{int((q > 0).sum())} readings of a deflected joint; allowed: three or more")
+    count = int(((q > 0) & (m > 0) & (arm > 0)).sum())
+    if count < 3:
+        raise ModelError(f"{count} readings of a joint that is deflected by a moment; allowed: three or more")
     return q.copy(), GRAVITY * m * arm
 
 
