@@ -88,7 +88,9 @@ def compute_result(judgement: Judgement, files: Sequence[str] = ()) -> dict[str,
         "alignment": str(judgement.session.alignment),
         "is_made_up": bool(_find_made_up(runs)),
         "runs": {run.plan.run.name: _tell_run(run, deviation) for run, deviation in pairs},
-        "mean_rmse_by_alignment_m": {kind: _compare_alignment(judgement, kind) for kind in ALIGNMENTS},
+        "mean_rmse_by_alignment_m": {
+            str(alignment): _compare_alignment(judgement, alignment) for alignment in _list_alignments(judgement)
+        },
         "paper": PAPER,
         "notes": [*_warn(runs), *(note for run in runs for note in run.notes)],
         "versions": {
@@ -150,12 +152,18 @@ def _tilt(run: RunShapes) -> float:
     return round(90.0 - math.degrees(run.plan.run.theta_0), 9) + 0.0
 
 
-def _compare_alignment(judgement: Judgement, kind: str) -> dict[str, float | None]:
+def _list_alignments(judgement: Judgement) -> list[Alignment]:
+    """The plain ones, and the chosen one where it is on chosen sections."""
+    plain, chosen = [Alignment(kind=kind) for kind in ALIGNMENTS], judgement.session.alignment
+    return plain if chosen in plain else [*plain, chosen]
+
+
+def _compare_alignment(judgement: Judgement, alignment: Alignment) -> dict[str, float | None]:
     """Mean RMSE of each run, had it been aligned so; None where that cannot be."""
     found: dict[str, float | None] = {}
     for run in judgement.session.runs:
         try:
-            points, _ = register(run.plan, run.predicted, run.takes, Alignment(kind=kind), [])
+            points, _ = register(run.plan, run.predicted, run.takes, alignment, [])
         except TakeError:
             found[run.plan.run.name] = None
             continue
@@ -318,9 +326,9 @@ def pair_with_paper(result: dict[str, Any]) -> list[tuple[str, str, str]]:
 
 def _grid_alignments(result: dict[str, Any]) -> Grid:
     by_kind = result["mean_rmse_by_alignment_m"]
-    rows = [(name, *(_mm(by_kind[kind][name]) for kind in ALIGNMENTS)) for name in result["runs"]]
+    rows = [(name, *(_mm(of_runs[name]) for of_runs in by_kind.values())) for name in result["runs"]]
     return Grid(
-        header=("mean RMSE [mm]", *(f"alignment {kind}" for kind in ALIGNMENTS)), rows=tuple(rows),
+        header=("mean RMSE [mm]", *(f"alignment {kind}" for kind in by_kind)), rows=tuple(rows),
         caption="base: by the rigid body at the base; run: one motion a take; shape: one for each shape",
     )  # fmt: skip
 

@@ -18,7 +18,17 @@ pytest.importorskip("build123d", reason="solids need the extra cad")
 from spiraltrunk.cad.agreement import measure_trunk
 from spiraltrunk.cad.kernel import build_solid, measure_cones, measure_cylinders
 
-ASKED = {"section_length", "gap_angle", "cable_stroke", "volume", "mass", "center", "inertia", "holes"}
+ASKED = {
+    "section_length",
+    "gap_angle",
+    "cable_stroke",
+    "volume",
+    "mass",
+    "center",
+    "section_center",
+    "inertia",
+    "holes",
+}
 
 
 def measure_pieces(design, options):
@@ -56,7 +66,7 @@ def test_a_preset_agrees(name):
     # The paper's authors weighed their sections and measured a centre: even solids have another.
     is_weighed = design.mass.sections is not None
     assert agreement["density"]["weighed"] == is_weighed
-    assert (agreement["center"]["solids"] > 0.01) == is_weighed
+    assert (agreement["section_center"]["solids"] > 0.01) == is_weighed
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -77,6 +87,11 @@ def test_a_preset_agrees_and_a_wrong_solid_is_noticed(planar):
     assert not compute_agreement(design, measure_trunk(design, [(at, cones, moved)]))["holes"]["holds"]
     leaning = cones * [1.0, 1.02]
     assert not compute_agreement(design, measure_trunk(design, [(at, leaning, holes)]))["gap_angle"]["holds"]
+    shifted = measure_trunk(design, planar)
+    shifted = replace(shifted, center=shifted.center + 1e-3)
+    row = compute_agreement(design, shifted)["center"]
+    assert row["solids"] == pytest.approx(1e-3 / 0.0716610, rel=1e-5)
+    assert not row["holds"]
     stretched = cones * [1.0, 1.0]
     stretched[cones[:, 0] > 0.98 * cones[:, 0].max(), 0] += 0.25
     assert not compute_agreement(design, measure_trunk(design, [(at, stretched, holes)]))["section_length"]["holds"]

@@ -132,3 +132,21 @@ def test_while_the_video_is_drawn(out: Path) -> None:
         pytest.skip("no OpenGL here")
     running.terminate()
     assert_ended(running, signal.SIGTERM, out)
+
+
+WHILE_LOADING = """
+import sys
+class Stop:
+    def find_spec(self, name, path=None, target=None):
+        if name == "spiraltrunk.cli":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Stop())
+from spiraltrunk.__main__ import main
+sys.exit(main())
+"""
+"""Ctrl-C that comes before the command line is there."""
+
+
+def test_ctrl_c_while_modules_are_loaded_is_one_line() -> None:
+    done = subprocess.run([sys.executable, "-c", WHILE_LOADING], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "spiraltrunk: interrupted\n")

@@ -218,3 +218,11 @@ def test_shapes_that_do_not_fit_are_told_with_times(folder: Path, capsys: pytest
     argv = ["validate", f"bend={folder / 'rest-045_1.csv'}", "--protocol", str(folder / "protocol.toml")]
     told = refuse(argv, capsys)
     assert "1 static shapes found (0.0-0.8 s); allowed: 4, as run 'bend' has" in told
+
+
+def test_a_chosen_alignment_is_compared_with_the_plain_ones(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([*validate(folder), "--alignment", "run:2,5,8", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert list(told["mean_rmse_by_alignment_m"]) == ["base", "run", "shape", "run:2,5,8"]
+    chosen = told["mean_rmse_by_alignment_m"]["run:2,5,8"]
+    assert chosen["bend"] == pytest.approx(told["runs"]["bend"]["mean_rmse_m"])

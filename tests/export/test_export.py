@@ -59,7 +59,7 @@ def test_every_check_holds(exported, short):
         assert check["holds"]
         assert check["watertight"]
         assert check["volume_m3"] == pytest.approx(check["expected_volume_m3"], rel=0.01)
-    for name in ("section_length", "gap_angle", "cable_stroke", "mass", "center", "inertia", "holes"):
+    for name in ("section_length", "gap_angle", "cable_stroke", "mass", "center", "section_center", "inertia", "holes"):
         assert result["agreement"][name]["holds"], name
 
 

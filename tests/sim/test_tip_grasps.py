@@ -8,18 +8,20 @@ from spiraltrunk import strategies
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim.objects import parse_object
 from spiraltrunk.sim.scene import SceneOptions, build_model
-from spiraltrunk.trial import FINGER_FRICTION, draw_scene, run_trial
+from spiraltrunk.trial import HOLDING_FRICTION, SLOPE_FRICTION, draw_scene, run_trial
 
 NAMES = ("pinch", "tip-grip", "flip-grip")
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_fingers_hold_in_a_world_of_hard_friction_and_wraps_do_not(name):
-    shape = parse_object("ball-30")
-    assert draw_scene(shape, 0, strategy=strategies.get(name)).friction_hardness == FINGER_FRICTION
-    assert draw_scene(shape, 0).friction_hardness == 1.0
-    model = build_model(PAPER, SceneOptions(friction_hardness=7.0))
-    assert model.opt.impratio == 7.0
+@pytest.mark.parametrize(("shape", "hardness"), [("ball-30", HOLDING_FRICTION), ("cone-35", SLOPE_FRICTION)])
+@pytest.mark.parametrize("name", strategies.NAMES)
+def test_what_holds_holds_in_a_world_of_hard_friction_and_a_kick_holds_nothing(name, shape, hardness):
+    scene = draw_scene(parse_object(shape), 0, strategy=strategies.get(name))
+    assert scene.friction_hardness == (1.0 if name == "kick" else hardness)
+
+
+def test_the_hardness_of_friction_is_the_worlds():
+    assert build_model(PAPER, SceneOptions(friction_hardness=7.0)).opt.impratio == 7.0
 
 
 @pytest.mark.slow
@@ -51,12 +53,16 @@ def test_the_flip_spreads_from_the_tip_and_carries_the_object_inside_the_curl():
 
 
 @pytest.mark.slow
-def test_a_ball_does_not_creep_out_of_a_firm_grip():
-    """From the check to the end of the hold it sinks by less than a millimetre."""
-    trial = run_trial(PAPER, parse_object("ball-30"), strategy="tip-grip", seed=3)
-    spans = trial.log.span("transport", "check"), trial.log.span("transport", "hold")
+@pytest.mark.parametrize(
+    ("name", "shape", "seed"),
+    [("tip-grip", "ball-30", 3), ("tip-grip", "cone-35", 21), ("wrap-horizontal", "bottle-70", 353855568)],
+)
+def test_what_is_held_does_not_creep_out(name, shape, seed):
+    """From the check, or within the hold where there is none, to the end of the hold it sinks by under a millimetre."""
+    trial = run_trial(PAPER, parse_object(shape), strategy=name, seed=seed)
+    checked, hold = (trial.log.span("transport", action) for action in ("check", "hold"))
+    start = hold[0] if checked is None else checked[1]
     first, last = (
-        next(s.object_position[2] for s in trial.plant.trace if s.time >= time - 1e-6)
-        for time in (spans[0][1], spans[1][1])
+        next(s.object_position[2] for s in trial.plant.trace if s.time >= time - 1e-6) for time in (start, hold[1])
     )
     assert abs(last - first) < 1e-3

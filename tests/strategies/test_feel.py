@@ -42,6 +42,16 @@ def test_turning_flat_moves_the_centre_by_what_turning_its_corners_does(length, 
     assert way_to_turn_flat(length, width, height) == pytest.approx(way, abs=1e-6)
 
 
+@given(st.floats(0.02, 0.12), st.floats(0.0, 0.5))
+def test_what_seems_to_touch_higher_than_any_tilt_is_tilted_as_far_as_it_hangs_beside(width, tilt):
+    """By r sin t; heights that a tilt can explain count alone."""
+    way = 0.12 * (1 - math.cos(tilt)) + width / 2 * math.sin(tilt)
+    beside, possible = width / 2 * math.sin(tilt), 0.9 * (math.hypot(0.12, width / 2) - width / 2)
+    for side in (beside, -beside):
+        assert way_to_turn_flat(0.24, width, 0.5, side) == pytest.approx(way, abs=1e-9)
+    assert way_to_turn_flat(0.24, width, possible, 0.0) == way_to_turn_flat(0.24, width, possible) > 0.0
+
+
 @pytest.mark.parametrize("height", [0.0, -0.01, -1.0])
 def test_what_touches_level_or_lower_does_not_move(height):
     assert way_to_turn_flat(0.24, 0.06, height) == pytest.approx(0.0, abs=1e-12)

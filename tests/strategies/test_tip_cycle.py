@@ -14,7 +14,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.plant import Goal, Look, Observation, Plant, Target, Task
 from spiraltrunk.run import run
 from spiraltrunk.strategies.phases import PHASES
-from spiraltrunk.strategies.tip_plan import TipOptions, opening, tip_height, turned_across
+from spiraltrunk.strategies.tip_plan import TipOptions, closing, opening, tip_height, turned_across
 
 DT, GROUND = 0.02, 0.60
 NAMES = ("pinch", "tip-grip", "flip-grip")
@@ -211,3 +211,20 @@ def test_a_standing_box_whose_turn_is_not_known_takes_the_room_of_its_corners():
     box = _task(width=0.028, kind="box").target
     lying = dataclasses.replace(box, axis=np.array([1.0, 0.0, 0.0]))
     assert tip_height(PAPER.gripper, box, goal, options) > tip_height(PAPER.gripper, lying, goal, options)
+
+
+def test_fingers_press_on_a_slope_as_hard_as_it_takes_and_at_most_as_they_can():
+    """On a side at an angle a, N lifts N (mu cos a - sin a), with a third of the friction to spare for."""
+    gripper, loose = PAPER.gripper, TipOptions(press_least=0.0)
+
+    def command(kind, length, mass=0.01):
+        task = _task(kind=kind, length=length, width=0.012)
+        return closing(gripper, dataclasses.replace(task.target, mass=mass), loose)
+
+    upright, slim, steep = command("cylinder", 0.04), command("cone", 0.04), command("cone", 0.02)
+    assert upright < slim < steep == 1.0
+    assert command("cone", 1e6) == pytest.approx(upright), "a cone without a slope is a cylinder"
+    bare = command("cylinder", 0.04, mass=0.0)
+    angle = math.atan2(0.006, 0.04)
+    share = (0.8 / 3.0) / (0.8 / 3.0 * math.cos(angle) - math.sin(angle))
+    assert (slim - bare) / (upright - bare) == pytest.approx(share)

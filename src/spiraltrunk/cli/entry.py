@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Sequence
+from typing import final
 
 from spiraltrunk import __version__
 from spiraltrunk.cli import bench, calibrate, design, export, grasp, shape, survey, validate
@@ -19,6 +21,7 @@ VERBS = (design, shape, grasp, survey, validate, calibrate, export, bench)
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a verb and return the exit code; errors that the package raises on purpose are one line."""
     _prepare_environment()
+    _prepare_log()
     try:
         with raise_signals():
             arguments = _build_parser().parse_args(argv)
@@ -40,6 +43,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         where = f" {error.filename!r}" if error.filename else ""
         allowed = "; allowed: a place that can be made and written" if error.filename else ""
         return complain(f"error: cannot write{where}: {error.strerror or error}{allowed}", BAD_INPUT)
+
+
+@final
+class _Lines(logging.Handler):
+    """What the package logs becomes lines on standard error, as all else that is told there."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        complain(record.getMessage(), DONE)
+
+
+def _prepare_log() -> None:
+    log = logging.getLogger("spiraltrunk")
+    if not log.handlers:
+        log.addHandler(_Lines())
+        log.setLevel(logging.INFO)
+        log.propagate = False
 
 
 def _prepare_environment() -> None:

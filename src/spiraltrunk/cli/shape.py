@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, FAILED, Answer, UsageError, check_folder, complain, format_json, quote
+from spiraltrunk.cli.answers import DONE, FAILED, Answer, UsageError, check_folder, format_json, quote
 from spiraltrunk.cli.options import Typed, add_parser, read_number, read_text
 from spiraltrunk.cli.shape_load import LOADS, MODELS, Load, check_load, pick_model, read_load, solve_load
 
@@ -23,8 +20,6 @@ if TYPE_CHECKING:
 _PICTURES = (".png", ".svg", ".pdf")
 _MOST_TURN = 360.0
 _MOST_FRICTION = 2.0
-_PATIENCE = 5.0
-"""Time without an answer after which a reason is given [s]."""
 
 
 def add_verb(verbs: Any) -> None:
@@ -74,8 +69,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     design = load_design(arguments.design)
     check_load(design, load)
     theta_0 = math.radians(arguments.theta0_deg)
-    with _say_if_slow():
-        shape = solve_load(design, load, model, theta_0, arguments.friction)
+    shape = solve_load(design, load, model, theta_0, arguments.friction)
     figures = compute_figures(design, shape, model, load)
     figures["theta0_deg"] = float(arguments.theta0_deg)
     if model == "statics":
@@ -118,19 +112,6 @@ def _draw(design: TrunkDesign, shape: Shape, theta_0: float, file: str, title: s
         raise UsageError(
             f"--plot: cannot write {quote(file, 200)}: {why}; allowed: a place that can be made and written"
         ) from None
-
-
-@contextmanager
-def _say_if_slow() -> Iterator[None]:
-    """Tell why nothing comes: at its first use a model is compiled, which is kept."""
-    words = "compiling the model, once after it was installed or changed: up to some minutes"
-    timer = threading.Timer(_PATIENCE, complain, (words, DONE))
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
 
 
 def compute_figures(design: TrunkDesign, shape: Shape, model: str, load: Load | None) -> dict[str, Any]:

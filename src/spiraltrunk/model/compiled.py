@@ -3,15 +3,36 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, final
 
 from numba import njit
+from numba.core import event
 
 _F = TypeVar("_F", bound=Callable[..., Any])
+
+
+@final
+class _Notice(event.Listener):
+    """Logs once why nothing comes; what is found on disc is not compiled and not told."""
+
+    is_told = False
+
+    def on_start(self, event: event.Event) -> None:
+        if not self.is_told:
+            self.is_told = True
+            words = "compiling the models, once after they were installed or changed: up to some minutes"
+            logging.getLogger("spiraltrunk").info(words)
+
+    def on_end(self, event: event.Event) -> None:
+        pass
+
+
+event.register("numba:compile", _Notice())  # type: ignore[no-untyped-call]
 
 
 def hash_files(files: Iterable[Path]) -> str:

@@ -46,13 +46,13 @@ def choose_shapes(judged: Judged) -> list[int]:
 
 
 def build_overlay_figure(judged: Judged) -> Figure:
-    """Lines are the model, dots the recording, one colour a shape; all views have one scale, in mm."""
+    """Lines are the model, dots the recording, thin lines join them; one colour a shape, one scale for all, in mm."""
     chosen = choose_shapes(judged)
     from matplotlib import colormaps
 
     colors = [colormaps["viridis"](value) for value in np.linspace(0.0, 0.85, len(chosen))]
-    figure = build_figure(11.0, 4.6, judged.title)
-    grid = figure.add_gridspec(1, 3, width_ratios=(1.2, 1.0, 1.0))
+    figure = build_figure(11.0, 4.15, judged.title)
+    grid = figure.add_gridspec(1, 3, width_ratios=(1.1, 1.0, 1.0))
     low, high = _find_box(judged, chosen)
     space: Any = figure.add_subplot(grid[0], projection="3d")
     flat = [figure.add_subplot(grid[i]) for i in (1, 2)]
@@ -60,9 +60,13 @@ def build_overlay_figure(judged: Judged) -> Figure:
         line, dots = _trace(judged, shape)
         space.plot(*line[:, [0, 2, 1]].T, color=color, linewidth=1.4)
         space.plot(*dots[:, [0, 2, 1]].T, linestyle="", marker="o", markersize=3.0, color=color)
+        for joined in np.stack([dots, line[1:]], axis=1):
+            space.plot(*joined[:, [0, 2, 1]].T, color=color, linewidth=0.6, alpha=0.6)
         for axes, (_, right, _) in zip(flat, _VIEWS, strict=True):
             axes.plot(line[:, right], line[:, 1], color=color, linewidth=1.4)
             axes.plot(dots[:, right], dots[:, 1], linestyle="", marker="o", markersize=3.2, color=color)
+            across = np.stack([dots, line[1:]])[:, :, [right, 1]]
+            axes.plot(across[:, :, 0], across[:, :, 1], color=color, linewidth=0.6, alpha=0.6)
     _frame_space(space, low, high)
     for axes, view in zip(flat, _VIEWS, strict=True):
         _frame_flat(axes, view, low, high)
@@ -93,11 +97,11 @@ def _frame_space(axes: Any, low: np.ndarray, high: np.ndarray) -> None:
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(high[2], low[2])  # Turned round, as x, z, y would be a left-handed frame.
     axes.set_zlim(low[1], high[1])
-    axes.set_box_aspect((1, 1, 1), zoom=0.88)
+    axes.set_box_aspect((1, 1, 1), zoom=1.0)
     axes.view_init(elev=16, azim=-112)
     axes.set_xlabel("x [mm]", fontsize=NORMAL, color=INK)
     axes.set_ylabel("z [mm]", fontsize=NORMAL, color=INK)
-    axes.text2D(0.10, 0.86, "y, up [mm]", transform=axes.transAxes, ha="center", fontsize=NORMAL, color=INK)
+    axes.text2D(0.10, 0.93, "y, up [mm]", transform=axes.transAxes, ha="center", fontsize=NORMAL, color=INK)
     for name in ("x", "y", "z"):
         axes.locator_params(axis=name, nbins=4)
     axes.tick_params(labelsize=SMALL, colors=INK, pad=1.0)

@@ -21,7 +21,8 @@ table { border-collapse: collapse; margin: .8em 0; }
 th, td { padding: .25em .8em; border-bottom: 1px solid #ddd; text-align: left; vertical-align: top; }
 td:not(:first-child), th:not(:first-child) { text-align: right; font-variant-numeric: tabular-nums; }
 caption { text-align: left; color: #555; padding-bottom: .3em; }
-ul { padding-left: 1.2em; } p.note { color: #555; }
+ul { padding-left: 1.2em; overflow-wrap: anywhere; } p.note { color: #555; }
+@media (max-width: 600px) { body { margin: 1em auto; } table { font-size: .8em; } th, td { padding: .2em .35em; } }
 """
 
 

@@ -69,8 +69,7 @@ class SceneOptions:
     sensors: SensorOptions = field(default_factory=SensorOptions)
     """What the robot reads wrongly, and when."""
     friction_hardness: float = 1.0
-    """How much harder friction is than the contact that it acts in [-]: soft friction creeps, a wrap bears it, small
-    things creep out of fingers."""
+    """How much harder friction is than the contact that it acts in [-]: what soft friction holds creeps out."""
     timestep: float = TIMESTEP
     """Step of the physics [s]."""
 

@@ -43,19 +43,24 @@ def ventral_tension(observation: Observation) -> float:
     return float(observation.cable_tension[ventral_cables(observation.task.design)].mean())
 
 
-def way_to_turn_flat(length: float, width: float, height: float) -> float:
+def way_to_turn_flat(length: float, width: float, height: float, beside: float = math.inf) -> float:
     """How far an object's centre moves along while it turns flat about the end that touched first [m].
 
     Plane geometry of a rectangle, half length l and half width r. Tilted by t on its low corner, its centre stands
     l sin t + r cos t above the table and l cos t - r sin t beside the corner; flat, r above and l beside. The heights
-    give the tilt, and the tilt the way; 0 where it touched level or lower than expected.
+    give the tilt, and the tilt the way; 0 where it touched level or lower than expected. A loaded trunk sags, so that
+    wide objects seem to touch higher than with a corner below their centre. Such heights tell nothing; but what tilts
+    on a loop below it hangs beside that loop by r sin t, and is tilted by no more than that.
 
     Args:
         length: extent along its axis [m].
         width: extent across [m].
         height: how much higher than a level object its centre was when it touched [m].
+        beside: how far its centre hung beside what carries it [m].
     """
     half, radius = length / 2, width / 2
     sine = min(1.0, (height + radius) / math.hypot(half, radius))
     tilt = math.asin(max(0.0, sine)) - math.atan2(radius, half)
+    if sine == 1.0:
+        tilt = min(tilt, math.asin(min(1.0, abs(beside) / radius)))
     return half - half * math.cos(tilt) + radius * math.sin(tilt) if tilt > 0 else 0.0

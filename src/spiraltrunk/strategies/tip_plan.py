@@ -38,7 +38,7 @@ class TipOptions:
     hover: float = 2.0
     """Height above the grip from which the robot looks and weighs [-]."""
     safety: float = 3.0
-    """Fingers' friction over the object's weight [-]."""
+    """Friction that may be counted on, over what the grip makes do with [-]."""
     press_least: float = 0.5
     """Least force of a fingertip, over its largest [-]."""
     slip: float = 0.15
@@ -136,9 +136,16 @@ _HEIGHTS = 39
 
 
 def closing(gripper: GripperDesign, target: Target, options: TipOptions) -> float:
-    """Gripper command that holds the object by friction, and no harder than that takes, 0 to 1 [-]."""
-    needed = options.safety * target.mass * GRAVITY / (gripper.n_finger * target.friction)
-    least = options.press_least * closing_most(gripper)
+    """Gripper command that holds the object by friction, and no harder than that takes, 0 to 1 [-].
+
+    A finger that presses with N on a side that narrows upwards by an angle a lifts by N (mu cos a - sin a), with the
+    friction mu that may be counted on over the safety; where that is nothing, it presses as hard as it can.
+    """
+    slope = math.atan2(target.width / 2, target.length) if target.kind == "cone" else 0.0
+    lifting = target.friction / options.safety * math.cos(slope) - math.sin(slope)
+    most, weight = closing_most(gripper), target.mass * GRAVITY
+    needed = min(most, weight / (gripper.n_finger * lifting)) if lifting > 0 else most
+    least = options.press_least * most
     return closing_tension(gripper, target.width / 2, max(needed, least)) / gripper.tension_max
 
 

@@ -169,7 +169,7 @@ class WrapVertical(Strategy[WrapState]):
         the base, as its weight tilted it.
         """
         progress, design = state.progress, observation.task.design
-        way = math.copysign(self.options.turn * self._way_to_turn(progress, observation), state.beside)
+        way = math.copysign(self.options.turn * self._way_to_turn(state, observation), state.beside)
         if state.is_moved or state.beside == 0.0 or abs(way) < self.options.turn_least * design.length:
             return replace(state, progress=self._ease(progress, observation))
         along = way * observation.task.target.axis
@@ -182,11 +182,13 @@ class WrapVertical(Strategy[WrapState]):
         progress = insert_next(shift_later(progress, along), (raised, aside, again))
         return replace(state, is_moved=True, progress=advance(progress, observation.time))
 
-    def _way_to_turn(self, progress: Progress, observation: Observation) -> float:
+    def _way_to_turn(self, state: WrapState, observation: Observation) -> float:
         """How far the centre moves while what just touched turns flat about its low end [m]."""
-        expected = progress.move.position[2] + OVERSHOOT * observation.task.design.length
+        expected = state.progress.move.position[2] + OVERSHOOT * observation.task.design.length
         target, height = observation.task.target, float(observation.T_world_base[2, 3]) - expected
-        return 0.0 if target.kind == "sphere" else way_to_turn_flat(target.length, target.width, height)
+        if target.kind == "sphere":
+            return 0.0
+        return way_to_turn_flat(target.length, target.width, height, state.beside)
 
     def _ease(self, progress: Progress, observation: Observation) -> Progress:
         """Slacken and rise from wherever the object touched down: unloaded, a tight trunk climbs to the housing.
