@@ -29,16 +29,18 @@ def main() -> int:
         for loads in load_static_loads(arguments.record):
             fit = fit_static(loads.bend, loads.mass, loads.lever_arm)
             k = fit.stiffness
-            faces = "-" if math.isnan(fit.faces_from) else f"{math.degrees(fit.faces_from):.1f}"
+            begin = fit.faces_from
+            at = "-" if math.isnan(begin.value) else " ".join(f"{math.degrees(a):.1f}" for a in (begin.low, begin.high))
             errors = f"{1e3 * fit.beam_error:.1f}, {1e3 * fit.error:.1f}"
             rows.append(
                 (str(loads.joint), f"{fit.beam.value:.3f}", f"{k.value:.3f} ({k.low:.3f} to {k.high:.3f})",
-                 f"{fit.onset:.4f}", f"{fit.faces:.2f}", faces, errors, f"{fit.secant[0]:.3f}, {fit.secant.min():.3f}")
+                 f"{fit.onset.value:.4f}", f"{fit.faces.value:.2f}", at, errors,
+                 f"{fit.secant[0]:.3f}, {fit.secant.min():.3f}")
             )  # fmt: skip
             moment = GRAVITY * loads.mass * loads.lever_arm
             drawn.append(
                 Loaded(name=f"joint {loads.joint}", bend=loads.bend, moment=np.asarray(moment), beam=fit.beam.value,
-                       law=fit.moment, faces_from=fit.faces_from)
+                       law=fit.moment, faces_from=fit.faces_from.value)
             )  # fmt: skip
     except SpiralTrunkError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -49,7 +51,7 @@ def main() -> int:
         "K with terms, 95 %",
         "onset N m",
         "faces",
-        "from deg",
+        "from deg, 95 %",
         "left mN m",
         "secant first, least",
     )

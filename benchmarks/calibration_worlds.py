@@ -50,12 +50,37 @@ def run_world(seed: int, kind: str) -> dict[str, Any]:
     wall, cpu = time.perf_counter() - begin, time.process_time() - cpu
     kinds = np.array(shapes.kind)
     return {
-        "seed": seed, "wall_s": wall, "cpu_s": cpu, "is_settled": found.fit.is_settled,
+        "seed": seed, "kind": kind, "wall_s": wall, "cpu_s": cpu, "is_settled": found.fit.is_settled,
         "held_out_m": {k: mean_errors(found.held_out, kinds, (k,)) for k in ("rest", "bend-dorsal", "twist")},
         "judged_m": mean_errors(found.held_out, kinds, JUDGED),
         "noise_m": found.fit.scatter.noise, "discrepancy_m": found.fit.scatter.discrepancy,
-        "off": score(found, world.knobs), "ratio": {p.name: p.width_ratio for p in found.parameters},
+        "unsettled": sum(run.unsettled for run in played),
+        "off": score(found, world.knobs), "away": name_each(found, found.fit.knobs - world.knobs),
+        "ratio": {p.name: p.width_ratio for p in found.parameters},
     }  # fmt: skip
+
+
+def load_rows(path: Path | None, seeds: range, kind: str) -> list[dict[str, Any]]:
+    """The worlds of these seeds that an earlier run has left, what it was cut off in left out.
+
+    Raises:
+        ValueError: for a file of the other kind of worlds, or of none.
+    """
+    rows = []
+    lines = path.read_text().splitlines() if path is not None and path.exists() else []
+    for number, line in enumerate(lines, 1):
+        try:
+            row = json.loads(line)
+            seed, other = row["seed"], row["kind"]
+        except (ValueError, KeyError, TypeError):
+            if number == len(lines):
+                continue
+            raise ValueError(f"{path}: line {number} is no world; allowed: what this script has written") from None
+        if other != kind:
+            raise ValueError(f"{path}: line {number} was played by {other!r}; allowed: {kind!r}, or another file")
+        if seed in seeds:
+            rows.append(row)
+    return rows
 
 
 def mean_errors(errors: Errors, kinds: np.ndarray, among: tuple[str, ...]) -> dict[str, float]:
@@ -67,7 +92,12 @@ def mean_errors(errors: Errors, kinds: np.ndarray, among: tuple[str, ...]) -> di
 def score(found: Calibration, truth: np.ndarray) -> dict[str, float]:
     """How far each knob is from the truth, over its standard deviation [-]."""
     spread = np.sqrt(np.diag(found.fit.covariance))
-    return dict(zip(found.names, ((found.fit.knobs - truth) / spread).tolist(), strict=True))
+    return name_each(found, (found.fit.knobs - truth) / spread)
+
+
+def name_each(found: Calibration, values: np.ndarray) -> dict[str, float]:
+    """Values of all knobs by name."""
+    return dict(zip(found.names, values.tolist(), strict=True))
 
 
 def summarise(rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -100,13 +130,21 @@ def main() -> int:
     parser.add_argument("--worlds", type=int, default=100)
     parser.add_argument("--first", type=int, default=0, help="seed of the first world")
     parser.add_argument("--kind", choices=("model", "simulated"), default="model")
-    parser.add_argument("--out", type=Path, help="a file to which each world is added as a line of JSON")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        help="a file to which each world is added as a line of JSON; none there is played anew",
+    )
     arguments = parser.parse_args()
     if not 1 <= arguments.worlds <= 10_000:
         parser.error(f"--worlds is {arguments.worlds}; allowed: 1 to 10000")
-    rows = []
+    seeds = range(arguments.first, arguments.first + arguments.worlds)
     try:
-        for seed in range(arguments.first, arguments.first + arguments.worlds):
+        rows = load_rows(arguments.out, seeds, arguments.kind)
+    except ValueError as error:
+        parser.error(str(error))
+    try:
+        for seed in sorted(set(seeds) - {row["seed"] for row in rows}):
             rows.append(run_world(seed, arguments.kind))
             if arguments.out is not None:
                 with arguments.out.open("a") as file:

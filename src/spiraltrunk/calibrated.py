@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import filecmp
 import json
 import math
 import platform
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -14,8 +16,10 @@ from typing import Any, final
 import numpy as np
 
 import spiraltrunk
+from spiraltrunk.benched import Bench, tell_bench, write_bench_plot
 from spiraltrunk.design.files import write_design
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.protocol import Protocol
 from spiraltrunk.mocap.register import Alignment
 from spiraltrunk.mocap.session import SessionSettings, read_session
@@ -28,6 +32,9 @@ from spiraltrunk.report.draft import write_folder
 
 FILES = ("trunk.toml", "calibration.png", "shapes.json", "result.json")
 """What a calibration leaves behind."""
+
+BENCH_FILE = "bench.png"
+"""What it leaves behind besides, where there were bench records."""
 
 _VIRTUAL = ("virtual", "rehearsal", "simulat")
 
@@ -63,6 +70,7 @@ def read_recordings(recordings: Recordings) -> tuple[MeasuredShapes, np.ndarray]
     Raises:
         TakeError: for recordings that cannot be read or do not hold what the protocol says.
     """
+    _refuse_copies(recordings)
     settings = SessionSettings(design=recordings.design, axes=recordings.axes, alignment=Alignment(kind="base"))
     parts = [
         read_session(recordings.protocol, takes, settings)
@@ -71,6 +79,20 @@ def read_recordings(recordings: Recordings) -> tuple[MeasuredShapes, np.ndarray]
     ]
     count = [len(part.kind) for part in parts]
     return join_shapes(parts), np.arange(sum(count)) < count[0]
+
+
+def _refuse_copies(recordings: Recordings) -> None:
+    """A copy of what is fitted judges nothing.
+
+    Raises:
+        TakeError: names both.
+    """
+    for held in _list(recordings.held_out):
+        for fitted in _list(recordings.fitted):
+            with suppress(OSError):  # What cannot be read is told where it is read.
+                if filecmp.cmp(held, fitted, shallow=False):
+                    told = f"it is held out and the same file as {fitted!r}, which is fitted"
+                    raise TakeError(f"{told}; allowed: each recording once", file=held)
 
 
 def join_shapes(parts: Sequence[MeasuredShapes]) -> MeasuredShapes:
@@ -103,9 +125,10 @@ def run_calibration(
 
 
 def compute_result(
-    recordings: Recordings, settings: Settings, found: Calibration, shapes: MeasuredShapes
+    recordings: Recordings, known: tuple[Settings, Bench | None], found: Calibration, shapes: MeasuredShapes
 ) -> dict[str, Any]:
     """Everything in plain values, ready for JSON; SI but where a key wears its unit."""
+    settings, bench = known
     untold = [parameter.name for parameter in find_untold(found)]
     return {
         "design": recordings.design.name,
@@ -119,9 +142,10 @@ def compute_result(
         },
         "not_told": untold,
         "told_together": [{"names": [a, b], "correlation": c} for a, b, c in find_tied(found)],
-        "to_record": list(advise(found, was_weighed=settings.weighing is not None)),
+        "to_record": list(advise(found, was_weighed=settings.weighing is not None or bool(settings.bench))),
         "fitted": _tell_errors(found.fitted, shapes),
         "held_out": _tell_errors(found.held_out, shapes),
+        "bench": None if bench is None else tell_bench(bench),
         "noise_m": found.fit.scatter.noise,
         "discrepancy_at_tip_m": found.fit.scatter.discrepancy,
         "points_that_count_less": found.fit.far,
@@ -138,16 +162,21 @@ def compute_result(
 
 
 def write_calibration_folder(
-    recordings: Recordings, result: dict[str, Any], found: tuple[Calibration, MeasuredShapes], folder: str | Path
+    recordings: Recordings,
+    result: dict[str, Any],
+    found: tuple[Calibration, MeasuredShapes, Bench | None],
+    folder: str | Path,
 ) -> dict[str, Any]:
-    """Write the new design with where it comes from, picture, shapes and figures; the result with its files.
+    """Write the new design with where it comes from, pictures, shapes and figures; the result with its files.
 
     Raises:
         OSError: where the folder cannot be written.
     """
-    calibration, shapes = found
-    told = {**result, "files": list(FILES)}
-    with write_folder(folder, FILES) as draft:
+    calibration, shapes, bench = found
+    told = {**result, "files": [*FILES, *([] if bench is None else [BENCH_FILE])]}
+    with write_folder(folder, (*FILES, BENCH_FILE)) as draft:
+        if bench is not None:
+            write_bench_plot(bench, draft / BENCH_FILE)
         named = replace(calibration.design, name=f"{calibration.design.name}, calibrated"[:200])
         write_design(named, draft / "trunk.toml", provenance(result, calibration))
         write_calibration(_title_bars(recordings, calibration, shapes), draft / "calibration.png")
@@ -166,6 +195,7 @@ def provenance(result: dict[str, Any], found: Calibration) -> list[str]:
     notes.append(f"Fitted to {len(takes)} takes: {', '.join(takes)}"[:400] + ".")
     notes.append("Held-out mean RMSE: " + ("none was held out." if held is None else f"{1e3 * held:.2f} mm."))
     notes.append(f"Slack of the cables, which is no part of a design: {slack} mm; put it into the protocol's slack_mm.")
+    notes.append(f"Give of winder and cable, which is no part of a design: {1e3 * found.give:.3g} mm/N.")
     if result["not_told"]:
         notes.append(f"Not told by the takes, and as before: {', '.join(result['not_told'])}.")
     return notes

@@ -20,7 +20,8 @@ def worlds():
 def _row(seed, off, judged):
     figures = {"calibrated": judged, "uncalibrated": 0.02, "reference": 0.01}
     return {
-        "seed": seed, "wall_s": 2.0 + seed, "cpu_s": 3.0, "held_out_m": {"rest": figures}, "judged_m": figures,
+        "seed": seed, "kind": "model", "wall_s": 2.0 + seed, "cpu_s": 3.0, "held_out_m": {"rest": figures},
+        "judged_m": figures,
         "off": {"friction": off, "mass": 0.0}, "ratio": {"friction": 0.1, "mass": 0.98},
     }  # fmt: skip
 
@@ -42,4 +43,18 @@ def test_the_exit_says_whether_the_claims_hold_and_worlds_are_kept(worlds, monke
     monkeypatch.setattr("sys.argv", ["worlds", "--worlds", "3", "--out", str(tmp_path / "rows.jsonl")])
     assert worlds.main() == (1 if off > 2 else 0)
     assert json.loads(capsys.readouterr().out)["worlds"] == 3
+    monkeypatch.setattr(worlds, "run_world", None)  # What is in the file is not played again.
+    assert worlds.main() == (1 if off > 2 else 0)
+    assert json.loads(capsys.readouterr().out)["worlds"] == 3
     assert len((tmp_path / "rows.jsonl").read_text().splitlines()) == 3
+
+
+def test_a_world_that_was_cut_off_is_played_again(worlds, tmp_path):
+    path = tmp_path / "rows.jsonl"
+    path.write_text(json.dumps(_row(4, 0.0, 1e-3)) + "\n" + json.dumps(_row(9, 0.0, 1e-3)) + "\n" + '{"seed": 5, "ki')
+    assert [row["seed"] for row in worlds.load_rows(path, range(3, 6), "model")] == [4]
+    with pytest.raises(ValueError, match="line 1 was played by 'model'"):
+        worlds.load_rows(path, range(3, 6), "simulated")
+    path.write_text("{}\n{}\n")
+    with pytest.raises(ValueError, match="line 1 is no world"):
+        worlds.load_rows(path, range(3, 6), "model")

@@ -30,15 +30,23 @@ def takes(tmp_path_factory):
 
 def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, capsys):
     files = [str(takes / f"{run}_{i}.csv") for run in ("rest-045", "bend-dorsal") for i in (1, 2)]
-    out = tmp_path / "out"
+    out, bench, true = tmp_path / "out", tmp_path / "bench.csv", float(draw_world(PAPER, 2).design.joint_stiffness[2])
+    rows = "".join(f"3,0.05,{1e3 * true * math.radians(a) / 9.81 / 0.05},{a}\n" for a in range(0, 25, 4))
+    bench.write_text("joint,lever_arm_m,mass_g,angle_deg\n" + rows)
     code = main(["calibrate", *files, "--protocol", str(takes / "protocol.toml"), "--mass-g", "190", "--json",
-                 "--out", str(out)])  # fmt: skip
+                 "--bench", str(bench), "--out", str(out)])  # fmt: skip
     said = capsys.readouterr()
     assert code == 0
     result = json.loads(said.out)
     assert sorted(result["files"]) == sorted(path.name for path in out.iterdir())
     assert result == json.loads((out / "result.json").read_text())
     assert "not a measurement" in said.err
+    assert "bench.png" in result["files"]
+    joint = result["bench"]["static"][0]["stiffness_nm_per_rad"]["value"]
+    assert joint == pytest.approx(true)
+    # The bench is known before the takes, within a tenth.
+    assert result["parameters"]["stiffness_03"]["before"] == pytest.approx(true, rel=0.1)
+    assert result["parameters"]["stiffness_03"]["value"] == pytest.approx(true, rel=0.2)
     held = result["held_out"]["all"]
     assert held["shapes"] == 8
     assert held["calibrated_mean_rmse_m"] < 0.3 * held["reference_mean_rmse_m"]
@@ -53,8 +61,11 @@ def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, ca
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [([], "no take given"), (["--virtual", "x", "take.csv"], "takes given with --virtual"),
+     (["--virtual", "x", "--out", "y"], "--out given with --virtual"),
+     (["--virtual", "x", "--mass-g", "200"], "without takes"),
      (["rest-000=a.csv", "--mass-sd-g", "1"], "--mass-g"), (["rest-000=a.csv", "--mass-g", "0"], "above 0"),
      (["rest-000=a.csv", "--hold-out", "rest-000=a.csv"], "fitted and held out"),
+     (["rest-000=a.csv", "--seed", "3"], "--seed given without --virtual"),
      (["other.csv"], "belongs to no run"), (["rest-000=missing.csv", "--axes", "y-up"], "missing.csv"),
      (["rest-000=missing.csv", "--protocol", "none.toml"], "none.toml")],
 )  # fmt: skip
@@ -66,3 +77,22 @@ def test_bad_arguments_are_one_line(arguments, words, capsys, tmp_path, monkeypa
     assert said.err.strip().splitlines()[-1].startswith("spiraltrunk: error:")
     assert said.out == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_fitted_does_not_judge_under_another_name(takes, tmp_path, capsys):
+    first = takes / "rest-045_1.csv"
+    copy = tmp_path / "copy.csv"
+    copy.write_bytes(first.read_bytes())
+    for other in (f"{takes}/./rest-045_1.csv", f"rest-045={copy}"):
+        arguments = [str(first), "--hold-out", other, "--protocol", str(takes / "protocol.toml")]
+        assert main(["calibrate", *arguments]) == 2
+        assert "the same file as" in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_fit(takes, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("os.access", lambda path, mode: str(path) != str(tmp_path))
+    protocol = str(takes / "protocol.toml")
+    assert main(["calibrate", str(takes / "rest-045_1.csv"), "--protocol", protocol, "--out", str(tmp_path / "a")]) == 2
+    said = capsys.readouterr().err
+    assert "cannot be written" in said
+    assert "reading" not in said

@@ -35,7 +35,9 @@ def test_a_ring_down_is_two_columns(tmp_path):
     ("text", "words"),
     [("", "columns"), ("a,b\n1,2\n", "columns"), (HEAD, "no reading"), (HEAD + "1,2,3\n", "line 2: 3 cells"),
      (HEAD + "1,0.1,x,3\n", "line 2, column 3"), (HEAD + "1,0.1,1,3\n1,nan,1,3\n", "line 3, column 2"),
-     (HEAD + "1.5,0.1,1,3\n", "whole number"), (b"\xff\xfe\x00", "UTF-8")],
+     (HEAD + "1.5,0.1,1,3\n", "whole number"), (HEAD + "\n\n0,0.1,1,3\n", "line 4, column 1"),
+     (HEAD + "1,0.1,1,-3\n", "angle_deg is -3; allowed: 0 to 180"), (HEAD + "1,70,1,3\n", "lever_arm_m is 70"),
+     (HEAD + "1,0.1,1e300,3\n", "line 2, column 3"), (b"\xff\xfe\x00", "UTF-8")],
 )  # fmt: skip
 def test_what_is_no_record_is_refused(tmp_path, text, words):
     with pytest.raises(TakeError, match=words):

@@ -30,16 +30,17 @@ def test_faces_that_meet_are_found():
     at = math.radians(24)
     fit = fit_static(BEND, _mass(0.3 * BEND + 2.0 * np.maximum(0, BEND - at)), ARM)
     assert fit.stiffness.value == pytest.approx(0.3, rel=1e-6)
-    assert fit.faces == pytest.approx(2.0, rel=1e-6)
-    assert fit.faces_from == pytest.approx(at)
-    assert fit.onset == 0.0
+    assert fit.faces.value == pytest.approx(2.0, rel=1e-6)
+    assert fit.faces_from.value == pytest.approx(at)
+    assert fit.faces_from.low < at < fit.faces_from.high
+    assert fit.onset.value == 0.0
     np.testing.assert_allclose(fit.moment([0.1, at]), [0.03, 0.3 * at], rtol=1e-6)
 
 
 def test_a_moment_from_the_first_degrees_on_is_found():
     moment = 0.2 * BEND + 0.05 * (1 - np.exp(-BEND / math.radians(2)))
     fit = fit_static(BEND, _mass(moment), ARM)
-    assert fit.onset == pytest.approx(0.05, rel=1e-6)
+    assert fit.onset.value == pytest.approx(0.05, rel=1e-6)
     assert fit.stiffness.value == pytest.approx(0.2, rel=1e-6)
     assert fit.beam.value > fit.stiffness.value
 
@@ -51,6 +52,23 @@ def test_95_percent_intervals_hold_the_truth_about_95_times_in_100():
         fit = fit_static(BEND, _mass(np.maximum(0.3 * BEND + 0.003 * draw.standard_normal(BEND.size), 0)), ARM)
         inside += fit.beam.low < 0.3 < fit.beam.high
     assert 51 <= inside <= 60  # Fewer has a chance of 1 in 500 for an interval of 95 %.
+
+
+def test_intervals_of_faces_hold_the_truth_most_times():
+    """Where they meet, how stiff they are and the stiffness before, together: the law is chosen from the data, too."""
+    draw, at = np.random.default_rng(4), math.radians(24)
+    law = 0.3 * BEND + 2.0 * np.maximum(0, BEND - at)
+    inside = np.zeros(3, int)
+    for _ in range(40):
+        fit = fit_static(BEND, _mass(np.maximum(law + 0.003 * draw.standard_normal(BEND.size), 0)), ARM)
+        parts = ((fit.stiffness, 0.3), (fit.faces, 2.0), (fit.faces_from, at))
+        inside += [part.low < truth < part.high for part, truth in parts]
+    assert (inside >= 34).all()  # Fewer has a chance of 1 in 300 each for an interval of 95 %.
+
+
+def test_a_ring_down_is_met_by_its_law():
+    t, a, *_ = _ring()
+    np.testing.assert_allclose(fit_ring_down(t + 3.0, a, 1e-5).signal(t), a, atol=1e-6)
 
 
 def _ring(ratio=0.13, hertz=36.3, noise=0.0, inertia=1.58e-5):
@@ -99,6 +117,10 @@ def test_bad_records_are_refused():
     for args in ((t[:10], a[:10], 1e-5), (t, a[:-1], 1e-5), (t[::-1], a, 1e-5), (t, a, math.nan), (t, a, -1.0)):
         with pytest.raises(ModelError, match="allowed"):
             fit_ring_down(*args)
+    with pytest.raises(ModelError, match="every sample is the same"):
+        fit_ring_down(t, 0 * a, 1e-5)
+    with pytest.raises(ModelError, match=r"above its noise|no decaying"):
+        fit_ring_down(t, np.random.default_rng(2).standard_normal(t.size), 1e-5)
     with pytest.raises(ModelError, match="ring-down"):
         fit_ring_down(t, np.exp(20 * t) * np.cos(200 * t), 1e-5)
 
@@ -110,4 +132,4 @@ def test_a_real_print_leaves_the_beam_law():
     assert sorted(fits) == [1, 8, 11, 13]
     assert not any(fit.is_beam for fit in fits.values())
     assert all(fit.error < 0.5 * fit.beam_error for fit in fits.values())
-    assert [joint for joint, fit in fits.items() if fit.faces > 0] == [1, 11]
+    assert [joint for joint, fit in fits.items() if fit.faces.value > 0] == [1, 11]

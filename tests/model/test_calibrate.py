@@ -13,8 +13,16 @@ from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.model.calibrate import Settings, Weighing, calibrate, compute_rmse
 from spiraltrunk.model.calibrate_advice import advise, find_untold
-from spiraltrunk.model.calibrate_fit import halve, widen
-from spiraltrunk.model.calibrate_knobs import Prior, apply_knobs, build_knobs, name_knobs
+from spiraltrunk.model.calibrate_fit import MODEL_ERROR, add_model_error, halve, widen
+from spiraltrunk.model.calibrate_knobs import (
+    BenchStiffness,
+    Prior,
+    Winders,
+    apply_knobs,
+    build_knobs,
+    learn_from_bench,
+    name_knobs,
+)
 from spiraltrunk.model.calibrate_noise import Block, Scatter, Whitener, build_covariance
 from spiraltrunk.model.calibrate_play import find_states, play_statics
 from spiraltrunk.model.measured import MeasuredShapes
@@ -88,8 +96,8 @@ def test_stiffness_and_mass_together_leave_shapes_with_friction_as_they_are(fact
     ends = []
     for shift in (0.0, math.log(factor)):
         turned = knobs + shift * np.array([name.startswith("stiffness") or name == "mass" for name in names])
-        design, slack = apply_knobs(carry_gripper(PAPER), turned)
-        ends.append(play_statics(design, states, slack).points)
+        design, winders = apply_knobs(carry_gripper(PAPER), turned)
+        ends.append(play_statics(design, states, winders).points)
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=2e-5)
 
 
@@ -106,9 +114,22 @@ def test_slack_is_cable_that_is_not_pulled():
     states = find_states(shapes).states
     trunk = carry_gripper(replace(PAPER, cable=replace(PAPER.cable, friction=0.1)))
     late = tuple(replace(state, pull=(state.pull[0] + 0.004, NAN, NAN)) for state in states)
+    taut, slack = Winders(slack=np.zeros(3)), Winders(slack=np.full(3, 0.004))
     np.testing.assert_allclose(
-        play_statics(trunk, late, np.full(3, 0.004)).points, play_statics(trunk, states, np.zeros(3)).points, atol=1e-6
+        play_statics(trunk, late, slack).points, play_statics(trunk, states, taut).points, atol=1e-6
     )
+
+
+def test_a_winder_gives_as_much_as_its_tension_says():
+    """Gaps and give together are the cable that the command left."""
+    _, shapes = _measure((Run(name="bend-dorsal", kind="bend-dorsal", steps=2, step=0.03),))
+    states, trunk = find_states(shapes).states, carry_gripper(replace(PAPER, cable=replace(PAPER.cable, friction=0.2)))
+    played = play_statics(trunk, states, Winders(slack=np.zeros(3), give=1e-4))
+    for shape, length in zip(played.shapes[1:], played.length[1:], strict=True):
+        assert shape.forces is not None
+        given = shape.gap.sum(axis=0)[0] - length[0]
+        assert given == pytest.approx(1e-4 * shape.forces.cable_tension[0], rel=1e-6)
+        assert given > 2e-4
 
 
 def test_whitened_residuals_have_the_covariance_that_was_asked_for():
@@ -129,6 +150,17 @@ def test_halves_that_agree_leave_the_covariance_and_others_widen_it():
     apart = np.array([0.0, 0.0, 0.0, 8.0])
     wide = widen(covariance, middle, [apart / 2, -apart / 2], 3)
     np.testing.assert_allclose(np.sqrt(np.diag(wide)), [1, 1, 1, 4])
+
+
+def test_the_models_own_error_is_in_what_recordings_tell_and_no_more_than_was_known():
+    knobs = build_knobs(PAPER, Prior(), None)
+    k = knobs.names.index("friction")
+    sharp = 1e-4 * knobs.covariance
+    told = add_model_error(sharp, knobs)
+    assert told[k, k] == pytest.approx(sharp[k, k] + MODEL_ERROR["friction"] ** 2)
+    told[k, k] = sharp[k, k]
+    np.testing.assert_array_equal(told, sharp)
+    np.testing.assert_array_equal(add_model_error(knobs.covariance, knobs), knobs.covariance)
 
 
 def test_each_half_has_its_own_steps_and_all_rests():
@@ -158,6 +190,28 @@ def test_a_weighing_narrows_the_mass_alone():
     assert weighed.mean[at] == pytest.approx(math.log(1.1), abs=2e-3)
     others = np.arange(len(plain.names)) != at
     np.testing.assert_array_equal(weighed.covariance[others][:, others], plain.covariance[others][:, others])
+
+
+def test_a_bench_narrows_its_joint_and_shifts_the_others_with_it():
+    plain = build_knobs(PAPER, Prior(), None)
+    told = 1.3 * float(PAPER.joint_stiffness[4])
+    known = learn_from_bench(PAPER, plain, (BenchStiffness(joint=5, value=told, spread=0.05),))
+    prior = plain.spread[4]
+    assert known.spread[4] == pytest.approx((1 / prior**2 + 1 / 0.05**2) ** -0.5)
+    assert known.mean[4] == pytest.approx(math.log(1.3) * prior**2 / (prior**2 + 0.05**2))
+    assert 0.1 < known.mean[0] < known.mean[4]
+    assert known.spread[5] < 0.7 * plain.spread[5]
+    np.testing.assert_array_equal(known.mean[17:], plain.mean[17:])
+    many = tuple(BenchStiffness(joint=j, value=told, spread=0.1) for j in (1, 5, 5))
+    assert np.linalg.eigvalsh(learn_from_bench(PAPER, plain, many).covariance[:17, :17]).min() > 0
+
+
+@pytest.mark.parametrize(("joint", "value", "words"), [(18, 0.3, "1 to 17"), (2, 1e4, "same trunk")])
+def test_a_bench_of_another_trunk_is_refused(joint, value, words):
+    with pytest.raises(ModelError, match=words):
+        learn_from_bench(
+            PAPER, build_knobs(PAPER, Prior(), None), (BenchStiffness(joint=joint, value=value, spread=0.1),)
+        )
 
 
 def test_rmse_is_over_what_was_seen():

@@ -34,12 +34,12 @@ def _states():
 
 def _knobs(seed=3):
     draw = np.random.default_rng(seed)
-    return np.array([*(0.1 * draw.standard_normal(17)), 0.05, 0.01, 0.2, 0.003, 0.003, 0.003, 0.005])
+    return np.array([*(0.1 * draw.standard_normal(17)), 0.05, 0.01, 0.2, 0.003, 0.003, 0.003, 0.005, 2e-5])
 
 
 def _play(knobs):
-    design, slack = apply_knobs(TRUNK, knobs)
-    return design, play_statics(design, _states(), slack)
+    design, winders = apply_knobs(TRUNK, knobs)
+    return design, play_statics(design, _states(), winders)
 
 
 @pytest.fixture(scope="module")
@@ -47,17 +47,17 @@ def slopes():
     design, played = _play(_knobs())
     return np.array(
         [
-            slopes_of_state(design, shape, state.theta_0, length)
+            slopes_of_state(design, shape, state.theta_0, (length, _knobs()[-1]))
             for shape, state, length in zip(played.shapes, _states(), played.length, strict=True)
         ]
     )
 
 
 @pytest.mark.parametrize(
-    "name", ["stiffness_01", "stiffness_09", "stiffness_17", "center", "friction", "slack_1", "hole"]
+    "name", ["stiffness_01", "stiffness_09", "stiffness_17", "center", "friction", "slack_1", "hole", "give"]
 )
 def test_slopes_are_those_of_differences(slopes, name):
-    knob, step = NAMES.index(name), 1e-6 if name == "slack_1" else 1e-4
+    knob, step = NAMES.index(name), {"slack_1": 1e-6, "give": 1e-7}.get(name, 1e-4)
     ends = []
     for side in (step, -step):
         knobs = _knobs()
@@ -69,7 +69,9 @@ def test_slopes_are_those_of_differences(slopes, name):
 
 
 def test_mass_moves_the_trunk_as_all_stiffnesses_do_the_other_way(slopes):
+    """What gives under a force gives as much less under one that is scaled up with all others."""
     together = slopes[:, :17].sum(axis=1) + slopes[:, NAMES.index("mass")]
+    together -= _knobs()[NAMES.index("give")] * slopes[:, NAMES.index("give")]
     # The friction's elastic foot, 20 um at 1 N, does not scale with them.
     assert np.abs(together).max() < 1e-3 * np.abs(slopes[:, NAMES.index("mass")]).max()
 
@@ -87,7 +89,7 @@ def test_without_friction_the_slope_by_friction_is_that_of_a_little():
     knobs, knob, step = _knobs(), NAMES.index("friction"), 1e-4
     knobs[knob] = 0.0
     design, played = _play(knobs)
-    slope = slopes_of_state(design, played.shapes[2], math.pi / 2, played.length[2])[knob]
+    slope = slopes_of_state(design, played.shapes[2], math.pi / 2, (played.length[2], knobs[-1]))[knob]
     knobs[knob] = step
     expected = (_play(knobs)[1].points[2] - played.points[2]) / step
     np.testing.assert_allclose(slope, expected, rtol=0, atol=0.02 * np.abs(expected).max())

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from spiraltrunk.report.bench_plot import Loaded, build_loads_figure, write_loads
+from spiraltrunk.report.bench_plot import Loaded, Rung, build_loads_figure, write_loads
 from spiraltrunk.report.calibration_plot import Bars, build_calibration_figure, write_calibration
 
 BARS = Bars(
@@ -31,10 +31,13 @@ def test_each_joint_has_its_panel_with_readings_and_both_laws(tmp_path):
         Loaded(name=f"joint {i}", bend=bend, moment=0.3 * bend, beam=0.3, law=lambda q: 0.3 * q, faces_from=faces)
         for i, faces in enumerate((math.nan, 0.2, math.nan, 0.1, math.nan))
     ]
+    time = np.linspace(0.0, 0.2, 50)
+    joints.append(Rung(name="ring", time=time, signal=np.cos(60 * time), law=lambda t: np.cos(60 * t)))
     figure = build_loads_figure(joints)
     shown = [axes for axes in figure.axes if axes.get_visible()]
     assert [axes.get_title() for axes in shown] == [joint.name for joint in joints]
     np.testing.assert_allclose(shown[0].lines[2].get_xdata(), [0, 10, 20])
+    np.testing.assert_allclose(shown[-1].lines[1].get_ydata(), np.cos(60 * time))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == [
         "beam law alone", "fitted law", "readings", "faces meet"
     ]  # fmt: skip

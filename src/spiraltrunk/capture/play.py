@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -19,11 +19,12 @@ from spiraltrunk.sim.settle import Settled, SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.trunk_spec import TrunkOptions, hinge_names
 
 SETTLE = SettleOptions(
-    has_gripper=False, pull_speed=0.01, still=2e-3, time_most=10.0,
-    trunk=TrunkOptions(hole_set_back=0.01, cable_gain=1e5),
+    has_gripper=False, pull_speed=0.005, has_smooth_ramps=True, still=2e-3, time_most=10.0, limit_factor=10.0,
+    armature_factor=10.0, trunk=TrunkOptions(hole_set_back=0.001),
 )  # fmt: skip
-"""How the trunk is played: winders ten times as stiff as in the grasps, pulling at 10 mm/s, holes where they were
-designed but for a hundredth of the face; a shape is held when no joint turns faster than 2 mrad/s."""
+"""How the trunk is played: winders that start and stop softly and pull at 5 mm/s, holes where they were designed but
+for a thousandth of the face, faces ten times as hard as in the grasps; a shape is held when no joint turns faster than
+2 mrad/s. Winders give as the world's do."""
 
 
 @final
@@ -48,7 +49,8 @@ def play_simulated(world: World, plan: Plan, options: SettleOptions = SETTLE) ->
         ModelError: where the world has other cables than the plan.
     """
     _check(world, plan)
-    rig = SettleRig(world.design, theta_0=plan.run.theta_0, options=options)
+    trunk = replace(options.trunk, cable_gain=1 / world.winders.give)
+    rig = SettleRig(world.design, theta_0=plan.run.theta_0, options=replace(options, trunk=trunk))
     for i, sag in enumerate(world.sag):
         for name, angle in zip(hinge_names(i), sag, strict=True):
             rig.model.qpos_spring[rig.model.joint(name).qposadr[0]] = angle
@@ -68,13 +70,13 @@ def play_by_model(world: World, plan: Plan) -> Played:
         State(theta_0=plan.run.theta_0, pull=tuple(pull), before=i - 1, kind=plan.run.kind, chain=0)
         for i, pull in enumerate(plan.pull.tolist())
     )
-    return _collect(world, plan, list(play_statics(world.design, states, world.slack).shapes))
+    return _collect(world, plan, list(play_statics(world.design, states, world.winders).shapes))
 
 
 def _visit(rig: SettleRig, world: World, plan: Plan) -> Iterator[Settled]:
     if plan.run.kind == "rest":
         return rig.visit()
-    visited = rig.visit([Stage(pull=told - world.slack) for told in plan.pull])
+    visited = rig.visit([Stage(pull=told - world.winders.slack) for told in plan.pull])
     next(visited)  # At rest, before anything is pulled.
     return visited
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from spiraltrunk.design.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.model.calibrate_knobs import Prior, apply_knobs
+from spiraltrunk.model.calibrate_knobs import Prior, Winders, apply_knobs
 from spiraltrunk.model.pulls import carry_gripper
 
 
@@ -33,6 +33,8 @@ class WorldOptions:
     """Cable that each winder takes in before it pulls [m]."""
     hole: float = 0.01
     """Standard deviation of the holes' distance from the backbone over the face's half-width [-]."""
+    give: float = 1e-5
+    """What each winder with its cable gives per tension [m/N] (ours: 0.6 mm at 60 N)."""
     sag: float = 0.0
     """Standard deviation of the bends, about both axes, in which the joints were printed [rad]."""
 
@@ -42,6 +44,7 @@ class WorldOptions:
         for name in ("stiffness_scatter", "center", "friction", "hole", "sag"):
             check_number(name, getattr(self, name), least=0.0, below=1.0)
         check_number("slack", self.slack, least=0.0, below=0.05)
+        check_number("give", self.give, least=1e-6, below=1e-3)
 
 
 @final
@@ -55,8 +58,8 @@ class World:
     """What it is, the gripper's mass in the last section, as the models have it."""
     knobs: np.ndarray
     """The same as what calibration turns, in the order of `calibrate_knobs.name_knobs`."""
-    slack: np.ndarray
-    """Cable that each winder takes in before it pulls, shape (n_cable,) [m]."""
+    winders: Winders
+    """Slack and give of its winders."""
     sag: np.ndarray
     """Bends about y and z in which the joints were printed, shape (n_joint, 2) [rad]."""
 
@@ -74,9 +77,10 @@ def draw_world(design: TrunkDesign, seed: int, options: WorldOptions | None = No
     stiffness = level + options.stiffness_scatter * draw.standard_normal(joints)
     mass = math.log1p(options.mass * draw.choice([-1.0, 1.0]))
     center, hole = options.center * draw.standard_normal(), options.hole * draw.standard_normal()
-    knobs = np.array([*stiffness, mass, center, options.friction, *[options.slack] * cables, hole])
-    true, slack = apply_knobs(carry_gripper(design), knobs)
-    return World(seed=seed, design=true, knobs=knobs, slack=slack, sag=options.sag * draw.standard_normal((joints, 2)))
+    knobs = np.array([*stiffness, mass, center, options.friction, *[options.slack] * cables, hole, options.give])
+    true, winders = apply_knobs(carry_gripper(design), knobs)
+    sag = options.sag * draw.standard_normal((joints, 2))
+    return World(seed=seed, design=true, knobs=knobs, winders=winders, sag=sag)
 
 
 def weigh(design: TrunkDesign, world: World, share: float = 0.01) -> tuple[float, float]:

@@ -61,11 +61,11 @@ def format_json(value: object) -> str:
     return json.dumps(value, indent=2, allow_nan=False)
 
 
-def check_folder(folder: str) -> None:
-    """Refuse an ``--out`` that is a file or lies below one, before any work is done.
+def check_folder(folder: str, option: str = "--out") -> None:
+    """Refuse a folder to write to that is a file, lies below one or cannot be written, before any work is done.
 
     Raises:
-        UsageError: names the file.
+        UsageError: names the file or folder.
     """
     target = Path(folder)
     with suppress(OSError):  # Names that no disc takes are refused where they are made.
@@ -73,5 +73,8 @@ def check_folder(folder: str) -> None:
             if path.exists():
                 if not path.is_dir():
                     allowed = "a folder, existing or new"
-                    raise UsageError(f"--out: {quote(str(path), 200)} is a file; allowed: {allowed}")
+                    raise UsageError(f"{option}: {quote(str(path), 200)} is a file; allowed: {allowed}")
+                if not os.access(path, os.W_OK | os.X_OK):
+                    allowed = "a folder that can be written"
+                    raise UsageError(f"{option}: {quote(str(path), 200)} cannot be written; allowed: {allowed}")
                 return

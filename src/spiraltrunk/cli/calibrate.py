@@ -6,11 +6,13 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
+from spiraltrunk.cli import calibrate_bench
 from spiraltrunk.cli.answers import DONE, Answer, UsageError, check_folder, complain, format_json
 from spiraltrunk.cli.options import Typed, add_parser, read_number, read_seed, read_text
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:
+    from spiraltrunk.benched import Bench
     from spiraltrunk.calibrated import Recordings
     from spiraltrunk.design import TrunkDesign
     from spiraltrunk.model.calibrate import Settings
@@ -47,12 +49,15 @@ def add_verb(verbs: Any) -> None:
         "--virtual", type=read_text, metavar="DIR",
         help="no takes: play the protocol on a simulated trunk off its design and write takes there, no measurement",
     )  # fmt: skip
-    parser.add_argument("--seed", type=read_seed, default=0, help="what the virtual trunk is drawn from (default 0)")
+    parser.add_argument("--seed", type=read_seed, help="what the virtual trunk is drawn from (default 0)")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write the new design and the figures there")
+    calibrate_bench.add_bench_arguments(parser)
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
     _check(arguments)
+    if calibrate_bench.has_bench(arguments) and not arguments.takes:
+        return calibrate_bench.run_bench(arguments)
     from spiraltrunk.design import load_design
     from spiraltrunk.mocap.protocol_file import load_protocol
 
@@ -66,14 +71,13 @@ def _run(arguments: argparse.Namespace) -> Answer:
     given = sort_takes(protocol, arguments.takes)
     fitted, held_out = (given, sort_takes(protocol, arguments.hold_out)) if arguments.hold_out else split_takes(given)
     recordings = Recordings(protocol=protocol, design=design, fitted=fitted, held_out=held_out, axes=arguments.axes)
-    return _fit(arguments, recordings, _read_settings(arguments))
+    bench = calibrate_bench.fit_bench_records(arguments) if calibrate_bench.has_bench(arguments) else None
+    return _fit(arguments, recordings, bench)
 
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse arguments that do not go together, before any work is done."""
-    if (arguments.virtual is None) != bool(arguments.takes):
-        what = "takes given with --virtual" if arguments.takes else "no take given"
-        raise UsageError(f"{what}; allowed: one TAKE or more, or --virtual DIR alone")
+    _check_kind(arguments)
     if len(arguments.takes) + len(arguments.hold_out) > _MOST_TAKES:
         raise UsageError(f"{len(arguments.takes)} takes given; allowed: at most {_MOST_TAKES}")
     both = set(arguments.takes) & set(arguments.hold_out)
@@ -83,9 +87,31 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError("--mass-sd-g given without --mass-g; allowed: both, or --mass-g alone")
     for option, value in (("--mass-g", arguments.mass_g), ("--mass-sd-g", arguments.mass_sd_g)):
         _check_positive(option, value)
-    for folder in (arguments.out, arguments.virtual):
+    for option, folder in (("--out", arguments.out), ("--virtual", arguments.virtual)):
         if folder is not None:
-            check_folder(folder)
+            check_folder(folder, option)
+
+
+def _check_kind(arguments: argparse.Namespace) -> None:
+    """Refuse what is not exactly one of takes with or without a bench, a bench alone, a virtual capture alone."""
+    is_virtual, has_bench = arguments.virtual is not None, calibrate_bench.has_bench(arguments)
+    of_takes = {
+        "--hold-out": bool(arguments.hold_out), "--mass-g": arguments.mass_g is not None,
+        "--axes": arguments.axes is not None,
+    }  # fmt: skip
+    allowed = "one TAKE or more, --bench FILE or --ring-down alone or with takes, or --virtual DIR alone"
+    if is_virtual and (arguments.takes or has_bench):
+        raise UsageError(f"{'takes' if arguments.takes else 'bench records'} given with --virtual; allowed: {allowed}")
+    if is_virtual and arguments.out is not None:
+        raise UsageError("--out given with --virtual; allowed: --virtual DIR alone, which is written to")
+    if not is_virtual and arguments.seed is not None:
+        raise UsageError("--seed given without --virtual; allowed: both, as nothing else is drawn")
+    if not arguments.takes and not is_virtual and not has_bench:
+        raise UsageError(f"no take given; allowed: {allowed}")
+    for option, is_given in of_takes.items():
+        if is_given and not arguments.takes:
+            raise UsageError(f"{option} given without takes; allowed: with one TAKE or more")
+    calibrate_bench.check_bench(arguments)
 
 
 def _check_positive(option: str, value: Typed | None) -> None:
@@ -93,30 +119,34 @@ def _check_positive(option: str, value: Typed | None) -> None:
         raise UsageError(f"{option} is {value.text}; allowed: above 0, below 1000000 g")
 
 
-def _read_settings(arguments: argparse.Namespace) -> Settings:
+def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settings:
+    from spiraltrunk.benched import read_stiffness
     from spiraltrunk.model.calibrate import Settings, Weighing
 
+    joints = () if bench is None else read_stiffness(bench)
     if arguments.mass_g is None:
-        return Settings()
+        return Settings(bench=joints)
     mass = 1e-3 * float(arguments.mass_g)
     spread = 0.01 * mass if arguments.mass_sd_g is None else 1e-3 * float(arguments.mass_sd_g)
-    return Settings(weighing=Weighing(mass=mass, spread=spread))
+    return Settings(weighing=Weighing(mass=mass, spread=spread), bench=joints)
 
 
 def _play(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> Answer:
     from spiraltrunk.capture.session import play_session, write_session
     from spiraltrunk.capture.world import draw_world
 
-    world = draw_world(design, arguments.seed)
+    seed = arguments.seed or 0
+    world = draw_world(design, seed)
     with show_progress(sys.stderr) as tell:
         played = play_session(design, world, protocol, tell=tell)
         tell("writing", 0, 1)
-        files = [path.name for path in write_session(design, played, arguments.seed, arguments.virtual)]
+        files = [path.name for path in write_session(design, played, seed, arguments.virtual)]
     told = {
-        "what": "virtual capture, not a measurement", "seed": arguments.seed, "design": design.name, "axes": "y-up",
+        "what": "virtual capture, not a measurement", "seed": seed, "design": design.name, "axes": "y-up",
         "mass_g": 1e3 * float(world.design.section_mass.sum()), "friction": world.design.cable.friction,
-        "stiffness_nm_per_rad": world.design.joint_stiffness.tolist(), "slack_mm": (1e3 * world.slack).tolist(),
+        "stiffness_nm_per_rad": world.design.joint_stiffness.tolist(), "slack_mm": (1e3 * world.winders.slack).tolist(),
         "center_fraction": world.design.mass.center_fraction, "hole_fraction": world.design.cable.hole_fraction,
+        "give_mm_per_n": 1e3 * world.winders.give,
         "files": files,
     }  # fmt: skip
     text = (
@@ -125,15 +155,16 @@ def _play(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> 
     return DONE, format_json(told) if arguments.json else f"{text}{told['mass_g']:.1f} g"
 
 
-def _fit(arguments: argparse.Namespace, recordings: Recordings, settings: Settings) -> Answer:
+def _fit(arguments: argparse.Namespace, recordings: Recordings, bench: Bench | None) -> Answer:
     from spiraltrunk.calibrated import compute_result, run_calibration, write_calibration_folder
 
+    settings = _read_settings(arguments, bench)
     with show_progress(sys.stderr) as tell:
         found, shapes = run_calibration(recordings, settings, tell=tell)
-        result = compute_result(recordings, settings, found, shapes)
+        result = compute_result(recordings, (settings, bench), found, shapes)
         if arguments.out is not None:
             tell("report", 0, 1)
-            result = write_calibration_folder(recordings, result, (found, shapes), arguments.out)
+            result = write_calibration_folder(recordings, result, (found, shapes, bench), arguments.out)
     for note in result["notes"]:
         complain(f"note: {note}", DONE)
     return DONE, format_json(result) if arguments.json else _format(result, arguments.out)
@@ -153,6 +184,8 @@ def _format(result: dict[str, Any], out: str | None) -> str:
     for part, words in (("held_out", "held out"), ("fitted", "fitted")):
         if result[part]:
             text += f"\n\n{_format_errors(result[part], words)}"
+    if result["bench"] is not None:
+        text += f"\n\n{calibrate_bench.format_bench(result['bench'])}"
     if result["to_record"]:
         text += "\n\nTo tell what is not told:\n" + "\n".join(f"  {words}" for words in result["to_record"])
     return text if out is None else f"{text}\n\n{len(result['files'])} files in {out}"

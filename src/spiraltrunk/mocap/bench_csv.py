@@ -21,6 +21,9 @@ RING = ("time_s", "acceleration")
 """Columns of a ring-down."""
 
 _MOST_BYTES = 20_000_000
+_MOST_NUMBER = 1e9
+_LEAST_LOADS, _MOST_LOADS = (1.0, 0.0, 0.0, 0.0), (199.0, 10.0, 1e6, 180.0)
+"""Least and largest joint, lever arm [m], mass [g] and angle [deg] of a reading."""
 
 
 @final
@@ -44,12 +47,13 @@ def load_static_loads(path: str | Path) -> tuple[StaticLoads, ...]:
     Raises:
         TakeError: with file, line and column, for what is no such record.
     """
-    table = _read(path, LOADS)
+    table, lines = _read(path, LOADS)
     joints = table[:, 0]
-    wrong = np.flatnonzero((joints != np.rint(joints)) | (joints < 1) | (joints > 199))
+    _refuse_outside(table, lines, str(path))
+    wrong = np.flatnonzero(joints != np.rint(joints))
     if len(wrong):
         raise TakeError(
-            f"joint is {joints[wrong[0]]:g}; allowed: a whole number from 1", file=str(path), line=int(wrong[0]) + 2,
+            f"joint is {joints[wrong[0]]:g}; allowed: a whole number from 1", file=str(path), line=lines[int(wrong[0])],
             column=1,
         )  # fmt: skip
     return tuple(
@@ -61,17 +65,27 @@ def load_static_loads(path: str | Path) -> tuple[StaticLoads, ...]:
     )  # fmt: skip
 
 
+def _refuse_outside(table: np.ndarray, lines: list[int], file: str) -> None:
+    for column, (least, most) in enumerate(zip(_LEAST_LOADS, _MOST_LOADS, strict=True)):
+        outside = np.flatnonzero((table[:, column] < least) | (table[:, column] > most))
+        if len(outside):
+            row = int(outside[0])
+            told = f"{LOADS[column]} is {table[row, column]:g}; allowed: {least:g} to {most:g}"
+            raise TakeError(told, file=file, line=lines[row], column=column + 1)
+
+
 def load_ring_down(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and accelerations of a ring-down, shapes (n,).
 
     Raises:
         TakeError: with file, line and column, for what is no such record.
     """
-    table = _read(path, RING)
+    table, _ = _read(path, RING)
     return table[:, 0], table[:, 1]
 
 
-def _read(path: str | Path, columns: tuple[str, ...]) -> np.ndarray:
+def _read(path: str | Path, columns: tuple[str, ...]) -> tuple[np.ndarray, list[int]]:
+    """All numbers, and the line in which each row stands."""
     with open_take(path) as file:
         data = file.read(_MOST_BYTES + 1)
     name = str(path)
@@ -86,14 +100,14 @@ def _read(path: str | Path, columns: tuple[str, ...]) -> np.ndarray:
         raise TakeError(
             f"its columns are {', '.join(given)[:80] or 'none'}; allowed: {','.join(columns)}", file=name, line=1
         )
+    filled = [(line, row) for line, row in enumerate(rows[1:], 2) if any(cell.strip() for cell in row)]
+    if not filled:
+        raise TakeError("it holds no reading; allowed: one line each", file=name)
     numbers = [
         [_number(cell, (name, line, column)) for column, cell in enumerate(_fit(row, columns, (name, line)), 1)]
-        for line, row in enumerate(rows[1:], 2)
-        if any(cell.strip() for cell in row)
+        for line, row in filled
     ]
-    if not numbers:
-        raise TakeError("it holds no reading; allowed: one line each", file=name)
-    return np.array(numbers)
+    return np.array(numbers), [line for line, _ in filled]
 
 
 def _fit(row: list[str], columns: tuple[str, ...], where: tuple[str, int]) -> list[str]:
@@ -107,7 +121,10 @@ def _number(cell: str, where: tuple[str, int, int]) -> float:
         value = float(cell)
     except ValueError:
         value = math.nan
-    if not math.isfinite(value):
+    if not abs(value) <= _MOST_NUMBER:
         file, line, column = where
-        raise TakeError(f"{cell[:40]!r} is no finite number; allowed: one", file=file, line=line, column=column)
+        raise TakeError(
+            f"{cell[:40]!r} is no finite number; allowed: one up to {_MOST_NUMBER:g}", file=file, line=line,
+            column=column,
+        )  # fmt: skip
     return value

@@ -55,6 +55,7 @@ def _prepare(design: TrunkDesign, protocol: Protocol) -> list[str]:
         f"(now {protocol.axes or 'not told'})",
         "- [ ] slack: wrap the trunk fully, measure what each cable still gives (L_slack), write it to slack_mm (now "
         f"{', '.join(f'{1e3 * value:g}' for value in protocol.slack)} mm)",
+        "- [ ] winders: pull at 5 mm/s or less, and start and stop softly: a swing shakes sticking cables loose",
     ]
 
 

@@ -31,6 +31,9 @@ _ONSET = math.radians(2.0)
 _FACES = np.radians(np.arange(10.0, 29.6, 0.5))
 """Bends at which faces are tried to meet [rad]."""
 
+_CLEAR = 5.0
+"""Amplitude over what the law leaves from which a swing is told from noise [-] (ours)."""
+
 _MOST = 100_000
 
 
@@ -56,11 +59,11 @@ class StaticFit:
     """Stiffness by the beam law alone, through the origin [N m/rad]."""
     stiffness: Interval
     """Stiffness K with the terms that the data ask for [N m/rad]."""
-    onset: float
+    onset: Interval
     """Moment M_0 [N m]; 0 where the data do not ask for it."""
-    faces: float
+    faces: Interval
     """Stiffness K_f that the faces add [N m/rad]; 0 where the data do not ask for it."""
-    faces_from: float
+    faces_from: Interval
     """Bend q_f from which they do, not a number where they do not [rad]."""
     beam_error: float
     """Root mean square of the moments left by the beam law [N m]."""
@@ -72,13 +75,14 @@ class StaticFit:
     @property
     def is_beam(self) -> bool:
         """Whether the beam law alone is enough."""
-        return self.onset == 0.0 and self.faces == 0.0
+        return self.onset.value == 0.0 and self.faces.value == 0.0
 
     def moment(self, bend: ArrayLike) -> np.ndarray:
         """The law's moment at bends [rad], their shape [N m]."""
         q = np.asarray(bend, float)
-        beyond = 0.0 if math.isnan(self.faces_from) else self.faces * np.maximum(0.0, q - self.faces_from)
-        return np.asarray(self.stiffness.value * q + self.onset * (1 - np.exp(-q / _ONSET)) + beyond)
+        start = self.faces_from.value
+        beyond = 0.0 if math.isnan(start) else self.faces.value * np.maximum(0.0, q - start)
+        return np.asarray(self.stiffness.value * q + self.onset.value * (1 - np.exp(-q / _ONSET)) + beyond)
 
 
 @final
@@ -96,6 +100,12 @@ class RingFit:
     """Damping [N m s/rad]."""
     error: float
     """Root mean square of what the law leaves, in the unit of the record."""
+    law: np.ndarray
+    """Its cosine, w_d, z, sine and level, time from the record's first, shape (5,)."""
+
+    def signal(self, time: ArrayLike) -> np.ndarray:
+        """The law's signal at times since the record's first [s], their shape."""
+        return _ring(self.law, np.asarray(time, float))
 
 
 def fit_static(bend: ArrayLike, mass: ArrayLike, lever_arm: ArrayLike) -> StaticFit:
@@ -113,17 +123,13 @@ def fit_static(bend: ArrayLike, mass: ArrayLike, lever_arm: ArrayLike) -> Static
     ones = np.column_stack([q])
     beam = float(q @ moment / (q @ q))
     best = _solve_terms(ones, moment, None)
-    for terms, at in _propose(q):
-        tried = _solve_terms(terms, moment, at)
-        if tried is not None and (best is None or tried.score < best.score):
-            best = tried
-    assert best is not None  # The beam law alone always has a solution.
-    pulled = q > 0
-    onset, faces = best.of("onset"), best.of("faces")
+    laws = [law for columns, at in _propose(q) if (law := _solve_terms(columns, moment, at)) is not None]
+    best, laws = _refine(min([*([] if best is None else [best]), *laws], key=_score_of), laws, (q, moment))
+    pulled, kept = q > 0, _find_alike(best, laws)
     return StaticFit(
         beam=_interval(beam, float(_deviation(ones, moment, np.array([beam]))[0]), len(q) - 1),
-        stiffness=_interval(float(best.factors[0]), float(best.deviation[0]), len(q) - best.count),
-        onset=onset, faces=faces, faces_from=best.at if faces > 0 else math.nan,
+        stiffness=_span(best, kept, "beam"), onset=_span(best, kept, "onset"), faces=_span(best, kept, "faces"),
+        faces_from=_span_start(best, kept),
         beam_error=float(np.sqrt(np.mean((moment - beam * q) ** 2))), error=best.error,
         secant=moment[pulled] / q[pulled],
     )  # fmt: skip
@@ -151,6 +157,12 @@ def fit_ring_down(time: ArrayLike, acceleration: ArrayLike, inertia: float, iner
         raise ModelError(f"the record has no decaying oscillation (damping ratio {ratio:.3g}); allowed: a ring-down")
     free = len(t) - len(begin)
     error = float(np.sqrt(2 * found.cost / free))
+    swing = math.hypot(found.x[0], found.x[3])
+    if not swing > _CLEAR * error:
+        raise ModelError(
+            f"the record has no oscillation above its noise (amplitude {swing:.3g}, {error:.3g} left); "
+            "allowed: a ring-down that begins with the first sample"
+        )
     covariance = error**2 * np.linalg.pinv(found.jac.T @ found.jac)
     by_omega, by_ratio = math.sqrt(covariance[1, 1]) / omega, math.sqrt(covariance[2, 2])
     natural = omega / math.sqrt(1 - ratio**2)
@@ -161,7 +173,7 @@ def fit_ring_down(time: ArrayLike, acceleration: ArrayLike, inertia: float, iner
         damping_ratio=_interval(ratio, by_ratio, free),
         stiffness=_interval(stiffness, stiffness * math.hypot(2 * by_omega, share), free),
         damping=_interval(damping, damping * math.hypot(by_ratio / ratio, by_omega, share), free),
-        error=error,
+        error=error, law=found.x.copy(),
     )  # fmt: skip
 
 
@@ -176,10 +188,47 @@ class _Terms:
     at: float
     error: float
     score: float
-    count: int
+    free: int
 
-    def of(self, name: str) -> float:
-        return float(self.factors[self.names.index(name)]) if name in self.names else 0.0
+    def interval(self, name: str) -> Interval:
+        place = self.names.index(name)
+        return _interval(float(self.factors[place]), float(self.deviation[place]), self.free)
+
+
+def _score_of(law: _Terms) -> float:
+    return law.score
+
+
+def _refine(best: _Terms, laws: list[_Terms], readings: tuple[np.ndarray, np.ndarray]) -> tuple[_Terms, list[_Terms]]:
+    """The best law and all of its kind, faces tried to meet at bends between those that were tried."""
+    if math.isnan(best.at):
+        return best, laws
+    (q, moment), names = readings, best.names
+    onset = [1 - np.exp(-q / _ONSET)] if "onset" in names else []
+    between = best.at + np.linspace(-1, 1, 41)[1:-1] * float(_FACES[1] - _FACES[0])
+    tried = [_solve_terms(np.column_stack([q, *onset, np.maximum(0.0, q - at)]), moment, at) for at in between.tolist()]
+    alike = [law for law in (*laws, *tried) if law is not None and law.names == names]
+    return min(alike, key=_score_of), alike
+
+
+def _find_alike(best: _Terms, laws: list[_Terms]) -> list[_Terms]:
+    """The best law, and the same with faces that meet elsewhere where it fits no worse than chance has it (95 %)."""
+    worse = 1 + float(student.ppf(0.975, max(best.free, 1))) ** 2 / max(best.free, 1)
+    return [best, *(law for law in laws if law.names == best.names and law.error**2 <= worse * best.error**2)]
+
+
+def _span(best: _Terms, kept: list[_Terms], name: str) -> Interval:
+    """A factor with the ends of its intervals by all laws that are kept; 0 where the law has no such term."""
+    if name not in best.names:
+        return Interval(value=0.0, low=0.0, high=0.0)
+    each = [law.interval(name) for law in kept]
+    return Interval(value=each[0].value, low=min(one.low for one in each), high=max(one.high for one in each))
+
+
+def _span_start(best: _Terms, kept: list[_Terms]) -> Interval:
+    """Bend from which the faces meet, to half a step of those that are tried last [rad]."""
+    starts, half = [law.at for law in kept], float(_FACES[1] - _FACES[0]) / 40
+    return Interval(value=best.at, low=min(starts) - half, high=max(starts) + half)
 
 
 def _propose(q: np.ndarray) -> list[tuple[np.ndarray, float | None]]:
@@ -205,7 +254,7 @@ def _solve_terms(columns: np.ndarray, moment: np.ndarray, at: float | None) -> _
     names = ("beam", *(["onset"] if columns.shape[1] - (at is not None) == 2 else []), *(["faces"] if at else []))
     return _Terms(
         factors=factors, deviation=_deviation(columns, moment, factors), names=names, at=math.nan if at is None else at,
-        error=float(rest / math.sqrt(size)), score=score, count=count,
+        error=float(rest / math.sqrt(size)), score=score, free=size - count,
     )  # fmt: skip
 
 
@@ -230,8 +279,9 @@ def _read_loads(bend: ArrayLike, mass: ArrayLike, lever_arm: ArrayLike) -> tuple
         raise ModelError(
             "bend, mass or lever_arm is negative or not finite; allowed: rows of finite numbers, 0 or more"
         )
-    if (q > 0).sum() < 3 or not (m[q > 0] > 0).any():
-        raise ModelError(f"{int((q > 0).sum())} readings of a deflected joint; allowed: three or more")
+    count = int(((q > 0) & (m > 0) & (arm > 0)).sum())
+    if count < 3:
+        raise ModelError(f"{count} readings of a joint that is deflected by a moment; allowed: three or more")
     return q.copy(), GRAVITY * m * arm
 
 
@@ -246,6 +296,8 @@ def _read_record(time: ArrayLike, acceleration: ArrayLike) -> tuple[np.ndarray, 
         )
     if not (np.isfinite(t).all() and np.isfinite(a).all() and (np.diff(t) > 0).all()):
         raise ModelError("time does not increase, or a number is not finite; allowed: increasing times, finite numbers")
+    if not np.ptp(a) > 0:
+        raise ModelError("every sample is the same; allowed: a ring-down")
     return t - t[0], a
 
 
@@ -263,6 +315,6 @@ def _guess_ring(t: np.ndarray, a: np.ndarray) -> np.ndarray:
     power = np.abs(np.fft.rfft(swing, 8 * len(t)))
     omega = 2 * math.pi * max(int(power[8:].argmax()) + 8, 1) / (8 * len(t) * (even[1] - even[0]))
     window = max(4, int(2 * math.pi / omega / (even[1] - even[0])))
-    first, second = np.abs(swing[:window]).max(), np.abs(swing[window : 2 * window]).max()
+    first, second = np.abs(swing[:window]).max(), np.abs(swing[window : 2 * window]).max(initial=0.0)
     ratio = float(np.clip(math.log(max(first / max(second, 1e-12), 1.01)) / (2 * math.pi), 0.005, 0.6))
     return np.array([swing[0], omega, ratio, 0.0, float(a.mean())])

@@ -1,10 +1,11 @@
-"""Calibration: stiffness, mass, friction, slack and holes of one trunk from its recorded shapes.
+"""Calibration: stiffness, mass, friction, slack, holes and give of one trunk from its recorded shapes.
 
 One part of the takes is fitted, the error is told on the other. Beside it stands the error of the design as it was,
 by equilibrium and by the paper's forward model, on the same shapes.
 
-Scaling all stiffnesses and all masses together leaves every shape as it is, whatever the cables' lengths and friction:
-recordings alone tell the ratio. A weighing (`Weighing`) tells the rest.
+Scaling all stiffnesses and all masses together leaves every shape as it is, whatever the cables' lengths and friction,
+if winders give as much less: recordings alone tell the ratio. A weighing (`Weighing`) or a bench (`BenchStiffness`)
+tells the rest.
 """
 
 from __future__ import annotations
@@ -19,12 +20,22 @@ from numpy.typing import ArrayLike
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.calibrate_fit import Fit, Task, fit_knobs
-from spiraltrunk.model.calibrate_knobs import Knobs, Prior, Weighing, apply_knobs, build_knobs, center_fraction
+from spiraltrunk.model.calibrate_knobs import (
+    BenchStiffness,
+    Knobs,
+    Prior,
+    Weighing,
+    Winders,
+    apply_knobs,
+    build_knobs,
+    center_fraction,
+    learn_from_bench,
+)
 from spiraltrunk.model.calibrate_play import State, find_states, place_points, play_reference, play_statics
 from spiraltrunk.model.measured import MeasuredShapes
 from spiraltrunk.model.pulls import carry_gripper
 
-__all__ = ["Calibration", "Errors", "Parameter", "Prior", "Settings", "Weighing", "calibrate"]
+__all__ = ["BenchStiffness", "Calibration", "Errors", "Parameter", "Prior", "Settings", "Weighing", "calibrate"]
 
 SURE = 1.959963984540054
 """Standard deviations on either side of the mean that hold 95 % of a Gaussian [-]."""
@@ -42,6 +53,8 @@ class Settings:
     """What is known beforehand."""
     weighing: Weighing | None = None
     """What a scale said, if the trunk was weighed."""
+    bench: tuple[BenchStiffness, ...] = ()
+    """What a bench said of single joints."""
     registration_turn: float = 2e-3
     """Standard deviation of the registration's rotation about each axis [rad] (ours: 1 mm over the trunk's length)."""
     registration_shift: float = 3e-4
@@ -95,9 +108,11 @@ class Calibration:
     """What the recordings say of a trunk."""
 
     design: TrunkDesign
-    """The design with what was fitted, but the slack, which is no part of it."""
+    """The design with what was fitted, but slack and give, which are no part of it."""
     slack: np.ndarray
     """Cable that each winder takes in before it pulls, shape (n_cable,) [m]."""
+    give: float
+    """What each winder with its cable gives per tension [m/N]."""
     parameters: tuple[Parameter, ...]
     """All fitted numbers, then the ratio of stiffness to mass and the exponent of the stiffness law."""
     correlation: np.ndarray
@@ -139,7 +154,7 @@ def calibrate(
     _check(design, shapes, chosen)
     trunk = carry_gripper(design)
     known = find_states(shapes)
-    knobs = build_knobs(design, settings.prior, settings.weighing)
+    knobs = learn_from_bench(design, build_knobs(design, settings.prior, settings.weighing), settings.bench)
     task = _build_task(trunk, shapes, chosen, (known.states, known.of_shape))
     fit = fit_knobs(task, knobs, (settings.registration_turn, settings.registration_shift), tell)
     return _tell_all(design, (shapes, chosen), (known.states, known.of_shape), (fit, knobs))
@@ -207,9 +222,9 @@ def _tell_all(
 ) -> Calibration:
     (shapes, chosen), (states, of_shape), (fit, knobs) = recorded, known, found
     trunk = carry_gripper(design)
-    turned, slack = apply_knobs(trunk, fit.knobs)
-    played = play_statics(turned, states, slack)
-    plain = play_statics(trunk, states, np.zeros(design.n_cable))
+    turned, winders = apply_knobs(trunk, fit.knobs)
+    played = play_statics(turned, states, winders)
+    plain = play_statics(trunk, states, Winders(slack=np.zeros(design.n_cable)))
     three = (played.points, plain.points, play_reference(trunk, states))
     placed = [place_points(trunk, model, shapes.seat)[of_shape] for model in three]
     rmse = [compute_rmse(model, shapes.points) for model in placed]
@@ -221,7 +236,8 @@ def _tell_all(
     ]
     spread = np.sqrt(np.diag(fit.covariance))
     return Calibration(
-        design=apply_knobs(design, fit.knobs)[0], slack=slack, parameters=describe(design, fit, knobs),
+        design=apply_knobs(design, fit.knobs)[0], slack=winders.slack, give=winders.give,
+        parameters=describe(design, fit, knobs),
         correlation=fit.covariance / np.outer(spread, spread), names=knobs.names, fit=fit, fitted=errors[0],
         held_out=errors[1], unsolved=int(played.has_failed[of_shape].sum()),
     )  # fmt: skip
@@ -253,7 +269,7 @@ def _describe(name: str, design: TrunkDesign, row: tuple[np.ndarray, int], found
     wide = float(np.sqrt(weights @ knobs.covariance @ weights))
     unit, scale, origin = _unit_of(name, design, knob)
     low, high = middle - SURE * spread, middle + SURE * spread
-    if name == "friction":
+    if name in ("friction", "give"):
         low = max(low, 0.0)
     numbers = (before, middle, low, high)
     if scale > 0:
@@ -278,4 +294,4 @@ def _unit_of(name: str, design: TrunkDesign, knob: int) -> tuple[str, float, flo
     if name == "mass":
         return "kg", design.total_mass, 0.0
     origin = {"center": center_fraction(design), "hole": design.cable.hole_fraction}.get(name, 0.0)
-    return ("m" if name.startswith("slack_") else "-"), 0.0, origin
+    return ("m/N" if name == "give" else "m" if name.startswith("slack_") else "-"), 0.0, origin

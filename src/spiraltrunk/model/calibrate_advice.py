@@ -11,10 +11,11 @@ TIED = 0.95
 
 _HOW = {
     "stiffness": "a bending take that shuts this joint and holds shapes before it does",
-    "mass": "a weighing of sections and gripper (--mass-g), or a take with a known load",
+    "mass": "a weighing of sections and gripper (--mass-g), or static loads of single joints (--bench)",
     "center": "a balancing of one section on an edge; recordings confuse it with the mass",
     "friction": "a bending take, with many held shapes on the way",
     "slack": "a bending take that pulls this cable",
+    "give": "a bending take to full curl, where tension is large, or a pull of a cable held at its end",
     "hole": "a bending take with markers on every section, or a caliper",
 }
 
@@ -44,7 +45,7 @@ def advise(calibration: Calibration, *, was_weighed: bool) -> tuple[str, ...]:
     for name in names:
         kind = name.split("_")[0]
         if name == "mass":
-            words.append("mass: known by its weighing alone, as shapes tell its ratio to stiffness")
+            words.append("mass: known by its weighing, or a bench, alone, as shapes tell its ratio to stiffness")
         elif kind in _HOW and name not in {"stiffness_over_mass", "stiffness_exponent"}:
             words.append(f"{name}: record {_HOW[kind]}")
     return tuple(words)

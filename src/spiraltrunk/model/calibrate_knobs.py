@@ -1,4 +1,4 @@
-"""What a calibration may turn: stiffness joint by joint, mass and its centre, friction, slack, the place of the holes.
+"""What a calibration may turn: stiffness joint by joint, mass and its centre, friction, slack, holes, give of winders.
 
 Of each knob something is known before any recording, as a Gaussian: its mean and how far real prints are from it. What
 a recording does not tell keeps that width, and is reported so.
@@ -12,9 +12,23 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.checks import check_count, check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+
+MOST_GIVE = 1e-2
+"""Largest give of a winder that is reckoned with [m/N]: equilibria bear no more."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Winders:
+    """What lies between a winder's command and the cable's length, and is no part of a design."""
+
+    slack: np.ndarray
+    """Cable that each takes in before it pulls, shape (n_cable,) [m]."""
+    give: float = 0.0
+    """What each, with its cable, gives per tension [m/N]."""
 
 
 @final
@@ -44,6 +58,11 @@ class Prior:
     """Of each cable's own slack about that [m] (ours)."""
     hole: float = 0.01
     """Of the holes' distance from the backbone over the face's half-width [-] (ours: 0.5 mm at the base)."""
+    give: float = 2e-5
+    """What a winder with its cable gives per tension that is expected [m/N] (ours: 0.6 m of 1 mm braided polyethylene,
+    and a motor that holds its position)."""
+    give_spread: float = 2e-5
+    """Of that [m/N] (ours)."""
 
     def __post_init__(self) -> None:
         for name in (
@@ -51,6 +70,8 @@ class Prior:
             "slack_spread", "slack_scatter", "hole",
         ):  # fmt: skip
             check_number(f"prior.{name}", getattr(self, name), least=1e-6, below=10.0)
+        check_number("prior.give", self.give, least=0.0, below=MOST_GIVE)
+        check_number("prior.give_spread", self.give_spread, least=1e-9, below=MOST_GIVE)
         check_number("prior.friction", self.friction, least=0.0, below=2.0)
         check_number("prior.slack", self.slack, least=-0.1, below=0.1)
 
@@ -72,11 +93,29 @@ class Weighing:
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Knobs:
-    """Names, means and covariance of all knobs, in one order: joints, mass, centre, friction, slack, holes.
+class BenchStiffness:
+    """What a bench said of one joint's stiffness."""
 
-    Stiffnesses and mass are logarithms over the design's, so that they stay positive; friction is a plain number, kept
-    at or above 0; the others are differences from the design.
+    joint: int
+    """Joint, 1 at the base."""
+    value: float
+    """Stiffness [N m/rad]."""
+    spread: float
+    """Standard deviation of its logarithm [-]."""
+
+    def __post_init__(self) -> None:
+        check_count("bench.joint", self.joint, least=1, most=199)
+        check_number("bench.value", self.value, above=0.0, below=1e6)
+        check_number("bench.spread", self.spread, least=1e-6, below=1e3)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Knobs:
+    """Names, means and covariance of all knobs, in one order: joints, mass, centre, friction, slack, holes, give.
+
+    Stiffnesses and mass are logarithms over the design's, so that they stay positive; friction and give are plain
+    numbers, kept at or above 0; the others are differences from the design.
     """
 
     names: tuple[str, ...]
@@ -106,31 +145,65 @@ def build_knobs(design: TrunkDesign, prior: Prior, weighing: Weighing | None) ->
         + prior.stiffness_scatter**2 * np.eye(joints)
     )
     mass, mass_spread = _expect_mass(design, prior, weighing)
-    rest = [mass_spread, prior.center, prior.friction_spread, *[prior.slack_scatter] * cables, prior.hole]
+    slacks = [prior.slack_scatter] * cables
+    rest = [mass_spread, prior.center, prior.friction_spread, *slacks, prior.hole, prior.give_spread]
     size = joints + len(rest)
     covariance = np.zeros((size, size))
     covariance[:joints, :joints] = stiffness
     covariance[range(joints, size), range(joints, size)] = np.square(rest)
-    covariance[joints + 3 : size - 1, joints + 3 : size - 1] += prior.slack_spread**2
-    mean = np.array([*[0.0] * joints, mass, 0.0, prior.friction, *[prior.slack] * cables, 0.0])
+    covariance[joints + 3 : size - 2, joints + 3 : size - 2] += prior.slack_spread**2
+    mean = np.array([*[0.0] * joints, mass, 0.0, prior.friction, *[prior.slack] * cables, 0.0, prior.give])
     return Knobs(names=name_knobs(design), mean=mean, covariance=covariance)
+
+
+def learn_from_bench(design: TrunkDesign, knobs: Knobs, bench: tuple[BenchStiffness, ...]) -> Knobs:
+    """The knobs as they are known after stiffnesses were measured one by one (Gaussian conditioning).
+
+    Raises:
+        ModelError: for a joint that the design has not, or a stiffness more than a factor of a hundred from its.
+    """
+    if not bench:
+        return knobs
+    apart = np.zeros(len(bench))
+    for i, one in enumerate(bench):
+        if one.joint > design.n_joint:
+            raise ModelError(f"the bench has joint {one.joint}; allowed: 1 to {design.n_joint}, as the design")
+        ratio = one.value / float(design.joint_stiffness[one.joint - 1])
+        if not 0.01 < ratio < 100.0:
+            raise ModelError(
+                f"joint {one.joint} has {one.value:.3g} N m/rad on the bench, {ratio:.3g} times the design's; "
+                "allowed: within a factor of 100: is it the same trunk?"
+            )
+        apart[i] = math.log(ratio)
+    at = [one.joint - 1 for one in bench]
+    both = knobs.covariance[np.ix_(at, at)] + np.diag([one.spread**2 for one in bench])
+    gain = np.linalg.solve(both, knobs.covariance[at]).T
+    covariance = knobs.covariance - gain @ knobs.covariance[at]
+    return Knobs(
+        names=knobs.names, mean=knobs.mean + gain @ (apart - knobs.mean[at]), covariance=(covariance + covariance.T) / 2
+    )
 
 
 def name_knobs(design: TrunkDesign) -> tuple[str, ...]:
     """Name of each knob, joints and cables counted from 1."""
     joints = (f"stiffness_{i + 1:02d}" for i in range(design.n_joint))
     cables = (f"slack_{c + 1}" for c in range(design.n_cable))
-    return (*joints, "mass", "center", "friction", *cables, "hole")
+    return (*joints, "mass", "center", "friction", *cables, "hole", "give")
 
 
-def apply_knobs(design: TrunkDesign, knobs: np.ndarray) -> tuple[TrunkDesign, np.ndarray]:
-    """The design with the knobs turned so, and the slack of its cables, shape (n_cable,) [m].
+def keep_positive(names: tuple[str, ...], knobs: np.ndarray) -> np.ndarray:
+    """The knobs with those that cannot be negative, friction and give, at 0 at least."""
+    return np.where(np.isin(names, ("friction", "give")), np.maximum(knobs, 0.0), knobs)
+
+
+def apply_knobs(design: TrunkDesign, knobs: np.ndarray) -> tuple[TrunkDesign, Winders]:
+    """The design with the knobs turned so, and its winders.
 
     The gripper, where the design has one, weighs more by the same part as the sections.
     """
     joints, cables = design.n_joint, design.n_cable
     mass, center, friction = knobs[joints : joints + 3]
-    slack, hole = knobs[joints + 3 : joints + 3 + cables], knobs[-1]
+    slack, hole, give = knobs[joints + 3 : joints + 3 + cables], knobs[-2], knobs[-1]
     stiffness = design.joint_stiffness * np.exp(knobs[:joints])
     gripper = design.gripper
     turned = replace(
@@ -145,7 +218,7 @@ def apply_knobs(design: TrunkDesign, knobs: np.ndarray) -> tuple[TrunkDesign, np
         ),
         gripper=None if gripper is None else replace(gripper, mass=gripper.mass * math.exp(mass)),
     )  # fmt: skip
-    return turned, np.array(slack)
+    return turned, Winders(slack=np.array(slack), give=max(float(give), 0.0))
 
 
 def center_fraction(design: TrunkDesign) -> float:

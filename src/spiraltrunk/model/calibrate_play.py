@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, SpiralTrunkError
 from spiraltrunk.model import reference, statics
+from spiraltrunk.model.calibrate_knobs import Winders
 from spiraltrunk.model.loading import PULL_MARGIN
 from spiraltrunk.model.measured import MeasuredShapes
 from spiraltrunk.model.shape import Shape, Status
@@ -25,6 +26,9 @@ _SAME = 1e-7
 
 _OPTIONS = statics.StaticsOptions(steps_most=2_000)
 """Pulled past full curl by two cables a trunk may not settle: that is not waited for."""
+
+_RIGID = 1e-9
+"""Give up to which a cable counts as inextensible [m/N]: 60 nm at 60 N."""
 
 _MOST_STATES = 2_000
 """More different states than any session has."""
@@ -107,24 +111,27 @@ class Played:
         return np.array([int(shape.status) == Status.NOT_CONVERGED for shape in self.shapes])
 
 
-def play_statics(design: TrunkDesign, states: tuple[State, ...], slack: np.ndarray) -> Played:
+def play_statics(design: TrunkDesign, states: tuple[State, ...], winders: Winders) -> Played:
     """The equilibrium of every state, with the design's friction.
 
-    A cable with slack begins to pull when so much has been taken in.
+    A cable with slack begins to pull when so much has been taken in, and gives under its tension.
     """
+    stiffness = 1 / winders.give if winders.give > _RIGID else math.inf
     shapes: list[Shape] = []
     lengths = []
     most = PULL_MARGIN * design.cable_stroke
     for state in states:
         told = np.array(state.pull)
         is_relaxed = np.isnan(told)
-        pull = np.clip(np.where(is_relaxed, 0.0, told - slack), -most, most)
+        pull = np.clip(np.where(is_relaxed, 0.0, told - winders.slack), -most, most)
         shapes.append(
             statics.solve(
                 design, pull=pull, tension=np.where(is_relaxed, 0.0, design.cable.tension_max),
                 by_tension=is_relaxed, theta_0=state.theta_0,
                 start=None if state.before < 0 else shapes[state.before],
-                options=replace(_OPTIONS, increment=_find_increment(state, states, _OPTIONS.increment)),
+                options=replace(
+                    _OPTIONS, cable_stiffness=stiffness, increment=_find_increment(state, states, _OPTIONS.increment)
+                ),
             )
         )  # fmt: skip
         lengths.append(np.where(is_relaxed, np.nan, design.cable_stroke - pull))

@@ -2,12 +2,12 @@
 
 At an equilibrium the moments along every free bend q and the lengths of the taut cables satisfy
 
-    K q + weight(q) + sum_k T_k dL_k/dq = 0,   sum_k L_k(q) = l,
+    K q + weight(q) + sum_k T_k dL_k/dq = 0,   sum_k L_k(q) = l + c T_0,
 
-with L_k the length of gap k and T_k its tension: T_(k-1) exp(-mu w_k) where the cable slides to the motor,
-T_(k-1) exp(mu w_k) where it slides away, w_k the turn at the hole (Euler and Eytelwein's capstan), and T_(k-1) less a
-constant where it sticks. Joints pressed against their limit move along their rim alone. What a sticking hole remembers
-of the way to the state is left out of the slopes, not of the equilibria.
+with c the give of winder and cable, L_k the length of gap k and T_k its tension: T_(k-1) exp(-mu w_k) where the cable
+slides to the motor, T_(k-1) exp(mu w_k) where it slides away, w_k the turn at the hole (Euler and Eytelwein's capstan),
+and T_(k-1) less a constant where it sticks. Joints pressed against their limit move along their rim alone. What a
+sticking hole remembers of the way to the state is left out of the slopes, not of the equilibria.
 """
 
 from __future__ import annotations
@@ -48,15 +48,16 @@ class _Gaps:
 
 
 def slopes_of_state(
-    design: TrunkDesign, shape: Shape, theta_0: float, length: np.ndarray, *, softness: float = 0.0
+    design: TrunkDesign, shape: Shape, theta_0: float, winders: tuple[np.ndarray, float], *, softness: float = 0.0
 ) -> np.ndarray:
     """Motion of the section ends per knob, in the order of `calibrate_knobs.name_knobs`.
 
     Args:
         design: the trunk as solved.
-        shape: its equilibrium by `statics.solve` with the default options.
+        shape: its equilibrium by `statics.solve` with the default options but the give.
         theta_0: as solved [rad].
-        length: sum of the gaps that each winder leaves, not a number for a relaxed cable, shape (n_cable,) [m].
+        winders: sum of the gaps that each leaves without tension, not a number for a relaxed cable, shape (n_cable,)
+            [m], and what each gives per tension [m/N].
         softness: joints count as free though they are pressed against their limit, where the faces bear less than this
             part of the elastic moment [-]: so a search learns that a joint should not have shut yet.
 
@@ -65,11 +66,12 @@ def slopes_of_state(
     """
     assert shape.history is not None  # An equilibrium has both.
     assert shape.forces is not None
-    state = _State(design, shape, theta_0)
+    state, (length, give) = _State(design, shape, theta_0), winders
     state.free(softness)
     with np.errstate(invalid="ignore"):
-        held = (shape.forces.cable_tension > 0) & (np.abs(shape.gap.sum(axis=0) - length) < _STALLED)
-    matrix, free = state.equations(np.flatnonzero(held))
+        left = shape.gap.sum(axis=0) - give * shape.forces.cable_tension - length
+        held = (shape.forces.cable_tension > 0) & (np.abs(left) < _STALLED)
+    matrix, free = state.equations(np.flatnonzero(held), give)
     right = state.right_hand_sides(np.flatnonzero(held), free)
     solved = np.linalg.lstsq(matrix, right, rcond=1e-13)[0] if matrix.size else right
     return state.move(free @ solved[: free.shape[1]])
@@ -166,7 +168,7 @@ class _State:
             out[k] = last
         return out
 
-    def equations(self, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def equations(self, held: np.ndarray, give: float) -> tuple[np.ndarray, np.ndarray]:
         """The linear equations in free bends and motors' tensions, and all bends per free bend."""
         count = self.design.n_joint
         lower = np.tril(self.work.hessian)
@@ -189,12 +191,12 @@ class _State:
         slope = self.gaps.slope[:, held].transpose(1, 0, 2).reshape(len(held), 2 * count)
         lever = self.by_motors()[:, held].T.repeat(2, axis=1) * slope
         top = np.hstack([basis.T @ hessian @ basis, basis.T @ lever.T])
-        return np.vstack([top, np.hstack([slope @ basis, np.zeros((len(held), len(held)))])]), basis
+        return np.vstack([top, np.hstack([slope @ basis, -give * np.eye(len(held))])]), basis
 
     def right_hand_sides(self, held: np.ndarray, free: np.ndarray) -> np.ndarray:
         """Minus what each knob adds to moments and lengths, shape (n_equation, n_knob)."""
         joints, cables = self.design.n_joint, self.design.n_cable
-        size = joints + 4 + cables
+        size = joints + 5 + cables
         moment, length = np.zeros((2 * joints, size)), np.zeros((cables, size))
         elastic = self.trunk.stiffness[:, :2] * self.bend[:, :2]
         for k in range(joints):
@@ -204,8 +206,9 @@ class _State:
         less = np.cumsum(self.mode * self.gaps.turn, axis=0) * self.tension
         moment[:, joints + 2] = -np.einsum("kc,kca->ka", less, self.gaps.slope).ravel()
         length[range(cables), range(joints + 3, joints + 3 + cables)] = -1.0
+        length[:, -1] = -self.first
         up, down = (self._at_holes(side * _H) for side in (1.0, -1.0))
-        moment[:, -1], length[:, -1] = (up[0] - down[0]) / (2 * _H), (up[1] - down[1]) / (2 * _H)
+        moment[:, -2], length[:, -2] = (up[0] - down[0]) / (2 * _H), (up[1] - down[1]) / (2 * _H)
         return -np.vstack([free.T @ moment, length[held]])
 
     def _by_center(self) -> np.ndarray:

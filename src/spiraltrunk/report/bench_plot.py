@@ -1,4 +1,4 @@
-"""Static loads of joints and the laws fitted to them, in one picture."""
+"""Static loads and ring-downs of joints and the laws fitted to them, in one picture."""
 
 from __future__ import annotations
 
@@ -36,7 +36,22 @@ class Loaded:
     """Bend from which faces meet, not a number for none [rad]."""
 
 
-def write_loads(loaded: Sequence[Loaded], path: str | Path) -> Path:
+@final
+@dataclass(frozen=True, kw_only=True)
+class Rung:
+    """One joint's ring-down and its law."""
+
+    name: str
+    """What to call it."""
+    time: np.ndarray
+    """Since the first sample, shape (n,) [s]."""
+    signal: np.ndarray
+    """What was recorded, shape (n,)."""
+    law: Callable[[np.ndarray], np.ndarray]
+    """Signal of the fitted law at times [s]."""
+
+
+def write_loads(loaded: Sequence[Loaded | Rung], path: str | Path) -> Path:
     """Draw the joints to a PNG.
 
     Raises:
@@ -48,14 +63,17 @@ def write_loads(loaded: Sequence[Loaded], path: str | Path) -> Path:
     return Path(path)
 
 
-def build_loads_figure(loaded: Sequence[Loaded]) -> Figure:
-    """Moment over bend, a panel a joint, four in a row."""
+def build_loads_figure(loaded: Sequence[Loaded | Rung]) -> Figure:
+    """Moment over bend, or signal over time, a panel a record, four in a row."""
     across = min(4, max(1, len(loaded)))
     down = -(-len(loaded) // across)
-    figure = build_figure(3.3 * across, 3.0 * down + 0.5, "Static loads of joints")
+    figure = build_figure(3.3 * across, 3.0 * down + 0.5, "Joints on the bench")
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for axes, joint in zip(panels, loaded, strict=False):
-        _draw(axes, joint)
+        if isinstance(joint, Rung):
+            _draw_ring(axes, joint)
+        else:
+            _draw(axes, joint)
     for axes in panels[len(loaded) :]:
         axes.set_visible(False)
     named = {
@@ -84,3 +102,12 @@ def _draw(axes: Axes, joint: Loaded) -> None:
     axes.set_xlabel("Bend [deg]", fontsize=NORMAL, color=INK)
     axes.set_ylim(bottom=0.0)
     add_look(axes, "Moment [N m]")
+
+
+def _draw_ring(axes: Axes, joint: Rung) -> None:
+    time = np.linspace(0.0, float(joint.time[-1]), 2_000)
+    axes.plot(1e3 * time, joint.law(time), color=COLORS[0], linewidth=1.4, label="fitted law")
+    axes.plot(1e3 * joint.time, joint.signal, color=INK, linestyle="", marker="o", markersize=2.0, label="readings")
+    axes.set_title(joint.name, fontsize=NORMAL, color=INK)
+    axes.set_xlabel("Time [ms]", fontsize=NORMAL, color=INK)
+    add_look(axes, "Signal")

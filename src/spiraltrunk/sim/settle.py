@@ -50,6 +50,9 @@ class SettleOptions:
     pull_speed: float = 0.005
     """Speed of the winders, infinity for at once [m/s]; with friction the shape depends on it, by 0.3 mm at this one
     and 2 mm at 0.02 (ours, friction 0.15), without it not at all."""
+    has_smooth_ramps: bool = False
+    """Whether winders speed up and slow down along the polynomial of least jerk, at the same mean speed, instead of at
+    once: what starts or stops abruptly swings the trunk, and a swing shakes sticking cables loose."""
     tension_speed: float = 1.0
     """Change of tension, infinity for at once [N/s]; likewise."""
     damping_factor: float = 3.0
@@ -253,7 +256,10 @@ class SettleRig:
             float(np.abs(ceiling - start).max()) / self.options.tension_speed,
         )
         steps = max(1, math.ceil(seconds / self.options.timestep))
-        for part in np.arange(1, steps + 1) / steps:
+        parts = np.arange(1, steps + 1) / steps
+        if self.options.has_smooth_ramps:
+            parts = parts**3 * (10 - 15 * parts + 6 * parts**2)
+        for part in parts:
             self._command(first + part * (last - first), start + part * (ceiling - start))
             self._advance(1)
 
