@@ -11,8 +11,8 @@ import pytest
 from spiraltrunk.cad.bill import build_bill, cable_length
 from spiraltrunk.cad.catalogue import build_parts
 from spiraltrunk.cad.fasteners import LENGTHS, THREADS, Bolt, pick_length
-from spiraltrunk.cad.forms import Cut, box, contains, rod
-from spiraltrunk.cad.hardware import check_hardware, find_faults, list_bolts
+from spiraltrunk.cad.forms import Cut, box, compute_bounds, contains, rod
+from spiraltrunk.cad.hardware import build_motors, check_hardware, find_faults, list_bolts
 from spiraltrunk.cad.neck_screws import find_neck_screw
 from spiraltrunk.cad.part import PLA, Part
 from spiraltrunk.cad.pins import find_pins
@@ -29,6 +29,25 @@ GROUPS = ("trunk", "housing", "adapter", "wedge")
 def test_every_screw_of_a_preset_fits(name, options):
     design = presets.get(name)
     assert check_hardware(design, options, build_parts(design, GROUPS, options)) >= 26
+
+
+@pytest.mark.parametrize("name", presets.NAMES)
+def test_no_two_parts_are_in_one_place(name, options):
+    """Points of each part of the assembled robot, one drum for all, lie in no other part and in no motor."""
+    design, random = presets.get(name), np.random.default_rng(0)
+    groups = ("trunk", "gripper", "housing", "drums", "adapter")
+    parts = build_parts(design, groups, options)
+    motors = [body for what, body in build_motors(design, options) if what == "motor"]
+    for part in parts:
+        low, high = compute_bounds(part.form)
+        own = low + (high - low) * random.random((8000, 3))
+        own = own[contains(part.form, own)]
+        c, s = math.cos(part.turn), math.sin(part.turn)
+        placed = own @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]]) + part.at
+        np.testing.assert_allclose(part.take_in(placed), own, atol=1e-9)
+        for other in parts:
+            assert other is part or not contains(other.form, other.take_in(placed)).any(), (part.name, other.name)
+        assert not any(contains(body, placed).any() for body in motors), part.name
 
 
 def test_a_screw_in_the_way_is_told(options):

@@ -15,9 +15,8 @@ from spiraltrunk.cad.fasteners import Bolt
 from spiraltrunk.cad.forms import Form, Revolved, compute_bounds, contains, polar, rod, shifted
 from spiraltrunk.cad.housing import list_housing_bolts
 from spiraltrunk.cad.neck_screws import list_neck_bolts
-from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.options import ADAPTER, MakeOptions
 from spiraltrunk.cad.part import Part
-from spiraltrunk.cad.room import ADAPTER
 from spiraltrunk.cad.stand import list_wedge_bolts
 from spiraltrunk.cad.winder import find_drum, motor_angles, motor_ring
 from spiraltrunk.design.trunk import TrunkDesign
@@ -41,7 +40,7 @@ def check_hardware(design: TrunkDesign, options: MakeOptions, parts: Sequence[Pa
     made = {part.name: part for part in parts}
     housed = {name: part for name, part in made.items() if name in _HOUSED}
     bolts = [bolt for bolt in list_bolts(design, options, housed) if set(bolt.parts) <= set(housed)]
-    faults = find_faults(bolts, list(housed.values()), _build_motors(design, options) if "housing" in made else [])
+    faults = find_faults(bolts, list(housed.values()), build_motors(design, options) if "housing" in made else [])
     if "wedge" in made:
         wedge = list_wedge_bolts(options)
         faults += find_faults(wedge, [made["wedge"]], [])
@@ -120,7 +119,7 @@ def _check_key(bolt: Bolt, parts: Sequence[Part], bodies: Sequence[tuple[str, Fo
     return [f"cannot be reached by a key for {name}" for name in dict.fromkeys(blocked)]
 
 
-def _build_motors(design: TrunkDesign, options: MakeOptions) -> list[tuple[str, Form]]:
+def build_motors(design: TrunkDesign, options: MakeOptions) -> list[tuple[str, Form]]:
     """Motors and drums in their places."""
     drum, motor = find_drum(design, options), options.motor
     floor = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER + options.plate

@@ -12,9 +12,9 @@ from spiraltrunk.cad.fasteners import M3_INSERT, M4, M4_INSERT, M6, M6_HEAD, THR
 from spiraltrunk.cad.forms import Common, Cut, Form, Revolved, Union, polar, rod, shifted
 from spiraltrunk.cad.lid import build_lid
 from spiraltrunk.cad.neck_screws import BOSS, NECK_WALL, between_cables, find_neck_screw
-from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.options import ADAPTER, MakeOptions
 from spiraltrunk.cad.part import PLA, Part
-from spiraltrunk.cad.room import ADAPTER, FOOT, FOOT_WIDE, POST, Room, find_room, foot_angles, foot_circle, refuse
+from spiraltrunk.cad.room import FOOT, FOOT_WIDE, POST, Room, find_room, foot_angles, foot_circle, refuse
 from spiraltrunk.cad.winder import motor_angles
 from spiraltrunk.design.trunk import TrunkDesign
 

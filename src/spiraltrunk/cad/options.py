@@ -8,6 +8,9 @@ from typing import final
 from spiraltrunk.design.checks import check_count, check_number
 from spiraltrunk.errors import DesignError
 
+ADAPTER = 10.0
+"""Thickness of the adapter without its spigot [mm] (ours: room for the heads of the M6 screws)."""
+
 
 @final
 @dataclass(frozen=True, kw_only=True)

@@ -8,13 +8,10 @@ from typing import final
 
 from spiraltrunk.cad.fasteners import THREADS
 from spiraltrunk.cad.forms import polar
-from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.options import ADAPTER, MakeOptions
 from spiraltrunk.cad.winder import find_drum, motor_angles, motor_ring
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
-
-ADAPTER = 10.0
-"""Thickness of the adapter without its spigot [mm] (ours: room for the heads of the M6 screws)."""
 
 FOOT, FOOT_WIDE = 5.0, 10.0
 """Thickness of the neck's foot, and how far it stands out [mm] (ours)."""

@@ -8,7 +8,7 @@ from typing import final
 
 from spiraltrunk.cad.forms import Cut, Form, Revolved, Union, box, polar, rod
 from spiraltrunk.cad.gripper import strand_travel
-from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.options import ADAPTER, MakeOptions
 from spiraltrunk.cad.part import PLA, Part
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
@@ -164,4 +164,4 @@ def _ordered(design: TrunkDesign) -> list[float]:
 def _drum_height(design: TrunkDesign, options: MakeOptions) -> float:
     housing = design.housing
     bottom = -1e3 * (housing.neck_length + housing.length)
-    return bottom + 8.0 + options.plate + options.motor.height
+    return bottom + ADAPTER + options.plate + options.motor.height
