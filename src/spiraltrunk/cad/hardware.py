@@ -25,6 +25,9 @@ from spiraltrunk.errors import PartError
 SKIN = 0.05
 """How far inside of a body's surface one looks [mm]."""
 
+_TURNS = 12
+"""Points round a body."""
+
 _HOUSED = ("adapter", "housing", "lid", "neck", "trunk_1")
 
 
@@ -138,7 +141,8 @@ def _fill(form: Form) -> np.ndarray:
     _, high = compute_bounds(form.form)  # type: ignore[union-attr]
     radius, length = float(high[0]) - SKIN, float(high[2])
     heights = np.linspace(SKIN, length - SKIN, max(3, int(length)))
-    flat = [polar(part * radius, turn, 0.0) for part in (0.5, 1.0) for turn in 2 * math.pi * np.arange(12) / 12]
+    turns = 2 * math.pi * np.arange(_TURNS) / _TURNS
+    flat = [polar(part * radius, turn, 0.0) for part in (0.5, 1.0) for turn in turns]
     local = np.array([(x, y, z) for z in heights for x, y, _ in flat])
     T = np.array(form.T)  # type: ignore[union-attr]
     return np.asarray(local @ T[:3, :3].T + T[:3, 3])
@@ -146,8 +150,8 @@ def _fill(form: Form) -> np.ndarray:
 
 def _circle(middle: np.ndarray, along: np.ndarray, radius: float) -> np.ndarray:
     """Points round an axis, shape (12, 3) [mm]."""
-    points = _fill(rod(radius + SKIN, middle, middle + along))
-    return points[12:24]
+    layer = 2 * _TURNS
+    return _fill(rod(radius + SKIN, middle, middle + along))[_TURNS:layer]  # The outer ones of the first layer.
 
 
 def _tell(place: Sequence[float] | np.ndarray) -> str:

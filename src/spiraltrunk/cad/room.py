@@ -96,7 +96,7 @@ def foot_circle(design: TrunkDesign) -> float:
 
 
 def foot_angles(design: TrunkDesign) -> tuple[float, ...]:
-    """Angles of the six screws through the neck's foot [rad]; the same pattern is on lid and wedge."""
+    """Angles of the six screws through the neck's foot [rad]; the same pattern is in the lid."""
     return tuple(math.pi / 6 + k * math.pi / 3 for k in range(6))
 
 
