@@ -22,7 +22,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.protocol import Protocol
 from spiraltrunk.mocap.register import Alignment
-from spiraltrunk.mocap.session import SessionSettings, read_session
+from spiraltrunk.mocap.session import SessionSettings, build_session
 from spiraltrunk.mocap.shapes_file import write_shapes
 from spiraltrunk.model.calibrate import Calibration, Errors, Settings, calibrate
 from spiraltrunk.model.calibrate_advice import advise, find_tied, find_untold
@@ -62,8 +62,8 @@ def split_takes(takes: Mapping[str, Sequence[str]]) -> tuple[dict[str, list[str]
     return fitted, {run: [files[-1]] for run, files in takes.items() if len(files) > 1}
 
 
-def read_recordings(recordings: Recordings) -> tuple[MeasuredShapes, np.ndarray]:
-    """All shapes, registered by the base's rigid body, and which are fitted.
+def read_recordings(recordings: Recordings) -> tuple[MeasuredShapes, np.ndarray, tuple[str, ...]]:
+    """All shapes, registered by the base's rigid body, which are fitted, and what was odd in the recordings.
 
     The base alone is no model's word: a registration to a model would hide what is to be fitted.
 
@@ -72,13 +72,15 @@ def read_recordings(recordings: Recordings) -> tuple[MeasuredShapes, np.ndarray]
     """
     _refuse_copies(recordings)
     settings = SessionSettings(design=recordings.design, axes=recordings.axes, alignment=Alignment(kind="base"))
-    parts = [
-        read_session(recordings.protocol, takes, settings)
+    sessions = [
+        build_session(recordings.protocol, takes, settings)
         for takes in (recordings.fitted, recordings.held_out)
         if any(takes.values())
     ]
+    parts = [session.shapes for session in sessions]
     count = [len(part.kind) for part in parts]
-    return join_shapes(parts), np.arange(sum(count)) < count[0]
+    odd = tuple(note for session in sessions for run in session.runs for note in run.notes)
+    return join_shapes(parts), np.arange(sum(count)) < count[0], odd
 
 
 def _refuse_copies(recordings: Recordings) -> None:
@@ -111,8 +113,8 @@ def join_shapes(parts: Sequence[MeasuredShapes]) -> MeasuredShapes:
 
 def run_calibration(
     recordings: Recordings, settings: Settings, *, tell: Callable[[str, int, int], None] | None = None
-) -> tuple[Calibration, MeasuredShapes]:
-    """Read, fit and judge.
+) -> tuple[Calibration, MeasuredShapes, tuple[str, ...]]:
+    """Read, fit and judge; beside the fit the shapes and what was odd in the recordings.
 
     Raises:
         TakeError: for recordings that cannot be read.
@@ -120,12 +122,16 @@ def run_calibration(
     """
     if tell is not None:
         tell("reading", 0, 1)
-    shapes, is_fitted = read_recordings(recordings)
-    return calibrate(recordings.design, shapes, is_fitted, settings, tell=tell), shapes
+    shapes, is_fitted, odd = read_recordings(recordings)
+    return calibrate(recordings.design, shapes, is_fitted, settings, tell=tell), shapes, odd
 
 
 def compute_result(
-    recordings: Recordings, known: tuple[Settings, Bench | None], found: Calibration, shapes: MeasuredShapes
+    recordings: Recordings,
+    known: tuple[Settings, Bench | None],
+    found: Calibration,
+    shapes: MeasuredShapes,
+    odd: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Everything in plain values, ready for JSON; SI but where a key wears its unit."""
     settings, bench = known
@@ -154,6 +160,7 @@ def compute_result(
         "takes": {"fitted": _list(recordings.fitted), "held_out": _list(recordings.held_out)},
         "paper": {"reference_mean_rmse_m": 0.01041, "what": "the authors' model against their robot, bending"},
         "notes": _notes(recordings, found),
+        "odd_in_recordings": list(odd),
         "versions": {
             "spiraltrunk": spiraltrunk.__version__, "python": platform.python_version(), "numpy": version("numpy"),
         },
@@ -194,10 +201,13 @@ def provenance(result: dict[str, Any], found: Calibration) -> list[str]:
     notes += [f"Note: {note}." for note in result["notes"]]
     notes.append(f"Fitted to {len(takes)} takes: {', '.join(takes)}"[:400] + ".")
     notes.append("Held-out mean RMSE: " + ("none was held out." if held is None else f"{1e3 * held:.2f} mm."))
-    notes.append(f"Slack of the cables, which is no part of a design: {slack} mm; put it into the protocol's slack_mm.")
+    notes.append(
+        f"Slack of the cables, which is no part of a design: {slack} mm. For sessions still to be recorded put it into "
+        "the protocol's slack_mm, never for these takes; `validate` takes slack as made up for."
+    )
     notes.append(f"Give of winder and cable, which is no part of a design: {1e3 * found.give:.3g} mm/N.")
     if result["not_told"]:
-        notes.append(f"Not told by the takes, and as before: {', '.join(result['not_told'])}.")
+        notes.append(f"Not told by the takes, and near what was known beforehand: {', '.join(result['not_told'])}.")
     return notes
 
 
@@ -261,6 +271,8 @@ def _notes(recordings: Recordings, found: Calibration) -> list[str]:
     made = [file for file in files if _is_virtual(file)]
     if made:
         notes.append(f"not a measurement: {len(made)} of {len(files)} recordings are made up")
+    if len(find_untold(found)) == len(found.parameters):
+        notes.append("nothing was calibrated: these takes tell no parameter")
     if not recordings.held_out:
         notes.append("nothing was held out: the error on unseen shapes is not known")
     if not found.fit.is_settled:

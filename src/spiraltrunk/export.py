@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 import signal
@@ -27,7 +28,7 @@ from spiraltrunk.cad.kernel import check_packages
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import Part
 from spiraltrunk.cad.workshop import Made
-from spiraltrunk.design.files import write_design
+from spiraltrunk.design.files import load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
 from spiraltrunk.report.draft import refuse_strangers, write_folder
@@ -107,7 +108,7 @@ def export_robot(
     definitions: tuple[Part, ...] = ()
     if request.part_formats:
         definitions = _define(design, request)
-    earlier = _read_earlier(Path(folder))
+    earlier = _read_earlier(Path(folder), design)
     refuse_strangers(folder, _FIRST, earlier)
     with write_folder(folder, earlier) as draft:
         result = _fill(design, draft, request, definitions, tell)
@@ -159,6 +160,7 @@ def _fill(
         sorted({*(str(path.relative_to(draft)) for path in draft.rglob("*") if path.is_file()), "result.json"})
     )
     result = _summarise(design, request, made, files)
+    result["design_sha256"] = _hash(draft / "trunk.toml")
     (draft / "result.json").write_text(json.dumps(result, indent=2, allow_nan=False) + "\n")
     return result
 
@@ -323,13 +325,22 @@ def _off(values: np.ndarray, wanted: np.ndarray) -> float:
     return float(np.abs(np.asarray(values) / wanted - 1).max())
 
 
-def _read_earlier(target: Path) -> list[str]:
-    """Files that an earlier export says it wrote; nothing that could lie elsewhere."""
+def _hash(path: Path) -> str:
+    """What a file says, in a few letters."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _read_earlier(target: Path, wanted: TrunkDesign) -> list[str]:
+    """Files that an earlier export says it wrote; none that could lie elsewhere, no other design than it wrote."""
     try:
         found = json.loads((target / "result.json").read_text())
         names = found["files"] if "checks" in found else []
-        return [name for name in names if isinstance(name, str) and _OURS.fullmatch(name)]
-    except (OSError, ValueError, TypeError, KeyError):
+        ours = [name for name in names if isinstance(name, str) and _OURS.fullmatch(name)]
+        path = target / "trunk.toml"
+        if path.exists() and _hash(path) != found.get("design_sha256") and load_design(path) != wanted:
+            ours = [name for name in ours if name != path.name]
+        return ours
+    except (OSError, ValueError, TypeError, KeyError):  # A DesignError is a ValueError.
         return []
 
 

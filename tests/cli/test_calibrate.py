@@ -41,6 +41,8 @@ def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, ca
     assert sorted(result["files"]) == sorted(path.name for path in out.iterdir())
     assert result == json.loads((out / "result.json").read_text())
     assert "not a measurement" in said.err
+    assert any("frame numbers are missing" in note for note in result["odd_in_recordings"])
+    assert all(f"note: {note}" in said.err for note in result["odd_in_recordings"])
     assert "bench.png" in result["files"]
     joint = result["bench"]["static"][0]["stiffness_nm_per_rad"]["value"]
     assert joint == pytest.approx(true)
@@ -52,7 +54,8 @@ def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, ca
     assert held["calibrated_mean_rmse_m"] < 0.3 * held["reference_mean_rmse_m"]
     text = (out / "trunk.toml").read_text()
     assert "not a measurement" in text
-    assert "Slack of the cables" in text
+    assert "never for these takes" in text
+    assert "frame numbers" not in text
     design = load_design(out / "trunk.toml")
     assert design.cable.friction == pytest.approx(result["parameters"]["friction"]["value"])
     assert design.joint_stiffness[0] == pytest.approx(result["parameters"]["stiffness_01"]["value"])

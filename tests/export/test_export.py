@@ -168,6 +168,17 @@ def test_what_another_wrote_is_not_overwritten(tmp_path, short):
     assert [path.name for path in folder.rglob("*")] == ["parts", "horn.stl"]
 
 
+def test_a_design_that_was_changed_since_is_not_overwritten(tmp_path, short):
+    """The guide asks to put weighed masses into the exported file."""
+    export_robot(short, tmp_path / "out", Request(formats=("urdf",)))
+    changed = (tmp_path / "out" / "trunk.toml").read_text().replace("b = 0.16", "b = 0.161")
+    (tmp_path / "out" / "trunk.toml").write_text(changed)
+    with pytest.raises(FileExistsError, match=r"trunk\.toml"):
+        export_robot(short, tmp_path / "out", Request(formats=("mjcf",)))
+    assert (tmp_path / "out" / "trunk.toml").read_text() == changed
+    export_robot(load_design(tmp_path / "out" / "trunk.toml"), tmp_path / "out", Request(formats=("mjcf",)))
+
+
 def test_what_goes_is_told(tmp_path, short):
     export_robot(short, tmp_path / "out", Request(formats=("urdf",)))
     result = export_robot(short, tmp_path / "out", Request(parts=("horn",), formats=("stl",)))

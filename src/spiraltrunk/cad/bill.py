@@ -151,6 +151,8 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
     if "trunk" in groups:
         body = build_body(design, options)
         pins = find_pins(design, body, plan_planes(design, body, options), options)
+        if len(plan_planes(design, body, options)) > 2:
+            rows.append(Row(item="glue for TPU, with primer", count=1, material="between pieces of the trunk"))
         rows += [
             Row(item=f"steel pin {pin.diameter:g} x {2 * pin.depth:g}", count=len(pin.angles),
                 material="between pieces of the trunk", note=f"across the cut at {pin.height:.0f} mm from the base")
@@ -163,16 +165,18 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
             f"{drum.travel_out:.0f} mm out from straight; a stopper knot at the tip, two half hitches at the drum"
         )
         rows.append(Row(item=f"UHMWPE cable {options.cable:g} mm", count=n, material="trunk", note=note))
+        rows.append(Row(item="washer or bead, 1 mm hole", count=n, material="under the knots at the tip"))
         rows.append(Row(item="screw M3 x 8", count=4 * n, material="drum to rotor"))
-    if "horn" in groups:
+    if design.gripper is not None and {"horn", "gripper"} & groups:
         way = gripper_cable_length(design, options)
-        fingers = 0 if design.gripper is None else design.gripper.n_finger
+        fingers = design.gripper.n_finger
         strand = options.cable / math.sqrt(max(fingers, 1))
         note = (
             f"{way:.0f} mm each, braided of {fingers} strands of {strand:.2f} mm, which part at the gripper; a knot at "
             "each fingertip"
         )
         rows.append(Row(item=f"UHMWPE cable {options.cable:g} mm", count=2, material="gripper", note=note))
+    if design.gripper is not None and {"horn", "housing"} & groups:
         rows.append(Row(item="servo DS-929MG", count=1, material="lid", note="with its round horn and screws"))
     if "housing" in groups:
         rows.append(Row(item="motor GM6020", count=n, material="housing", mass=None, note="hole circles unconfirmed"))

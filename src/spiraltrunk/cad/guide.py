@@ -84,8 +84,10 @@ def _print_gripper(design: TrunkDesign, made: Sequence[Made], options: MakeOptio
 
 
 def _mount_adapter(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+    bases = sum(bolt.what == "housing to adapter" for bolt in list_bolts(design, options, {"adapter"}))
     return [
-        "**Adapter**: spigot and dowel into the arm's flange, four M6 x 12; four inserts into its other side first."
+        f"**Adapter**: {bases} M4 inserts into its flat side first; then spigot and dowel into the arm's flange, four "
+        "M6 x 12."
     ]
 
 

@@ -160,12 +160,12 @@ def _fit(arguments: argparse.Namespace, recordings: Recordings, bench: Bench | N
 
     settings = _read_settings(arguments, bench)
     with show_progress(sys.stderr) as tell:
-        found, shapes = run_calibration(recordings, settings, tell=tell)
-        result = compute_result(recordings, (settings, bench), found, shapes)
+        found, shapes, odd = run_calibration(recordings, settings, tell=tell)
+        result = compute_result(recordings, (settings, bench), found, shapes, odd)
         if arguments.out is not None:
             tell("report", 0, 1)
             result = write_calibration_folder(recordings, result, (found, shapes, bench), arguments.out)
-    for note in result["notes"]:
+    for note in (*result["notes"], *result["odd_in_recordings"]):
         complain(f"note: {note}", DONE)
     return DONE, format_json(result) if arguments.json else _format(result, arguments.out)
 
