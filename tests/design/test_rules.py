@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -185,6 +185,7 @@ def test_a_wish_just_outside_its_range_is_refused_with_the_range(name):
             assert caught.value.name == name
 
 
+@example(turns=1.9999999999999991, angle_deg=81.0)
 @given(turns=st.floats(0.75, 5.0), angle_deg=st.floats(10.0, 89.9))
 def test_an_angle_that_is_offered_works(turns, angle_deg):
     try:

@@ -177,7 +177,7 @@ def _count_sections(delta_theta: float, turns: float) -> int:
     exact = total / math.degrees(delta_theta)
     n_section = round(exact)
     if abs(exact - n_section) > 1e-6 * exact:
-        few = max(math.floor(exact), math.floor(total / 90) + 1)
+        few = max(math.floor(exact), math.floor(total / 90 * (1 + 1e-9)) + 1)  # Below 90 deg also as it is printed.
         near = ", ".join(f"{total / n:.9g} deg ({n} sections)" for n in (few, few + 1) if n <= _MOST_SECTIONS)
         allowed = f"an angle that divides {total:g} deg into whole sections, such as {near}"
         raise DesignError("delta_theta", got=Words(f"{math.degrees(delta_theta):g} deg"), allowed=allowed)
