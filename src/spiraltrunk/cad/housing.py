@@ -138,7 +138,7 @@ def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
     flange, up, down = options.flange.pitch_circle / 2, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
     bolts = [
         Bolt(what="adapter to the arm's flange", parts=("adapter",), thread=m6, length=12.0, along=down,
-             seat=polar(flange, math.pi / 4 + k * math.pi / 2, floor - SPIGOT_SEAT), way=0.0)
+             seat=polar(flange, math.pi / 4 + k * math.pi / 2, floor - SPIGOT_SEAT))
         for k in range(4)
     ]  # fmt: skip
     bolts += [
