@@ -7,12 +7,14 @@ import mink
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from spiraltrunk.design import ArmDesign
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.plant import Command
 from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec
+from spiraltrunk.sim.arm_looks import FACES
 from spiraltrunk.sim.arm_spec import PANDA_HOME, PANDA_LIMITS, arm_home, arm_limits
 from spiraltrunk.sim.reach import SPEED_SHARE, ArmReach, build_arm_model
 
@@ -33,6 +35,35 @@ def test_the_ready_posture_puts_the_flange_where_the_table_does(panda):
     mujoco.mj_forward(panda, data)
     np.testing.assert_allclose(data.site("flange").xpos, [0.3069, 0.0, 0.5903], rtol=0, atol=5e-5)
     np.testing.assert_allclose(data.site("flange").xmat.reshape(3, 3)[:, 2], [0, 0, -1], atol=1e-9)
+
+
+def _shape(model, name):
+    """Vertices of a geom's mesh in its body's frame, and how many faces it has."""
+    geom = model.geom(name)
+    mesh = model.mesh(geom.dataid[0])
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, geom.quat)
+    first, count = mesh.vertadr[0], mesh.vertnum[0]
+    return model.mesh_vert[first : first + count] @ rotation.reshape(3, 3).T + geom.pos, int(mesh.facenum[0])
+
+
+@pytest.mark.parametrize("link", range(8))
+def test_thinned_looks_lie_where_the_published_ones_do(panda, link):
+    light = arm_spec(ArmDesign(), is_light=True).compile()
+    seen, faces = _shape(light, f"link{link}_visual")
+    published, many = _shape(panda, f"link{link}_visual")
+    assert faces <= FACES < many
+    np.testing.assert_allclose([seen.min(0), seen.max(0)], [published.min(0), published.max(0)], rtol=0, atol=1.5e-3)
+    assert cKDTree(published).query(seen)[0].mean() < 1.5e-3  # Their vertices are 2 to 4 mm apart.
+
+
+def test_thinned_looks_move_and_touch_as_the_published_arm(panda):
+    light = arm_spec(ArmDesign(), is_light=True).compile()
+    for name in ("body_mass", "body_inertia", "body_ipos", "dof_M0", "geom_contype"):
+        np.testing.assert_array_equal(getattr(light, name), getattr(panda, name))
+    for link in range(8):
+        name = f"link{link}_collision"
+        np.testing.assert_array_equal(_shape(light, name)[0], _shape(panda, name)[0])
 
 
 def _craig(a, d, alpha, theta):

@@ -19,6 +19,7 @@ import numpy as np
 
 from spiraltrunk.design.mount import ArmDesign
 from spiraltrunk.errors import DesignError, MissingPackage
+from spiraltrunk.sim.arm_looks import thin_out
 
 # Per joint: a [m], d [m], alpha [rad] of Craig's table.
 _DH = (
@@ -109,17 +110,21 @@ def arm_home(arm: ArmDesign, n_joint: int) -> np.ndarray:
     return np.array(home, float)
 
 
-def arm_spec(arm: ArmDesign) -> mujoco.MjSpec:
+def arm_spec(arm: ArmDesign, *, is_light: bool = False) -> mujoco.MjSpec:
     """The arm alone, its base at the origin, with a site that the housing is fixed to.
+
+    Args:
+        arm: which arm.
+        is_light: whether the Panda's looks are thinned out, for drawing; what collides stays as published.
 
     Raises:
         DesignError: for an MJCF that cannot be read, or has no such site, or not one position actuator per joint.
         MissingPackage: where the Panda's meshes are not installed.
     """
-    return _panda_spec(arm) if arm.model == "panda" else _load_spec(arm)
+    return _panda_spec(arm, is_light) if arm.model == "panda" else _load_spec(arm)
 
 
-def _panda_spec(arm: ArmDesign) -> mujoco.MjSpec:
+def _panda_spec(arm: ArmDesign, is_light: bool) -> mujoco.MjSpec:
     if arm.mount_site != "flange":
         raise DesignError("arm.mount_site", got=arm.mount_site, allowed="flange (the Panda's)")
     spec = mujoco.MjSpec()
@@ -135,6 +140,8 @@ def _panda_spec(arm: ArmDesign) -> mujoco.MjSpec:
             body.quat = [math.cos(alpha / 2), math.sin(alpha / 2), 0, 0]
             _add_joint(spec, body, n)
         _add_link(spec, body, n, meshes)
+        if is_light:
+            _lighten(spec.mesh(f"link{n}_visual"))
         parent = body
     parent.add_site(name="flange", pos=[0, 0, _FLANGE_OFFSET])
     # Neighbours touch by design (MuJoCo filters moving ones alone), links two apart share a joint's housing.
@@ -169,6 +176,11 @@ def _add_link(spec: mujoco.MjSpec, body: mujoco.MjsBody, n: int, meshes: Path) -
     for kind, look in looks:
         mesh = spec.add_mesh(name=f"link{n}_{kind}", file=str(meshes / kind / f"link{n}.stl"))
         body.add_geom(name=mesh.name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name, **look)
+
+
+def _lighten(mesh: mujoco.MjsMesh) -> None:
+    vertices, faces = thin_out(Path(mesh.file))
+    mesh.file, mesh.uservert, mesh.userface = "", vertices.ravel(), faces.ravel()
 
 
 def _mesh_folder() -> Path:

@@ -128,7 +128,7 @@ def build_arm_model(design: TrunkDesign) -> mujoco.MjModel:
     world = mujoco.MjSpec()
     world.compiler.degree = False
     frame = world.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
-    world.attach(arm_spec(design.arm), prefix="arm/", frame=frame)
+    world.attach(arm_spec(design.arm, is_light=True), prefix="arm/", frame=frame)
     mount = world.site(f"arm/{design.arm.mount_site}")
     add_housing(mount.parent, design, mount.pos, mount.quat)
     return world.compile()

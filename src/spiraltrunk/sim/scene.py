@@ -123,7 +123,7 @@ def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
     _set_look(spec)
     _add_surroundings(spec, design)
     base = spec.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
-    spec.attach(arm_spec(design.arm), prefix=ARM, frame=base)
+    spec.attach(arm_spec(design.arm, is_light=True), prefix=ARM, frame=base)
     mount = spec.site(f"{ARM}{design.arm.mount_site}")
     add_trunk(spec, mount.parent, design, options.trunk, pos=mount.pos, quat_wxyz=mount.quat)
     spec.add_exclude(bodyname1=mount.parent.name, bodyname2="housing")
@@ -164,6 +164,7 @@ def _set_look(spec: mujoco.MjSpec) -> None:
     visual.headlight.specular = [0.10, 0.10, 0.10]
     visual.quality.offsamples = 0
     visual.quality.shadowsize = 2048
+    visual.quality.numslices, visual.quality.numstacks = 20, 8  # Of round things, of which the cables are most.
     visual.map.znear = 0.02
     visual.map.shadowclip = 1.2
     visual.map.haze = 0.6

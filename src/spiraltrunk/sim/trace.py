@@ -74,7 +74,8 @@ class Probe:
         )
         self._cables = np.array([model.tendon(cable_name(c)).id for c in range(design.n_cable)])
         self._motors = np.array([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
-        self._strings = [t for t in range(model.ntendon) if model.tendon(t).name.startswith("string_")]
+        self._is_string = np.array([model.tendon(t).name.startswith("string_") for t in range(model.ntendon)], bool)
+        self._has_strings = bool(self._is_string.any())
         self._object = model.body("object").id
         self._arm_q = np.array([model.joint(name).qposadr[0] for name in self.arm_joints])
         self._arm_v = np.array([model.joint(name).dofadr[0] for name in self.arm_joints])
@@ -148,10 +149,10 @@ class Probe:
         return float(force[rows].sum())
 
     def _string_tension(self, data: mujoco.MjData) -> float:
-        if not self._strings:
+        if not self._has_strings:
             return 0.0
-        limited = data.efc_type == _LIMIT_TENDON
-        return float(data.efc_force[limited & np.isin(data.efc_id, self._strings)].sum())
+        limited = np.flatnonzero(data.efc_type == _LIMIT_TENDON)
+        return float(data.efc_force[limited[self._is_string[data.efc_id[limited]]]].sum())
 
     def _straight_lengths(self) -> np.ndarray:
         data = mujoco.MjData(self.model)
