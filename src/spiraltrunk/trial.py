@@ -31,10 +31,14 @@ NOISE = SensorOptions(
 """Errors of the real robot's sensors, of our choosing: cable lengths to 0.2 mm, tensions from motor currents to 0.2 N
 and 2 %, the arm's torques to 0.02 N m, commands 20 ms late, a camera that is right to 3 mm and 3 deg."""
 
-HOLDING_FRICTION = 30.0
-"""Hardness of friction where something is held (ours) [-]. At 1, MuJoCo's own, what friction holds creeps: a ball of
-15 g out of a firm grip by 2 mm/s, a bottle of 70 mm out of a wrap by 15 mm/s, and a wide cylinder tilts in its loop;
-at 10 the ball by 0.3 mm/s, at 30 and at 100 not measurably; the bottle, at 10 and at 30, by less than 0.1 mm/s."""
+GRIP_FRICTION = 30.0
+"""Hardness of friction in fingers (ours) [-]. At 1, MuJoCo's own, what friction holds creeps: a ball of 15 g out of a
+firm grip by 2 mm/s; at 10 by 0.3 mm/s, at 30 and at 100 not measurably."""
+
+WRAP_FRICTION = 10.0
+"""The same in wraps (ours) [-]. At 1 a bottle of 70 mm creeps out by up to 15 mm/s and a wide cylinder tilts in its
+loop; at 10 and at 30 what is wrapped shifts equally little, by the trunk's own give, and at 10 a step is a fifth
+faster."""
 
 SLOPE_FRICTION = 300.0
 """The same for what narrows upwards (ours) [-]: there the grip itself, and not the weight alone, pushes against
@@ -121,7 +125,9 @@ def _hardness(strategy: Strategy[Any], shape: ObjectSpec) -> float:
     """Hardness of friction in the worlds of a strategy and an object; a kick holds nothing [-]."""
     if strategy.job == "kick":
         return 1.0
-    return SLOPE_FRICTION if shape.kind == "cone" else HOLDING_FRICTION
+    if shape.kind == "cone":
+        return SLOPE_FRICTION
+    return GRIP_FRICTION if strategy.holds == "fingers" else WRAP_FRICTION
 
 
 def _draw_in_ball(rng: np.random.Generator, radius: float) -> np.ndarray:
