@@ -61,8 +61,6 @@ class StandingOptions:
     """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
     relief: float = 0.02
     """How far the arm goes back from the touch, over the trunk's length [-]: what is pressed on is dragged."""
-    ahead: float = 0.06
-    """How much farther from the base than the wrap's first section the object is taken, over the trunk's length [-]."""
     curl_time: float = 0.9
     """Time from one step of the ventral pull to the next [s]."""
     grip: float = 1.2
@@ -129,7 +127,7 @@ def plan_moves(observation: Observation, options: StandingOptions) -> tuple[Move
 
 def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_Step, ...], float]:
     """The steps of the curl, and how far beside the base the object ends [m]."""
-    design, width = observation.task.design, observation.task.target.width
+    design, width = observation.task.design, _round_width(observation.task.target)
     shut = float(shut_pull(design)[0])
     side = side_of(observation)
     frame = np.column_stack([side, _ahead(side), np.array([0.0, 0.0, 1.0])])
@@ -139,7 +137,7 @@ def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_S
     at = zip(tilts, tensions, strict=True)
     first = np.array([object_center(design, width, tilt, tension) for tilt, tension in at])
     deep = np.array([object_center(design, width, tilts[0], tension, options.rest) for tension in slackening])
-    middle = np.array([0.0, -options.ahead * design.length, _height(observation, options, tilts, first)])
+    middle = np.array([0.0, 0.0, _height(observation, options, tilts, first)])
     closing = (middle - first) @ frame.T
     opening = closing[-1] + (deep[-1] - deep) @ frame.T
     opening[:, 2] = closing[0, 2]  # The housing clears the ground on this way.
@@ -215,6 +213,11 @@ def _tension(design: TrunkDesign, options: StandingOptions, ventral: float, part
     turn = float(np.interp(ventral / shut[0], options.turning, (0.0, options.differential)))
     tension = cable_pulls(design, ventral, float(tail) + part * turn * ventral)
     return tension * min(1.0, 0.95 * design.cable.tension_max / max(float(tension.max()), 1e-9))
+
+
+def _round_width(target: Target) -> float:
+    """Diameter of the cylinder that takes as much trunk to go round as the object [m]: for a square, pi d = 4 w."""
+    return target.width * (4 / math.pi if target.kind == "box" else 1.0)
 
 
 def _opened(options: StandingOptions, step: float) -> float:

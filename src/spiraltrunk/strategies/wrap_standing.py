@@ -23,9 +23,9 @@ joints open in the same time (40 ms, as simulated; on a real trunk it is to be m
 object on all sides before it can move. Then the arm draws off.
 
 Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg. A box is taken
-for as wide as its faces, and its edges catch: one of 80 mm may be tilted or drawn to the housing. A bottle
-is held at its shoulder, and may slip where friction is low. A trunk whose cables pull in every direction. It needs a
-camera's look at where the object stands and how it leans, and otherwise feels with cables and wrench alone.
+for the cylinder of the same girth, as that much trunk goes round it. A bottle is held at its shoulder, and may slip
+where friction is low. A trunk whose cables pull in every direction. It needs a camera's look at where the object stands
+and how it leans, and otherwise feels with cables and wrench alone.
 """
 
 from __future__ import annotations
