@@ -192,6 +192,29 @@ def test_what_is_carried_is_held_by_length_with_the_dorsal_cable_taut(
     assert (settled.progress.move.pull[1:] > lift.pull[1:] + 0.005).all()
 
 
+def test_the_head_rights_what_still_leans_once_the_cables_are_equal(start: tuple[StandingState, Observation]) -> None:
+    turned = {}
+    for action in ("try", "level"):
+        state, seen = at_the_end_of(start, action, 1.0)
+        axis = np.array([0.0, 0.1, 1.0]) / np.sqrt(1.01)
+        planned, base = state.progress.move.rotation, state.progress.move.position
+        look = Look(time=seen.time, position=base + np.array([0.08, 0.05, -0.3]), axis=axis)
+        state, _ = STRATEGY.step(state, replace(seen, look=look))
+        assert state.progress.move.rotation is not None
+        assert planned is not None
+        turned[action] = np.abs(state.progress.move.rotation - planned).max()
+    assert turned["try"] == 0.0
+    assert turned["level"] > 0.05
+
+
+def test_a_falling_plane_is_wrapped_higher_where_its_base_will_sink() -> None:
+    low, options = [], WrapObliqueLow.default_options()
+    for sag in (0.0, options.sag):
+        moves = WrapObliqueLow(replace(options, sag=sag)).init(first_seen()).progress.moves
+        low.append(next(move for move in moves if move.action == "tighten").position[2])
+    assert low[1] - low[0] == pytest.approx(0.15 * PAPER.length * np.radians(20), rel=0.25)
+
+
 def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(
     start: tuple[StandingState, Observation],
 ) -> None:

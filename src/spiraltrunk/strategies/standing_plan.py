@@ -51,6 +51,9 @@ class StandingOptions:
     """Pull that lifts the tail, over the one that shuts the last joint [-]."""
     tail_end: float = 0.30
     """Ventral pull at which the tail is no longer lifted, over the one that shuts joint 1 [-]."""
+    sag: float = 0.15
+    """How far the base sinks besides while a falling plane is turned back, over the trunk's length and that turn, as
+    simulated [1/rad]: cables made equal also turn what is held."""
     clearance: float = 0.24
     """Gap to the object before the touch, over the trunk's length [-]."""
     overshoot: float = 0.03
@@ -178,7 +181,7 @@ def _moves(
         move("tighten", 2.0, wrapped, tight),
         move("try", 1.0, wrapped + test, tight),
         move("level", 1.5, wrapped + test, level),
-        move("steady", 0.7, wrapped + test, level),
+        move("steady", 1.5, wrapped + test, level),
         move("lift", 2.5, wrapped + test + high, level),
         move("carry", 2.5, wrapped + test + high + goal.aside, level),
         move("hold", goal.hold, wrapped + test + high + goal.aside, level),
@@ -236,7 +239,7 @@ def _height(observation: Observation, options: StandingOptions, tilts: np.ndarra
     behind, turn = float(first[-1, 1]), float(tilts[0] - tilts[-1])
     back = first[-1, 2] * math.cos(turn) + behind * math.sin(turn)
     height = max(options.height * length, float((sink + first[:, 2]).max()) + options.ground_gap)
-    height = max(height, float(sink[0] + back) + options.ground_gap)
+    height = max(height, float(sink[0] + back) + options.ground_gap + options.sag * design.length * turn)
     if height > options.highest * length:
         least = f"{1e3 * height / options.highest:.0f} mm"
         raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")
