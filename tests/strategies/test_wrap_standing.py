@@ -208,11 +208,14 @@ def test_the_head_rights_what_still_leans_once_the_cables_are_equal(start: tuple
 
 
 def test_a_falling_plane_is_wrapped_higher_where_its_base_will_sink() -> None:
-    low, options = [], WrapObliqueLow.default_options()
+    height, tilt, options = [], [], WrapObliqueLow.default_options()
     for sag in (0.0, options.sag):
         moves = WrapObliqueLow(replace(options, sag=sag)).init(first_seen()).progress.moves
-        low.append(next(move for move in moves if move.action == "tighten").position[2])
-    assert low[1] - low[0] == pytest.approx(0.15 * PAPER.length * np.radians(20), rel=0.25)
+        ends = [next(move for move in moves if move.action == action) for action in ("touch", "tighten")]
+        tilt = [np.arccos(-move.rotation[2, 0]) for move in ends if move.rotation is not None]
+        height.append(ends[1].position[2])
+    assert tilt[0] - tilt[1] > np.radians(10)
+    assert height[1] - height[0] == pytest.approx(options.sag * PAPER.length * (tilt[0] - tilt[1]))
 
 
 def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(

@@ -23,7 +23,5 @@ class WrapOblique(StandingWrap):
 
     @staticmethod
     def default_options() -> StandingOptions:
-        """A falling plane below half the height, ventral cables unequal."""
-        return StandingOptions(
-            plane=math.radians(15.0), differential=-0.25, height=0.45, reach_plane=math.radians(-8.0)
-        )
+        """A falling plane above half the height, ventral cables unequal."""
+        return StandingOptions(plane=math.radians(8.0), differential=-0.14, height=0.6, reach_plane=math.radians(-8.0))
