@@ -51,7 +51,7 @@ class StandingOptions:
     """Pull that lifts the tail, over the one that shuts the last joint [-]."""
     tail_end: float = 0.30
     """Ventral pull at which the tail is no longer lifted, over the one that shuts joint 1 [-]."""
-    sag: float = 0.15
+    sag: float = 0.08
     """How far the base sinks besides while a falling plane is turned back, over the trunk's length and that turn, as
     simulated [1/rad]: cables made equal also turn what is held."""
     clearance: float = 0.24

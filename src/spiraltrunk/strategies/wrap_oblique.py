@@ -23,5 +23,7 @@ class WrapOblique(StandingWrap):
 
     @staticmethod
     def default_options() -> StandingOptions:
-        """A falling plane above half the height, ventral cables unequal."""
-        return StandingOptions(plane=math.radians(8.0), differential=-0.14, height=0.6, reach_plane=math.radians(-8.0))
+        """A falling plane at half the height, ventral cables unequal."""
+        return StandingOptions(
+            plane=math.radians(8.0), differential=-0.14, height=0.5, reach_plane=math.radians(-8.0), ground_gap=0.022
+        )
