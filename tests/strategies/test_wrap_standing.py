@@ -8,7 +8,7 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.wrap_beside import shut_pull
+from spiraltrunk.model.wrap_beside import object_center, shut_pull
 from spiraltrunk.plant import Look, Observation
 from spiraltrunk.sim.objects import parse_object
 from spiraltrunk.sim.plant import SimPlant
@@ -72,6 +72,33 @@ def test_a_heavier_object_is_gripped_harder() -> None:
     grips = [max(m.tension.max() for m in STRATEGY.init(first_seen(name)).progress.moves)
              for name in ("cylinder-60", "cylinder-60-heavy")]  # fmt: skip
     assert grips[1] > grips[0]
+
+
+def test_a_box_is_wrapped_as_the_cylinder_of_the_same_girth() -> None:
+    box, cylinder = (
+        STRATEGY.init(first_seen(name)).progress.moves
+        for name in (
+            "box:x_mm=200,y_mm=80,z_mm=80,mass_g=300",
+            f"cylinder:diameter_mm={4 * 80 / np.pi:.9f},height_mm=200,mass_g=300",
+        )
+    )
+    for one, other in zip(box, cylinder, strict=True):
+        np.testing.assert_allclose(one.position, other.position, atol=1e-6)
+        np.testing.assert_allclose(one.tension, other.tension, atol=1e-6)
+
+
+def test_the_closed_curl_has_the_object_where_the_model_says(start: tuple[StandingState, Observation]) -> None:
+    state, seen = start
+    target = seen.task.target
+    last = next(move for move in state.progress.moves if move.action == "tighten")
+    curl = [move for move in state.progress.moves if move.action == "curl"][-1]
+    assert last.rotation is not None
+    tilt = float(np.arccos(-last.rotation[2, 0]))
+    aside, ahead, _ = object_center(PAPER, target.width, tilt, curl.tension)
+    side = state.side
+    forward = np.cross([0.0, 0.0, 1.0], side)
+    way = (target.position - last.position) * [1.0, 1.0, 0.0]
+    np.testing.assert_allclose([way @ side, way @ forward], [aside, ahead], atol=0.004)  # As far as a look is off.
 
 
 def test_what_is_too_short_for_the_housing_is_refused() -> None:
@@ -163,6 +190,32 @@ def test_what_is_carried_is_held_by_length_with_the_dorsal_cable_taut(
     settled, _ = STRATEGY.step(replace(state, pull=seen.cable_pull + 0.01), seen)
     assert settled.progress.move.pull is not None
     assert (settled.progress.move.pull[1:] > lift.pull[1:] + 0.005).all()
+
+
+def test_the_head_rights_what_still_leans_once_the_cables_are_equal(start: tuple[StandingState, Observation]) -> None:
+    turned = {}
+    for action in ("try", "level"):
+        state, seen = at_the_end_of(start, action, 1.0)
+        axis = np.array([0.0, 0.1, 1.0]) / np.sqrt(1.01)
+        planned, base = state.progress.move.rotation, state.progress.move.position
+        look = Look(time=seen.time, position=base + np.array([0.08, 0.05, -0.3]), axis=axis)
+        state, _ = STRATEGY.step(state, replace(seen, look=look))
+        assert state.progress.move.rotation is not None
+        assert planned is not None
+        turned[action] = np.abs(state.progress.move.rotation - planned).max()
+    assert turned["try"] == 0.0
+    assert turned["level"] > 0.05
+
+
+def test_a_falling_plane_is_wrapped_higher_where_its_base_will_sink() -> None:
+    height, tilt, options = [], [], WrapObliqueLow.default_options()
+    for sag in (0.0, options.sag):
+        moves = WrapObliqueLow(replace(options, sag=sag)).init(first_seen()).progress.moves
+        ends = [next(move for move in moves if move.action == action) for action in ("touch", "tighten")]
+        tilt = [np.arccos(-move.rotation[2, 0]) for move in ends if move.rotation is not None]
+        height.append(ends[1].position[2])
+    assert tilt[0] - tilt[1] > np.radians(10)
+    assert height[1] - height[0] == pytest.approx(options.sag * PAPER.length * (tilt[0] - tilt[1]))
 
 
 def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(

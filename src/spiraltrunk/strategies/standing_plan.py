@@ -51,6 +51,9 @@ class StandingOptions:
     """Pull that lifts the tail, over the one that shuts the last joint [-]."""
     tail_end: float = 0.30
     """Ventral pull at which the tail is no longer lifted, over the one that shuts joint 1 [-]."""
+    sag: float = 0.08
+    """How far the base sinks besides while a falling plane is turned back, over the trunk's length and that turn, as
+    simulated [1/rad]: cables made equal also turn what is held."""
     clearance: float = 0.24
     """Gap to the object before the touch, over the trunk's length [-]."""
     overshoot: float = 0.03
@@ -61,8 +64,6 @@ class StandingOptions:
     """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
     relief: float = 0.02
     """How far the arm goes back from the touch, over the trunk's length [-]: what is pressed on is dragged."""
-    ahead: float = 0.06
-    """How much farther from the base than the wrap's first section the object is taken, over the trunk's length [-]."""
     curl_time: float = 0.9
     """Time from one step of the ventral pull to the next [s]."""
     grip: float = 1.2
@@ -129,7 +130,7 @@ def plan_moves(observation: Observation, options: StandingOptions) -> tuple[Move
 
 def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_Step, ...], float]:
     """The steps of the curl, and how far beside the base the object ends [m]."""
-    design, width = observation.task.design, observation.task.target.width
+    design, width = observation.task.design, _round_width(observation.task.target)
     shut = float(shut_pull(design)[0])
     side = side_of(observation)
     frame = np.column_stack([side, _ahead(side), np.array([0.0, 0.0, 1.0])])
@@ -139,7 +140,7 @@ def _steps(observation: Observation, options: StandingOptions) -> tuple[tuple[_S
     at = zip(tilts, tensions, strict=True)
     first = np.array([object_center(design, width, tilt, tension) for tilt, tension in at])
     deep = np.array([object_center(design, width, tilts[0], tension, options.rest) for tension in slackening])
-    middle = np.array([0.0, -options.ahead * design.length, _height(observation, options, tilts, first)])
+    middle = np.array([0.0, 0.0, _height(observation, options, tilts, first)])
     closing = (middle - first) @ frame.T
     opening = closing[-1] + (deep[-1] - deep) @ frame.T
     opening[:, 2] = closing[0, 2]  # The housing clears the ground on this way.
@@ -180,7 +181,7 @@ def _moves(
         move("tighten", 2.0, wrapped, tight),
         move("try", 1.0, wrapped + test, tight),
         move("level", 1.5, wrapped + test, level),
-        move("steady", 0.7, wrapped + test, level),
+        move("steady", 1.5, wrapped + test, level),
         move("lift", 2.5, wrapped + test + high, level),
         move("carry", 2.5, wrapped + test + high + goal.aside, level),
         move("hold", goal.hold, wrapped + test + high + goal.aside, level),
@@ -217,6 +218,11 @@ def _tension(design: TrunkDesign, options: StandingOptions, ventral: float, part
     return tension * min(1.0, 0.95 * design.cable.tension_max / max(float(tension.max()), 1e-9))
 
 
+def _round_width(target: Target) -> float:
+    """Diameter of the cylinder that takes as much trunk to go round as the object [m]: for a square, pi d = 4 w."""
+    return target.width * (4 / math.pi if target.kind == "box" else 1.0)
+
+
 def _opened(options: StandingOptions, step: float) -> float:
     """How far the tail is open again, 0 to 1, at a step of the ventral pull [-]."""
     return max(0.0, 1.0 - step / options.tail_end)
@@ -233,7 +239,7 @@ def _height(observation: Observation, options: StandingOptions, tilts: np.ndarra
     behind, turn = float(first[-1, 1]), float(tilts[0] - tilts[-1])
     back = first[-1, 2] * math.cos(turn) + behind * math.sin(turn)
     height = max(options.height * length, float((sink + first[:, 2]).max()) + options.ground_gap)
-    height = max(height, float(sink[0] + back) + options.ground_gap)
+    height = max(height, float(sink[0] + back) + options.ground_gap + options.sag * design.length * turn)
     if height > options.highest * length:
         least = f"{1e3 * height / options.highest:.0f} mm"
         raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")

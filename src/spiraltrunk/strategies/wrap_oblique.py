@@ -23,7 +23,7 @@ class WrapOblique(StandingWrap):
 
     @staticmethod
     def default_options() -> StandingOptions:
-        """A falling plane below half the height, ventral cables unequal."""
+        """A falling plane at half the height, ventral cables unequal."""
         return StandingOptions(
-            plane=math.radians(15.0), differential=-0.25, height=0.45, reach_plane=math.radians(-8.0)
+            plane=math.radians(8.0), differential=-0.14, height=0.5, reach_plane=math.radians(-8.0), ground_gap=0.022
         )

@@ -23,4 +23,6 @@ class WrapObliqueLow(StandingWrap):
     @staticmethod
     def default_options() -> StandingOptions:
         """A falling plane near the ground, ventral cables unequal."""
-        return StandingOptions(plane=math.radians(12.0), differential=-0.2, height=0.3, reach_plane=math.radians(-8.0))
+        return StandingOptions(
+            plane=math.radians(7.0), differential=-0.12, height=0.3, reach_plane=math.radians(-8.0), ground_gap=0.022
+        )

@@ -11,7 +11,7 @@ object where it is: a loose object falls over at half a newton, and pressed on i
 Tightened, it is lifted a little, and the arm's wrench tells whether it is held; if not, it is set down, let go and
 grasped once more where it is then seen.
 
-Transport: equal cables turn the wrap's plane towards level, and the head turns until the camera sees the object stand,
+Transport: equal cables turn the wrap's plane towards level, then the head turns until the camera sees the object stand,
 twice; then lift, carry, hold, with the ventral lengths held and the dorsal cable taut against them. Cable is taken in
 where a wrap that settles would go slack, and none is paid out: held by lengths alone, an object wider than the tail can
 reach round slips out, as the wrap loosens when it moves.
@@ -23,9 +23,9 @@ joints open in the same time (40 ms, as simulated; on a real trunk it is to be m
 object on all sides before it can move. Then the arm draws off.
 
 Limits: upright objects of one width, tall enough that the housing clears the ground, up to about 1 kg. A box is taken
-for as wide as its faces, and its edges catch: one of 80 mm may be tilted or drawn to the housing. A bottle
-is held at its shoulder, and may slip where friction is low. A trunk whose cables pull in every direction. It needs a
-camera's look at where the object stands and how it leans, and otherwise feels with cables and wrench alone.
+for the cylinder of the same girth, as that much trunk goes round it. A bottle is held at its shoulder, and may slip
+where friction is low. A trunk whose cables pull in every direction. It needs a camera's look at where the object stands
+and how it leans, and otherwise feels with cables and wrench alone.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ class StandingWrap(Strategy[StandingState]):
             return self._touched(state, observation)
         if action == "back off":
             state, progress = _aimed_anew(state, observation)
-        if action in ("try", "steady"):
+        if action in ("level", "steady"):
             progress = carried_upright(progress, observation, self.options)
         if action == "steady":
             progress = _stiffened(progress, state, observation)
