@@ -7,7 +7,7 @@ tip, and the curvature spreads towards the base as tension grows; that the cable
 the air tells of contact. Meanwhile the arm goes down to where the wrapped trunk would just bear the object, so that the
 strings keep it level until the set tension makes the wrap tight. A first small rise tells whether it is held, and where
 it hangs: what was not touched or not held is let go and wrapped anew, further on; what hangs beside its middle, about
-there; before that, the trunk leans on it until it no longer swings. What is heavy enough to unroll the trunk, or to tilt
+there; before that, the trunk leans on it until it no longer swings. What is heavy enough to unroll the trunk, or tilts
 at a short lever, takes a second rise before it is judged. Transport: the arm lifts, carries and holds; cables that pay
 out tell of slip and are answered with more tension. Release: the arm lowers the object until the table bears it; slack
 cables open the trunk from its base.
