@@ -26,7 +26,7 @@ FALL_MOST = 0.010
 """Most that a lifted object may come down while it touches neither trunk nor ground [m] (ours)."""
 
 DROP_SPEED = 0.5
-"""Greatest speed at which a lifted object may come down [m/s] (ours): what falls freely has it after 13 mm."""
+"""Greatest speed at which an object may be let down [m/s] (ours): what falls freely has it after 13 mm."""
 
 
 @final
@@ -129,7 +129,7 @@ def _drop_conditions(trace: Sequence[Sample], moments: Moments) -> list[tuple[bo
     after = _between(trace, (moments.lift[1], trace[-1].time))
     dt = trace[1].time - trace[0].time
     fall = _longest_fall(after)
-    height = np.array([s.object_position[2] for s in after])
+    height = np.array([s.object_position[2] for s in after if s.time >= moments.hold[1] - 1e-9])
     fastest = float(-np.diff(height).min(initial=0.0)) / dt
     return [
         (not any(s.touches_table for s in carried), "touched table or ground while it was carried"),
