@@ -53,10 +53,10 @@ def test_figures_stand_beside_the_papers(monkeypatch, capsys, tmp_path):
     assert SCRIPT.main(["--out", str(tmp_path)]) == 0
     table = json.loads((tmp_path / "range_payload.json").read_text())
     assert (table["width_least_m"], table["width_most_m"]) == (0.022, 0.15)
-    assert table["payload_kg"] == {"0.033": 1.4, "0.06": 2.8, "0.09": 4.89, "0.12": 4.89}
+    assert table["payload_kg"] == {"0.033": 1.5, "0.06": 2.8, "0.09": 4.89, "0.12": 4.89}
     said = capsys.readouterr().out
     assert "widest: 150 mm (paper: 267 mm)" in said
-    assert "heaviest at 33 mm: 1.4 kg (paper, at 33 mm: 4.89 kg)" in said
+    assert "heaviest at 33 mm: 1.5 kg (paper, at 33 mm: 4.89 kg)" in said
 
 
 def test_interrupted_it_keeps_what_it_has(monkeypatch, capsys, tmp_path):

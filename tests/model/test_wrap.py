@@ -10,7 +10,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.model import cables
-from spiraltrunk.model.wrap import free_curl, predict_wrap, ventral_cables, wrap_tension
+from spiraltrunk.model.wrap import free_curl, predict_wrap, unrolled_center, ventral_cables, wrap_tension
 
 
 def test_cables_two_and_three_of_the_papers_are_ventral():
@@ -137,3 +137,28 @@ def test_what_is_wrapped_keeps_cable_out(width):
 def test_impossible_objects_are_refused(width, mass):
     with pytest.raises(DesignError, match=r"width|mass"):
         predict_wrap(PAPER, width, mass, 10.0)
+
+
+def test_a_trunk_without_pull_hangs_straight_beside_its_object():
+    """The object then touches the middle of the last section, or, if thinner, the tightest circle that joints allow."""
+    last, radius = PAPER.section_length[-1], PAPER.section_radius[-1]
+    room = last / 2 / math.tan(PAPER.joint_limit / 2)
+    for width in (0.01, 0.09):
+        center = unrolled_center(PAPER, width, 0.0)
+        np.testing.assert_allclose(center, [PAPER.length - last / 2, max(width / 2 + radius, room)], atol=1e-12)
+
+
+@pytest.mark.parametrize("width", [0.033, 0.06, 0.12])
+def test_an_object_hangs_lower_the_more_of_the_trunk_it_unrolls(width):
+    down = [unrolled_center(PAPER, width, pull)[0] for pull in np.linspace(0.0, 0.05, 26)]
+    assert (np.diff(down) < 1e-12).all()
+    assert down[0] - down[-1] > 0.2
+
+
+@pytest.mark.parametrize("width", [0.033, 0.06])
+def test_an_object_that_unrolls_the_base_hangs_where_the_balance_says(width):
+    """Two models of one sag: moments about each joint, and geometry with the cable that these bends take in."""
+    wrap = predict_wrap(PAPER, width, 1.5, PAPER.cable.tension_max)
+    center = unrolled_center(PAPER, width, float(wrap.pull[1:].mean()))
+    assert wrap.center[0] > 0.13  # With the base shut it would be at half of that.
+    assert center[0] == pytest.approx(wrap.center[0], abs=0.010)

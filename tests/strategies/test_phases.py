@@ -1,5 +1,7 @@
 """Moves in sequence: continuous in place, speed and tension, whenever a move is cut short."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -100,6 +102,14 @@ def test_shifting_what_follows_spares_what_is_under_way():
         np.testing.assert_array_equal(shifted.moves[i].position, ENDS[i])
     np.testing.assert_allclose(shifted.moves[2].position, np.array(ENDS[2]) + way)
     assert (shifted.index, shifted.since) == (progress.index, progress.since)
+
+
+def test_one_phase_alone_can_be_shifted():
+    progress = _progress()
+    moves = (*progress.moves[:2], replace(progress.moves[2], phase="release"))
+    shifted = shift_later(replace(progress, moves=moves), np.array([0.0, 0.0, 0.1]), "release")
+    np.testing.assert_array_equal(shifted.moves[1].position, ENDS[1])
+    np.testing.assert_allclose(shifted.moves[2].position, np.add(ENDS[2], [0.0, 0.0, 0.1]))
 
 
 def test_inserted_moves_come_next():

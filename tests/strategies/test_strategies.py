@@ -10,7 +10,7 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
-from spiraltrunk.model.wrap import free_curl
+from spiraltrunk.model.wrap import free_curl, wrap_tension
 from spiraltrunk.plant import Command, Goal, Observation, Plant, Target, Task
 from spiraltrunk.run import run
 from spiraltrunk.strategies.phases import PHASES
@@ -202,14 +202,19 @@ def test_what_touches_level_is_let_go_where_it_is():
     assert len(places) == 1
 
 
-@pytest.mark.parametrize("width", [0.03, 0.06])
-def test_what_hangs_beside_its_middle_is_wrapped_once_more_where_that_is(width):
-    """From a quarter of the width or 0.018 of the trunk's length on, whichever is less; it is moved by part of that."""
-    task = dataclasses.replace(_task(), target=dataclasses.replace(_task().target, width=width))
-    least = min(0.25 * width, 0.018 * PAPER.length)
+@pytest.mark.parametrize(("width", "mass"), [(0.03, 0.1), (0.06, 0.25), (0.06, 1.0)])
+def test_what_hangs_beside_its_middle_is_wrapped_once_more_where_that_is(width, mass):
+    """From the least of three levers on: a quarter of the width, 0.018 of the trunk's length, and what friction holds.
+
+    That is 0.012 of the width for each time that the tension is the object's weight. It is moved by part of the lever.
+    """
+    task = dataclasses.replace(_task(), target=dataclasses.replace(_task().target, width=width, mass=mass))
+    tension = wrap_tension(PAPER, width, mass, 0.8 * PAPER.joint_limit)
+    least = min(0.25 * width, 0.018 * PAPER.length, 0.012 * width * tension / (mass * 9.81))
     for part, count in ((0.9, 0), (1.1, 1)):
-        log = run(Stub(task, _held, part * least), WrapVertical())
+        log = run(Stub(task, lambda time: _held(time) * mass / 0.25, part * least), WrapVertical())
         actions = [status.action for status in log.statuses]
+        assert ("rise on" in actions) == (mass == 1.0)
         assert sum(a == "let go" != b for a, b in pairwise(actions)) == count
         first, last = (log.commands[i].T_world_base[0, 3] for i in (actions.index("curl"), _last(actions, "settle")))
         assert last - first == pytest.approx(count * 0.65 * part * least, abs=1e-3)

@@ -49,14 +49,36 @@ def predict_wrap(design: TrunkDesign, width: float, mass: float, tension: float)
     """The trunk wrapped round an object of ``width`` [m] and ``mass`` [kg], all ventral cables at ``tension`` [N]."""
     check_number("width", width, above=0.0)
     check_number("mass", mass, least=0.0)
-    snug = _snug_bend(design, width)
-    turn = np.cumsum(snug[::-1])[::-1]
-    first = int(np.count_nonzero(turn > WRAP_TURN))
-    bend = snug.copy()
+    bend = _snug_bend(design, width)
+    first = _first_wrapped(bend)
     for _ in range(_ROUNDS):
         center = _object_center(design, bend, first, width)
         bend[:first] += 0.5 * (_balance(design, bend, tension, mass, center)[:first] - bend[:first])
     return Wrap(bend=bend, first=first, center=_object_center(design, bend, first, width), pull=_pull(design, bend))
+
+
+def unrolled_center(design: TrunkDesign, width: float, pull: float) -> np.ndarray:
+    """Where an object hangs whose weight has straightened joints from the base on, by what the cables still take in.
+
+    Those joints are taken as straight and the others as bent round the object: with too little tension for the load,
+    the trunk unrolls so, joint by joint.
+
+    Args:
+        design: the trunk.
+        width: extent of the object across [m].
+        pull: mean of the ventral cables, pulled in since the straight trunk [m].
+
+    Returns:
+        The object's centre (down, ahead) from the base, shape (2,) [m].
+    """
+    check_number("width", width, above=0.0)
+    snug, ventral = _snug_bend(design, width), ventral_cables(design)
+    pulls, centers = np.zeros(design.n_joint + 1), np.zeros((design.n_joint + 1, 2))
+    for straight in range(design.n_joint + 1):
+        bend = np.where(np.arange(design.n_joint) < straight, 0.0, snug)
+        pulls[straight] = _pull(design, bend)[ventral].mean()
+        centers[straight] = _object_center(design, bend, max(straight, _first_wrapped(snug)), width)
+    return np.array([np.interp(pull, pulls[::-1], centers[::-1, axis]) for axis in range(2)])
 
 
 def free_curl(design: TrunkDesign, tension: float) -> float:
@@ -87,6 +109,11 @@ def _snug_bend(design: TrunkDesign, width: float) -> np.ndarray:
     """Bend of each joint round a circle that the sections' surfaces touch, up to the limit, shape (n_joint,) [rad]."""
     half_turn = np.arctan(design.section_length / 2 / (width / 2 + design.section_radius))
     return np.minimum(half_turn[:-1] + half_turn[1:], design.joint_limit)
+
+
+def _first_wrapped(snug: np.ndarray) -> int:
+    """Index of the first joint of those that follow the object."""
+    return int(np.count_nonzero(np.cumsum(snug[::-1])[::-1] > WRAP_TURN))
 
 
 def _balance(design: TrunkDesign, bend: np.ndarray, tension: float, mass: float, center: np.ndarray) -> np.ndarray:

@@ -22,6 +22,13 @@ BEND_MOST = math.radians(33.0)
 PENETRATION_MOST = 0.005
 """Deepest overlap of two bodies that counts as contact and not as fault [m]."""
 
+FALL_MOST = 0.010
+"""Most that a lifted object may come down while it touches neither trunk nor ground [m] (ours)."""
+
+DROP_SPEED = 0.6
+"""Greatest speed at which an object may be let down [m/s] (ours): what falls freely has it after 18 mm. The tip that
+uncurls of `flip-grip` comes down at 0.4 m/s, all else at 0.1."""
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +82,7 @@ def judge(
         (hold >= task.goal.hold - 0.05, f"held alone for {hold:.1f} s"),
         (_is_released(trace), "not released at rest"),
         (place_error <= task.goal.zone, f"released {place_error * 100:.1f} cm from the target"),
+        *_drop_conditions(trace, moments),
         *arm_conditions(trace, limits),
     )
     reason = next((text for holds, text in conditions if not holds), "success")
@@ -114,6 +122,42 @@ def _way(trace: Sequence[Sample], span: tuple[float, float] | None) -> float:
     return float(np.linalg.norm((part[-1].object_position - part[0].object_position)[:2])) if part else 0.0
 
 
+def _drop_conditions(trace: Sequence[Sample], moments: Moments) -> list[tuple[bool, str]]:
+    """That the object, once lifted, is let down and never dropped: places alone do not tell a drop that lands well."""
+    if moments.lift is None or moments.hold is None or len(trace) < 2:
+        return []
+    carried = _between(trace, (moments.lift[1], moments.hold[1]))
+    after = _between(trace, (moments.lift[1], trace[-1].time))
+    dt = trace[1].time - trace[0].time
+    fall = _longest_fall(after)
+    height = np.array([s.object_position[2] for s in after if s.time >= moments.hold[1] - 1e-9])
+    fastest = float(-np.diff(height).min(initial=0.0)) / dt
+    return [
+        (not any(s.touches_table for s in carried), "touched table or ground while it was carried"),
+        (fall <= FALL_MOST, f"fell {fall * 100:.1f} cm"),
+        (fastest <= DROP_SPEED, f"came down at {fastest:.1f} m/s"),
+    ]
+
+
+def _longest_fall(part: Sequence[Sample]) -> float:
+    """Greatest loss of height since the last touch of trunk or ground [m]; contacts flicker where things roll over."""
+    fall = held = 0.0
+    for i, s in enumerate(part):
+        height = float(s.object_position[2])
+        held = height if i == 0 or s.grip_force > 0 or s.touches_table else held
+        fall = max(fall, held - height)
+    return fall
+
+
+def _longest(claims: Sequence[bool]) -> int:
+    """Length of the longest run of true ones [-]."""
+    longest = run = 0
+    for claim in claims:
+        run = run + 1 if claim else 0
+        longest = max(longest, run)
+    return longest
+
+
 def _held(trace: Sequence[Sample], span: tuple[float, float] | None, task: Task) -> float:
     """Longest time of the hold with strings slack, nothing else touched, the object within 2 cm of its mean height."""
     part = _between(trace, span)
@@ -121,12 +165,12 @@ def _held(trace: Sequence[Sample], span: tuple[float, float] | None, task: Task)
         return 0.0
     mean = np.mean([s.object_position[2] for s in part])
     slack = 0.02 * task.target.mass * 9.81
-    longest = run = 0
-    for s in part:
-        is_alone = s.string_tension <= slack and not s.touches_table and not s.touches_robot and s.grip_force > 0
-        run = run + 1 if is_alone and abs(s.object_position[2] - mean) <= 0.02 else 0
-        longest = max(longest, run)
-    return longest * (part[1].time - part[0].time)
+    is_held = [
+        s.string_tension <= slack and not s.touches_table and not s.touches_robot and s.grip_force > 0
+        and abs(s.object_position[2] - mean) <= 0.02
+        for s in part
+    ]  # fmt: skip
+    return _longest(is_held) * (part[1].time - part[0].time)
 
 
 def _is_released(trace: Sequence[Sample]) -> bool:

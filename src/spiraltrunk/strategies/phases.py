@@ -143,10 +143,13 @@ def insert_next(progress: Progress, moves: tuple[Move, ...]) -> Progress:
     return replace(progress, moves=(*progress.moves[:i], *moves, *progress.moves[i:]))
 
 
-def shift_later(progress: Progress, way: np.ndarray) -> Progress:
-    """The same sequence with the end of every move after the present one shifted by ``way``, shape (3,) [m]."""
+def shift_later(progress: Progress, way: np.ndarray, phase: str | None = None) -> Progress:
+    """The same sequence with the end of every later move, or of those of one phase, shifted by ``way``, (3,) [m]."""
     i = progress.index + 1
-    later = tuple(replace(move, position=move.position + way) for move in progress.moves[i:])
+    later = tuple(
+        replace(move, position=move.position + way) if phase in (None, move.phase) else move
+        for move in progress.moves[i:]
+    )
     return replace(progress, moves=(*progress.moves[:i], *later))
 
 

@@ -19,6 +19,9 @@ OVERSHOOT = 0.3
 LOWERING_SPEED = 0.05
 """Speed at which an object is set down [m/s]."""
 
+RISING_SPEED = 0.1
+"""Mean speed at which what was hefted is put back onto its strings [m/s]."""
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +42,7 @@ class WrapOptions:
     base_bend: float = 0.80
     """Bend that joint 1 keeps under the load, over its limit [-]; it sets the tension."""
     heft: float = 0.20
-    """How far the arm rises to feel what it holds, over the trunk's length [-]."""
+    """How far the arm rises to feel what it holds, and once more where that may not do, over the trunk's length [-]."""
     back_off: float = 0.09
     """How far the arm backs off while the trunk opens, over the trunk's length [-]: straightening, it pushes ahead."""
     drag: float = 0.04
@@ -54,8 +57,9 @@ class WrapOptions:
     """Time to lean on what was let go [s]: it swings on its strings, and rubbing on the trunk stops it."""
     curl_time: float = 4.0
     """Time to curl [s]: fast pulls shake the object."""
-    lead: float = 0.02
-    """How far one ventral cable may be pulled in beyond the other, over the stroke [-]: keeps the wrap in its plane."""
+    lead: float = 0.03
+    """How far one ventral cable may be pulled in beyond the other, over the stroke [-]: keeps the wrap in its plane. A
+    winder gives way by its pull over its stiffness (3 mm at 60 N and 20 N/mm): with less, none would pull in full."""
     slip: float = 0.04
     """Cable that pays out while carrying, over the stroke, that counts as unrolling [-]."""
     felt: float = 0.15
@@ -66,6 +70,8 @@ class WrapOptions:
     """Lever of the load along its own axis at which the grasp is tried once more, over the trunk's length [-]."""
     off_center_thin: float = 0.25
     """The same over the object's width, whichever is less: friction has no longer a lever against the tilting [-]."""
+    off_center_heavy: float = 0.012
+    """The same over the width and the tension in the object's weight: what presses friction is the tension [-]."""
     worse: float = 2.5
     """How many times that lever is too much after a second wrap, which a swinging object may have met worse [-]."""
     recenter: float = 0.65
@@ -88,13 +94,18 @@ def plan_wrap(observation: Observation, options: WrapOptions) -> tuple[Move, ...
     Raises:
         ModelError: where no cable pulls ventral.
     """
-    design, target = observation.task.design, observation.task.target
-    ventral = ventral_cables(design)
+    ventral = ventral_cables(observation.task.design)
     if not ventral.any():
         raise ModelError("no cable pulls ventral; allowed: a design with a cable more than 90 deg from dorsal")
-    tension = wrap_tension(design, target.width, target.mass, options.base_bend * design.joint_limit)
-    wrap = predict_wrap(design, target.width, target.mass, tension)
+    tension, wrap = plan_grip(observation, options)
     return _moves(observation, options, tension * ventral, wrap)
+
+
+def plan_grip(observation: Observation, options: WrapOptions) -> tuple[float, Wrap]:
+    """Tension of each ventral cable that holds the object as announced [N], and the trunk wrapped round it."""
+    design, target = observation.task.design, observation.task.target
+    tension = wrap_tension(design, target.width, target.mass, options.base_bend * design.joint_limit)
+    return tension, predict_wrap(design, target.width, target.mass, tension)
 
 
 def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, wrap: Wrap) -> tuple[Move, ...]:
@@ -148,22 +159,23 @@ def wrap_again(progress: Progress, shift: np.ndarray, back: np.ndarray, options:
     """
     last = {move.action: i for i, move in enumerate(progress.moves)}
     beside, curl, settle, heft = (progress.moves[last[action]] for action in ("touch", "curl", "settle", "heft"))
-    lower = replace(settle, action="put back", duration=1.0)
+    risen = progress.move.position - heft.position if progress.move.action == "rise on" else 0.0 * shift
+    lower = replace(settle, action="put back", duration=1.0 + float(np.linalg.norm(risen)) / RISING_SPEED)
     opened = replace(
         settle, action="let go", duration=3.0, tension=0.0 * settle.tension, position=settle.position + back
     )
     steady = replace(beside, action="steady", duration=options.steady_time)
     away = replace(opened, action="draw back", duration=2.0, position=beside.position + shift + back)
     again = (
-        *((lower,) if progress.move.action == "heft" else ()), opened, away,
+        *((lower,) if progress.move.action in ("heft", "rise on") else ()), opened, away,
         *(
             replace(move, phase="prehension", position=move.position + shift)
             for move in (beside, steady, curl, settle, heft)
         ),
     )  # fmt: skip
     later = (
-        replace(move, position=move.position + shift) if move.phase == "transport" else move
-        for move in progress.moves[last["heft"] + 1 :]
+        replace(move, position=move.position + shift - risen) if move.phase == "transport" else move
+        for move in progress.moves[max(last["heft"], progress.index) + 1 :]
     )
     return replace(progress, moves=(*progress.moves[: progress.index + 1], *again, *later))
 

@@ -7,9 +7,10 @@ tip, and the curvature spreads towards the base as tension grows; that the cable
 the air tells of contact. Meanwhile the arm goes down to where the wrapped trunk would just bear the object, so that the
 strings keep it level until the set tension makes the wrap tight. A first small rise tells whether it is held, and where
 it hangs: what was not touched or not held is let go and wrapped anew, further on; what hangs beside its middle, about
-there; before that, the trunk leans on it until it no longer swings. Transport: the arm lifts, carries and holds; cables
-that pay out tell of slip and are answered with more tension. Release: the arm lowers the object until the table bears
-it; slack cables open the trunk from its base.
+there; before that, the trunk leans on it until it no longer swings. What is heavy enough to unroll the trunk, or tilts
+at a short lever, takes a second rise before it is judged. Transport: the arm lifts, carries and holds; cables that pay
+out tell of slip and are answered with more tension. Release: the arm lowers the object until the table bears it; slack
+cables open the trunk from its base.
 
 Limits: round or square-edged objects of one width, hung free, long enough not to slip out sideways where they are held
 beside their middle: a ball or a ring needs its place known better. The trunk hangs at the start. The object's nominal
@@ -25,7 +26,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.model.wrap import free_curl
+from spiraltrunk.model.wrap import free_curl, unrolled_center, ventral_cables
 from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.feel import in_step, lever, ventral_pull, ventral_tension, way_to_turn_flat, weight
@@ -39,7 +40,7 @@ from spiraltrunk.strategies.phases import (
     raise_tension,
     shift_later,
 )
-from spiraltrunk.strategies.wrap_plan import OVERSHOOT, WrapOptions, lowering_time, plan_wrap, wrap_again
+from spiraltrunk.strategies.wrap_plan import OVERSHOOT, WrapOptions, lowering_time, plan_grip, plan_wrap, wrap_again
 
 _SMOOTHING = 0.2
 """Share of a new reading in the smoothed weight, at 50 readings a second."""
@@ -150,17 +151,47 @@ class WrapVertical(Strategy[WrapState]):
 
     def _answer_slip(self, state: WrapState, observation: Observation) -> WrapState:
         """Pull harder where the load unrolls the trunk."""
-        design, pull = observation.task.design, ventral_pull(observation)
-        if state.pull_held - pull <= self.options.slip * design.cable_stroke:
+        if not self._pays_out(state, observation):
             return state
-        tighter = raise_tension(state.progress, 1.25, 0.95 * design.cable.tension_max)
-        return replace(state, progress=tighter, pull_held=pull)
+        tighter = raise_tension(state.progress, 1.25, observation.task.design.cable.tension_max)
+        return replace(state, progress=tighter, pull_held=ventral_pull(observation))
+
+    def _pays_out(self, state: WrapState, observation: Observation) -> bool:
+        """Whether the load has unrolled the trunk since the present move began, or since that was answered."""
+        most = self.options.slip * observation.task.design.cable_stroke
+        return state.pull_held - ventral_pull(observation) > most
+
+    def _hangs(self, state: WrapState, observation: Observation) -> bool:
+        """Whether the arm has risen enough to judge: what unrolls the trunk, or may tilt in it, takes a further rise.
+
+        An end that dips still hangs on its string, which hides how far beside its middle the object is held.
+        """
+        is_light = self._friction_lever(state, observation) >= self._most_beside(observation)
+        return state.progress.move.action == "rise on" or (is_light and not self._pays_out(state, observation))
+
+    def _rise_on(self, state: WrapState, observation: Observation) -> WrapState:
+        """Rise once more before the lift."""
+        up = -self.options.heft * observation.task.design.length * observation.T_world_base[:3, 0]
+        progress, move = shift_later(state.progress, up, "transport"), state.progress.move
+        again = replace(move, action="rise on", position=move.position + up)
+        return self._go_on(replace(state, progress=insert_next(progress, (again,))), observation)
 
     def _aim(self, state: WrapState, observation: Observation) -> WrapState:
         """Shift what follows so that the object, hanging beside the base along its axis, comes over its place."""
         beside = self._hangs_beside(state, observation)
         progress = shift_later(state.progress, -beside * observation.task.target.axis)
+        if any(move.action == "rise on" for move in progress.moves[: progress.index]):
+            progress = shift_later(progress, self._way_of_sag(observation))
         return replace(state, beside=beside, progress=progress)
+
+    def _way_of_sag(self, observation: Observation) -> np.ndarray:
+        """Way of the base that makes up for joints which the load opened more than planned, shape (3,) [m]."""
+        design, width = observation.task.design, observation.task.target.width
+        down, ahead = observation.T_world_base[:3, 0], -observation.T_world_base[:3, 1]
+        wrap = plan_grip(observation, self.options)[1]
+        planned = unrolled_center(design, width, float(wrap.pull[ventral_cables(design)].mean()))
+        lower, further = unrolled_center(design, width, ventral_pull(observation)) - planned
+        return np.asarray(-lower * down - further * ahead)
 
     def _set_down(self, state: WrapState, observation: Observation) -> WrapState:
         """Let go of what touches level; move along first, once, with what touches with one end.
@@ -208,8 +239,9 @@ class WrapVertical(Strategy[WrapState]):
         action = state.progress.move.action
         if action == "approach":
             state = replace(state, weight_empty=state.weight)
-        if action == "heft":
-            return self._judge(state, observation)
+        if action in ("heft", "rise on"):
+            decide = self._judge if self._hangs(state, observation) else self._rise_on
+            return decide(state, observation)
         if action == "lift" and not self._is_carried(state, observation):
             return replace(state, is_done=True, gave_up="nothing was lifted: the arm feels no load")
         if action == "hold":
@@ -228,11 +260,22 @@ class WrapVertical(Strategy[WrapState]):
         if not self._is_carried(state, observation):
             return self._reach_on(state, observation) if self._may_try(state) else self._go_on(state, observation)
         beside = self._hangs_beside(state, observation)
-        most = min(options.off_center * task.design.length, options.off_center_thin * task.target.width)
+        most = min(self._most_beside(observation), self._friction_lever(state, observation))
         most *= 1.0 if state.retries == 0 else options.worse
         if not self._may_try(state) or abs(beside) <= most:
             return self._go_on(state, observation)
         return self._try_again(state, observation, options.recenter * beside * task.target.axis)
+
+    def _most_beside(self, observation: Observation) -> float:
+        """Lever at which the grasp of a light object is tried once more [m]."""
+        options, task = self.options, observation.task
+        return min(options.off_center * task.design.length, options.off_center_thin * task.target.width)
+
+    def _friction_lever(self, state: WrapState, observation: Observation) -> float:
+        """Lever at which what is held tilts: friction, pressed by the tension, has the object's width for one [m]."""
+        target = observation.task.target
+        tension = float(state.progress.move.tension.max())
+        return self.options.off_center_heavy * tension / (target.mass * GRAVITY) * target.width
 
     def _may_try(self, state: WrapState) -> bool:
         return state.retries < self.options.retries

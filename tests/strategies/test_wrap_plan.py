@@ -1,0 +1,63 @@
+"""Moves of the vertical wrap: what was risen for is taken back where the object is wrapped anew."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.plant import Observation
+from spiraltrunk.sim.scene import SceneOptions, build_task
+from spiraltrunk.sim.trunk_spec import TrunkOptions
+from spiraltrunk.strategies.phases import Progress, begin, insert_next, shift_later
+from spiraltrunk.strategies.wrap_plan import WrapOptions, plan_wrap, wrap_again
+
+SHIFT, BACK, UP = np.array([0.02, 0.0, 0.0]), np.array([0.0, -0.04, 0.0]), np.array([0.0, 0.0, 0.1])
+
+
+def _observation() -> Observation:
+    T_world_base = np.eye(4)
+    T_world_base[:3, :3] = [[0, 0, 1], [0, -1, 0], [-1, 0, 0]]  # Hanging, dorsal side towards -y.
+    return Observation(
+        time=0.0, task=build_task(PAPER, SceneOptions()), T_world_base=T_world_base, arm_position=np.zeros(7),
+        arm_velocity=np.zeros(7), cable_pull=np.zeros(3), cable_tension=np.zeros(3), base_force=np.zeros(3),
+        base_torque=np.zeros(3),
+    )  # fmt: skip
+
+
+def _at(action: str) -> Progress:
+    observation = _observation()
+    progress = begin(plan_wrap(observation, WrapOptions()), observation)
+    return replace(progress, index=[move.action for move in progress.moves].index(action))
+
+
+def _risen() -> Progress:
+    hefted = _at("heft")
+    rise = replace(hefted.move, action="rise on", position=hefted.move.position + UP)
+    risen = insert_next(shift_later(hefted, UP, "transport"), (rise,))
+    return replace(risen, index=risen.index + 1)
+
+
+def test_a_wrap_after_a_second_rise_goes_on_as_after_the_first():
+    """But for the time to put the object back from higher up."""
+    first = wrap_again(_at("heft"), SHIFT, BACK, WrapOptions())
+    second = wrap_again(_risen(), SHIFT, BACK, WrapOptions())
+    later = first.moves[first.index + 1 :], second.moves[second.index + 1 :]
+    assert [move.action for move in later[0]] == [move.action for move in later[1]]
+    for one, other in zip(*later, strict=True):
+        np.testing.assert_allclose(other.position, one.position, atol=1e-12)
+    assert later[0][0].action == "put back"
+    assert later[1][0].duration == pytest.approx(later[0][0].duration + 1.0)
+
+
+def test_a_wrap_tried_anew_moves_lift_and_carry_along_and_not_the_place():
+    before = {move.action: move.position for move in _at("heft").moves}
+    after = {move.action: move.position for move in wrap_again(_at("heft"), SHIFT, BACK, WrapOptions()).moves}
+    for action, way in (("lift", SHIFT), ("hold", SHIFT), ("bring", 0.0 * SHIFT), ("lower", 0.0 * SHIFT)):
+        np.testing.assert_allclose(after[action], before[action] + way, atol=1e-12)
+
+
+def test_cables_in_step_can_pull_in_full():
+    """The simulated winder gives way by less under its largest tension than one cable may be ahead."""
+    lead = WrapOptions().lead * PAPER.cable_stroke
+    assert lead * TrunkOptions().cable_gain > PAPER.cable.tension_max
