@@ -311,8 +311,8 @@ def solve(q, tension, case, tolerance, most, work, system):
 @compiled
 def _with_shut(trunk, shut):
     return Trunk(
-        trunk.kind, trunk.stiffness, trunk.limit, trunk.length, trunk.before, trunk.beyond, trunk.rub_before,
-        trunk.rub_beyond, shut,
+        trunk.kind, trunk.stiffness, trunk.natural, trunk.limit, trunk.length, trunk.before, trunk.beyond,
+        trunk.rub_before, trunk.rub_beyond, shut,
     )  # fmt: skip
 
 
