@@ -5,10 +5,12 @@ bounds. Without friction the simulation's joint limits are made a thousand times
 that they end within a thousandth of a degree of the limit instead of some tenths past it; where a trunk rests does not
 depend on its inertia. Cables are pulled together at an even speed.
 
-With all three cables pulled against each other many equilibria exist, and which is found depends on the way there, in
-MuJoCo on the speed of the winders too. So the model also starts from MuJoCo's rest: where it stays within the claim,
-its forces balance there and the rest is an equilibrium of the model, though not the one that it finds from the straight
-trunk. Both counts are told. Exits with 1 where a rest is no such equilibrium, and with 130 when interrupted.
+With all three cables pulled against each other many shapes balance, and which is found depends on the way there. So the
+model goes the same way: its trunk creeps (`statics.Creep`) as fast as the simulation's winders turn, its joints as much
+damped; and the simulation, while it moves fast, is damped so much that its inertia hardly counts. Told beside it is how
+many the model finds in one step from the straight trunk. It also starts from MuJoCo's rest: where it stays within the
+claim, its forces balance there, and the rest is an equilibrium of the model, be it another than the one it came to.
+Exits with 1 where a rest is no such equilibrium, and with 130 when interrupted.
 """
 
 from __future__ import annotations
@@ -54,10 +56,16 @@ SPEED = 1.5e-3
 """Speed of the winders in the cases with friction [m/s]."""
 
 FREE = SettleOptions(
-    pull_speed=0.02, tension_speed=4.0, armature_factor=100.0, limit_factor=1000.0, damping_factor=8.0,
-    has_gripper=False,
+    pull_speed=0.005, tension_speed=1.0, armature_factor=100.0, limit_factor=1000.0, damping_factor=8.0,
+    brake_factor=40.0, time_most=300.0, has_gripper=False,
 )  # fmt: skip
 """How the trunk is brought to rest without friction."""
+
+CREEP = statics.Creep(
+    damping_time=FREE.brake_factor * FREE.damping_factor * PAPER.joint.damping_time, pull_speed=FREE.pull_speed,
+    tension_speed=FREE.tension_speed,
+)  # fmt: skip
+"""The same for the model."""
 
 TRUNK = TrunkOptions()
 
@@ -121,8 +129,11 @@ def loads_of(case: dict[str, Any]) -> statics.Loads:
 def predict(case: dict[str, Any], options: statics.StaticsOptions, start: Shape | None = None) -> Shape:
     """Where the equilibrium model puts the trunk, through the same stages."""
     for values in commands(case):
-        slack = 0.0 if case["by_tension"] else -PAPER.cable_stroke
-        given = {"tension" if case["by_tension"] else "pull": np.where(np.isnan(values), slack, values)}
+        is_slack = np.isnan(values)
+        given: dict[str, np.ndarray] = {"tension": np.where(is_slack, 0.0, values)}
+        if not case["by_tension"]:
+            most = np.where(is_slack, 0.0, PAPER.cable.tension_max)
+            given = {"pull": np.where(is_slack, 0.0, values), "by_tension": is_slack, "tension": most}
         start = statics.solve(
             design_of(case), **given, theta_0=case["theta_0"], roll=case["roll"], loads=loads_of(case), start=start,
             options=options,
@@ -187,7 +198,7 @@ def compare(kind: str, trial: int) -> dict[str, Any]:
     """One case as a row of the table."""
     case = draw_case(kind, trial)
     rest, options = simulate(case)
-    alone = predict(case, options)
+    alone = predict(case, options if kind == "friction" else replace(options, creep=CREEP))
     row = case | {
         "simulated": Status(int(rest.shape.status)).name, "solved": Status(int(alone.status)).name,
         "distance_m": distance(alone, rest.shape), "shut": int(rest.shape.is_shut.sum()),
@@ -197,7 +208,7 @@ def compare(kind: str, trial: int) -> dict[str, Any]:
     if kind == "friction":
         return row
     near = distance(predict(case, options, start_at(rest)), rest.shape)
-    row |= {"nearest_m": min(row["distance_m"], near)}
+    row |= {"nearest_m": min(row["distance_m"], near), "at_once_m": distance(predict(case, options), rest.shape)}
     return row | dict(zip(("unbalance_nm", "same_limit_m"), balance(case, rest), strict=True))
 
 
@@ -229,7 +240,10 @@ def summarise(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         }
         beyond = [row["trial"] for row in own if not row.get("nearest_m", row["distance_m"]) <= bar]
         elsewhere = [row["trial"] for row in own if not row["distance_m"] <= bar and row["trial"] not in beyond]
-        out[kind] = {"cases": len(own), "bar_m": bar, **figures, "beyond": beyond, "elsewhere": elsewhere}
+        at_once = sum(row.get("at_once_m", math.inf) <= bar for row in own)
+        out[kind] = {
+            "cases": len(own), "bar_m": bar, **figures, "at_once": at_once, "beyond": beyond, "elsewhere": elsewhere
+        }  # fmt: skip
     return out
 
 
@@ -245,6 +259,8 @@ def format_summary(summary: dict[str, Any], rows: Sequence[dict[str, Any]]) -> s
             f"{kind}: {same} of {part['cases']} within {1e3 * part['bar_m']:g} mm, {len(part['elsewhere'])} in another "
             f"equilibrium of the model, {len(part['beyond'])} in none"
         )
+        if kind == "free":
+            lines.append(f"  {part['at_once']} in one step from the straight trunk")
         for name in ("distance_m", "nearest_m", "same_limit_m", "past_limit_deg", "unbalance_nm"):
             if name in part:
                 scale = 1e3 if name.endswith("_m") else 1.0

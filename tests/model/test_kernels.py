@@ -151,8 +151,8 @@ def case_of(kind, nd, friction=0.0, by_tension=(False, True, False), seed=0):
         kinds[1::2] = rotation.Z_FIRST + rotation.Y_FIRST - kind
     stiffness = np.repeat(PAPER.joint_stiffness[:N, None], 3, axis=1) * [1, 1.3, 0.7]
     trunk = Trunk(
-        kinds, stiffness, PAPER.joint_limit, PAPER.section_length[: N + 1].copy(), before[:N].copy(),
-        beyond[:N].copy(), before[:N].copy(), beyond[:N].copy(), 1e-6,
+        kinds, stiffness, np.full((N, 3), 0.05), PAPER.joint_limit, PAPER.section_length[: N + 1].copy(),
+        before[:N].copy(), beyond[:N].copy(), before[:N].copy(), beyond[:N].copy(), 1e-6,
     )  # fmt: skip
     mass = 5 * PAPER.section_mass[: N + 1]
     end = np.zeros(N + 1)

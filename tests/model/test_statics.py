@@ -11,7 +11,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError, SpiralTrunkError
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.shape import Status
-from spiraltrunk.model.statics import Loads, StaticsOptions
+from spiraltrunk.model.statics import Creep, Loads, StaticsOptions
 
 STRICT = StaticsOptions(tolerance=1e-12)
 TURN = PAPER.n_section * PAPER.delta_theta
@@ -207,6 +207,13 @@ def test_batches_that_do_not_fit_are_refused():
 def test_impossible_options_are_refused(field, value):
     with pytest.raises(SpiralTrunkError, match=field):
         StaticsOptions(**{field: value})
+
+
+@pytest.mark.parametrize("field", ["damping_time", "pull_speed", "tension_speed"])
+@pytest.mark.parametrize("value", [0.0, -1.0, math.inf, math.nan])
+def test_impossible_creeps_are_refused(field, value):
+    with pytest.raises(SpiralTrunkError, match=f"creep.{field}"):
+        Creep(**{field: value})
 
 
 def test_torsion_and_hinges_exclude_each_other():

@@ -15,7 +15,7 @@ def parity():
     return module
 
 
-@pytest.mark.parametrize("trial", [0, 2, 4, 7, 8, 9, 11])
+@pytest.mark.parametrize("trial", [0, 2, 4, 9])
 def test_mujoco_rests_where_the_model_puts_the_trunk(parity, trial):
     row = parity.compare("free", trial)
     assert row["simulated"] in {"CONVERGED", "STALLED", "ALL_SHUT"}
@@ -25,10 +25,13 @@ def test_mujoco_rests_where_the_model_puts_the_trunk(parity, trial):
     assert row["distance_m"] < 5e-5
 
 
-def test_with_all_cables_pulled_mujoco_rests_in_another_equilibrium_of_the_model(parity):
-    row = parity.compare("free", 12)
+@pytest.mark.slow
+@pytest.mark.parametrize("trial", [12, 110])
+def test_with_all_cables_pulled_the_model_creeps_where_mujoco_goes(parity, trial):
+    row = parity.compare("free", trial)
+    assert row["used"] == [True, True, True]
     assert row["unbalance_nm"] < 1e-4
-    assert row["nearest_m"] < 5e-5 < parity.BAR["free"] < row["distance_m"]
+    assert row["distance_m"] < 5e-5 < parity.BAR["free"] < row["at_once_m"]
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spiraltrunk.design.checks import check_number
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
@@ -35,6 +36,26 @@ class Loads:
     """Force at the end of a section, in the frame of `Shape`, shape (..., 3) [N]."""
     force_section: int = -1
     """The section on which the force acts."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Creep:
+    """How a trunk is led to its shape: winders at an even speed, all arriving together, joints damped, no inertia.
+
+    Of several shapes that balance it ends in the one that this way leads to, as a trunk does that is pulled slowly.
+    """
+
+    damping_time: float = 0.04
+    """Damping of the joints over their stiffness [s]; only its product with the speeds counts."""
+    pull_speed: float = 0.005
+    """Change of a cable's length [m/s]."""
+    tension_speed: float = 1.0
+    """Change of a tension [N/s]."""
+
+    def __post_init__(self) -> None:
+        for name in ("damping_time", "pull_speed", "tension_speed"):
+            check_number(f"creep.{name}", getattr(self, name), least=1e-6, below=1e6)
 
 
 @final

@@ -13,7 +13,7 @@ next.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import final
 
@@ -28,11 +28,20 @@ from spiraltrunk.model.compiled import share
 from spiraltrunk.model.kernels.balance import Trunk
 from spiraltrunk.model.kernels.batch import NUDGE, Problem, Solution, solve_rows
 from spiraltrunk.model.kernels.rotation import VECTOR, Y_FIRST, Z_FIRST
-from spiraltrunk.model.loading import Drive, Fields, Loads, base_orientation, read_drive, read_fields, read_numbers
+from spiraltrunk.model.loading import (
+    Creep,
+    Drive,
+    Fields,
+    Loads,
+    base_orientation,
+    read_drive,
+    read_fields,
+    read_numbers,
+)
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Forces, History, Shape, Status
 
-__all__ = ["Loads", "StaticsOptions", "solve"]
+__all__ = ["Creep", "Loads", "StaticsOptions", "solve"]
 
 POISSON = 0.48
 """Poisson's ratio of TPU [-]: an assumption, used for torsion alone, whose stiffness is E I / (L (1 + nu))."""
@@ -72,6 +81,8 @@ class StaticsOptions:
     """Force per slip of a cable at a hole before it slides [N/m]; regularises friction, 1 N before 20 um."""
     tolerance: float = 1e-9
     """Largest moment left at a joint [N m]; ten times that where there is friction."""
+    creep: Creep | None = None
+    """How the trunk is led to its shape where nothing rubs; None goes there in one step."""
     steps_most: int = 20_000
     """Steps after which an increment is given up."""
 
@@ -147,8 +158,9 @@ def solve(
         () if start is None else start.status.shape,
     )  # fmt: skip
     batch = _read_batch(shapes) if any(shapes) else ()
-    if start is None and mu > 0:
-        start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=options)
+    if start is None and (mu > 0 or options.creep is not None):
+        at_once = replace(options, creep=None)
+        start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=at_once)
     if start is not None and start.gap.shape[-2:] != (design.n_joint, design.n_cable):
         joints, cables = start.gap.shape[-2:]
         allowed = f"{design.n_joint} joints and {design.n_cable} cables, as the design"
@@ -187,8 +199,9 @@ def build_trunk(design: TrunkDesign, options: StaticsOptions) -> Trunk:
     if options.has_hinges:
         kind[0::2], kind[1::2] = Z_FIRST, Y_FIRST
     return Trunk(
-        kind, stiffness, design.joint_limit, design.section_length.copy(), np.ascontiguousarray(before),
-        np.ascontiguousarray(beyond), np.ascontiguousarray(rub_before), np.ascontiguousarray(rub_beyond), SHUT,
+        kind, stiffness, np.zeros_like(stiffness), design.joint_limit, design.section_length.copy(),
+        np.ascontiguousarray(before), np.ascontiguousarray(beyond), np.ascontiguousarray(rub_before),
+        np.ascontiguousarray(rub_beyond), SHUT,
     )  # fmt: skip
 
 
@@ -216,7 +229,8 @@ def pose_tensions(
     none, friction = np.zeros(count), np.array((0.0, options.hole_stiffness, options.tolerance, options.steps_most))
     return Problem(
         base, fields.direction, fields.factor, fields.moment, np.zeros((rows, count)), np.zeros((rows, 2, count)),
-        np.ones(rows, np.int64), np.full((rows, count), most), np.full(count, True), none, friction, straight,
+        np.ones(rows, np.int64), np.full((rows, count), most), np.zeros((rows, 2)), np.full(count, True), none,
+        friction, straight,
     )  # fmt: skip
 
 
@@ -239,14 +253,18 @@ def _pose(
         begin[:, 1] = _spread(start.forces.cable_tension, batch, 1)
         stretch = begin[:, 1] / options.cable_stiffness
         begin[:, 0] = _spread(start.gap.sum(axis=-2), batch, 1) - stretch
-    increments = np.ones(rows, np.int64)
+    far = np.where(drive.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1)
+    hard = np.where(drive.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1)
+    increments, motion, creep = np.ones(rows, np.int64), np.zeros((rows, 2)), options.creep
     if mu > 0:
-        far = np.where(drive.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1) / options.increment
-        hard = np.where(drive.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1) / options.tension_increment
-        increments = np.maximum(np.ceil(np.maximum(far, hard) - 1e-9), 1.0).astype(np.int64)
+        parts = np.maximum(far / options.increment, hard / options.tension_increment)
+        increments = np.maximum(np.ceil(parts - 1e-9), 1.0).astype(np.int64)
+    elif creep is not None:
+        motion[:, 0] = np.maximum(far / creep.pull_speed, hard / creep.tension_speed)
+        motion[:, 1] = creep.damping_time
     return Problem(
         _spread(base, batch, 2), _spread(fields.direction, batch, 2), _spread(fields.factor, batch, 2),
-        _spread(fields.moment, batch, 2), length, begin, increments, tension, drive.by_tension,
+        _spread(fields.moment, batch, 2), length, begin, increments, tension, motion, drive.by_tension,
         np.full(count, 1 / options.cable_stiffness),
         np.array((mu, options.hole_stiffness, options.tolerance, float(options.steps_most))), straight,
     )  # fmt: skip
@@ -290,7 +308,7 @@ def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Tr
     """Solve the rows of the first that did not converge from the start in the second, and keep those that now do."""
     kept, again = solutions
     rows = np.flatnonzero(kept.status == Status.NOT_CONVERGED)
-    own = {name: getattr(problem, name)[rows] for name in Problem._fields[:8]}
+    own = {name: getattr(problem, name)[rows] for name in Problem._fields[:9]}
     own["increments"] = np.ceil(finer * own["increments"]).astype(np.int64)
     part = Solution(*(array[rows] for array in again))
     _run(problem._replace(**own), part, trunk, nd)

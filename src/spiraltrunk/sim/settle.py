@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal, final
 
 import mujoco
@@ -20,10 +20,16 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.sim.friction import CableFriction
 from spiraltrunk.sim.held_spec import Point, gripper_center, held_spec, read_shape
-from spiraltrunk.sim.trunk_spec import TrunkOptions, cable_name, hinge_names, section_name, tune_joint_limits
+from spiraltrunk.sim.settle_options import SettleOptions
+from spiraltrunk.sim.trunk_spec import cable_name, hinge_names, section_name, tune_joint_limits
+
+__all__ = ["SettleOptions", "SettleRig", "Settled", "Stage", "settle"]
 
 _WATCH_STEPS = 10
 """Physics steps between two looks at the velocity."""
+
+_SLOW = 1000.0
+"""Speed over that of rest below which nothing is braked [-]."""
 
 _STILL_TIME = 0.05
 """Time for which the velocity must stay below its bound [s]: at the turning point of a swing it does not."""
@@ -38,51 +44,6 @@ class Stage:
     """Length to pull in since the straight trunk, negative for cable paid out, shape (n_cable,) [m]."""
     tension: ArrayLike = math.nan
     """Tension to hold, or the largest one where a length is commanded too, shape (n_cable,) [N]."""
-
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class SettleOptions:
-    """How the trunk is brought to rest, and what of it is simulated."""
-
-    timestep: float = 1e-3
-    """Step of the physics [s]."""
-    pull_speed: float = 0.005
-    """Speed of the winders, infinity for at once [m/s]; with friction the shape depends on it, by 0.3 mm at this one
-    and 2 mm at 0.02 (ours, friction 0.15), without it not at all."""
-    has_smooth_ramps: bool = False
-    """Whether winders speed up and slow down along the polynomial of least jerk, at the same mean speed, instead of at
-    once: what starts or stops abruptly swings the trunk, and a swing shakes sticking cables loose."""
-    tension_speed: float = 1.0
-    """Change of tension, infinity for at once [N/s]; likewise."""
-    damping_factor: float = 3.0
-    """Joint damping over the design's [-]; where the trunk rests does not depend on it, when does."""
-    armature_factor: float = 1.0
-    """Armature of the joints over that of the simulation [-]; likewise."""
-    limit_factor: float = 1.0
-    """Stiffness of the joint limits over that of the simulation [-]; joints end that much less past them. At 1 ms steps
-    1000 are borne with a hundredfold armature."""
-    still: float = 1e-5
-    """Largest speed of a hinge that counts as rest [rad/s]."""
-    time_most: float = 60.0
-    """Time after the end of a ramp in which rest must come [s]."""
-    has_gripper: bool = True
-    """Whether the tip carries the gripper's mass, its fingers straight and stiff."""
-    has_contact: bool = False
-    """Whether the trunk's sections collide; the models of equilibrium know joint limits alone."""
-    trunk: TrunkOptions = field(default_factory=TrunkOptions)
-    """The trunk's simulation."""
-
-    def __post_init__(self) -> None:
-        check_number("timestep", self.timestep, above=0.0, below=0.01)
-        for name in ("pull_speed", "tension_speed"):
-            if getattr(self, name) != math.inf:
-                check_number(name, getattr(self, name), above=0.0)
-        for name in ("damping_factor", "armature_factor"):
-            check_number(name, getattr(self, name), least=0.0, below=1e6)
-        check_number("limit_factor", self.limit_factor, above=0.0, below=1e6)
-        check_number("still", self.still, above=0.0)
-        check_number("time_most", self.time_most, above=0.0, below=1e4)
 
 
 @final
@@ -139,6 +100,7 @@ class SettleRig:
         hinges = [self.model.joint(name).dofadr[0] for i in range(design.n_joint) for name in hinge_names(i)]
         self._hinges = np.array(hinges)
         self.model.dof_armature[self._hinges] *= self.options.armature_factor
+        self._damping = self.model.dof_damping[self._hinges].copy()
         self.model.tendon_invweight0[self.model.tendon_limited > 0] /= self.options.limit_factor
         self.data = mujoco.MjData(self.model)
         self._cables = np.array([self.model.tendon(cable_name(c)).id for c in range(design.n_cable)])
@@ -259,6 +221,7 @@ class SettleRig:
         parts = np.arange(1, steps + 1) / steps
         if self.options.has_smooth_ramps:
             parts = parts**3 * (10 - 15 * parts + 6 * parts**2)
+        self._brake(True)
         for part in parts:
             self._command(first + part * (last - first), start + part * (ceiling - start))
             self._advance(1)
@@ -269,11 +232,17 @@ class SettleRig:
         still = 0.0
         for _ in range(round(self.options.time_most / period)):
             self._advance(_WATCH_STEPS)
-            is_slow = self._speed() < self.options.still
+            speed = self._speed()
+            if speed < _SLOW * self.options.still:
+                self._brake(False)
+            is_slow = speed < self.options.still
             still = still + period if is_slow else 0.0
             if still > _STILL_TIME - 1e-9:
                 return True
         return False
+
+    def _brake(self, is_on: bool) -> None:
+        self.model.dof_damping[self._hinges] = self._damping * (self.options.brake_factor if is_on else 1.0)
 
     def _advance(self, steps: int) -> None:
         if self._force.any():

@@ -24,6 +24,8 @@ class Trunk(NamedTuple):
     """How each joint turns, of `rotation`, shape (n_joint,) [-]."""
     stiffness: np.ndarray
     """About y, z and x (torsion), shape (n_joint, 3) [N m/rad]."""
+    natural: np.ndarray
+    """Bends that need no moment, shape (n_joint, 3) [rad]."""
     limit: float
     """Largest bend [rad]."""
     length: np.ndarray
@@ -137,12 +139,19 @@ def cable_tension(gap_sum, c, tension, control, penalty):
 @compiled
 def merit(q, case, tension, penalty, work):
     """Energy plus what cables and friction add [J]; leaves ``work`` placed at ``q``."""
+    place(q, case.base, case.trunk, work)
+    return merit_placed(q, case, tension, penalty, work)
+
+
+@compiled
+def merit_placed(q, case, tension, penalty, work):
+    """`merit` where ``work`` is placed at ``q`` already."""
     trunk, control, friction = case.trunk, case.control, case.friction
-    place(q, case.base, trunk, work)
     energy = weight_energy(work.frames, trunk.length, case.field)
     for i in range(q.shape[0]):
         for a in range(work.first.shape[1]):
-            energy += 0.5 * trunk.stiffness[i, a] * q[i, a] * q[i, a]
+            bent = q[i, a] - trunk.natural[i, a]
+            energy += 0.5 * trunk.stiffness[i, a] * bent * bent
     for c in range(work.gap.shape[1]):
         beyond = 0.0
         for i in range(q.shape[0] - 1, -1, -1):
@@ -219,7 +228,7 @@ def _add_elastic(q, trunk, work):
     nd = work.first.shape[1]
     for i in range(q.shape[0]):
         for a in range(nd):
-            work.gradient[i, a] += trunk.stiffness[i, a] * q[i, a]
+            work.gradient[i, a] += trunk.stiffness[i, a] * (q[i, a] - trunk.natural[i, a])
             work.hessian[i * nd + a, i * nd + a] += trunk.stiffness[i, a]
 
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from spiraltrunk.model.kernels import compiled
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
-from spiraltrunk.model.kernels.capstan import COARSER, follow
+from spiraltrunk.model.kernels.capstan import COARSER, follow, release
 from spiraltrunk.model.kernels.compliance import tip_compliance
+from spiraltrunk.model.kernels.creep import creep
 from spiraltrunk.model.kernels.newton import TIGHT, room_for_steps
 
 CONVERGED, ALL_SHUT, STALLED, NOT_CONVERGED = range(4)
@@ -44,6 +45,8 @@ class Problem(NamedTuple):
     """Equal parts of the loading, shape (b,) [-]."""
     most: np.ndarray
     """Largest tension, shape (b, n_cable) [N]."""
+    motion: np.ndarray
+    """Time that the loading takes and damping time, of trunks that creep; else 0, shape (b, 2) [s]."""
     by_tension: np.ndarray
     """Whether the tension is given, shape (n_cable,) [bool]."""
     compliance: np.ndarray
@@ -88,9 +91,15 @@ def solve_rows(first, last, nd, trunk, problem, solution):
         friction = Friction(force, back, solution.anchor[b], stiffness if mu > 0.0 else 0.0)
         case = Case(problem.base[b], trunk, field, control, friction)
         q, tension = solution.bend[b], solution.tension[b]
-        residual, violation, steps = follow(
-            q, tension, case, mu, problem.start[b], problem.increments[b], tolerance, int(most), work, system
-        )
+        if problem.motion[b, 1] > 0.0:
+            residual, violation, steps = creep(
+                q, tension, case, problem.start[b], problem.motion[b], tolerance, int(most), work, system
+            )
+            release(work.gap, solution.anchor[b])
+        else:
+            residual, violation, steps = follow(
+                q, tension, case, mu, problem.start[b], problem.increments[b], tolerance, int(most), work, system
+            )
         figures = solution.figures[b]
         figures[0], figures[1], figures[2] = residual, violation, steps
         write_row(b, case, work, system, problem, solution)
