@@ -68,7 +68,7 @@ def out(tmp_path: Path) -> Path:
 
 
 def assert_ended(running: subprocess.Popen[str], number: signal.Signals, out: Path) -> None:
-    printed, said = running.communicate(timeout=60)
+    printed, said = running.communicate(timeout=240)
     code, line = ENDS[number]
     assert running.returncode == code, said
     assert printed == ""

@@ -180,7 +180,7 @@ def test_a_signal_leaves_what_has_ended(
 
 def assert_goes_on(out: Path, arguments: tuple[str, ...]) -> None:
     again = start("work", *arguments)
-    printed, said = again.communicate(timeout=60)
+    printed, said = again.communicate(timeout=240)
     assert again.returncode == 0, said
     assert said.startswith("spiraltrunk: 3/6 trials are there already\n")
     assert json.loads(printed)["strategies"]["wrap-vertical"]["trials"] == 6

@@ -91,9 +91,9 @@ def test_an_exact_world_differs_in_place_friction_and_stiffness_alone():
 
 
 def test_nothing_slippery_is_carried():
-    """Friction holds the object: almost without any, the same grasp fails."""
+    """Friction holds the object: almost without any, the same grasp fails; at 0.02 one may still lie balanced."""
     scene = draw_scene(SHAPE, 0)
-    plant = SimPlant(PAPER, replace(scene, shape=replace(scene.shape, friction=0.02)))
+    plant = SimPlant(PAPER, replace(scene, shape=replace(scene.shape, friction=0.002)))
     log = run(plant, strategies.get("wrap-vertical"))
     end = plant.trace[-1].object_position
     is_placed = log.gave_up is None and np.linalg.norm(end - plant.task.goal.place) < 0.05
