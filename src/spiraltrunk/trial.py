@@ -37,8 +37,11 @@ firm grip by 2 mm/s; at 10 by 0.3 mm/s, at 30 and at 100 not measurably."""
 
 WRAP_FRICTION = 10.0
 """The same in wraps (ours) [-]. At 1 a bottle of 70 mm creeps out by up to 15 mm/s and a wide cylinder tilts in its
-loop; at 10 and at 30 what is wrapped shifts equally little, by the trunk's own give, and at 10 a step is a fifth
-faster."""
+loop; at 10 and at 30 bottles and cylinders shift equally little, by the trunk's own give, and at 10 a step is a fifth
+faster. What is heavier than HEAVY creeps more: it gets GRIP_FRICTION."""
+
+HEAVY = 1.0
+"""Mass above which a wrapped object needs harder friction [kg]: at 10, 1.5 kg tilt further and land askew."""
 
 SLOPE_FRICTION = 300.0
 """The same for what narrows upwards (ours) [-]: there the grip itself, and not the weight alone, pushes against
@@ -127,7 +130,7 @@ def _hardness(strategy: Strategy[Any], shape: ObjectSpec) -> float:
         return 1.0
     if shape.kind == "cone":
         return SLOPE_FRICTION
-    return GRIP_FRICTION if strategy.holds == "fingers" else WRAP_FRICTION
+    return GRIP_FRICTION if strategy.holds == "fingers" or shape.mass > HEAVY else WRAP_FRICTION
 
 
 def _draw_in_ball(rng: np.random.Generator, radius: float) -> np.ndarray:

@@ -24,6 +24,14 @@ def test_what_holds_holds_in_a_world_of_hard_friction_and_a_kick_holds_nothing(n
     assert (even.friction_hardness, sloped.friction_hardness) == (hardness, SLOPE_FRICTION)
 
 
+def test_what_is_heavy_is_wrapped_in_a_world_of_harder_friction():
+    hardness = [
+        draw_scene(parse_object(f"cylinder:diameter_mm=60,height_mm=240,mass_g={mass}"), 0).friction_hardness
+        for mass in (1000, 1500)
+    ]
+    assert hardness == [WRAP_FRICTION, GRIP_FRICTION]
+
+
 def test_the_hardness_of_friction_is_the_worlds():
     assert build_model(PAPER, SceneOptions(friction_hardness=7.0)).opt.impratio == 7.0
 
