@@ -230,20 +230,20 @@ def named(tmp_path):
     return named
 
 
-def _follows(design):
+def _miss(design):
+    """How far from where it is sent the trunk's base is after 3 s [m]; infinite with a warning of the solver."""
     plant = SimPlant(design, SceneOptions(position=(0.30, 0.45, 0.60)))
     seen = plant.reset()
     target = seen.T_world_base.copy()
     target[:3, 3] += [0.05, -0.03, 0.04]
     for _ in range(150):
         seen = plant.step(Command(T_world_base=target, cable_tension=np.zeros(3)))
-    np.testing.assert_allclose(seen.T_world_base[:3, 3], target[:3, 3], rtol=0, atol=5e-3)
     assert seen.arm_position.shape == seen.arm_velocity.shape == (6,)
-    assert plant.warnings == 0
+    return np.inf if plant.warnings else np.abs(seen.T_world_base[:3, 3] - target[:3, 3]).max()
 
 
 def test_a_users_arm_carries_the_trunk_and_follows(named):
-    _follows(named(_mjcf()))
+    assert _miss(named(_mjcf())) < 5e-3
 
 
 def test_a_users_arm_may_measure_angles_in_degrees(named):
@@ -254,7 +254,7 @@ def test_a_users_arm_may_measure_angles_in_degrees(named):
 
 
 def test_a_users_arm_may_have_actuators_in_another_order(named):
-    _follows(named(_mjcf(drive=(5, 3, 1, 0, 2, 4))))
+    assert _miss(named(_mjcf(drive=(5, 3, 1, 0, 2, 4)))) < 5e-3
 
 
 @pytest.mark.filterwarnings("error")
@@ -275,7 +275,7 @@ def test_a_users_arm_may_have_a_keyframe_and_settings_of_its_own(named, tmp_path
     assert model.vis.map.znear == plain.vis.map.znear
     assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
     assert capfd.readouterr() == ("", "")
-    _follows(named(_mjcf(extra=extra)))
+    assert _miss(named(_mjcf(extra=extra))) < 5e-3
 
 
 def test_a_users_arm_may_bring_meshes_in_a_folder(named, tmp_path):
@@ -284,7 +284,7 @@ def test_a_users_arm_may_bring_meshes_in_a_folder(named, tmp_path):
     (tmp_path / "parts" / "block.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     extra = '<compiler meshdir="parts"/><asset><mesh name="block" file="block.obj"/></asset>'
     text = _mjcf(extra=extra).replace("<site", '<geom type="mesh" mesh="block" mass=".1"/><site')
-    _follows(named(text))
+    assert _miss(named(text)) < 5e-3
 
 
 def test_a_users_arm_starts_at_the_designs_home(named):
