@@ -62,6 +62,9 @@ def test_the_flip_spreads_from_the_tip_and_carries_the_object_inside_the_curl():
     tip, ball = data.body("section_18"), data.body("object")
     assert tip.xmat.reshape(3, 3)[2, 0] > 0.7, "the tip points up"
     assert ball.xpos[2] > tip.xpos[2], "the ball lies on the fingers"
+    height = np.array([sample.object_position[2] for sample in trial.plant.trace if sample.time >= flip[0]])
+    fastest = np.abs(np.diff(height)).max() / (trial.plant.trace[1].time - trial.plant.trace[0].time)
+    assert fastest < 0.3, "paced by its cables' lengths, the trunk does not snap"
 
 
 @pytest.mark.slow

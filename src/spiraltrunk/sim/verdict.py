@@ -26,8 +26,8 @@ FALL_MOST = 0.010
 """Most that a lifted object may come down while it touches neither trunk nor ground [m] (ours)."""
 
 DROP_SPEED = 0.6
-"""Greatest speed at which an object may be let down [m/s] (ours): what falls freely has it after 18 mm. The tip that
-uncurls of `flip-grip` comes down at 0.4 m/s, all else at 0.1."""
+"""Greatest speed at which an object may be let down [m/s] (ours): what falls freely has it after 18 mm; the
+strategies let down at 0.1."""
 
 
 @final
@@ -149,15 +149,6 @@ def _longest_fall(part: Sequence[Sample]) -> float:
     return fall
 
 
-def _longest(claims: Sequence[bool]) -> int:
-    """Length of the longest run of true ones [-]."""
-    longest = run = 0
-    for claim in claims:
-        run = run + 1 if claim else 0
-        longest = max(longest, run)
-    return longest
-
-
 def _held(trace: Sequence[Sample], span: tuple[float, float] | None, task: Task) -> float:
     """Longest time of the hold with strings slack, nothing else touched, the object within 2 cm of its mean height."""
     part = _between(trace, span)
@@ -165,12 +156,12 @@ def _held(trace: Sequence[Sample], span: tuple[float, float] | None, task: Task)
         return 0.0
     mean = np.mean([s.object_position[2] for s in part])
     slack = 0.02 * task.target.mass * 9.81
-    is_held = [
-        s.string_tension <= slack and not s.touches_table and not s.touches_robot and s.grip_force > 0
-        and abs(s.object_position[2] - mean) <= 0.02
-        for s in part
-    ]  # fmt: skip
-    return _longest(is_held) * (part[1].time - part[0].time)
+    longest = run = 0
+    for s in part:
+        is_alone = s.string_tension <= slack and not s.touches_table and not s.touches_robot and s.grip_force > 0
+        run = run + 1 if is_alone and abs(s.object_position[2] - mean) <= 0.02 else 0
+        longest = max(longest, run)
+    return longest * (part[1].time - part[0].time)
 
 
 def _is_released(trace: Sequence[Sample]) -> bool:

@@ -20,7 +20,7 @@ class Curl:
     tension: np.ndarray
     """Tension ceilings, shape (n_cable,) [N]."""
     pull: np.ndarray
-    """Cable to pull in at most, infinite for no bound, shape (n_cable,) [m]."""
+    """Cable to pull in at most, shape (n_cable,) [m]."""
 
 
 CHECK = 1.2
@@ -69,12 +69,15 @@ def carry(checked: Move, observation: Observation, curl: Curl | None, place: np.
     goal = observation.task.goal
     over = replace(checked, action="carry", duration=2.5, position=checked.position + goal.aside)
     hold = replace(over, action="hold", duration=goal.hold)
-    bring = replace(hold, phase="release", action="bring", duration=2.0, position=place)
     if curl is None:
-        return over, hold, bring
-    flip = replace(checked, action="flip", duration=4.0, tension=curl.tension, pull=curl.pull)
+        return over, hold, replace(hold, phase="release", action="bring", duration=2.0, position=place)
+    straight = np.where(curl.tension > 0, 0.0, curl.pull)
+    taut = replace(checked, action="draw taut", duration=0.5, tension=curl.tension, pull=straight)
+    flip = replace(taut, action="flip", duration=4.0, pull=curl.pull)
     over, hold = (replace(move, tension=curl.tension, pull=curl.pull) for move in (over, hold))
-    return flip, over, hold, replace(hold, action="flip back", duration=4.0, tension=checked.tension), bring
+    back = replace(hold, action="flip back", duration=4.0, pull=straight)
+    bring = replace(back, phase="release", action="bring", duration=2.0, position=place, tension=checked.tension)
+    return taut, flip, over, hold, back, bring
 
 
 def put(brought: Move, base: np.ndarray, gripper: float) -> tuple[Move, ...]:

@@ -28,7 +28,7 @@ RISING_SPEED = 0.1
 class WrapOptions:
     """What the strategy chooses; lengths are parts of the trunk's own."""
 
-    contact: float = 0.38
+    contact: float = 0.30
     """Largest height of the object above the hanging tip, over the trunk's length [-]."""
     hook: float = 0.85
     """The same over the length of the part that will be wrapped [-]: thin objects take the tip alone."""
