@@ -101,6 +101,17 @@ def test_the_closed_curl_has_the_object_where_the_model_says(start: tuple[Standi
     np.testing.assert_allclose([way @ side, way @ forward], [aside, ahead], atol=0.004)  # As far as a look is off.
 
 
+def test_what_topples_early_is_wrapped_above_its_middle_and_all_else_low_down() -> None:
+    options = WrapObliqueLow.default_options()
+    lower = WrapObliqueLow(replace(options, slender_height=0.0))
+    for name, is_raised in (("cylinder-60", True), ("box-60", True), ("bottle-70", False), ("cylinder-90", False)):
+        heights = [
+            next(m for m in one.init(first_seen(name)).progress.moves if m.action == "tighten").position[2]
+            for one in (WrapObliqueLow(), lower)
+        ]
+        assert (heights[0] > heights[1] + 0.01) == is_raised, name
+
+
 def test_what_is_too_short_for_the_housing_is_refused() -> None:
     with pytest.raises(ModelError, match=r"20 mm tall; allowed: [0-9]+ mm or more"):
         STRATEGY.init(first_seen("disc-80x20"))

@@ -18,6 +18,10 @@ from spiraltrunk.strategies.phases import Move
 STEPS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56, 0.75, 1.1)
 """Ventral pulls at which the model places the arm, over the pull that shuts joint 1 [-]; closer where the tip curls."""
 
+SLENDER = math.radians(15.0)
+"""Lean that may be left when the head of an oblique wrap has turned as far as its housing clears the ground [rad], as
+simulated: what topples at less is wrapped higher, where the head can turn all of it away."""
+
 _ACTIONS = {
     "reach": ("turn", "descend", "touch"),
     "prehension": ("curl", "tighten", "try"),
@@ -43,6 +47,8 @@ class StandingOptions:
     """Pull along the trunk's z over the ventral one [-]: unequal ventral cables, which turn the plane of bending."""
     height: float
     """Where to wrap, over the object's length [-]; higher where the housing would touch the ground."""
+    slender_height: float = 0.0
+    """The same at least for what topples at less than ``SLENDER`` [-]."""
     highest: float = 0.85
     """Where to wrap at most, over the object's length [-]."""
     ground_gap: float = 0.03
@@ -238,7 +244,9 @@ def _height(observation: Observation, options: StandingOptions, tilts: np.ndarra
     sink = np.array([housing_sink(design, float(tilt)) for tilt in tilts])
     behind, turn = float(first[-1, 1]), float(tilts[0] - tilts[-1])
     back = first[-1, 2] * math.cos(turn) + behind * math.sin(turn)
-    height = max(options.height * length, float((sink + first[:, 2]).max()) + options.ground_gap)
+    is_slender = math.atan(observation.task.target.width / length) < SLENDER
+    asked = max(options.height, options.slender_height) if is_slender else options.height
+    height = max(asked * length, float((sink + first[:, 2]).max()) + options.ground_gap)
     height = max(height, float(sink[0] + back) + options.ground_gap + options.sag * design.length * turn)
     if height > options.highest * length:
         least = f"{1e3 * height / options.highest:.0f} mm"

@@ -2,6 +2,8 @@
 
 Source: "Grasping by Spiraling", figure 5, strategy 4, and Results. Phases and limits are those of all wraps of standing
 objects, `wrap_standing`; here as in `wrap_oblique`, as near the ground as the housing allows.
+What topples at less than 15 deg is taken above its middle instead: low down, the housing meets the ground before the
+head has turned away all of the lean that such a wrap leaves.
 """
 
 from __future__ import annotations
@@ -24,5 +26,6 @@ class WrapObliqueLow(StandingWrap):
     def default_options() -> StandingOptions:
         """A falling plane near the ground, ventral cables unequal."""
         return StandingOptions(
-            plane=math.radians(7.0), differential=-0.12, height=0.3, reach_plane=math.radians(-8.0), ground_gap=0.022
-        )
+            plane=math.radians(7.0), differential=-0.12, height=0.3, slender_height=0.62,
+            reach_plane=math.radians(-8.0), ground_gap=0.022,
+        )  # fmt: skip
