@@ -2,7 +2,8 @@
 
 Source: "Grasping by Spiraling", figure 5, strategy 5, and Results. Phases and limits are those of all wraps of standing
 objects, `wrap_standing`; here the head then turns down and the lower ventral cable pulls harder, so that
-the plane falls ahead and aside.
+the plane falls ahead and aside. What topples at less than 15 deg is taken above its middle, where the head can turn
+away all of the lean that such a wrap leaves.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ class WrapOblique(StandingWrap):
 
     @staticmethod
     def default_options() -> StandingOptions:
-        """A falling plane at half the height, ventral cables unequal."""
+        """A falling plane at half the height, above it what topples early; ventral cables unequal."""
         return StandingOptions(
-            plane=math.radians(8.0), differential=-0.14, height=0.5, reach_plane=math.radians(-8.0), ground_gap=0.022
-        )
+            plane=math.radians(8.0), differential=-0.14, height=0.5, slender_height=0.62,
+            reach_plane=math.radians(-8.0), ground_gap=0.022,
+        )  # fmt: skip
