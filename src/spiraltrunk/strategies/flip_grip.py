@@ -7,8 +7,7 @@ curl, and cannot fall out of them; the cables uncurl it before it is set down.
 
 The curl begins at the tip and spreads towards the base: tension and cable length for it come from the equilibrium of
 the trunk with the object's weight. Its length paces the curl, there and back, and bounds it, so that stiffer or softer
-joints change the tension and not the shape. Paced by tension, the trunk would snap: within a few tenths of a newton it
-turns from hanging to curled, and back at up to 0.8 m/s.
+joints change the tension and not the shape. Paced by tension, the trunk would snap back, as simulated at up to 0.8 m/s.
 
 Limits: as the tip grip's. Cones are left out: the flip turns them in the fingers, and set down askew they topple and
 rolled away in 2 of 6 trials. A trunk that curls by a few newtons is soft: what it carries sways.
