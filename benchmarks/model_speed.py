@@ -35,8 +35,8 @@ GOAL = 5e6
 OPERATIONS = 60 * PAPER.n_joint
 """Additions, multiplications, divisions and roots of one bending, counted in the source of `reference_lean` [-]."""
 
-WRITTEN = 8 * (3 * PAPER.n_section + PAPER.n_joint)
-"""What one bending fills: section ends, of which memory comes with z = 0, and bends [B]."""
+WRITTEN = 8 * (2 * PAPER.n_section + PAPER.n_joint)
+"""What one bending fills: section ends in x and y, as memory comes with z = 0, and bends [B]."""
 
 
 def time_single() -> dict[str, float]:
@@ -61,7 +61,7 @@ def time_batch() -> dict[str, float]:
     """Bendings of one core, and its floors [1/s]."""
     pulls = np.random.default_rng(0).uniform(0.0, MOST, COUNT)
     asked = pulls, np.array([TILT])
-    ends, bend = np.zeros((COUNT, PAPER.n_section, 3)), np.empty((PAPER.n_joint, COUNT))
+    ends, bend = np.zeros((3, PAPER.n_section, COUNT)), np.empty((PAPER.n_joint, COUNT))
     constants, law, block = prepare(PAPER).constants, NumpyBending(TILT), np.empty(COUNT * WRITTEN // 8)
     calls = {
         "laws alone": lambda: solve_points(asked, constants, ends, bend, (0, COUNT)),
@@ -69,6 +69,7 @@ def time_batch() -> dict[str, float]:
         "bend_dorsal, whole shapes": lambda: reference.bend_dorsal(PAPER, pulls, TILT),
         "NumPy over arrays": lambda: law.bend(pulls),
         "floor: memory written": lambda: block.fill(1.0),
+        "floor: new memory written": lambda: np.empty_like(block).fill(1.0),
     }
     with one_core():
         times = time_in_turns(*calls.values())

@@ -240,6 +240,27 @@ def test_points_alone_are_those_of_the_shape_to_the_bit(as_authors):
     assert reference.bend_dorsal_points(PAPER, 0.1, 0.0).bend.shape == (17,)
 
 
+def test_points_go_into_the_memory_of_an_earlier_answer():
+    pull = np.linspace(0, 0.1, 90).reshape(3, 30)
+    first = reference.bend_dorsal_points(PAPER, pull[::-1], 0.4)
+    where = first.points.ctypes.data, first.bend.ctypes.data
+    again = reference.bend_dorsal_points(PAPER, pull, 0.4, out=first)
+    assert again is first
+    assert (again.points.ctypes.data, again.bend.ctypes.data) == where
+    fresh = reference.bend_dorsal_points(PAPER, pull, 0.4)
+    np.testing.assert_array_equal(again.points, fresh.points)
+    np.testing.assert_array_equal(again.bend, fresh.bend)
+
+
+def test_memory_of_another_answer_is_refused():
+    first = reference.bend_dorsal_points(PAPER, np.zeros(4), 0.4)
+    with pytest.raises(ModelError, match=r"out\.points has shape \(4, 18, 3\); allowed here: \(5, 18, 3\)"):
+        reference.bend_dorsal_points(PAPER, np.zeros(5), 0.4, out=first)
+    copied = reference.PlaneShape(points=first.points.copy(), bend=first.bend)
+    with pytest.raises(ModelError, match="out is laid out in another way"):
+        reference.bend_dorsal_points(PAPER, np.zeros(4), 0.4, out=copied)
+
+
 def test_points_alone_share_what_the_base_cannot_take():
     soft = soft_base()
     pull = np.linspace(0, 1, 77) * soft.cable_stroke

@@ -36,12 +36,18 @@ def measure_bend_single() -> Claim:
 
 
 def measure_bend_batch() -> Claim:
-    """Bends and section ends of 100,000 pulls on one core against the same law over arrays, rest given [s]."""
+    """Bends and section ends of 100,000 pulls on one core against the same law over arrays, rest given [s].
+
+    Both write into memory of an earlier answer, laid out the same way.
+    """
     pulls = np.random.default_rng(0).uniform(0.0, MOST, COUNT)
     law = NumpyBending(TILT)
+    ends = np.zeros((3, presets.PAPER.n_section, COUNT))
+    own = reference.bend_dorsal_points(presets.PAPER, pulls, TILT)
     with one_core():
         ours, other = time_in_turns(
-            lambda: reference.bend_dorsal_points(presets.PAPER, pulls, TILT), lambda: law.bend(pulls)
+            lambda: reference.bend_dorsal_points(presets.PAPER, pulls, TILT, out=own),
+            lambda: law.bend(pulls, ends),
         )
     return Claim(ours=ours, other=other, bar=10.0)
 
@@ -98,8 +104,11 @@ class NumpyBending:
         change = table.total - np.sqrt((across * across).sum(axis=-1)).sum(axis=0)
         return chain_matrices(self.theta_0, bend.tolist(), self.lengths), np.abs(bend), change
 
-    def bend(self, pull: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Section ends (n, n_section, 3) [m] and bends (n, n_joint) [rad] for pulls (n,) [m]."""
+    def bend(self, pull: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Section ends (n, n_section, 3) [m] and bends (n, n_joint) [rad] for pulls (n,) [m].
+
+        ``ends`` (3, n_section, n) receives the former, laid out as ours are, its z being 0.
+        """
         table = self.table
         level, gap = pull.copy(), np.empty((len(self.gap), len(pull)))
         for i in range(len(self.gap) - 1, -1, -1):
@@ -108,9 +117,8 @@ class NumpyBending:
             level += np.maximum(over, 0.0, out=over) * table.below[i]
         bend = table.limit - 2 * np.arcsin(gap / table.diameter[:, None])
         angle = np.cumsum(bend, axis=0) - self.theta_0
-        ends = np.zeros((len(pull), len(self.gap) + 1, 3))
         first = table.section_length[0]
         for k, (go, base) in enumerate(((np.cos, math.cos(-self.theta_0)), (np.sin, math.sin(-self.theta_0)))):
-            ends[:, 0, k] = first * base
-            ends[:, 1:, k] = (first * base + np.cumsum(table.section_length[1:, None] * go(angle), axis=0)).T
-        return ends, bend.T
+            ends[k, 0] = first * base
+            ends[k, 1:] = first * base + np.cumsum(table.section_length[1:, None] * go(angle), axis=0)
+        return ends.T, bend.T

@@ -13,7 +13,7 @@ from spiraltrunk.model.reference_bend import arcsine, arcsine_narrow, rest_gap, 
 from spiraltrunk.model.reference_rest import settle
 from spiraltrunk.model.reference_table import Table, compiled, unpack
 
-_LANES = 32
+_LANES = 64
 """Trunks side by side [-]."""
 
 
@@ -25,9 +25,9 @@ def solve_points(
     bend: np.ndarray,
     span: tuple[int, int],
 ) -> None:
-    """Section ends (n, n_section, 3) [m] and bends (n_joint, n) [rad] of trunks ``span[0]`` to ``span[1]``.
+    """Section ends (3, n_section, n) [m] and bends (n_joint, n) [rad] of trunks ``span[0]`` to ``span[1]``.
 
-    Bends are kept joint by joint, as the lanes write them at once, and section ends trunk by trunk, as they are read.
+    Both are kept trunk beside trunk, as the lanes write them at once.
 
     Args:
         asked: pulls, shape (n,) [m], and theta_0, shape (n,) or (1,) [rad]; trunks at the same one in a row share rest.
@@ -39,38 +39,46 @@ def solve_points(
     t, pull, tilt = unpack(constants), asked[0], asked[1]
     n_joint, is_one = t.portion.size, asked[1].size == 1
     work, rest = np.empty((5, n_joint)), np.empty(n_joint)
-    gap, lanes = np.empty((n_joint, _LANES)), np.empty((7, _LANES))
+    gap, lanes = np.empty((n_joint, _LANES)), np.empty((4, _LANES))
     first, is_rest, before = span[0], True, math.nan
     while first < span[1]:
         theta_0 = tilt[0] if is_one else tilt[first]
         if theta_0 != before:
             is_rest, before = settle(theta_0, t, work[4], work), theta_0
             rest_gap(t, work[4], rest)
-        n = 0
-        while n < _LANES and first + n < span[1] and (is_one or tilt[first + n] == theta_0):
-            lanes[0, n] = pull[first + n]
-            n += 1
-        for w in range(n, _LANES):
-            lanes[0, w] = 0.0
+        n = min(_LANES, span[1] - first)
+        if not is_one:
+            n = _same(tilt[first : first + n])
+        lanes[0, :n], lanes[0, n:] = pull[first : first + n], 0.0
         _shorten_lanes(t, rest, lanes[0], lanes[1], gap)
         for w in range(n):
             if lanes[1, w] > 0.0:
                 _shorten_one(pull[first + w], t, rest, gap[:, w])
-        answers = ends[first : first + n], bend[:, first : first + n]
-        _bend_lanes(theta_0 if is_rest else math.nan, t, gap, lanes, answers)
+        _bend_lanes(theta_0 if is_rest else math.nan, t, gap, lanes, (ends, bend), (first, first + n))
         first += n
+
+
+@compiled
+def _same(tilt: np.ndarray) -> int:
+    """How many from the first on are equal to it."""
+    n = 1
+    while n < tilt.size and tilt[n] == tilt[0]:
+        n += 1
+    return n
 
 
 @compiled
 def _shorten_lanes(t: Table, rest: np.ndarray, level: np.ndarray, left: np.ndarray, gap: np.ndarray) -> None:
     """The first pass of `shorten` in every lane; what joint 1 could not take goes to ``left`` [m]."""
     for i in range(rest.size - 1, -1, -1):
-        portion, below, length = t.portion[i], t.below[i], rest[i]
+        portion, below, length, row = t.portion[i], t.below[i], rest[i], gap[i]
         for w in range(_LANES):
             over = level[w] * portion - length
-            gap[i, w] = max(-over, 0.0)
-            level[w] += max(over, 0.0) * below
-            left[w] = max(over, 0.0)
+            excess = max(over, 0.0)
+            row[w] = excess - over
+            level[w] += excess * below
+    for w in range(_LANES):
+        left[w] = max(level[w] * t.portion[0] - rest[0], 0.0)
 
 
 @compiled
@@ -83,37 +91,41 @@ def _shorten_one(pull: float, t: Table, rest: np.ndarray, gap: np.ndarray) -> No
 
 @compiled
 def _bend_lanes(
-    theta_0: float, t: Table, gap: np.ndarray, lanes: np.ndarray, answers: tuple[np.ndarray, np.ndarray]
+    theta_0: float,
+    t: Table,
+    gap: np.ndarray,
+    lanes: np.ndarray,
+    answers: tuple[np.ndarray, np.ndarray],
+    span: tuple[int, int],
 ) -> None:
-    """Bends and section ends of every lane, from the base to the tip."""
+    """Bends and section ends of trunks ``span[0]`` to ``span[1]``, one in each lane, from the base to the tip."""
     ends, bend = answers
+    a, b = span
+    x, y, c, s = ends[0, 0, a:b], ends[1, 0, a:b], lanes[2], lanes[3]
     cos, sin = math.cos(t.limit), math.sin(t.limit)
-    c, s, x, y, b = lanes[2], lanes[3], lanes[4], lanes[5], lanes[6]
-    for w in range(_LANES):
+    for w in range(b - a):
         c[w], s[w] = math.cos(theta_0), -math.sin(theta_0)
         x[w], y[w] = c[w] * t.section_length[0], s[w] * t.section_length[0]
-    for w in range(ends.shape[0]):
-        ends[w, 0, 0], ends[w, 0, 1] = x[w], y[w]
     for i in range(gap.shape[0]):
         per, length = 1.0 / t.diameter[i], t.section_length[i + 1]
-        for w in range(_LANES):
-            part = gap[i, w] * per
-            b[w], p, q = turn(part, arcsine_narrow(part), t.limit, cos, sin)
-            c[w], s[w] = c[w] * p - s[w] * q, s[w] * p + c[w] * q
-            x[w] += c[w] * length
-            y[w] += s[w] * length
+        # Rows without a stride, or nothing of this goes side by side.
+        row, turned, next_x, next_y = gap[i], bend[i, a:b], ends[0, i + 1, a:b], ends[1, i + 1, a:b]
+        for w in range(b - a):
+            part = row[w] * per
+            turned[w], p, q = turn(part, arcsine_narrow(part), t.limit, cos, sin)
+            along, across = c[w] * p - s[w] * q, s[w] * p + c[w] * q
+            c[w], s[w] = along, across
+            next_x[w] = x[w] + along * length
+            next_y[w] = y[w] + across * length
         if sin > 0.5:
-            _open_wide(gap[i], per, t.limit, sin, b)
-        for w in range(ends.shape[0]):
-            bend[i, w] = b[w]
-        for w in range(ends.shape[0]):
-            ends[w, i + 1, 0], ends[w, i + 1, 1] = x[w], y[w]
+            _open_wide(gap[i], per, t.limit, sin, turned)
+        x, y = next_x, next_y
 
 
 @compiled
 def _open_wide(gap: np.ndarray, per: float, limit: float, sin: float, bend: np.ndarray) -> None:
     """Bends of the lanes whose opening is beyond 60 deg, for which the narrow arcsine does not hold."""
-    for w in range(_LANES):
+    for w in range(bend.size):
         part = gap[w] * per
         if part > 0.5:
             bend[w] = -limit if part >= sin else limit - 2.0 * arcsine(part)
