@@ -77,7 +77,7 @@ def test_the_law_with_a_matrix_chain_is_the_same_law(pull):
 @pytest.mark.parametrize("tilt", [bending.TILT, 1.5, -1.0])
 def test_the_law_over_arrays_is_the_same_law(tilt):
     pulls = np.linspace(0.0, bending.MOST, 400)
-    ends, bend = bending.NumpyBending(tilt).bend(pulls)
+    ends, bend = bending.NumpyBending(tilt).bend(pulls, np.zeros((3, PAPER.n_section, 400)))
     shape = reference.bend_dorsal(PAPER, pulls, tilt)
     np.testing.assert_allclose(bend, bends(shape), atol=1e-12)
     np.testing.assert_allclose(ends, shape.points, atol=1e-13)

@@ -64,7 +64,10 @@ def share(solve: Callable[[int, int], object], count: int, chunk: int) -> None:
     The first chunk is solved alone, so that what must be compiled is compiled once; on one core all are. Between chunks
     Ctrl-C is heard.
     """
-    spans = [(first, min(first + chunk, count)) for first in range(0, max(count, 1), chunk)]
+    if count <= chunk:
+        solve(0, count)
+        return
+    spans = [(first, min(first + chunk, count)) for first in range(0, count, chunk)]
     cores = len(os.sched_getaffinity(0))
     alone = 1 if cores > 1 else len(spans)
     for span in spans[:alone]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, final
 
 import numpy as np
@@ -21,6 +22,7 @@ from spiraltrunk.model.inverse_search import InverseOptions, find, read_scene
 from spiraltrunk.model.inverse_starts import section_axes
 from spiraltrunk.model.kernels.aim import Aim, gap_rows
 from spiraltrunk.model.loading import Loads, read_numbers
+from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.model.wrap import WRAP_TURN
 
@@ -32,6 +34,12 @@ _DEEP = 30.0
 _ANYWHERE = 1e4
 """Farthest target that is taken for meant [m]."""
 
+_CONVERGED, _OUT_OF_REACH = int(Status.CONVERGED), int(Status.OUT_OF_REACH)
+_NOT_CONVERGED = int(Status.NOT_CONVERGED)
+
+_DEFAULT, _CURL = InverseOptions(), InverseOptions(tolerance=1e-3, tries=24)
+"""How targets, and circles, are sought unless the caller says otherwise."""
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +47,7 @@ class Reach:
     """How the cables must be pulled, and what comes of it; leading axes ``...`` are those of the batch."""
 
     shape: Shape
-    """The equilibrium at these tensions, solved from the straight trunk."""
+    """The equilibrium at these tensions that is found from the straight trunk, as by `statics.solve`."""
     tension: np.ndarray
     """Tension of each cable, shape (..., n_cable) [N]."""
     pull: np.ndarray
@@ -110,10 +118,10 @@ def solve(
     point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
     turn = 0.0 if direction is None else float(direction_weight)
     aim = _aim(design, point=point, weight=_only(count, -1), heading=heading, turn=turn)
-    options = options or InverseOptions()
+    options = options or _DEFAULT
     shape = find(design, scene, aim, options, batch)
     away = shape.points[..., -1, :] - wanted
-    distance = np.sqrt((away * away).sum(axis=-1))
+    distance = np.sqrt(np.einsum("...x,...x", away, away))
     if direction is None:
         return _answer(shape, distance, distance <= options.tolerance)
     chord = np.linalg.norm(section_axes(shape.points)[..., -1, :] - aimed, axis=-1)
@@ -159,7 +167,7 @@ def follow(
     )
     point = np.broadcast_to(wanted, (*batch, count, 3)).reshape(-1, count, 3).copy()
     share = share / share.sum()
-    options = options or InverseOptions()
+    options = options or _DEFAULT
     shape = find(design, scene, _aim(design, point=point, weight=np.sqrt(share)), options, batch)
     distance = np.sqrt((share * ((shape.points - wanted) ** 2).sum(axis=-1)).sum(axis=-1))
     return _answer(shape, distance, distance <= options.tolerance)
@@ -207,7 +215,7 @@ def curl(
     circle = np.concatenate(
         [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (middle, axis, width[..., None] / 2)], axis=-1
     ).reshape(-1, 7)
-    options = options or InverseOptions(tolerance=1e-3, tries=24)
+    options = options or _CURL
     touch = _touching(design, touching, float(width.min()))
     aim = _aim(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
     shape = find(design, scene, aim, replace(options, tolerance=1e-6), batch)
@@ -239,13 +247,22 @@ def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.nda
 def _aim(design: TrunkDesign, **parts: Any) -> Aim:
     """An aim of which all that is not given is left out."""
     rows = len(parts["circle"] if "circle" in parts else parts["point"])
+    return (_keep_no_aim(Same(design)) if rows == 1 else _no_aim(design, rows))._replace(**parts)
+
+
+def _no_aim(design: TrunkDesign, rows: int) -> Aim:
+    """An aim that wants nothing."""
     count, solid = design.n_section, design.solid
-    whole: dict[str, Any] = {
-        "point": np.zeros((rows, count, 3)), "weight": np.zeros(count), "heading": np.zeros((rows, 3)), "turn": 0.0,
-        "circle": np.zeros((rows, 7)), "touch": np.zeros(count), "deep": 0.0,
-        "hull": np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
-    }  # fmt: skip
-    return Aim(**(whole | parts))
+    return Aim(
+        np.zeros((rows, count, 3)), np.zeros(count), np.zeros((rows, 3)), 0.0, np.zeros((rows, 7)), np.zeros(count),
+        0.0, np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _keep_no_aim(same: Same) -> Aim:
+    """The same for one target, kept; nothing is written into it."""
+    return _no_aim(same.design, 1)
 
 
 def _answer(
@@ -257,8 +274,7 @@ def _answer(
     gap: np.ndarray | None = None,
 ) -> Reach:
     """The answer, in the batch's shape as all that it is given."""
-    status = np.where(is_reached, int(Status.CONVERGED), int(Status.OUT_OF_REACH))
-    status = np.where(shape.status == Status.NOT_CONVERGED, int(Status.NOT_CONVERGED), status)
+    status = np.where(shape.status == _NOT_CONVERGED, _NOT_CONVERGED, np.where(is_reached, _CONVERGED, _OUT_OF_REACH))
     tension = shape.cable_change * 0 if shape.forces is None else shape.forces.cable_tension
     return Reach(
         shape=shape, tension=tension, pull=shape.cable_change, distance=np.asarray(distance), status=status,
@@ -276,8 +292,9 @@ def _read_places(name: str, value: ArrayLike, axes: int) -> np.ndarray:
     array = read_numbers(name, value)
     if array.ndim < axes or array.shape[-1] != 3:
         raise ModelError(f"{name} has shape {array.shape}; allowed: (..., {'n_section, ' if axes == 2 else ''}3)")
-    if (np.abs(array) > _ANYWHERE).any():
-        raise ModelError(f"{name} has a coordinate of {np.abs(array).max():g} m; allowed: up to {_ANYWHERE:g} m")
+    farthest = max(map(abs, array.tolist())) if array.ndim == 1 else float(np.abs(array).max(initial=0.0))
+    if farthest > _ANYWHERE:
+        raise ModelError(f"{name} has a coordinate of {farthest:g} m; allowed: up to {_ANYWHERE:g} m")
     return array
 
 
@@ -300,7 +317,8 @@ def _read_widths(diameter: ArrayLike) -> np.ndarray:
 
 
 def _check_range(name: str, value: float, least: float, most: float) -> None:
-    if not least <= float(read_numbers(name, value)) <= most:
+    number = value if type(value) is float else float(read_numbers(name, value))
+    if not least <= number <= most:
         raise ModelError(f"{name} is {value!r}; allowed: {least:g} to {most:g}")
 
 

@@ -1,10 +1,11 @@
-"""Searches for tensions from several starts, each answer checked by solving its equilibrium from the straight trunk."""
+"""Searches for tensions from several starts, each answer being what the straight trunk goes to at its tensions."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import final
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, final
 
 import numpy as np
 
@@ -13,12 +14,11 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
 from spiraltrunk.model.compiled import share
-from spiraltrunk.model.inverse_starts import Stand, Starts, get_starts
+from spiraltrunk.model.inverse_starts import Stand, get_starts
 from spiraltrunk.model.kernels.aim import Aim
-from spiraltrunk.model.kernels.balance import Trunk
-from spiraltrunk.model.kernels.batch import Problem, Solution
-from spiraltrunk.model.kernels.inverse import Found, rank, search_rows
+from spiraltrunk.model.kernels.seek import Limits, seek_rows
 from spiraltrunk.model.loading import Fields, Loads, base_orientation, read_fields, read_numbers
+from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape
 from spiraltrunk.model.statics import StaticsOptions
 
@@ -109,105 +109,32 @@ def find(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions, b
     Returns:
         Shapes with the batch's axes.
     """
-    rows, search = len(scene.theta_0), _Search.of(design, scene, aim, options)
-    ranked = _rank(design, scene, aim, options)
-    best, norm = np.zeros((rows, design.n_cable)), np.full(rows, np.inf)
-    todo, found = np.arange(rows), search.found
-    for attempt in range(min(options.tries, options.samples)):
-        for b in todo:
-            start = ranked[b].pick(attempt, _APART * design.length)
-            found.tension[b], found.bend[b] = ranked[b].starts.tension[start], ranked[b].starts.bend[start]
-        search.run(todo, options.rounds)
-        nearer = todo[found.norm[todo] < norm[todo]]
-        norm[nearer], best[nearer] = found.norm[nearer], found.tension[nearer]
-        todo = todo[norm[todo] > options.tolerance]
-        if not todo.size:
-            break
-    lost = todo[found.norm[todo] != norm[todo]]
-    if lost.size:  # The last attempt was not the best one.
-        found.tension[lost] = best[lost]
-        search.run(lost, 0)
-    return statics.read_out(search.solution, batch)
+    trunk, straight = statics.get_trunk(design, options.statics)
+    base, weights = _read_stands(design, scene)
+    problem = statics.pose_tensions(design, straight, base, weights, options.statics)
+    solution, length = statics.make_room(trunk, len(base)), design.length
+    limits = Limits(
+        options.tries, options.rounds, options.tolerance, _APART * length, _CLOSE * length,
+        3 if options.statics.has_torsion else 2,
+    )  # fmt: skip
+    for stand, members in _group(scene).items():
+        starts = get_starts(design, _near(stand), options.samples, options.statics)
+        rows, turn = np.array(members), base[members[0]] @ starts.base.T
+        _seek(rows, limits, (trunk, problem, aim, starts.known, turn, solution))
+    return statics.read_out(solution, batch)
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class _Search:
-    """All that the kernel reads and fills, one row a target."""
-
-    trunk: Trunk
-    nd: int
-    problem: Problem
-    aim: Aim
-    found: Found
-    solution: Solution
-    tolerance: float
-
-    @classmethod
-    def of(cls, design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions) -> _Search:
-        rows = len(scene.theta_0)
-        trunk, straight = statics.get_trunk(design, options.statics)
-        base, weights = _read_stands(design, scene)
-        return cls(
-            trunk=trunk, nd=3 if options.statics.has_torsion else 2, aim=aim,
-            problem=statics.pose_tensions(straight, base, weights, design.cable.tension_max, options.statics),
-            found=Found(np.zeros((rows, design.n_cable)), np.zeros((rows, design.n_joint, 3)), np.zeros(rows)),
-            solution=statics.make_room(trunk, rows), tolerance=options.tolerance,
-        )  # fmt: skip
-
-    def run(self, rows: np.ndarray, rounds: int) -> None:
-        """Search some rows, on all cores where there are enough, and in chunks so that Ctrl-C is heard."""
-
-        def search(first: int, last: int) -> None:
-            search_rows(
-                rows[first:last], rounds, self.tolerance, self.nd, self.trunk, self.problem, self.aim, self.found,
-                self.solution,
-            )  # fmt: skip
-
-        share(search, rows.size, _CHUNK)
-
-
-@final
-@dataclass(kw_only=True)
-class _Ranked:
-    """Known equilibria of a target's stand, and how far each is from the target."""
-
-    starts: Starts
-    score: np.ndarray
-    order: np.ndarray | None = None
-
-    def pick(self, attempt: int, apart: float) -> int:
-        """Start of an attempt: the nearest, then in turns the next one, and the next far from those before."""
-        if attempt == 0:
-            return int(self.score.argmin())
-        if self.order is None:
-            self.order = np.argsort(self.score, kind="stable")
-        return _pick(self.starts, self.order, attempt, apart)
-
-
-def _pick(starts: Starts, order: np.ndarray, attempt: int, apart: float) -> int:
-    """Start of an attempt: in turns the next in the order, and the next whose tip is ``apart`` from those before."""
-    if attempt % 2 == 0:
-        return int(order[attempt // 2])
-    tips = starts.points[order, -1]
-    chosen, is_free = 0, np.full(len(order), True)
-    for _ in range(attempt // 2 + 1):
-        is_free &= np.linalg.norm(tips - tips[chosen], axis=-1) > apart
-        if not is_free.any():
-            return int(order[attempt % len(order)])
-        chosen = int(is_free.argmax())
-    return int(order[chosen])
+def _seek(rows: np.ndarray, limits: Limits, scene: tuple[Any, ...]) -> None:
+    """Seek some targets, on all cores where there are enough, and in chunks so that Ctrl-C is heard."""
+    share(lambda first, last: seek_rows(rows[first:last], limits, *scene), rows.size, _CHUNK)
 
 
 def _read_stands(design: TrunkDesign, scene: Scene) -> tuple[np.ndarray, Fields]:
     """Base and weights of every row in the arrays that the kernels read."""
     if len(scene.theta_0) == 1:
         one = _stand(scene, 0)
-        base, weights = base_orientation(one.theta_0, one.roll)[None], read_fields(design, one.loads)
-        return base, Fields(
-            direction=weights.direction.copy()[None], factor=weights.factor.copy()[None],
-            moment=weights.moment.copy()[None],
-        )  # fmt: skip
+        base, loads = base_orientation(one.theta_0, one.roll)[None], one.loads
+        return base, _own_weight(Same(design)) if loads is None else _read_row(design, loads)
     weights = read_fields(design, scene.loads)
     return np.array(base_orientation(scene.theta_0, scene.roll), order="C"), Fields(
         direction=np.array(weights.direction, order="C"), factor=np.array(weights.factor, order="C"),
@@ -215,30 +142,36 @@ def _read_stands(design: TrunkDesign, scene: Scene) -> tuple[np.ndarray, Fields]
     )  # fmt: skip
 
 
-def _rank(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions) -> list[_Ranked]:
-    """Known equilibria of every row, and how far they are."""
+@lru_cache(maxsize=64)
+def _own_weight(same: Same) -> Fields:
+    return _read_row(same.design, None)
+
+
+def _read_row(design: TrunkDesign, loads: Loads | None) -> Fields:
+    """Weights of the one row in arrays of their own."""
+    weights = read_fields(design, loads)
+    return Fields(
+        direction=weights.direction.copy()[None], factor=weights.factor.copy()[None], moment=weights.moment.copy()[None]
+    )
+
+
+def _group(scene: Scene) -> dict[Stand, list[int]]:
+    """Rows that stand and are loaded alike."""
+    if len(scene.theta_0) == 1:
+        return {_stand(scene, 0): [0]}
     groups: dict[Stand, list[int]] = {}
     for b in range(len(scene.theta_0)):
         groups.setdefault(_stand(scene, b), []).append(b)
-    ranked: dict[int, _Ranked] = {}
-    for stand, rows in groups.items():
-        starts, turn = _known(design, stand, options)
-        score = np.empty((len(rows), options.samples))
-        rank(np.array(rows), aim, (starts.points, starts.heads), turn, score)
-        score += np.minimum(score, _CLOSE * design.length) * starts.effort
-        ranked.update((b, _Ranked(starts=starts, score=own)) for b, own in zip(rows, score, strict=True))
-    return [ranked[b] for b in range(len(scene.theta_0))]
+    return groups
 
 
-def _known(design: TrunkDesign, stand: Stand, options: InverseOptions) -> tuple[Starts, np.ndarray]:
-    """Equilibria solved for a stand and loads near these, and the turn that brings them to this stand."""
-    near = replace(
-        stand, theta_0=_STEP * round(stand.theta_0 / _STEP), roll=2 * _STEP * round(stand.roll / (2 * _STEP)),
-        mass=round(20 * stand.mass) / 20,
-        force=None if stand.force is None else tuple(round(2 * part) / 2 for part in stand.force),
+def _near(stand: Stand) -> Stand:
+    """The stand and loads near these for which starts are solved."""
+    force = None if stand.force is None else tuple(round(2 * part) / 2 for part in stand.force)
+    return Stand(
+        _STEP * round(stand.theta_0 / _STEP), 2 * _STEP * round(stand.roll / (2 * _STEP)), round(20 * stand.mass) / 20,
+        stand.section, force, stand.force_section,
     )  # fmt: skip
-    base, other = base_orientation(stand.theta_0, stand.roll), base_orientation(near.theta_0, near.roll)
-    return get_starts(design, near, options.samples, options.statics), base @ other.T
 
 
 def _stand(scene: Scene, b: int) -> Stand:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import final
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model import statics
-from spiraltrunk.model.loading import Loads
+from spiraltrunk.model.kernels.seek import Known
+from spiraltrunk.model.loading import Loads, base_orientation
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.statics import StaticsOptions
 
@@ -28,18 +29,12 @@ _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Starts:
-    """Known equilibria, s of them."""
+    """Known equilibria of one stand."""
 
-    tension: np.ndarray
-    """Shape (s, n_cable) [N]."""
-    effort: np.ndarray
-    """By which part of its distance each ranks behind a slack one, shape (s,) [-]."""
-    bend: np.ndarray
-    """Bends of the joints, shape (s, n_joint, 3) [rad]."""
-    points: np.ndarray
-    """Section ends, shape (s, n_section, 3) [m]."""
-    heads: np.ndarray
-    """Axes of the sections, shape (s, n_section, 3) [-]."""
+    known: Known
+    """They themselves."""
+    base: np.ndarray
+    """Axes of the base for which they were solved, shape (3, 3) [-]."""
 
 
 @final
@@ -87,13 +82,12 @@ def compute_starts(design: TrunkDesign, stand: Stand, count: int, options: Stati
         roll=stand.roll,
         loads=stand.loads,
         friction=0.0,
-        options=options,
+        options=replace(options, creep=None),
     )
     bend = np.zeros((count, design.n_joint, 3)) if shape.history is None else shape.history.bend
-    return Starts(
-        tension=tension, effort=_CROSSED * (tension / design.cable.tension_max).mean(axis=1), bend=bend,
-        points=shape.points, heads=section_axes(shape.points),
-    )  # fmt: skip
+    effort = _CROSSED * (tension / design.cable.tension_max).mean(axis=1)
+    known = Known(tension, effort, bend, shape.points, section_axes(shape.points))
+    return Starts(known=known, base=base_orientation(stand.theta_0, stand.roll))
 
 
 def sample_tensions(design: TrunkDesign, count: int) -> np.ndarray:

@@ -54,7 +54,7 @@ def solve_points(
         for w in range(n):
             if lanes[1, w] > 0.0:
                 _shorten_one(pull[first + w], t, rest, gap[:, w])
-        _bend_lanes(theta_0 if is_rest else math.nan, t, gap, lanes, (ends, bend), (first, first + n))
+        _bend_lanes(theta_0 if is_rest else math.nan, t, gap, lanes, (ends, bend, first, first + n))
         first += n
 
 
@@ -95,12 +95,10 @@ def _bend_lanes(
     t: Table,
     gap: np.ndarray,
     lanes: np.ndarray,
-    answers: tuple[np.ndarray, np.ndarray],
-    span: tuple[int, int],
+    answers: tuple[np.ndarray, np.ndarray, int, int],
 ) -> None:
-    """Bends and section ends of trunks ``span[0]`` to ``span[1]``, one in each lane, from the base to the tip."""
-    ends, bend = answers
-    a, b = span
+    """Section ends and bends of every lane, from the base to the tip: ``answers``, of trunks a to b of theirs."""
+    ends, bend, a, b = answers
     x, y, c, s = ends[0, 0, a:b], ends[1, 0, a:b], lanes[2], lanes[3]
     cos, sin = math.cos(t.limit), math.sin(t.limit)
     for w in range(b - a):

@@ -152,11 +152,17 @@ def give_way(work, system, rates):
         solve_factored(work.factor, system.slopes[c], rates[c])
         for row in range(rates.shape[1]):
             rates[c, row] = -rates[c, row]
-        for i in range(system.pressed.shape[0]):
-            if system.pressed[i]:
-                tangent = rates[c, i * nd + 1]
-                rates[c, i * nd] = -system.normal[i, 1] * tangent
-                rates[c, i * nd + 1] = system.normal[i, 0] * tangent
+        turn_back(rates[c], system, nd)
+
+
+@compiled
+def turn_back(step, system, nd):
+    """A step of the reduced equations in the joints' own axes, in place."""
+    for i in range(system.pressed.shape[0]):
+        if system.pressed[i]:
+            tangent = step[i * nd + 1]
+            step[i * nd] = -system.normal[i, 1] * tangent
+            step[i * nd + 1] = system.normal[i, 0] * tangent
 
 
 @compiled

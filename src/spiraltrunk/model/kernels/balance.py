@@ -139,8 +139,14 @@ def cable_tension(gap_sum, c, tension, control, penalty):
 @compiled
 def merit(q, case, tension, penalty, work):
     """Energy plus what cables and friction add [J]; leaves ``work`` placed at ``q``."""
+    place(q, case.base, case.trunk, work)
+    return merit_placed(q, case, tension, penalty, work)
+
+
+@compiled
+def merit_placed(q, case, tension, penalty, work):
+    """`merit` where ``work`` is placed at ``q`` already."""
     trunk, control, friction = case.trunk, case.control, case.friction
-    place(q, case.base, trunk, work)
     energy = weight_energy(work.frames, trunk.length, case.field)
     for i in range(q.shape[0]):
         for a in range(work.first.shape[1]):

@@ -49,10 +49,12 @@ def _is_bent(q, i, limit):
 def reduce(q, trunk, work, system):
     """Copy the equations of ``work`` to ``system`` and reduce those of the joints pressed against their limit."""
     nd, rim = work.first.shape[1], system.rim
-    for row in range(work.hessian.shape[0]):
-        system.gradient[row] = work.gradient[row // nd, row % nd]
+    for i in range(q.shape[0]):
+        for a in range(nd):
+            system.gradient[i * nd + a] = work.gradient[i, a]
         for c in range(work.gap.shape[1]):
-            system.slopes[c, row] = work.slope[row // nd, c, row % nd]
+            for a in range(nd):
+                system.slopes[c, i * nd + a] = work.slope[i, c, a]
     for i in range(q.shape[0]):
         system.pressed[i], system.reaction[i] = False, 0.0
         if on_rim(q, i, trunk, rim):

@@ -1,8 +1,7 @@
 """Tensions whose equilibrium is nearest to a target: Levenberg and Marquardt's method within bounds.
 
 The unknowns are the tensions alone. Every step moves the shape along with them by the equilibrium's own slope, so that
-the next equilibrium is a step or two of Newton's method away. What is found counts by the equilibrium that its tensions
-have from the straight trunk.
+the next equilibrium is a step or two of Newton's method away.
 """
 
 from __future__ import annotations
@@ -14,10 +13,8 @@ import numpy as np
 
 from spiraltrunk.model.kernels import compiled
 from spiraltrunk.model.kernels.aim import chain_rates, give_way, miss, miss_rates, see
-from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
-from spiraltrunk.model.kernels.batch import NUDGE, write_row
 from spiraltrunk.model.kernels.cone import move
-from spiraltrunk.model.kernels.newton import STEP, dot, guarded_factor, largest_turn, room_for_steps, solve_safely
+from spiraltrunk.model.kernels.newton import STEP, dot, guarded_factor, largest_turn, solve_safely
 
 BALANCED = 1e-7
 """Largest moment left at a joint near the target [N m]; about a thousandth of a millimetre at the tip."""
@@ -31,17 +28,6 @@ FRUGAL = 1e-5
 """The largest tension counts like this distance [m], so that tensions that change nothing do not grow."""
 FLAT = 1e-9
 """Part of the cost below which a gain ends the search [-]."""
-
-
-class Found(NamedTuple):
-    """Where the search starts and what it ends with, one row a target."""
-
-    tension: np.ndarray
-    """Shape (b, n_cable) [N]."""
-    bend: np.ndarray
-    """Shape (b, n_joint, 3) [rad]."""
-    norm: np.ndarray
-    """Norm of the residuals of the equilibrium from the straight trunk, shape (b,) [m]."""
 
 
 class Room(NamedTuple):
@@ -78,31 +64,9 @@ def room_for_search(n_joint, n_cable, nd):
 
 
 @compiled
-def search_rows(rows, rounds, enough, nd, trunk, problem, aim, found, solution):
-    """Tensions for the targets ``rows``, in place in ``found``, until the residuals' norm is ``enough`` [m].
-
-    With no ``rounds`` the tensions are those given. ``solution`` receives their equilibria from the straight trunk.
-    """
-    n_joint, n_cable = trunk.before.shape[0], trunk.before.shape[1]
-    work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
-    room, idle = room_for_search(n_joint, n_cable, nd), np.zeros((n_joint, n_cable))
-    friction = Friction(idle, idle, idle, 0.0)
-    for b in rows:
-        control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
-        field = (problem.direction[b], problem.factor[b], problem.moment[b])
-        case = Case(problem.base[b], trunk, field, control, friction)
-        if rounds > 0:
-            search(b, rounds, enough, case, aim, found, work, system, room)
-        solve_anew(b, case, problem, found, solution, work, system)
-        see(work, trunk.length, room.points, room.heads)
-        found.norm[b] = math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
-
-
-@compiled
-def search(b, rounds, enough, case, aim, found, work, system, room):
-    """Tensions for target ``b`` from the start in ``found``, in place."""
+def search(b, rounds, enough, case, aim, work, system, room):
+    """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q``, ``kept``."""
     most = case.control.most
-    room.trial[:], room.tension[:] = found.bend[b], found.tension[b]
     room.q[:], room.kept[:] = room.trial, room.tension
     room.state[0], room.state[1], room.state[2], room.state[3] = 1e300, 1e-6, 1e300, 1.0
     for _ in range(rounds):
@@ -113,19 +77,6 @@ def search(b, rounds, enough, case, aim, found, work, system, room):
             break
         bounded_step(room, most)
         propose(case.trunk, most, system, room)
-    found.tension[b], found.bend[b] = room.kept, room.q
-
-
-@compiled
-def solve_anew(b, case, problem, found, solution, work, system):
-    """Row ``b`` of the solution: the equilibrium at the tensions found, from the straight trunk."""
-    q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
-    q[:, 0], q[:, 1], q[:, 2], tension[:] = NUDGE, NUDGE, 0.0, found.tension[b]
-    residual, violation, steps = solve_safely(
-        q, tension, case, problem.friction[2], int(problem.friction[3]), work, system
-    )
-    figures[0], figures[1], figures[2] = residual, violation, steps
-    write_row(b, case, work, system, problem, solution)
 
 
 @compiled
@@ -222,25 +173,3 @@ def propose(trunk, most, system, room):
     room.trial[:] = system.trial
     for c in range(most.shape[0]):
         room.tension[c] = min(max(room.kept[c] + share * room.step[c], 0.0), most[c])
-
-
-@compiled
-def rank(rows, aim, starts, turn, score):
-    """Norm of the residuals of the targets ``rows`` at every start, turned to this stand, into ``score`` (b, s) [m]."""
-    places, axes = starts
-    residual, points, heads = np.zeros(5 * places.shape[1] + 3), np.zeros(places.shape[1:]), np.zeros(places.shape[1:])
-    last = places.shape[1] - 1
-    for s in range(score.shape[1]):
-        for n in range(last + 1):
-            if aim.deep != 0.0 or aim.weight[n] != 0.0:
-                _turn(turn, places[s, n], points[n])
-            if aim.deep != 0.0 or n == last:
-                _turn(turn, axes[s, n], heads[n])
-        for k in range(rows.shape[0]):
-            score[k, s] = math.sqrt(2 * miss(rows[k], points, heads, aim, residual))
-
-
-@compiled
-def _turn(turn, vector, out):
-    for x in range(3):
-        out[x] = turn[x, 0] * vector[0] + turn[x, 1] * vector[1] + turn[x, 2] * vector[2]

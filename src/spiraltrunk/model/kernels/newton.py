@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spiraltrunk.model.kernels import compiled
-from spiraltrunk.model.kernels.balance import Case, Control, Trunk, linearise_placed, merit, place
+from spiraltrunk.model.kernels.balance import Case, Control, Trunk, linearise_placed, merit, merit_placed, place
 from spiraltrunk.model.kernels.cone import move, press_outward, pull_inside, reduce
 from spiraltrunk.model.kernels.linear import factorise, solve_factored, solve_small
 
@@ -211,8 +211,11 @@ def tensions_at(gap, control, tension, penalty, pulls):
 
 @compiled
 def search(q, case, multiplier, penalty, slope, work, system):
-    """Walk along the step until the merit has fallen enough; returns the share taken, 0 where it never falls."""
-    before = merit(q, case, multiplier, penalty, work)
+    """Walk along the step until the merit has fallen enough; returns the share taken, 0 where it never falls.
+
+    ``work`` is placed at ``q``, and after where it has fallen.
+    """
+    before = merit_placed(q, case, multiplier, penalty, work)
     share = min(1.0, STEP / max(largest_turn(system.step, q.shape[0]), 1e-300))
     noise = 1e-14 * (abs(before) + 1.0)
     for _ in range(30):
@@ -253,7 +256,12 @@ def look(q, tension, pulls, case, penalty, work, system):
         tensions_at(work.gap, case.control, tension, penalty, pulls)
     linearise_placed(q, case, pulls, work)
     reduce(q, case.trunk, work, system)
-    return np.abs(system.gradient).max(), find_excess(work.gap, case.control, pulls, system)
+    left = 0.0
+    for row in range(system.gradient.shape[0]):
+        size = abs(system.gradient[row])
+        if not size <= left and left == left:  # What is not a number stays.
+            left = size
+    return left, find_excess(work.gap, case.control, pulls, system)
 
 
 @compiled

@@ -1,0 +1,122 @@
+"""The short way to a target: shape and tensions in one Newton iteration, where that converges at once.
+
+A step takes away what the bends are out of balance by, and moves the tensions by what the target is then still missed
+by, both from one factor of the energy's Hessian. Nothing guards it but a count: where it does not converge quickly, the
+search that balances every shape on its way takes over.
+"""
+
+from __future__ import annotations
+
+import math
+
+from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels.aim import chain_rates, give_way, miss, miss_rates, see, turn_back
+from spiraltrunk.model.kernels.balance import place
+from spiraltrunk.model.kernels.cone import move
+from spiraltrunk.model.kernels.inverse import BALANCED, bounded_step, normal_equations
+from spiraltrunk.model.kernels.linear import factorise, solve_factored
+from spiraltrunk.model.kernels.newton import PENALTY, STEP, descend, largest_turn, look, pursue_step
+
+DASHES = 10
+"""Most steps."""
+SLACKENING = 0.5
+"""Part of the last distance that is left, of target and balance together, above which a step counts as failed [-]."""
+FAILURES = 2
+"""Failed steps after which it is given up."""
+LEVER = 1.0
+"""Turns a moment that is left into a distance when the two are added [m/(N m)]."""
+DAMPING = 1e-9
+"""Levenberg and Marquardt's, next to none [-]."""
+SAME = 0.3
+"""Difference of all bends within which an iteration goes to the shape that it has come so near to [rad]."""
+RETRACED = 40
+"""Steps from the straight trunk after which it is not followed any further."""
+
+
+@compiled
+def dash(b, enough, tolerance, case, aim, work, system, room):
+    """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q`` and ``kept``.
+
+    Returns whether the target is met within half of ``enough`` [m], in balance within ``tolerance`` [N m], and the
+    moment left [N m]; then ``work`` and ``system`` hold the equations there.
+    """
+    q, tension, trunk, before, failures = room.q, room.kept, case.trunk, 1e300, 0
+    q[:], tension[:], room.state[1] = room.trial, room.tension, DAMPING
+    for _ in range(DASHES):
+        place(q, case.base, trunk, work)
+        left, _ = look(q, tension, room.tension, case, 0.0, work, system)
+        see(work, trunk.length, room.points, room.heads)
+        norm = math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
+        if left <= tolerance and norm <= 0.5 * enough:
+            return True, left
+        now = norm + LEVER * left
+        failures += 1 if now > SLACKENING * before else 0
+        before = now
+        if failures > FAILURES or not factorise(work.hessian, work.factor, system.weight, 0.0):
+            return False, left
+        dash_step(b, left <= BALANCED and norm <= 0.5 * enough, case, aim, work, system, room)
+    return False, left
+
+
+@compiled
+def dash_step(b, is_met, case, aim, work, system, room):
+    """One step of bends and tensions from the equations in ``system``, whose factor is in ``work``.
+
+    Where the target is met already the bends alone move, to balance at these tensions.
+    """
+    trunk, most, step = case.trunk, case.control.most, system.step
+    solve_factored(work.factor, system.gradient, step)
+    for row in range(step.shape[0]):
+        step[row] = -step[row]
+    turn_back(step, system, work.first.shape[1])
+    room.step[:] = 0.0
+    if not is_met:
+        aim_step(b, case, aim, work, system, room)
+    share = min(1.0, STEP / max(largest_turn(step, room.q.shape[0]), 1e-300))
+    system.pressed[:] = False  # The step is in the joints' own axes already.
+    move(room.q, trunk, system, share)
+    room.q[:] = system.trial
+    for c in range(most.shape[0]):
+        room.kept[c] = min(max(room.kept[c] + share * room.step[c], 0.0), most[c])
+
+
+@compiled
+def aim_step(b, case, aim, work, system, room):
+    """Tensions' step towards the target, into ``room.step``, and what it moves the bends by, added to their step."""
+    trunk, most, step = case.trunk, case.control.most, system.step
+    chain_rates(step, work, trunk.length, room.ends, room.turns)
+    miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[0])
+    room.residual[:] += room.slopes[0]
+    give_way(work, system, room.rates)
+    for c in range(most.shape[0]):
+        chain_rates(room.rates[c], work, trunk.length, room.ends, room.turns)
+        miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
+    normal_equations(room, most)
+    bounded_step(room, most)
+    for c in range(most.shape[0]):
+        for row in range(step.shape[0]):
+            step[row] += room.step[c] * room.rates[c, row]
+
+
+@compiled
+def comes_to(near, q, tension, case, work, system):
+    """Whether the iteration from ``q`` at these tensions, all given, comes as near as `SAME` to the shape ``near``."""
+    pulls = tension.copy()
+    place(q, case.base, case.trunk, work)
+    for _ in range(RETRACED):
+        look(q, tension, pulls, case, 0.0, work, system)
+        descend(q, case.trunk, work, system, False)
+        if not pursue_step(q, tension, case, case, PENALTY, work, system):
+            return False
+        if _difference(q, near) < SAME:
+            return True
+    return False
+
+
+@compiled
+def _difference(first, second):
+    worst = 0.0
+    for i in range(first.shape[0]):
+        for a in range(first.shape[1]):
+            worst = max(worst, abs(first[i, a] - second[i, a]))
+    return worst
