@@ -62,12 +62,14 @@ def time_batch() -> dict[str, float]:
     pulls = np.random.default_rng(0).uniform(0.0, MOST, COUNT)
     asked = pulls, np.array([TILT])
     ends, bend = np.zeros((3, PAPER.n_section, COUNT)), np.empty((PAPER.n_joint, COUNT))
+    own = reference.bend_dorsal_points(PAPER, pulls, TILT)
     constants, law, block = prepare(PAPER).constants, NumpyBending(TILT), np.empty(COUNT * WRITTEN // 8)
     calls = {
         "laws alone": lambda: solve_points(asked, constants, ends, bend, (0, COUNT)),
         "bend_dorsal_points": lambda: reference.bend_dorsal_points(PAPER, pulls, TILT),
+        "the same, out given": lambda: reference.bend_dorsal_points(PAPER, pulls, TILT, out=own),
         "bend_dorsal, whole shapes": lambda: reference.bend_dorsal(PAPER, pulls, TILT),
-        "NumPy over arrays": lambda: law.bend(pulls),
+        "NumPy over arrays": lambda: law.bend(pulls, ends),
         "floor: memory written": lambda: block.fill(1.0),
         "floor: new memory written": lambda: np.empty_like(block).fill(1.0),
     }

@@ -172,3 +172,14 @@ def test_a_failed_write_leaves_the_earlier_figures(tmp_path, monkeypatch):
         script.main(["--out", str(tmp_path)])
     assert [path.name for path in tmp_path.iterdir()] == ["speed.json"]
     assert (tmp_path / "speed.json").read_text() == "{}"
+
+
+def test_a_bare_hanging_trunk_with_a_slack_cable_balances_in_one_shape():
+    ways = _load("statics_ways")
+    assert ways.count_two("paper", ways.KINDS["hangs or lies, a cable slack"], 300, 1) == 0
+
+
+def test_a_loaded_trunk_may_balance_in_two_shapes():
+    """Or the count above would say nothing."""
+    ways = _load("statics_ways")
+    assert ways.count_two("paper", ways.KINDS["hangs or lies, all cables pull"], 2000, 1) > 0

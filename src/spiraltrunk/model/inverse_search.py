@@ -113,12 +113,12 @@ def find(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions, b
     base, weights = _read_stands(design, scene)
     problem = statics.pose_tensions(design, straight, base, weights, options.statics)
     solution, length = statics.make_room(trunk, len(base)), design.length
-    limits = Limits(
-        options.tries, options.rounds, options.tolerance, _APART * length, _CLOSE * length,
-        3 if options.statics.has_torsion else 2,
-    )  # fmt: skip
     for stand, members in _group(scene).items():
         starts = get_starts(design, _near(stand), options.samples, options.statics)
+        limits = Limits(
+            options.tries, options.rounds, options.tolerance, _APART * length, _CLOSE * length,
+            3 if options.statics.has_torsion else 2, starts.slack, stand.loads is None,
+        )  # fmt: skip
         rows, turn = np.array(members), base[members[0]] @ starts.base.T
         _seek(rows, limits, (trunk, problem, aim, starts.known, turn, solution))
     return statics.read_out(solution, batch)

@@ -35,6 +35,8 @@ class Starts:
     """They themselves."""
     base: np.ndarray
     """Axes of the base for which they were solved, shape (3, 3) [-]."""
+    slack: float
+    """Tension up to which a cable hardly pulls against the others [N]."""
 
 
 @final
@@ -87,7 +89,8 @@ def compute_starts(design: TrunkDesign, stand: Stand, count: int, options: Stati
     bend = np.zeros((count, design.n_joint, 3)) if shape.history is None else shape.history.bend
     effort = _CROSSED * (tension / design.cable.tension_max).mean(axis=1)
     known = Known(tension, effort, bend, shape.points, section_axes(shape.points))
-    return Starts(known=known, base=base_orientation(stand.theta_0, stand.roll))
+    base = base_orientation(stand.theta_0, stand.roll)
+    return Starts(known=known, base=base, slack=least_tension(design))
 
 
 def sample_tensions(design: TrunkDesign, count: int) -> np.ndarray:

@@ -14,7 +14,7 @@ from spiraltrunk.model.kernels.aim import chain_rates, give_way, miss, miss_rate
 from spiraltrunk.model.kernels.balance import place
 from spiraltrunk.model.kernels.cone import move
 from spiraltrunk.model.kernels.inverse import BALANCED, bounded_step, normal_equations
-from spiraltrunk.model.kernels.linear import factorise, solve_factored
+from spiraltrunk.model.kernels.linear import factorise
 from spiraltrunk.model.kernels.newton import PENALTY, STEP, descend, largest_turn, look, pursue_step
 
 DASHES = 10
@@ -65,9 +65,7 @@ def dash_step(b, is_met, case, aim, work, system, room):
     Where the target is met already the bends alone move, to balance at these tensions.
     """
     trunk, most, step = case.trunk, case.control.most, system.step
-    solve_factored(work.factor, system.gradient, step)
-    for row in range(step.shape[0]):
-        step[row] = -step[row]
+    descend(room.q, trunk, work, system, True)
     turn_back(step, system, work.first.shape[1])
     room.step[:] = 0.0
     if not is_met:

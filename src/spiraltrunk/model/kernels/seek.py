@@ -46,6 +46,10 @@ class Limits(NamedTuple):
     """Distance beyond which a start's tension ranks it no further behind [m]."""
     nd: int
     """Bends of a joint."""
+    slack: float
+    """Tension up to which a cable hardly pulls against the others [N]."""
+    is_bare: bool
+    """Whether no load hangs on the trunk."""
 
 
 @compiled
@@ -81,7 +85,7 @@ def seek(b, limits, case, problem, aim, known, score, solution, work, system, ro
         if not is_there:
             room.trial[:], room.tension[:] = known.bend[start], known.tension[start]
             search(b, limits.rounds, limits.enough, case, aim, work, system, room)
-        if not (is_there and is_found(b, left, case, solution, beside, room)):
+        if not (is_there and is_found(b, left, limits, case, solution, beside, room)):
             solve_anew(b, case, problem, solution, work, system, room)
         norm = look_at(b, case, aim, work, room)
         if norm < best:
@@ -102,16 +106,29 @@ def look_at(b, case, aim, work, room):
 
 
 @compiled
-def is_found(b, left, case, solution, beside, room):
+def is_found(b, left, limits, case, solution, beside, room):
     """Whether the equilibrium in ``room`` is what the iteration from the straight trunk goes to; if so, row ``b``."""
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
     _make_straight(q)
     tension[:] = room.kept
-    if not comes_to(room.q, q, tension, case, beside[0], beside[1]):
+    if not is_sole(limits, case, room) and not comes_to(room.q, q, tension, case, beside[0], beside[1]):
         return False
     q[:] = room.q
     figures[0], figures[1], figures[2] = left, 0.0, 0.0
     return True
+
+
+@compiled
+def is_sole(limits, case, room):
+    """Whether the trunk is one that balances in one shape alone, at the tensions in ``room.kept``.
+
+    Several shapes need cables that pull against each other, a load, or a trunk that stands up and may topple; without
+    these none was found in tens of thousands of draws (`benchmarks/statics_ways.py`).
+    """
+    down = 0.0
+    for x in range(3):
+        down += case.base[x, 0] * case.field[0][0, x]
+    return limits.is_bare and down >= 0.0 and room.kept.min() <= limits.slack
 
 
 @compiled
