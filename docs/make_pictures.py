@@ -17,8 +17,9 @@ from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.errors import RunError
 from spiraltrunk.model import workspace
-from spiraltrunk.record import compute_series, open_record, write_strip
+from spiraltrunk.record import compute_series, write_strip
 from spiraltrunk.report import write_filmstrip, write_overview
+from spiraltrunk.report.draft import write_folder
 from spiraltrunk.report.workspace import write_workspace
 from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.render import View, render_frames
@@ -43,7 +44,7 @@ def main() -> int:
     if not trial.verdict.success:
         print(f"make_pictures: the default grasp failed: {trial.verdict.reason}", file=sys.stderr)
         return 1
-    with open_record(IMAGES) as draft:
+    with write_folder(IMAGES, tuple(WIDTH)) as draft:
         series = compute_series(trial, DEFAULT_OBJECT)
         write_strip(trial, draft / "filmstrip.png", title=series.title)
         write_overview(series, draft / "overview.png")
