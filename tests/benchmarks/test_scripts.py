@@ -179,7 +179,7 @@ def test_a_bare_hanging_trunk_with_a_slack_cable_balances_in_one_shape():
     assert ways.count_two("paper", ways.KINDS["hangs or lies, a cable slack"], 300, 1) == 0
 
 
-def test_a_loaded_trunk_may_balance_in_two_shapes():
+def test_cables_that_all_pull_may_leave_two_shapes():
     """Or the count above would say nothing."""
     ways = _load("statics_ways")
-    assert ways.count_two("paper", ways.KINDS["hangs or lies, all cables pull"], 2000, 1) > 0
+    assert ways.count_two("paper", ways.KINDS["hangs or lies, all cables pull"], 1000, 1) > 0
