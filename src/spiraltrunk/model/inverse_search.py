@@ -16,6 +16,7 @@ from spiraltrunk.model import statics
 from spiraltrunk.model.compiled import share
 from spiraltrunk.model.inverse_starts import Stand, get_starts
 from spiraltrunk.model.kernels.aim import Aim
+from spiraltrunk.model.kernels.batch import Problem
 from spiraltrunk.model.kernels.seek import Limits, seek_rows
 from spiraltrunk.model.loading import Fields, Loads, base_orientation, read_fields, read_numbers
 from spiraltrunk.model.same import Same
@@ -111,7 +112,7 @@ def find(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions, b
     """
     trunk, straight = statics.get_trunk(design, options.statics)
     base, weights = _read_stands(design, scene)
-    problem = statics.pose_tensions(design, straight, base, weights, options.statics)
+    problem = _pose_tensions(design, straight, base, weights, options.statics)
     solution, length = statics.make_room(trunk, len(base)), design.length
     for stand, members in _group(scene).items():
         starts = get_starts(design, _near(stand), options.samples, options.statics)
@@ -122,6 +123,34 @@ def find(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions, b
         rows, turn = np.array(members), base[members[0]] @ starts.base.T
         _seek(rows, limits, (trunk, problem, aim, starts.known, turn, solution))
     return statics.read_out(solution, batch)
+
+
+def _pose_tensions(
+    design: TrunkDesign, straight: np.ndarray, base: np.ndarray, fields: Fields, options: StaticsOptions
+) -> Problem:
+    """Trunks without friction, one row a base, whose tensions up to the design's largest are yet to come."""
+    rows = len(base)
+    problem = _keep_problem(Same(design), options) if rows == 1 else _build_problem(design, rows, options)
+    return problem._replace(
+        base=base, direction=fields.direction, factor=fields.factor, moment=fields.moment, straight=straight
+    )
+
+
+def _build_problem(design: TrunkDesign, rows: int, options: StaticsOptions) -> Problem:
+    """The same without base and weight."""
+    count, nothing = design.n_cable, np.empty(0)
+    none, friction = np.zeros(count), np.array((0.0, options.hole_stiffness, options.tolerance, options.steps_most))
+    return Problem(
+        nothing, nothing, nothing, nothing, np.zeros((rows, count)), np.zeros((rows, 2, count)),
+        np.ones(rows, np.int64), np.full((rows, count), design.cable.tension_max), np.zeros((rows, 2)),
+        np.full(count, True), none, friction, none,
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _keep_problem(same: Same, options: StaticsOptions) -> Problem:
+    """The same for one trunk, kept; nothing is written into it."""
+    return _build_problem(same.design, 1, options)
 
 
 def _seek(rows: np.ndarray, limits: Limits, scene: tuple[Any, ...]) -> None:

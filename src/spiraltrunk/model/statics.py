@@ -221,34 +221,6 @@ def _keep_trunk(same: Same, options: StaticsOptions) -> tuple[Trunk, np.ndarray]
     return trunk, straight_length(trunk)
 
 
-def pose_tensions(
-    design: TrunkDesign, straight: np.ndarray, base: np.ndarray, fields: Fields, options: StaticsOptions
-) -> Problem:
-    """Trunks without friction, one row a base, whose tensions up to the design's largest are yet to come."""
-    rows = len(base)
-    problem = _keep_slack(Same(design), options) if rows == 1 else _slack(design, rows, options)
-    return problem._replace(
-        base=base, direction=fields.direction, factor=fields.factor, moment=fields.moment, straight=straight
-    )
-
-
-def _slack(design: TrunkDesign, rows: int, options: StaticsOptions) -> Problem:
-    """The same without base and weight."""
-    count, nothing = design.n_cable, np.empty(0)
-    none, friction = np.zeros(count), np.array((0.0, options.hole_stiffness, options.tolerance, options.steps_most))
-    return Problem(
-        nothing, nothing, nothing, nothing, np.zeros((rows, count)), np.zeros((rows, 2, count)),
-        np.ones(rows, np.int64), np.full((rows, count), design.cable.tension_max), np.zeros((rows, 2)),
-        np.full(count, True), none, friction, none,
-    )  # fmt: skip
-
-
-@lru_cache(maxsize=64)
-def _keep_slack(same: Same, options: StaticsOptions) -> Problem:
-    """The same for one trunk, kept; nothing is written into it."""
-    return _slack(same.design, 1, options)
-
-
 def _pose(
     straight: np.ndarray,
     drive: Drive,
