@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import inverse, statics
 from spiraltrunk.model.inverse_search import InverseOptions
+from spiraltrunk.model.inverse_starts import Stand, compute_starts
 from spiraltrunk.model.loading import Loads
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.model.wrap import predict_wrap
@@ -54,6 +57,17 @@ def test_answers_are_those_of_the_straight_trunk(stand: dict) -> None:
     reach = inverse.solve(presets.PAPER, wanted, **stand)
     again = statics.solve(presets.PAPER, tension=reach.tension, **stand)
     np.testing.assert_allclose(reach.points, again.points, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("angles", [(0.0, 90.0, 180.0), (0.0, 90.0, 180.0, 270.0)])
+def test_a_slack_cable_does_not_do_where_others_are_opposed(angles: tuple[float, ...]) -> None:
+    """Each answer is then looked at from the straight trunk, as others may pull against each other."""
+    cable = replace(presets.PAPER.cable, angles=tuple(np.radians(angles).tolist()))
+    opposed = replace(presets.PAPER, cable=cable)
+    stand = Stand(np.pi / 2, 0.0, 0.0, -1, None, -1)
+    starts = [compute_starts(design, stand, 4, statics.StaticsOptions()) for design in (presets.PAPER, opposed)]
+    assert starts[0].slack > 0
+    assert starts[1].slack < 0
 
 
 @pytest.mark.slow

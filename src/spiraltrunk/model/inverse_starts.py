@@ -22,6 +22,9 @@ _CROSSED = 0.3
 _SLACK = 0.23
 """Share of the samples in which a cable is slack [-]."""
 
+_OPPOSED = -0.51
+"""Cosine of the angle between two cables from which they count as opposed [-]: a little over 120 deg."""
+
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 """Bases of Halton's sequence, one per cable."""
 
@@ -36,7 +39,7 @@ class Starts:
     base: np.ndarray
     """Axes of the base for which they were solved, shape (3, 3) [-]."""
     slack: float
-    """Tension up to which a cable hardly pulls against the others [N]."""
+    """Tension of one cable up to which none pull against each other; infinitely negative where some still may [N]."""
 
 
 @final
@@ -90,7 +93,15 @@ def compute_starts(design: TrunkDesign, stand: Stand, count: int, options: Stati
     effort = _CROSSED * (tension / design.cable.tension_max).mean(axis=1)
     known = Known(tension, effort, bend, shape.points, section_axes(shape.points))
     base = base_orientation(stand.theta_0, stand.roll)
-    return Starts(known=known, base=base, slack=least_tension(design))
+    return Starts(known=known, base=base, slack=least_tension(design) if _is_slack_by_one(design) else -math.inf)
+
+
+def _is_slack_by_one(design: TrunkDesign) -> bool:
+    """Whether with any one cable slack no others pull against each other: three at most, none opposed to another."""
+    if design.n_cable < 3:
+        return True
+    side = design.cable_direction
+    return design.n_cable == 3 and float((side @ side.T).min()) > _OPPOSED
 
 
 def sample_tensions(design: TrunkDesign, count: int) -> np.ndarray:

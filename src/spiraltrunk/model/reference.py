@@ -99,7 +99,7 @@ def bend_dorsal_points(
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         as_authors: whether to use the authors' rounded numbers.
         out: an earlier answer of the same shape, written over and returned, but for z, which must still be 0; new
-            memory takes a third of the time.
+            memory takes nearly half of the time.
 
     Raises:
         ModelError: where a number is not finite or not allowed, cable 1 is not dorsal, or ``out`` does not fit.
