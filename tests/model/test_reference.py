@@ -259,6 +259,9 @@ def test_memory_of_another_answer_is_refused():
     copied = reference.PlaneShape(points=first.points.copy(), bend=first.bend)
     with pytest.raises(ModelError, match="out is laid out in another way"):
         reference.bend_dorsal_points(PAPER, np.zeros(4), 0.4, out=copied)
+    first.bend.flags.writeable = False
+    with pytest.raises(ModelError, match="out is laid out in another way"):
+        reference.bend_dorsal_points(PAPER, np.zeros(4), 0.4, out=first)
 
 
 def test_points_alone_share_what_the_base_cannot_take():

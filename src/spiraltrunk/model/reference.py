@@ -130,7 +130,7 @@ def _read_out(out: PlaneShape, batch: tuple[int, ...], n_joint: int) -> tuple[np
         raise ModelError(f"out.points has shape {out.points.shape}; allowed here: {shape}")
     ends, bend = out.points.reshape(n, n_joint + 1, 3).T, out.bend.reshape(n, n_joint).T
     are_ours = all(
-        array.dtype == float and array.flags.c_contiguous and np.may_share_memory(array, given)
+        array.dtype == float and array.flags.carray and np.may_share_memory(array, given)
         for array, given in ((ends, out.points), (bend, out.bend))
     )
     if not are_ours:
