@@ -7,7 +7,7 @@ VENV := .venv
 STAMP := $(VENV)/.complete
 BIN := $(VENV)/bin
 PIP_INSTALL := -m pip install --quiet --disable-pip-version-check
-PYTEST := $(BIN)/python -m pytest -n $(JOBS) --maxprocesses=8
+PYTEST := $(BIN)/python -m pytest -n $(JOBS) --maxprocesses=8 --dist worksteal
 
 .DEFAULT_GOAL := help
 .PHONY: help venv grasp test test-all check format bench trials docs clean distclean

@@ -40,7 +40,7 @@ from spiraltrunk.model import statics
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, Trunk, linearise, place, room_for_work
 from spiraltrunk.model.kernels.batch import find_ends
 from spiraltrunk.model.kernels.cone import reduce
-from spiraltrunk.model.kernels.newton import add_penalty, descend, find_excess, room_for_steps
+from spiraltrunk.model.kernels.newton import add_penalty, descend, find_excess, guarded_factor, room_for_steps
 from spiraltrunk.model.loading import base_orientation, read_fields
 from spiraltrunk.model.shape import Forces, History, Shape, Status
 from spiraltrunk.report.draft import write_draft
@@ -171,7 +171,8 @@ def balance(case: dict[str, Any], rest: Settled) -> tuple[float, float]:
     find_excess(work.gap, posed.control, tension, system)
     missing = float(np.abs(system.gradient).max())
     add_penalty(system, posed.control, TRUNK.cable_gain, work.hessian)
-    descend(bend, trunk, work, system, False)
+    guarded_factor(work, system.weight)
+    descend(bend, trunk, work, system)
     step, normal = system.step.reshape(-1, 2), system.normal
     along = step[:, 1:] * np.stack([-normal[:, 1], normal[:, 0]], axis=-1)
     bend[:, :2] += np.where(system.pressed[:, None], along, step)

@@ -1,6 +1,65 @@
-"""Settings for all tests."""
+"""Settings for all tests, and the order in which two processes share them."""
 
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Generator
+from pathlib import Path
+
+import pytest
 from hypothesis import HealthCheck, settings
+
+from spiraltrunk.design import presets
+from spiraltrunk.model import inverse, reference, statics
 
 settings.register_profile("spiraltrunk", deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("spiraltrunk")
+
+HERE = Path(__file__).parent
+WITHOUT_MODELS = (
+    "architecture/", "cad/", "cli/test_design", "cli/test_grasp", "cli/test_signals", "cli/test_survey", "design/",
+    "report/test_plots", "sim/test_arm", "sim/test_grasp", "sim/test_object", "sim/test_p", "sim/test_settle",
+    "sim/test_trunk", "strategies/test_push", "strategies/test_strategies", "survey/",
+)  # fmt: skip
+"""Folders and files of tests that no model is compiled for."""
+
+
+def uses_models(item: pytest.Item) -> bool:
+    """Whether what the models are compiled to may be needed."""
+    path = item.path.relative_to(HERE).as_posix()
+    return not path.startswith(WITHOUT_MODELS)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests without models in the middle: of two processes one starts there, while the other compiles the models."""
+    with_models = [item for item in items if uses_models(item)]
+    without = [item for item in items if not uses_models(item)]
+    first = min(len(items) // 2, len(with_models))
+    items[:] = with_models[:first] + without + with_models[first:]
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Outside the time that a test has, compile what it may need, in one process alone: another one waits for it."""
+    if uses_models(item) and not item.config.stash.get(IS_COMPILED, False):
+        lock = os.open(HERE, os.O_RDONLY)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            compile_models()
+        finally:
+            os.close(lock)
+        item.config.stash[IS_COMPILED] = True
+    return (yield)
+
+
+IS_COMPILED = pytest.StashKey[bool]()
+
+
+def compile_models() -> None:
+    """Call what the models compile; found on disc, it takes no time."""
+    design = presets.PAPER
+    reference.bend_dorsal(design, 0.05, 0.4)
+    reference.bend_dorsal_points(design, [0.05], 0.4)
+    statics.solve(design, tension=[1.0, 0.0, 0.0])
+    inverse.solve(design, [0.1, -0.4, 0.0])

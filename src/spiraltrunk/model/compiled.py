@@ -40,16 +40,24 @@ def hash_files(files: Iterable[Path]) -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
 
 
-def compiler(stamp: str) -> Callable[[_F], _F]:
+def compiler(stamp: str, *, is_inlined: bool = False, owns_arrays: bool = True) -> Callable[[_F], _F]:
     """A decorator that compiles functions which call each other, from files whose `hash_files` is ``stamp``.
 
     The machine code is kept on disc, for as long as the stamp does not change: Numba by itself looks at the file of a
     function alone, and would go on with old code of the functions that it calls. It runs free of Python's lock, so that
     threads share a batch, and a division by zero is an infinity, which the callers refuse.
+
+    Args:
+        stamp: as above.
+        is_inlined: whether a function is compiled in those alone that call it. Machine code holds that of all the
+            functions it calls, so of a large one that few call this spares a copy.
+        owns_arrays: whether a function makes or returns arrays. One that does neither can do without counting who
+            refers to those that it is given, which takes a fourth of an equilibrium's time.
     """
+    options: dict[str, Any] = {"inline": "always" if is_inlined else "never", "no_cfunc_wrapper": True}
 
     def compiled(function: _F) -> _F:
-        law: Any = njit(cache=True, error_model="numpy", nogil=True)(function)
+        law: Any = njit(cache=True, error_model="numpy", nogil=True, _nrt=owns_arrays, **options)(function)
         stored = getattr(getattr(law, "_cache", None), "_cache_file", None)
         if stored is not None:  # With NUMBA_DISABLE_JIT there is none.
             stored._source_stamp = stamp

@@ -121,7 +121,8 @@ def solve(
     options = options or _DEFAULT
     shape = find(design, scene, aim, options, batch)
     away = shape.points[..., -1, :] - wanted
-    distance = np.sqrt(np.einsum("...x,...x", away, away))
+    x, y, z = away[..., 0], away[..., 1], away[..., 2]
+    distance = np.sqrt(x * x + y * y + z * z)
     if direction is None:
         return _answer(shape, distance, distance <= options.tolerance)
     chord = np.linalg.norm(section_axes(shape.points)[..., -1, :] - aimed, axis=-1)
@@ -274,7 +275,11 @@ def _answer(
     gap: np.ndarray | None = None,
 ) -> Reach:
     """The answer, in the batch's shape as all that it is given."""
-    status = np.where(shape.status == _NOT_CONVERGED, _NOT_CONVERGED, np.where(is_reached, _CONVERGED, _OUT_OF_REACH))
+    has_failed = shape.status == _NOT_CONVERGED
+    if shape.status.ndim == 0:
+        status = np.array(_NOT_CONVERGED if has_failed else _CONVERGED if is_reached else _OUT_OF_REACH)
+    else:
+        status = np.where(has_failed, _NOT_CONVERGED, np.where(is_reached, _CONVERGED, _OUT_OF_REACH))
     tension = shape.cable_change * 0 if shape.forces is None else shape.forces.cable_tension
     return Reach(
         shape=shape, tension=tension, pull=shape.cable_change, distance=np.asarray(distance), status=status,

@@ -14,8 +14,9 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
 from spiraltrunk.model.compiled import share
-from spiraltrunk.model.inverse_starts import Stand, get_starts
+from spiraltrunk.model.inverse_starts import Stand, Starts, get_starts
 from spiraltrunk.model.kernels.aim import Aim
+from spiraltrunk.model.kernels.balance import Trunk
 from spiraltrunk.model.kernels.batch import Problem
 from spiraltrunk.model.kernels.seek import Limits, seek_rows
 from spiraltrunk.model.loading import Fields, Loads, base_orientation, read_fields, read_numbers
@@ -65,6 +66,8 @@ class InverseOptions:
 class Scene:
     """A trunk as it stands and is loaded, one row a target."""
 
+    stands: list[Stand]
+    """Every row in plain numbers."""
     theta_0: np.ndarray
     """Angle of the base axis below the horizontal, shape (b,) [rad]."""
     roll: np.ndarray
@@ -92,11 +95,16 @@ def read_scene(
         raise ModelError(
             f"targets, theta_0, roll and loads have batches {shapes}; allowed: ones that broadcast"
         ) from None
-    spread = Loads(
-        mass=_spread(mass, batch), section=loads.section, force_section=loads.force_section,
-        force=None if force is None else np.broadcast_to(force, (*batch, 3)).reshape(-1, 3),
-    )  # fmt: skip
-    return Scene(theta_0=_spread(theta_0, batch), roll=_spread(roll, batch), loads=spread), batch
+    theta_0, roll, mass = _spread(theta_0, batch), _spread(roll, batch), _spread(mass, batch)
+    force = None if force is None else np.broadcast_to(force, (*batch, 3)).reshape(-1, 3)
+    at = loads.section, loads.force_section
+    forces = [None] * mass.size if force is None else map(tuple, force.tolist())
+    stands = [
+        Stand(down, turn, weight, at[0], pull, at[1])
+        for down, turn, weight, pull in zip(theta_0.tolist(), roll.tolist(), mass.tolist(), forces, strict=True)
+    ]
+    spread = Loads(mass=mass, section=at[0], force=force, force_section=at[1])
+    return Scene(stands=stands, theta_0=theta_0, roll=roll, loads=spread), batch
 
 
 def _spread(array: np.ndarray, batch: tuple[int, ...]) -> np.ndarray:
@@ -110,47 +118,44 @@ def find(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions, b
     Returns:
         Shapes with the batch's axes.
     """
-    trunk, straight = statics.get_trunk(design, options.statics)
+    same, count = Same(design), len(scene.stands)
+    posed, trunk = _keep_posed(same, options) if count == 1 else _pose_tensions(design, count, options)
     base, weights = _read_stands(design, scene)
-    problem = _pose_tensions(design, straight, base, weights, options.statics)
-    solution, length = statics.make_room(trunk, len(base)), design.length
-    for stand, members in _group(scene).items():
-        starts = get_starts(design, _near(stand), options.samples, options.statics)
-        limits = Limits(
-            options.tries, options.rounds, options.tolerance, _APART * length, _CLOSE * length,
-            3 if options.statics.has_torsion else 2, starts.slack, stand.loads is None,
-        )  # fmt: skip
+    problem = Problem(base, weights.direction, weights.factor, weights.moment, *posed)
+    solution = statics.make_room(trunk, count)
+    for stand, members in _group(scene.stands).items():
+        starts, limits = _keep_starts(same, _near(stand), options)
         rows, turn = np.array(members), base[members[0]] @ starts.base.T
-        _seek(rows, limits, (trunk, problem, aim, starts.known, turn, solution))
+        _seek(rows, limits, (stand.loads is None, trunk, problem, aim, starts.known, turn, solution))
     return statics.read_out(solution, batch)
 
 
-def _pose_tensions(
-    design: TrunkDesign, straight: np.ndarray, base: np.ndarray, fields: Fields, options: StaticsOptions
-) -> Problem:
-    """Trunks without friction, one row a base, whose tensions up to the design's largest are yet to come."""
-    rows = len(base)
-    problem = _keep_problem(Same(design), options) if rows == 1 else _build_problem(design, rows, options)
-    return problem._replace(
-        base=base, direction=fields.direction, factor=fields.factor, moment=fields.moment, straight=straight
-    )
-
-
-def _build_problem(design: TrunkDesign, rows: int, options: StaticsOptions) -> Problem:
-    """The same without base and weight."""
-    count, nothing = design.n_cable, np.empty(0)
-    none, friction = np.zeros(count), np.array((0.0, options.hole_stiffness, options.tolerance, options.steps_most))
-    return Problem(
-        nothing, nothing, nothing, nothing, np.zeros((rows, count)), np.zeros((rows, 2, count)),
-        np.ones(rows, np.int64), np.full((rows, count), design.cable.tension_max), np.zeros((rows, 2)),
-        np.full(count, True), none, friction, none,
-    )  # fmt: skip
+def _pose_tensions(design: TrunkDesign, rows: int, options: InverseOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
+    """What a `Problem` has after base and weights: no friction, tensions up to the design's largest yet to come."""
+    trunk, straight = statics.get_trunk(design, options.statics)
+    count, model = design.n_cable, options.statics
+    none, friction = np.zeros(count), np.array((0.0, model.hole_stiffness, model.tolerance, model.steps_most))
+    return (
+        np.zeros((rows, count)), np.zeros((rows, 2, count)), np.ones(rows, np.int64),
+        np.full((rows, count), design.cable.tension_max), np.zeros((rows, 2)), np.full(count, True), none, friction,
+        straight,
+    ), trunk  # fmt: skip
 
 
 @lru_cache(maxsize=64)
-def _keep_problem(same: Same, options: StaticsOptions) -> Problem:
-    """The same for one trunk, kept; nothing is written into it."""
-    return _build_problem(same.design, 1, options)
+def _keep_posed(same: Same, options: InverseOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
+    """The same for one target, kept; nothing is written into it."""
+    return _pose_tensions(same.design, 1, options)
+
+
+@lru_cache(maxsize=128)
+def _keep_starts(same: Same, stand: Stand, options: InverseOptions) -> tuple[Starts, Limits]:
+    """`get_starts`, and how they are used."""
+    starts, length = get_starts(same.design, stand, options.samples, options.statics), same.design.length
+    return starts, Limits(
+        options.tries, options.rounds, options.tolerance, _APART * length, _CLOSE * length,
+        3 if options.statics.has_torsion else 2, starts.slack,
+    )  # fmt: skip
 
 
 def _seek(rows: np.ndarray, limits: Limits, scene: tuple[Any, ...]) -> None:
@@ -160,8 +165,8 @@ def _seek(rows: np.ndarray, limits: Limits, scene: tuple[Any, ...]) -> None:
 
 def _read_stands(design: TrunkDesign, scene: Scene) -> tuple[np.ndarray, Fields]:
     """Base and weights of every row in the arrays that the kernels read."""
-    if len(scene.theta_0) == 1:
-        one = _stand(scene, 0)
+    if len(scene.stands) == 1:
+        one = scene.stands[0]
         base, loads = base_orientation(one.theta_0, one.roll)[None], one.loads
         return base, _own_weight(Same(design)) if loads is None else _read_row(design, loads)
     weights = read_fields(design, scene.loads)
@@ -184,13 +189,11 @@ def _read_row(design: TrunkDesign, loads: Loads | None) -> Fields:
     )
 
 
-def _group(scene: Scene) -> dict[Stand, list[int]]:
+def _group(stands: list[Stand]) -> dict[Stand, list[int]]:
     """Rows that stand and are loaded alike."""
-    if len(scene.theta_0) == 1:
-        return {_stand(scene, 0): [0]}
     groups: dict[Stand, list[int]] = {}
-    for b in range(len(scene.theta_0)):
-        groups.setdefault(_stand(scene, b), []).append(b)
+    for b, stand in enumerate(stands):
+        groups.setdefault(stand, []).append(b)
     return groups
 
 
@@ -200,12 +203,4 @@ def _near(stand: Stand) -> Stand:
     return Stand(
         _STEP * round(stand.theta_0 / _STEP), 2 * _STEP * round(stand.roll / (2 * _STEP)), round(20 * stand.mass) / 20,
         stand.section, force, stand.force_section,
-    )  # fmt: skip
-
-
-def _stand(scene: Scene, b: int) -> Stand:
-    force, loads = scene.loads.force, scene.loads
-    return Stand(
-        float(scene.theta_0[b]), float(scene.roll[b]), float(np.asarray(loads.mass)[b]), loads.section,
-        None if force is None else tuple(map(float, np.asarray(force)[b])), loads.force_section,
     )  # fmt: skip

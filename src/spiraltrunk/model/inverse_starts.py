@@ -13,7 +13,6 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model import statics
 from spiraltrunk.model.kernels.seek import Known
 from spiraltrunk.model.loading import Loads, base_orientation
-from spiraltrunk.model.same import Same
 from spiraltrunk.model.statics import StaticsOptions
 
 _CROSSED = 0.3
@@ -62,18 +61,9 @@ class Stand:
         return Loads(mass=self.mass, section=self.section, force=self.force, force_section=self.force_section)
 
 
+@lru_cache(maxsize=128)
 def get_starts(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
-    """`compute_starts`, kept for designs and stands lately used."""
-    return _keep_same(Same(design), stand, count, options)
-
-
-@lru_cache(maxsize=128)
-def _keep_same(same: Same, stand: Stand, count: int, options: StaticsOptions) -> Starts:
-    return _keep_equal(same.design, stand, count, options)
-
-
-@lru_cache(maxsize=128)
-def _keep_equal(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
+    """`compute_starts`, kept for designs and stands lately used, told apart by their numbers."""
     return compute_starts(design, stand, count, options)
 
 

@@ -162,6 +162,8 @@ def read_numbers(name: str, value: ArrayLike) -> np.ndarray:
     Raises:
         ModelError: for anything else.
     """
+    if type(value) is float and math.isfinite(value):
+        return np.array(value)
     if isinstance(value, np.ndarray) and value.dtype.kind == "c":  # NumPy drops the imaginary part.
         raise ModelError(f"{name} has complex numbers; allowed: finite numbers")
     try:
@@ -182,11 +184,13 @@ def tell(value: object, most: int = 80) -> str:
 
 def base_orientation(theta_0: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
     """Axes of the base in the frame of `Shape`: by -theta_0 about z, then by ``roll`` about its axis, (..., 3, 3)."""
-    down, turn = np.asarray(theta_0, float), np.asarray(roll, float)
-    if down.ndim == turn.ndim == 0:
-        both = np.array((down, turn))
+    if type(theta_0) is float and type(roll) is float:
+        both = np.array((theta_0, roll))
         (c, cr), (s, sr) = np.cos(both).tolist(), np.sin(both).tolist()
         return np.array(((c, s * cr, -s * sr), (-s, c * cr, -c * sr), (0.0, sr, cr)))
+    down, turn = np.asarray(theta_0, float), np.asarray(roll, float)
+    if down.ndim == turn.ndim == 0:
+        return base_orientation(float(down), float(turn))
     down, turn = np.broadcast_arrays(down, turn)
     c, s, cr, sr = np.cos(down), np.sin(down), np.cos(turn), np.sin(turn)
     zero = np.zeros_like(c)

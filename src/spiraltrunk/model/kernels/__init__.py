@@ -8,5 +8,11 @@ from spiraltrunk.model.compiled import compiler, hash_files
 STAMP = hash_files(Path(__file__).parent.glob("*.py"))
 """What the machine code on disc must have been compiled from."""
 
-compiled: Any = compiler(STAMP)
-"""How every kernel is compiled."""
+compiled: Any = compiler(STAMP, owns_arrays=False)
+"""How a kernel is compiled."""
+
+owning: Any = compiler(STAMP)
+"""How one is that makes or returns arrays."""
+
+inlined: Any = compiler(STAMP, is_inlined=True)
+"""How one is that serves few others and calls many."""

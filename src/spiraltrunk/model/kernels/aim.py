@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels import compiled, owning
 from spiraltrunk.model.kernels.linear import solve_factored
 from spiraltrunk.model.kernels.weight import spin
 
@@ -70,7 +70,7 @@ def circle_gap(n, b, points, heads, aim, view):
     return away - aim.circle[b, 6]
 
 
-@compiled
+@owning
 def miss(b, points, heads, aim, out):
     """Residuals of target b into ``out``; returns half the sum of their squares [m^2]."""
     count, total = points.shape[0], 0.0
@@ -95,7 +95,7 @@ def miss(b, points, heads, aim, out):
     return 0.5 * total
 
 
-@compiled
+@owning
 def miss_rates(b, points, heads, ends, turns, aim, out):
     """Rates of the residuals into ``out``, with the section ends moving at ``ends`` and the sections at ``turns``."""
     count = points.shape[0]
@@ -185,7 +185,7 @@ def chain_rates(rates, work, length, ends, turns):
             ends[i + 1, x] = ends[i, x] + length[i + 1] * ends[i + 1, x]
 
 
-@compiled
+@owning
 def gap_rows(points, heads, aim, out):
     """Gap between every section's outer surface and the circle of its row, into ``out`` (b, n_section) [m]."""
     view = np.empty(4)

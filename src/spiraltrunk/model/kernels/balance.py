@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels import compiled, owning
 from spiraltrunk.model.kernels.gaps import differentiate_gap, gap_length
 from spiraltrunk.model.kernels.rotation import differentiate, rotate
 from spiraltrunk.model.kernels.weight import add_weight, chain, weight_energy
@@ -100,9 +100,10 @@ class Work(NamedTuple):
     factor: np.ndarray
     lean: np.ndarray
     sway: np.ndarray
+    vectors: np.ndarray
 
 
-@compiled
+@owning
 def room_for_work(n_joint, n_cable, nd):
     """`Work` for a trunk whose joints have ``nd`` bends each."""
     size = n_joint * nd
@@ -111,14 +112,14 @@ def room_for_work(n_joint, n_cable, nd):
         np.zeros((n_joint, nd, nd, 3, 3)), np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable, nd)),
         np.zeros((n_joint, n_cable, nd, nd)), np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable)),
         np.zeros((n_joint, nd)), np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, 3)),
-        np.zeros((size, 3)),
+        np.zeros((size, 3)), np.zeros((3, 3)),
     )  # fmt: skip
 
 
 @compiled
 def place(q, base, trunk, work):
     """Put the chain at the bends ``q``: joints' rotations, sections' frames, gaps."""
-    nd, v = work.first.shape[1], np.empty(3)
+    nd, v = work.first.shape[1], work.vectors[0]
     for i in range(q.shape[0]):
         rotate(q[i], trunk.kind[i], nd, work.rotation[i])
         for c in range(work.gap.shape[1]):
@@ -214,7 +215,7 @@ def linearise_placed(q, case, pulls, work):
 
 @compiled
 def _differentiate(q, trunk, work):
-    nd, v = work.first.shape[1], np.empty(3)
+    nd, v = work.first.shape[1], work.vectors[0]
     for i in range(q.shape[0]):
         differentiate(q[i], trunk.kind[i], nd, work.first[i], work.second[i])
         for c in range(work.gap.shape[1]):

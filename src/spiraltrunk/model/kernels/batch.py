@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels import compiled, inlined, owning
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
 from spiraltrunk.model.kernels.capstan import COARSER, follow, release
 from spiraltrunk.model.kernels.compliance import tip_compliance
@@ -77,7 +77,7 @@ class Solution(NamedTuple):
     status: np.ndarray
 
 
-@compiled
+@owning
 def solve_rows(first, last, nd, trunk, problem, solution):
     """Equilibria ``first`` to ``last``; bend, tension and anchor hold where each starts."""
     n_joint, n_cable = solution.gap.shape[1], solution.gap.shape[2]
@@ -105,7 +105,7 @@ def solve_rows(first, last, nd, trunk, problem, solution):
         write_row(b, case, work, system, problem, solution)
 
 
-@compiled
+@inlined
 def write_row(b, case, work, system, problem, solution):
     """What follows from the bends and tensions of row ``b``, just found."""
     trunk = case.trunk

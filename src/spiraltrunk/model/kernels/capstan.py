@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels import compiled, inlined, owning
 from spiraltrunk.model.kernels.balance import Case, Control, hold, place
 from spiraltrunk.model.kernels.gaps import hole_turns
 from spiraltrunk.model.kernels.newton import solve_safely
@@ -25,7 +25,7 @@ SMALLEST_SHARE = 1 / 32
 """Least part of their change by which friction forces are brought up to date [-]."""
 
 
-@compiled
+@owning
 def measure_turns(trunk, work, turns):
     """Turn w_k of every cable before each gap [rad], shape (n_joint, n_cable)."""
     v = np.empty(3)
@@ -87,7 +87,7 @@ def move_anchors(work, friction):
             friction.anchor[i, c] = beyond - held / friction.stiffness
 
 
-@compiled
+@inlined
 def follow(q, tension, case, mu, start, increments, tolerance, most, work, system):
     """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case in equal increments.
 

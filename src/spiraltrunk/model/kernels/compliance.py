@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels import compiled, owning
 from spiraltrunk.model.kernels.balance import linearise
 from spiraltrunk.model.kernels.cone import reduce
-from spiraltrunk.model.kernels.linear import solve_factored, solve_small
+from spiraltrunk.model.kernels.linear import solve_columns, solve_factored, solve_small
 from spiraltrunk.model.kernels.newton import add_penalty, dot, find_excess, guarded_factor
 from spiraltrunk.model.kernels.weight import spin
 
@@ -19,7 +19,8 @@ HELD = 1e4
 def tip_motion(work, length, out):
     """Motion of the tip per rate of every bend, in the world's axes, shape (3, n_joint x nd) [m]."""
     n_joint, nd = work.first.shape[0], work.first.shape[1]
-    lever = np.zeros(3)
+    lever = work.vectors[0]
+    lever[:] = 0.0
     for i in range(n_joint - 1, -1, -1):
         for x in range(3):
             lever[x] += length[i + 1] * work.frames[i + 1, x, 0]
@@ -42,7 +43,7 @@ def hold_pressed(motion, nd, system):
                 motion[x, y] = 0.0
 
 
-@compiled
+@owning
 def tip_compliance(q, tension, case, work, system, out):
     """Displacement of the tip per force on it into ``out`` (3, 3) [m/N], at a solution just found; holes stick."""
     nd, n_cable, control = work.first.shape[1], tension.shape[0], case.control
@@ -50,22 +51,23 @@ def tip_compliance(q, tension, case, work, system, out):
     if case.friction.stiffness > 0:  # The holes' forces have been brought up to date since.
         linearise(q, case, tension, work)
         reduce(q, case.trunk, work, system)
-    motion = np.empty((3, size))
+    motion, columns = np.empty((3, size)), np.zeros((size, 4))
     tip_motion(work, case.trunk.length, motion)
     hold_pressed(motion, nd, system)
     find_excess(work.gap, control, tension, system)
     add_penalty(system, control, HELD, work.hessian)
     guarded_factor(work, system.weight)
-    gives = np.empty((3, size))
-    for x in range(3):
-        solve_factored(work.factor, motion[x], gives[x])
+    for row in range(size):
+        for x in range(3):
+            columns[row, x] = motion[x, row]
+    solve_columns(work.factor, columns)
     for x in range(3):
         for y in range(3):
-            out[x, y] = dot(motion[x], gives[y])
+            out[x, y] = dot(motion[x], columns[:, y])
     _hold_cables(n_cable, motion, control, work, system, out)
 
 
-@compiled
+@owning
 def _hold_cables(n_cable, motion, control, work, system, out):
     """Take out what would lengthen the working cables, by their Schur complement."""
     matrix, right, index, count = np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable, np.int64), 0

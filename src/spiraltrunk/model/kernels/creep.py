@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels import compiled, inlined, owning
 from spiraltrunk.model.kernels.balance import Case, Control, Trunk
 from spiraltrunk.model.kernels.linear import factorise
 from spiraltrunk.model.kernels.newton import STIFFEST, TIGHT, add_penalty, solve_safely
@@ -31,11 +31,11 @@ SHARES = 2000
 """Least number of steps in which the cables are loaded."""
 PATIENCE = 200_000
 """Steps after which the trunk is given up."""
-TRIES = 200
-"""Steps of Newton's method after which a step of time is tried again, half as long."""
+TRIES = np.int64(200)
+"""Steps of Newton's method after which a step of time is tried again, half as long; like any number to the compiler."""
 
 
-@compiled
+@inlined
 def creep(q, tension, case, start, motion, tolerance, most, work, system):
     """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case, and wait until it rests.
 
@@ -73,7 +73,7 @@ def creep(q, tension, case, start, motion, tolerance, most, work, system):
     return max(residual, 2 * tolerance), violation, total
 
 
-@compiled
+@owning
 def _slow_trunk(trunk):
     """A copy whose stiffness and natural bends are its own."""
     return Trunk(

@@ -9,13 +9,22 @@ from __future__ import annotations
 
 import math
 
-from spiraltrunk.model.kernels import compiled
-from spiraltrunk.model.kernels.aim import chain_rates, give_way, miss, miss_rates, see, turn_back
-from spiraltrunk.model.kernels.balance import place
-from spiraltrunk.model.kernels.cone import move
+from spiraltrunk.model.kernels import compiled, inlined
+from spiraltrunk.model.kernels.aim import chain_rates, miss, miss_rates, see, turn_back
+from spiraltrunk.model.kernels.balance import place, room_for_work
+from spiraltrunk.model.kernels.cone import move, press_outward
 from spiraltrunk.model.kernels.inverse import BALANCED, bounded_step, normal_equations
-from spiraltrunk.model.kernels.linear import factorise
-from spiraltrunk.model.kernels.newton import PENALTY, STEP, descend, largest_turn, look, pursue_step
+from spiraltrunk.model.kernels.linear import factorise, solve_columns
+from spiraltrunk.model.kernels.newton import (
+    PENALTY,
+    STEP,
+    descend,
+    guarded_factor,
+    largest_turn,
+    look,
+    pursue_step,
+    room_for_steps,
+)
 
 DASHES = 10
 """Most steps."""
@@ -33,7 +42,7 @@ RETRACED = 40
 """Steps from the straight trunk after which it is not followed any further."""
 
 
-@compiled
+@inlined
 def dash(b, enough, tolerance, case, aim, work, system, room):
     """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q`` and ``kept``.
 
@@ -58,15 +67,14 @@ def dash(b, enough, tolerance, case, aim, work, system, room):
     return False, left
 
 
-@compiled
+@inlined
 def dash_step(b, is_met, case, aim, work, system, room):
     """One step of bends and tensions from the equations in ``system``, whose factor is in ``work``.
 
     Where the target is met already the bends alone move, to balance at these tensions.
     """
     trunk, most, step = case.trunk, case.control.most, system.step
-    descend(room.q, trunk, work, system, True)
-    turn_back(step, system, work.first.shape[1])
+    respond(room.q, trunk, work, system, room)
     room.step[:] = 0.0
     if not is_met:
         aim_step(b, case, aim, work, system, room)
@@ -79,13 +87,39 @@ def dash_step(b, is_met, case, aim, work, system, room):
 
 
 @compiled
+def respond(q, trunk, work, system, room):
+    """Newton's step at held tensions, into ``system.step``, and the bends per tension of each cable, ``room.rates``.
+
+    As `descend` and `give_way`, at once; the Hessian's factor is in ``work``.
+    """
+    step, rates, columns, nd = system.step, room.rates, room.columns, work.first.shape[1]
+    for turn in range(4):
+        if turn > 0:
+            guarded_factor(work, system.weight)
+        for row in range(step.shape[0]):
+            columns[row, 0] = -system.gradient[row]
+            for c in range(rates.shape[0]):
+                columns[row, 1 + c] = -system.slopes[c, row]
+        solve_columns(work.factor, columns)
+        for row in range(step.shape[0]):
+            step[row] = columns[row, 0]
+        if not press_outward(q, trunk, work, system):
+            break
+    for c in range(rates.shape[0]):
+        for row in range(step.shape[0]):
+            rates[c, row] = columns[row, 1 + c]
+        turn_back(rates[c], system, nd)
+    turn_back(step, system, nd)
+
+
+@compiled
 def aim_step(b, case, aim, work, system, room):
     """Tensions' step towards the target, into ``room.step``, and what it moves the bends by, added to their step."""
     trunk, most, step = case.trunk, case.control.most, system.step
     chain_rates(step, work, trunk.length, room.ends, room.turns)
     miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[0])
-    room.residual[:] += room.slopes[0]
-    give_way(work, system, room.rates)
+    for row in range(room.residual.shape[0]):
+        room.residual[row] += room.slopes[0, row]
     for c in range(most.shape[0]):
         chain_rates(room.rates[c], work, trunk.length, room.ends, room.turns)
         miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
@@ -96,14 +130,16 @@ def aim_step(b, case, aim, work, system, room):
             step[row] += room.step[c] * room.rates[c, row]
 
 
-@compiled
-def comes_to(near, q, tension, case, work, system):
+@inlined
+def comes_to(near, q, tension, case, nd):
     """Whether the iteration from ``q`` at these tensions, all given, comes as near as `SAME` to the shape ``near``."""
-    pulls = tension.copy()
+    n_joint, n_cable, pulls = q.shape[0], tension.shape[0], tension.copy()
+    work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, case.trunk.stiffness)
     place(q, case.base, case.trunk, work)
     for _ in range(RETRACED):
         look(q, tension, pulls, case, 0.0, work, system)
-        descend(q, case.trunk, work, system, False)
+        guarded_factor(work, system.weight)
+        descend(q, case.trunk, work, system)
         if not pursue_step(q, tension, case, case, PENALTY, work, system):
             return False
         if _difference(q, near) < SAME:

@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels import compiled, inlined, owning
 from spiraltrunk.model.kernels.aim import chain_rates, give_way, miss, miss_rates, see
 from spiraltrunk.model.kernels.cone import move
+from spiraltrunk.model.kernels.linear import copy_rows, solve_small
 from spiraltrunk.model.kernels.newton import STEP, dot, guarded_factor, largest_turn, solve_safely
 
 BALANCED = 1e-7
@@ -22,8 +23,8 @@ COARSE = 1e-5
 """Largest moment left on the way [N m]."""
 SHARPER = 1e-3
 """Moment left per distance to the target [N m/m]."""
-STEPS = 200
-"""Steps of Newton's method after which a trial is given up."""
+STEPS = np.int64(200)
+"""Steps of Newton's method after which a trial is given up; like any number to the compiler."""
 FRUGAL = 1e-5
 """The largest tension counts like this distance [m], so that tensions that change nothing do not grow."""
 FLAT = 1e-9
@@ -47,11 +48,12 @@ class Room(NamedTuple):
     matrix: np.ndarray
     right: np.ndarray
     step: np.ndarray
+    columns: np.ndarray
     state: np.ndarray
     """Cost [m^2], damping [-], norm of the residuals [m], part of the cost last gained [-]."""
 
 
-@compiled
+@owning
 def room_for_search(n_joint, n_cable, nd):
     """`Room` for a trunk."""
     n_section, parts = n_joint + 1, 5 * n_joint + 8
@@ -59,11 +61,12 @@ def room_for_search(n_joint, n_cable, nd):
         np.zeros((n_joint, 3)), np.zeros(n_cable), np.zeros((n_joint, 3)), np.zeros(n_cable),
         np.zeros((n_section, 3)), np.zeros((n_section, 3)), np.zeros((n_section, 3)), np.zeros((n_section, 3)),
         np.zeros((n_cable, n_joint * nd)), np.zeros(parts), np.zeros((n_cable, parts)),
-        np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable), np.zeros(4),
+        np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable),
+        np.zeros((n_joint * nd, 4 * (n_cable // 4 + 1))), np.zeros(4),
     )  # fmt: skip
 
 
-@compiled
+@inlined
 def search(b, rounds, enough, case, aim, work, system, room):
     """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q``, ``kept``."""
     most = case.control.most
@@ -79,7 +82,7 @@ def search(b, rounds, enough, case, aim, work, system, room):
         propose(case.trunk, most, system, room)
 
 
-@compiled
+@inlined
 def judge(b, is_balanced, enough, aim, case, work, system, room):
     """Keep the shape on trial if it is nearer than the best one, with slopes there if need be; else damp more."""
     cost, most = 1e300, case.control.most
@@ -124,7 +127,7 @@ def normal_equations(room, most):
         room.matrix[c, c] += light
 
 
-@compiled
+@owning
 def bounded_step(room, most):
     """Damped step that leaves every tension within 0 and the largest; what meets a bound is held there."""
     count, step, kept = most.shape[0], room.step, room.kept
@@ -144,7 +147,7 @@ def bounded_step(room, most):
             return
 
 
-@compiled
+@owning
 def free_step(room, held):
     """Damped step of the tensions that are not held, the held ones moving as they do."""
     count = held.shape[0]
@@ -158,7 +161,8 @@ def free_step(room, held):
                     wish[d] -= system[d, c] * room.step[c]
                 system[c, d], system[d, c] = 0.0, 0.0
             wish[c], system[c, c] = room.step[c], 1.0
-    return np.linalg.solve(system, wish)
+    solve_small(system, wish, count)
+    return wish
 
 
 @compiled
@@ -166,10 +170,11 @@ def propose(trunk, most, system, room):
     """Tensions and bends to try next; the step is cut to the largest turn of a joint."""
     system.step[:] = 0.0
     for c in range(most.shape[0]):
-        system.step[:] += room.step[c] * room.rates[c]
+        for row in range(system.step.shape[0]):
+            system.step[row] += room.step[c] * room.rates[c, row]
     share = min(1.0, STEP / max(largest_turn(system.step, room.q.shape[0]), 1e-300))
     system.pressed[:] = False  # The rates are in the joints' own axes already.
     move(room.q, trunk, system, share)
-    room.trial[:] = system.trial
+    copy_rows(system.trial, room.trial)
     for c in range(most.shape[0]):
         room.tension[c] = min(max(room.kept[c] + share * room.step[c], 0.0), most[c])

@@ -1,10 +1,25 @@
-"""Cholesky factor of a small matrix in place, and the triangular solves."""
+"""Copies, the Cholesky factor of a small matrix, and the triangular solves."""
 
 from __future__ import annotations
 
 import math
 
 from spiraltrunk.model.kernels import compiled
+
+
+@compiled
+def copy(vector, out):
+    """``out`` = ``vector``; NumPy's way makes a copy on the way."""
+    for i in range(vector.shape[0]):
+        out[i] = vector[i]
+
+
+@compiled
+def copy_rows(matrix, out):
+    """``out`` = ``matrix``."""
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            out[i, j] = matrix[i, j]
 
 
 @compiled
@@ -55,6 +70,36 @@ def solve_factored(factor, right, out):
         for j in range(i + 1, size):
             rest -= factor[i, j] * out[j]
         out[i] = rest / factor[i, i]
+
+
+@compiled
+def solve_columns(factor, columns):
+    """Solve for every column of ``columns`` (size, m) in place, m a multiple of four; to the bit as `solve_factored`.
+
+    Four at a time, of which each would wait for its own last sum.
+    """
+    size = factor.shape[0]
+    for k in range(0, columns.shape[1], 4):
+        for i in range(size):
+            per = factor[i, i]
+            a, b, c, d = columns[i, k] / per, columns[i, k + 1] / per, columns[i, k + 2] / per, columns[i, k + 3] / per
+            columns[i, k], columns[i, k + 1], columns[i, k + 2], columns[i, k + 3] = a, b, c, d
+            for j in range(i + 1, size):
+                share = factor[i, j]
+                columns[j, k] -= a * share
+                columns[j, k + 1] -= b * share
+                columns[j, k + 2] -= c * share
+                columns[j, k + 3] -= d * share
+        for i in range(size - 1, -1, -1):
+            a, b, c, d = columns[i, k], columns[i, k + 1], columns[i, k + 2], columns[i, k + 3]
+            for j in range(i + 1, size):
+                share = factor[i, j]
+                a -= share * columns[j, k]
+                b -= share * columns[j, k + 1]
+                c -= share * columns[j, k + 2]
+                d -= share * columns[j, k + 3]
+            per = factor[i, i]
+            columns[i, k], columns[i, k + 1], columns[i, k + 2], columns[i, k + 3] = a / per, b / per, c / per, d / per
 
 
 @compiled

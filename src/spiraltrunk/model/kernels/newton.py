@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels import compiled, owning
 from spiraltrunk.model.kernels.balance import Case, Control, Trunk, linearise_placed, merit, merit_placed, place
 from spiraltrunk.model.kernels.cone import move, press_outward, pull_inside, reduce
-from spiraltrunk.model.kernels.linear import factorise, solve_factored, solve_small
+from spiraltrunk.model.kernels.linear import copy, copy_rows, factorise, solve_factored, solve_small
 
 STEP = 0.35
 """Largest turn of a joint in one step [rad]."""
@@ -55,7 +55,7 @@ class System(NamedTuple):
     rim: np.ndarray
 
 
-@compiled
+@owning
 def room_for_steps(n_joint, n_cable, nd, stiffness):
     """`System` for a trunk."""
     size = n_joint * nd
@@ -107,10 +107,13 @@ def guarded_factor(work, weight):
 
 
 @compiled
-def descend(q, trunk, work, system, is_factored):
-    """Newton's step at held tensions, into ``system.step``; joints on the rim that it would push out are held."""
+def descend(q, trunk, work, system):
+    """Newton's step at held tensions, into ``system.step``; joints on the rim that it would push out are held.
+
+    The Hessian's factor is in ``work``.
+    """
     for turn in range(4):
-        if turn > 0 or not is_factored:
+        if turn > 0:
             guarded_factor(work, system.weight)
         solve_factored(work.factor, system.gradient, system.step)
         for row in range(system.step.shape[0]):
@@ -128,7 +131,7 @@ def largest_turn(step, n_joint):
     return math.sqrt(worst)
 
 
-@compiled
+@owning
 def pursue(control, pulls, penalty, system, work):
     """Add the change of tension that shortens the working cables to ``system.step``; wished tensions, goal lengths."""
     n_cable = pulls.shape[0]
@@ -222,13 +225,13 @@ def search(q, case, multiplier, penalty, slope, work, system):
         move(q, case.trunk, system, share)
         after = merit(system.trial, case, multiplier, penalty, work)
         if after <= before + 1e-4 * share * slope + (noise if -slope < 1e-9 else 0.0):
-            q[:] = system.trial
+            copy_rows(system.trial, q)
             return share
         share *= 0.4
     return 0.0
 
 
-@compiled
+@owning
 def pursue_step(q, tension, case, goal, penalty, work, system):
     """One step of shape and tensions together; whether the merit fell."""
     pursue(case.control, tension, penalty, system, work)
@@ -251,7 +254,7 @@ def look(q, tension, pulls, case, penalty, work, system):
 
     Without a penalty the winders hold ``tension``, with one what the augmented Lagrangian makes of it.
     """
-    pulls[:] = tension
+    copy(tension, pulls)
     if penalty > 0.0:
         tensions_at(work.gap, case.control, tension, penalty, pulls)
     linearise_placed(q, case, pulls, work)
@@ -270,7 +273,7 @@ def does_work(system):
     return np.any(system.works)
 
 
-@compiled
+@owning
 def solve(q, tension, case, tolerance, most, work, system):
     """Bring ``q`` (n_joint, 3) and ``tension`` (n_cable) to equilibrium, in place.
 
@@ -302,7 +305,9 @@ def solve(q, tension, case, tolerance, most, work, system):
                 penalty *= 10  # Along the cables' constraints the energy may fall; held hard enough, it does not.
                 is_placed = True
                 continue
-        descend(q, case.trunk, work, system, is_factored)
+        if not is_factored:
+            guarded_factor(work, system.weight)
+        descend(q, case.trunk, work, system)
         if is_pursuing:
             is_placed = pursue_step(q, tension, case, goal, penalty, work, system)
             if not is_placed:
@@ -316,7 +321,7 @@ def solve(q, tension, case, tolerance, most, work, system):
     return residual, violation, count
 
 
-@compiled
+@owning
 def _with_shut(trunk, shut):
     return Trunk(
         trunk.kind, trunk.stiffness, trunk.natural, trunk.limit, trunk.length, trunk.before, trunk.beyond,
@@ -324,7 +329,7 @@ def _with_shut(trunk, shut):
     )  # fmt: skip
 
 
-@compiled
+@owning
 def solve_safely(q, tension, case, tolerance, most, work, system):
     """`solve`; where it does not end well, once more with gaps that shut softly at first, then as hard as asked.
 

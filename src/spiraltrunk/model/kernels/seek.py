@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.kernels import compiled
+from spiraltrunk.model.kernels import compiled, inlined, owning
 from spiraltrunk.model.kernels.aim import miss, see
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, room_for_work
 from spiraltrunk.model.kernels.batch import NUDGE, write_row
@@ -48,19 +48,16 @@ class Limits(NamedTuple):
     """Bends of a joint."""
     slack: float
     """Tension up to which a cable hardly pulls against the others [N]."""
-    is_bare: bool
-    """Whether no load hangs on the trunk."""
 
 
-@compiled
-def seek_rows(rows, limits, trunk, problem, aim, known, turn, solution):
+@owning
+def seek_rows(rows, limits, is_bare, trunk, problem, aim, known, turn, solution):
     """Tensions for the targets ``rows`` of one stand, and their equilibria from the straight trunk, into ``solution``.
 
-    ``turn`` brings the known equilibria to this stand.
+    ``is_bare`` says that no load hangs on the trunk; ``turn`` brings the known equilibria to this stand.
     """
     n_joint, n_cable, nd = trunk.before.shape[0], trunk.before.shape[1], limits.nd
     work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
-    beside = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
     room, idle, score = room_for_search(n_joint, n_cable, nd), np.zeros((n_joint, n_cable)), np.empty(known.effort.size)
     friction = Friction(idle, idle, idle, 0.0)
     for b in rows:
@@ -68,11 +65,11 @@ def seek_rows(rows, limits, trunk, problem, aim, known, turn, solution):
         field = (problem.direction[b], problem.factor[b], problem.moment[b])
         case = Case(problem.base[b], trunk, field, control, friction)
         rank(b, aim, known, turn, limits.close, score)
-        seek(b, limits, case, problem, aim, known, score, solution, work, system, room, beside)
+        seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room)
 
 
-@compiled
-def seek(b, limits, case, problem, aim, known, score, solution, work, system, room, beside):
+@inlined
+def seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room):
     """One target from the best ranked start on, until it is met or there are no more to try."""
     best, tension, norm, tolerance = 1e300, np.zeros_like(room.kept), 1e300, problem.friction[2]
     order = np.empty(0, np.int64)
@@ -85,7 +82,7 @@ def seek(b, limits, case, problem, aim, known, score, solution, work, system, ro
         if not is_there:
             room.trial[:], room.tension[:] = known.bend[start], known.tension[start]
             search(b, limits.rounds, limits.enough, case, aim, work, system, room)
-        if not (is_there and is_found(b, left, limits, case, solution, beside, room)):
+        if not (is_there and is_found(b, left, limits, is_bare, case, solution, room)):
             solve_anew(b, case, problem, solution, work, system, room)
         norm = look_at(b, case, aim, work, room)
         if norm < best:
@@ -105,22 +102,22 @@ def look_at(b, case, aim, work, room):
     return math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
 
 
-@compiled
-def is_found(b, left, limits, case, solution, beside, room):
+@inlined
+def is_found(b, left, limits, is_bare, case, solution, room):
     """Whether the equilibrium in ``room`` is what the iteration from the straight trunk goes to; if so, row ``b``."""
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
     _make_straight(q)
     tension[:] = room.kept
-    if not is_sole(limits, case, room) and not comes_to(room.q, q, tension, case, beside[0], beside[1]):
+    if not (is_bare and is_sole(limits, case, room)) and not comes_to(room.q, q, tension, case, limits.nd):
         return False
     q[:] = room.q
     figures[0], figures[1], figures[2] = left, 0.0, 0.0
     return True
 
 
-@compiled
+@owning
 def is_sole(limits, case, room):
-    """Whether the trunk is one that balances in one shape alone, at the tensions in ``room.kept``.
+    """Whether the trunk, bare, is one that balances in one shape alone, at the tensions in ``room.kept``.
 
     Several shapes need cables that pull against each other, a load, or a trunk that stands up and may topple; without
     these none was found in tens of thousands of draws (`benchmarks/statics_ways.py`).
@@ -128,10 +125,10 @@ def is_sole(limits, case, room):
     down = 0.0
     for x in range(3):
         down += case.base[x, 0] * case.field[0][0, x]
-    return limits.is_bare and down >= 0.0 and room.kept.min() <= limits.slack
+    return down >= 0.0 and room.kept.min() <= limits.slack
 
 
-@compiled
+@inlined
 def solve_anew(b, case, problem, solution, work, system, room):
     """Row ``b`` of the solution: the equilibrium at the tensions ``room.kept``, from the straight trunk."""
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
@@ -159,7 +156,7 @@ def rank(b, aim, known, turn, close, score):
         score[s] += min(score[s], close) * known.effort[s]
 
 
-@compiled
+@owning
 def _rank_places(b, aim, known, turn, score):
     """The norms for a target without a circle, which is turned to the starts instead of them to it."""
     last, place = known.points.shape[1] - 1, np.empty(3)
@@ -182,7 +179,7 @@ def _add_squares(weight, vectors, wanted, score):
         score[s] += weight * weight * (x * x + y * y + z * z)
 
 
-@compiled
+@owning
 def _rank_curls(b, aim, known, turn, score):
     places, axes = known.points, known.heads
     residual, points, heads = np.zeros(5 * places.shape[1] + 3), np.zeros(places.shape[1:]), np.zeros(places.shape[1:])
@@ -199,7 +196,7 @@ def _turn(turn, vector, out):
         out[x] = turn[x, 0] * vector[0] + turn[x, 1] * vector[1] + turn[x, 2] * vector[2]
 
 
-@compiled
+@owning
 def pick(order, attempt, apart, points):
     """Start of an attempt: in turns the next in the order, and the next whose tip is ``apart`` from those before."""
     if attempt % 2 == 0:

@@ -8,16 +8,15 @@ derivative by a bend of joint i and one of a joint j beyond it is -(f x omega_ia
 
 from __future__ import annotations
 
-import numpy as np
-
 from spiraltrunk.model.kernels import compiled
 from spiraltrunk.model.kernels.gaps import product
+from spiraltrunk.model.kernels.linear import copy_rows
 
 
 @compiled
 def chain(rotations, base, frames):
     """Frames of the sections (n_section, 3, 3) from the base's and the joints' rotations."""
-    frames[0] = base
+    copy_rows(base, frames[0])
     for n in range(rotations.shape[0]):
         for i in range(3):
             x, y, z = frames[n, i, 0], frames[n, i, 1], frames[n, i, 2]
@@ -53,8 +52,8 @@ def add_weight(work, length, field):
 def _add_field(work, length, direction, factor, moment):
     """The joints' own terms; ``lean`` keeps f x omega, ``sway`` keeps omega x M, one row a bend."""
     nd = work.first.shape[1]
-    total, beyond = np.zeros(3), 0.0
-    near, far = np.empty(3), np.empty(3)
+    total, near, far, beyond = work.vectors[0], work.vectors[1], work.vectors[2], 0.0
+    total[:] = 0.0
     for i in range(work.rotation.shape[0] - 1, -1, -1):
         above, below = work.frames[i], work.frames[i + 1]
         for x in range(3):
