@@ -54,10 +54,13 @@ def compiler(stamp: str, *, is_inlined: bool = False, owns_arrays: bool = True) 
         owns_arrays: whether a function makes or returns arrays. One that does neither can do without counting who
             refers to those that it is given, which takes a fourth of an equilibrium's time.
     """
-    options: dict[str, Any] = {"inline": "always" if is_inlined else "never", "no_cfunc_wrapper": True}
+    options: dict[str, Any] = {
+        "cache": True, "error_model": "numpy", "inline": "always" if is_inlined else "never", "nogil": True,
+        "no_cfunc_wrapper": True, "_nrt": owns_arrays,
+    }  # fmt: skip
 
     def compiled(function: _F) -> _F:
-        law: Any = njit(cache=True, error_model="numpy", nogil=True, _nrt=owns_arrays, **options)(function)
+        law: Any = njit(**options)(function)
         stored = getattr(getattr(law, "_cache", None), "_cache_file", None)
         if stored is not None:  # With NUMBA_DISABLE_JIT there is none.
             stored._source_stamp = stamp

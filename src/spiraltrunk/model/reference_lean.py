@@ -11,13 +11,13 @@ import numpy as np
 
 from spiraltrunk.model.reference_bend import arcsine, arcsine_narrow, rest_gap, shorten, turn
 from spiraltrunk.model.reference_rest import settle
-from spiraltrunk.model.reference_table import Table, compiled, unpack
+from spiraltrunk.model.reference_table import Table, compiled, owning, unpack
 
 _LANES = 64
 """Trunks side by side [-]."""
 
 
-@compiled
+@owning
 def solve_points(
     asked: tuple[np.ndarray, np.ndarray],
     constants: np.ndarray,

@@ -9,7 +9,7 @@ import numpy as np
 
 from spiraltrunk.model.reference_bend import bends, lengthen, rest_gap, shorten
 from spiraltrunk.model.reference_rest import settle
-from spiraltrunk.model.reference_table import Table, compiled, unpack
+from spiraltrunk.model.reference_table import Table, compiled, owning, unpack
 from spiraltrunk.model.reference_twist import wind
 
 REST, DORSAL, VENTRAL, TWIST = range(4)
@@ -35,7 +35,7 @@ class Slots(NamedTuple):
     status: np.ndarray
 
 
-@compiled
+@owning
 def _slots(n: int, numbers: np.ndarray, n_joint: int, n_cable: int) -> Slots:
     """The arrays of `n` answers, one after the other in ``numbers``: those of `Prepared.layout`, then the marks."""
     a = 3 * n * (n_joint + 1)
@@ -54,7 +54,7 @@ def _slots(n: int, numbers: np.ndarray, n_joint: int, n_cable: int) -> Slots:
     )
 
 
-@compiled
+@owning
 def solve(
     law: int,
     desk: tuple[np.ndarray, np.ndarray],

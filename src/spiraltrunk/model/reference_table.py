@@ -27,8 +27,11 @@ ROUNDED_RADIUS = 28.87 / 28.871516330624754
 ROUNDED_GAP = 13.74 / 13.743977971204414
 """Straight gap of joint 1 in the authors' shares, 13.74 mm, over what the spiral gives [-]."""
 
-compiled = compiler(hash_files(Path(__file__).parent.glob("reference_*.py")))
+_STAMP = hash_files(Path(__file__).parent.glob("reference_*.py"))
+compiled = compiler(_STAMP, owns_arrays=False)
 """How the reference model's laws are compiled."""
+owning = compiler(_STAMP)
+"""How those are that make or return arrays."""
 
 _SAME = 1e-6
 """Distance of unit vectors up to which two directions are the same [-]."""
@@ -98,7 +101,7 @@ class Prepared:
         return np.zeros((1, 3)), np.full(self.n_joint + 2, math.nan)
 
 
-@compiled
+@owning
 def unpack(constants: np.ndarray) -> Table:
     """The table behind `Prepared`'s constants; nothing is copied."""
     n, m = int(constants[0]), int(constants[1])
