@@ -3,8 +3,8 @@
 The model has the simulation's hinges, holes and winders, and with friction its holes' stiffness, which the time step
 bounds. Without friction the simulation's joint limits are made a thousand times as stiff, its joints heavy for that, so
 that they end within a thousandth of a degree of the limit instead of some tenths past it; where a trunk rests does not
-depend on its inertia. Cables are pulled together at an even speed. With friction limits are 30 times as stiff, and one
-cable is pulled after the other along soft ramps.
+depend on its inertia. Cables are pulled together at an even speed. With friction limits are 100 times as stiff, joints
+ten times as heavy, and one cable is pulled after the other along soft ramps; the model follows in small increments.
 
 With all three cables pulled against each other many shapes balance, and which is found depends on the way there. So the
 model goes the same way: its trunk creeps (`statics.Creep`) as fast as the simulation's winders turn, its joints as much
@@ -60,10 +60,10 @@ FREE = SettleOptions(
 """How the trunk is brought to rest without friction."""
 
 SLOW = SettleOptions(
-    pull_speed=0.75e-3, tension_speed=1.5e-3, has_smooth_ramps=True, limit_factor=30.0, time_most=300.0,
-    has_gripper=False,
+    pull_speed=0.375e-3, tension_speed=0.75e-3, has_smooth_ramps=True, armature_factor=10.0, limit_factor=100.0,
+    time_most=300.0, has_gripper=False,
 )  # fmt: skip
-"""The same with friction: a trunk that swings, be it from a sudden start or a soft limit, shakes cables loose."""
+"""The same with friction: a trunk that swings, be it from a sudden start or a limit, shakes cables loose."""
 
 CREEP = statics.Creep(
     damping_time=FREE.brake_factor * FREE.damping_factor * PAPER.joint.damping_time, pull_speed=FREE.pull_speed,
@@ -74,7 +74,7 @@ CREEP = statics.Creep(
 TRUNK = TrunkOptions()
 
 OPTIONS = statics.StaticsOptions(
-    has_hinges=True, hole_set_back=TRUNK.hole_set_back, cable_stiffness=TRUNK.cable_gain, increment=2e-3
+    has_hinges=True, hole_set_back=TRUNK.hole_set_back, cable_stiffness=TRUNK.cable_gain, increment=2.5e-4
 )
 
 

@@ -79,7 +79,7 @@ class RunError(SpiralTrunkError, RuntimeError):
 
 def _short(value: object, most: int = 80) -> str:
     try:
-        text = repr(value)
+        text = " ".join(repr(value).split())
     except (ValueError, RecursionError):  # A whole number with thousands of digits, a list of itself.
         text = f"{'a whole number' if isinstance(value, int) else 'a value'} too large to print"
     return text if len(text) <= most else f"{text[: most // 2 - 3]}...{text[-most // 2 :]}"

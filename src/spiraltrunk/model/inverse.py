@@ -21,7 +21,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.model.inverse_search import InverseOptions, find, read_scene
 from spiraltrunk.model.inverse_starts import section_axes
 from spiraltrunk.model.kernels.aim import Aim, gap_rows
-from spiraltrunk.model.loading import Loads, read_numbers
+from spiraltrunk.model.loading import Loads, check_kind, read_numbers, tell
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.model.wrap import WRAP_TURN
@@ -52,7 +52,8 @@ class Reach:
     """Tension of each cable, shape (..., n_cable) [N]."""
     pull: np.ndarray
     """Each cable pulled in since the straight trunk, negative for paid out, shape (..., n_cable) [m]; where a tension
-    is 0, the most cable that may be pulled without changing the shape."""
+    is 0, the most cable that may be pulled without changing the shape. Where several shapes hold the same lengths, that
+    one is found again from ``start=reach.shape``."""
     distance: np.ndarray
     """What is left: of the tip's distance, of the root mean square of the section ends' distances, or of a curl the
     deepest section's depth or the nearest section's gap, whichever is larger; shape (...) [m]."""
@@ -70,7 +71,9 @@ class Reach:
 
     @property
     def advice(self) -> str:
-        """The gravest status in words."""
+        """The gravest status in words; of no targets, that of one reached."""
+        if np.size(self.status) == 0:
+            return Status.CONVERGED.advice
         return Status(int(np.max(self.status))).advice
 
 
@@ -106,19 +109,20 @@ def solve(
     Raises:
         ModelError: for shapes that do not fit, numbers that are not finite or out of range.
     """
+    check_kind("design", design, TrunkDesign)
     wanted, count = _read_places("tip", tip, 1), design.n_section
     aimed: np.ndarray = np.zeros(3) if direction is None else _read_unit("direction", direction)
     _check_range("direction_weight", direction_weight, 1e-6, 1e3)
     batch = _broadcast({"tip": wanted.shape[:-1], "direction": aimed.shape[:-1]})
     if 0 in batch:
         raise ModelError(f"tip has shape {wanted.shape}; allowed: at least one place")
-    scene, batch = read_scene(read_numbers("theta_0", theta_0), read_numbers("roll", roll), loads or Loads(), batch)
+    scene, batch = read_scene((theta_0, roll), loads, batch)
     point, heading = np.zeros((*batch, count, 3)), np.zeros((*batch, 3))
     point[..., -1, :], heading[:] = wanted, aimed
     point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
     turn = 0.0 if direction is None else float(direction_weight)
     aim = _aim(design, point=point, weight=_only(count, -1), heading=heading, turn=turn)
-    options = options or _DEFAULT
+    options = _read_options(options, _DEFAULT)
     shape = find(design, scene, aim, options, batch)
     away = shape.points[..., -1, :] - wanted
     x, y, z = away[..., 0], away[..., 1], away[..., 2]
@@ -157,18 +161,17 @@ def follow(
     Raises:
         ModelError: for shapes that do not fit, numbers that are not finite or out of range.
     """
+    check_kind("design", design, TrunkDesign)
     wanted, count = _read_places("points", points, 2), design.n_section
     if wanted.shape[-2] != count:
         raise ModelError(f"points has shape {wanted.shape}; allowed: (..., {count}, 3)")
     share = read_numbers("weight", np.ones(count) if weight is None else weight)
     if share.shape != (count,) or (share < 0).any() or not share.any():
         raise ModelError(f"weight has shape {share.shape}; allowed: {count} numbers, none negative, not all 0")
-    scene, batch = read_scene(
-        read_numbers("theta_0", theta_0), read_numbers("roll", roll), loads or Loads(), wanted.shape[:-2]
-    )
+    scene, batch = read_scene((theta_0, roll), loads, wanted.shape[:-2])
     point = np.broadcast_to(wanted, (*batch, count, 3)).reshape(-1, count, 3).copy()
     share = share / share.sum()
-    options = options or _DEFAULT
+    options = _read_options(options, _DEFAULT)
     shape = find(design, scene, _aim(design, point=point, weight=np.sqrt(share)), options, batch)
     distance = np.sqrt((share * ((shape.points - wanted) ** 2).sum(axis=-1)).sum(axis=-1))
     return _answer(shape, distance, distance <= options.tolerance)
@@ -210,13 +213,14 @@ def curl(
     Raises:
         ModelError: for shapes that do not fit, numbers that are not finite or out of range.
     """
+    check_kind("design", design, TrunkDesign)
     middle, axis, width = _read_places("center", center, 1), _read_unit("normal", normal), _read_widths(diameter)
     batch = _broadcast({"center": middle.shape[:-1], "normal": axis.shape[:-1], "diameter": width.shape})
-    scene, batch = read_scene(read_numbers("theta_0", theta_0), read_numbers("roll", roll), loads or Loads(), batch)
+    scene, batch = read_scene((theta_0, roll), loads, batch)
     circle = np.concatenate(
         [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (middle, axis, width[..., None] / 2)], axis=-1
     ).reshape(-1, 7)
-    options = options or _CURL
+    options = _read_options(options, _CURL)
     touch = _touching(design, touching, float(width.min()))
     aim = _aim(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
     shape = find(design, scene, aim, replace(options, tolerance=1e-6), batch)
@@ -241,7 +245,7 @@ def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.nda
         turn = np.cumsum(snug_bend(design, width)[::-1])[::-1]
         touching = count - int(np.count_nonzero(turn > WRAP_TURN))
     elif isinstance(touching, bool) or not isinstance(touching, int) or not 1 <= touching <= count:
-        raise ModelError(f"touching is {touching!r}; allowed: a whole number from 1 to {count}")
+        raise ModelError(f"touching is {tell(touching)}; allowed: a whole number from 1 to {count}")
     return np.where(np.arange(count) >= count - touching, 1.0, 0.0)
 
 
@@ -316,15 +320,25 @@ def _read_unit(name: str, value: ArrayLike) -> np.ndarray:
 
 def _read_widths(diameter: ArrayLike) -> np.ndarray:
     width = read_numbers("diameter", diameter)
+    if width.size == 0:
+        raise ModelError(f"diameter has shape {width.shape}; allowed: at least one")
     if not ((width >= 1e-6) & (width <= _ANYWHERE)).all():
-        raise ModelError(f"diameter is {diameter!r}; allowed: 1e-06 to {_ANYWHERE:g} m")
+        raise ModelError(f"diameter is {tell(diameter)}; allowed: 1e-06 to {_ANYWHERE:g} m")
     return width
 
 
+def _read_options(options: InverseOptions | None, usual: InverseOptions) -> InverseOptions:
+    if options is None:
+        return usual
+    check_kind("options", options, InverseOptions)
+    return options
+
+
 def _check_range(name: str, value: float, least: float, most: float) -> None:
-    number = value if type(value) is float else float(read_numbers(name, value))
+    numbers = read_numbers(name, value)
+    number = float(numbers) if numbers.ndim == 0 else math.nan
     if not least <= number <= most:
-        raise ModelError(f"{name} is {value!r}; allowed: {least:g} to {most:g}")
+        raise ModelError(f"{name} is {tell(value)}; allowed: {least:g} to {most:g}")
 
 
 def _broadcast(shapes: dict[str, tuple[int, ...]]) -> tuple[int, ...]:

@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any, final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spiraltrunk.design.checks import check_count, check_number
 from spiraltrunk.design.trunk import TrunkDesign
@@ -19,7 +20,7 @@ from spiraltrunk.model.kernels.aim import Aim
 from spiraltrunk.model.kernels.balance import Trunk
 from spiraltrunk.model.kernels.batch import Problem
 from spiraltrunk.model.kernels.seek import Limits, seek_rows
-from spiraltrunk.model.loading import Fields, Loads, base_orientation, read_fields, read_numbers
+from spiraltrunk.model.loading import Fields, Loads, base_orientation, check_kind, read_angle, read_fields, read_numbers
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape
 from spiraltrunk.model.statics import StaticsOptions
@@ -36,6 +37,9 @@ would be solved anew every time."""
 
 _APART = 0.08
 """Part of the trunk's length by which the tips of every other start lie apart [-]."""
+
+
+_NONE = Loads()
 
 
 @final
@@ -55,6 +59,7 @@ class InverseOptions:
     """How the trunk is modelled."""
 
     def __post_init__(self) -> None:
+        check_kind("statics", self.statics, StaticsOptions)
         check_number("tolerance", self.tolerance, least=1e-7, below=1.0)
         check_count("tries", self.tries, least=1, most=1000)
         check_count("samples", self.samples, least=1, most=10**5)
@@ -77,13 +82,16 @@ class Scene:
 
 
 def read_scene(
-    theta_0: np.ndarray, roll: np.ndarray, loads: Loads, batch: tuple[int, ...]
+    stand: tuple[ArrayLike, ArrayLike], loads: Loads | None, batch: tuple[int, ...]
 ) -> tuple[Scene, tuple[int, ...]]:
-    """Stand and loads with one row a target, and the batch that they make with the targets'.
+    """Stand, theta_0 and roll, and loads with one row a target, and the batch that they make with the targets'.
 
     Raises:
-        ModelError: where they do not broadcast.
+        ModelError: where they are not angles and loads, are none at all, or do not broadcast.
     """
+    theta_0, roll = read_angle("theta_0", stand[0]), read_angle("roll", stand[1])
+    loads = _NONE if loads is None else loads
+    check_kind("loads", loads, Loads)
     mass = read_numbers("loads.mass", loads.mass)
     force = None if loads.force is None else read_numbers("loads.force", loads.force)
     if force is not None and force.shape[-1:] != (3,):
@@ -95,6 +103,8 @@ def read_scene(
         raise ModelError(
             f"targets, theta_0, roll and loads have batches {shapes}; allowed: ones that broadcast"
         ) from None
+    if 0 in batch:
+        raise ModelError(f"targets, theta_0, roll and loads have batches {shapes}; allowed: none empty")
     theta_0, roll, mass = _spread(theta_0, batch), _spread(roll, batch), _spread(mass, batch)
     force = None if force is None else np.broadcast_to(force, (*batch, 3)).reshape(-1, 3)
     at = loads.section, loads.force_section

@@ -24,7 +24,7 @@ from spiraltrunk.model.cables import hole_positions
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, Trunk, Work, linearise, room_for_work
 from spiraltrunk.model.kernels.cone import reduce
 from spiraltrunk.model.kernels.newton import System, room_for_steps
-from spiraltrunk.model.loading import Loads, base_orientation, read_fields, read_numbers
+from spiraltrunk.model.loading import Loads, base_orientation, read_angle, read_fields
 from spiraltrunk.model.shape import Shape
 from spiraltrunk.model.statics import StaticsOptions, build_trunk
 
@@ -292,7 +292,7 @@ def _read_shape(design: TrunkDesign, shape: Shape) -> tuple[np.ndarray, np.ndarr
 def _build_case(design: TrunkDesign, trunk: Trunk, stand: tuple[float, float, Loads | None]) -> Case:
     theta_0, roll, loads = stand
     fields = read_fields(design, loads)
-    base = base_orientation(read_numbers("theta_0", theta_0), read_numbers("roll", roll))
+    base = base_orientation(read_angle("theta_0", theta_0), read_angle("roll", roll))
     if base.shape != (3, 3) or fields.factor.ndim != 2:
         raise ModelError("theta_0, roll or loads are a batch; allowed: one number each")
     nothing, idle = np.zeros(design.n_cable), np.zeros((design.n_joint, design.n_cable))

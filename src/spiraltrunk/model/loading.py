@@ -19,6 +19,9 @@ from spiraltrunk.model.same import Same
 PULL_MARGIN = 1.01
 """Largest pull over the one that shuts every gap [-]: the paper itself pulls 130 mm of 129.86."""
 
+_TURNED = 1e6
+"""Largest angle that is taken for meant [rad]."""
+
 _FEW = 32
 """Numbers up to which plain Python looks at them sooner than NumPy starts [-]."""
 
@@ -129,6 +132,7 @@ def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
     """
     if loads is None:
         return _own_weight(Same(design))
+    check_kind("loads", loads, Loads)
     mass = read_numbers("loads.mass", loads.mass)
     least, largest = _span(mass)
     if least < 0 or largest > 1e3:
@@ -164,21 +168,49 @@ def read_numbers(name: str, value: ArrayLike) -> np.ndarray:
     """
     if type(value) is float and math.isfinite(value):
         return np.array(value)
-    if isinstance(value, np.ndarray) and value.dtype.kind == "c":  # NumPy drops the imaginary part.
-        raise ModelError(f"{name} has complex numbers; allowed: finite numbers")
     try:
-        array = np.asarray(value, float)
-    except (TypeError, ValueError):
-        raise ModelError(f"{name} is {tell(value)}; allowed: finite numbers") from None
+        array = np.asarray(value)
+    except (TypeError, ValueError):  # Ragged.
+        array = np.empty(0, object)
+    if array.dtype.kind not in "fiub" or isinstance(value, np.ma.MaskedArray):
+        raise ModelError(f"{name} is {tell(value)}; allowed: finite numbers")
+    array = array.astype(float, copy=False)
     is_finite = all(map(math.isfinite, array.ravel().tolist())) if array.size <= _FEW else np.isfinite(array).all()
     if not is_finite:
         raise ModelError(f"{name} is not finite; allowed: finite numbers")
     return array
 
 
+def read_angle(name: str, value: ArrayLike) -> np.ndarray:
+    """An array of angles [rad].
+
+    Raises:
+        ModelError: for anything else, and where a turn can no longer be told from the next.
+    """
+    array = read_numbers(name, value)
+    least, largest = _span(array)
+    if max(-least, largest) > _TURNED:
+        worst = largest if largest > -least else least
+        raise ModelError(f"{name} is {worst:g} rad; allowed: -{_TURNED:g} to {_TURNED:g} rad")
+    return array
+
+
+def check_kind(name: str, value: object, kind: type) -> None:
+    """Refuse anything that is not of a kind.
+
+    Raises:
+        ModelError: with the name, the value and the kind.
+    """
+    if not isinstance(value, kind):
+        raise ModelError(f"{name} is {tell(value)}; allowed: {kind.__name__}")
+
+
 def tell(value: object, most: int = 80) -> str:
     """What was given, in one short line."""
-    line = " ".join(repr(value).split())
+    try:
+        line = " ".join(repr(value).split())
+    except (ValueError, RecursionError):  # A whole number with thousands of digits, a list of itself.
+        return "too large to print"
     return line if len(line) <= most else f"{line[:most]}..."
 
 
@@ -238,7 +270,7 @@ def _read_force(value: ArrayLike) -> np.ndarray:
 
 def _read_section(design: TrunkDesign, name: str, section: int) -> int:
     if isinstance(section, bool) or not isinstance(section, int | np.integer):
-        raise ModelError(f"{name} is {section!r}; allowed: a whole number")
+        raise ModelError(f"{name} is {tell(section)}; allowed: a whole number")
     if not -design.n_section <= section < design.n_section:
         raise ModelError(f"{name} is {section}; allowed: {-design.n_section} to {design.n_section - 1}")
     return int(section) % design.n_section

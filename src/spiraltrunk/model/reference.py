@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.compiled import share
-from spiraltrunk.model.loading import PULL_MARGIN
+from spiraltrunk.model.loading import PULL_MARGIN, tell
 from spiraltrunk.model.reference_lean import solve_points
 from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve
 from spiraltrunk.model.reference_table import Prepared, check_twist, check_ventral, prepare
@@ -233,8 +233,8 @@ def _check_array(name: str, value: ArrayLike, full: float) -> np.ndarray:
         array = np.asarray(value)
     except ValueError as error:
         raise ModelError(f"{name} is ragged; allowed: a number or an array of numbers") from error
-    if array.dtype.kind not in "fiu":
-        raise ModelError(f"{name} is {value!r}; allowed: a number or an array of numbers")
+    if array.dtype.kind not in "fiu" or isinstance(value, np.ma.MaskedArray):
+        raise ModelError(f"{name} is {tell(value)}; allowed: a number or an array of numbers")
     array = array.astype(float)
     allowed = np.isfinite(array) if math.isinf(full) else (array >= 0) & (array <= _most(full))
     if not allowed.all():

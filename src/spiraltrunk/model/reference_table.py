@@ -14,6 +14,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import hole_positions
 from spiraltrunk.model.compiled import compiler, hash_files
+from spiraltrunk.model.loading import check_kind
 
 GRAVITY = 9.81
 """Acceleration of free fall [m/s^2] (authors' code)."""
@@ -172,12 +173,14 @@ def prepare(design: TrunkDesign, as_authors: bool = True) -> Prepared:
     """The numbers of ``design``, computed at the first call and kept as long as the design lives.
 
     Raises:
-        ModelError: where cable 1 is not dorsal.
+        ModelError: where cable 1 is not dorsal, or it is no design.
     """
-    key = (id(design), as_authors)
-    kept = _PREPARED.get(key)
+    key = (id(design), as_authors is True)
+    kept = _PREPARED.get(key) if isinstance(as_authors, bool) else None
     if kept is not None and kept[0]() is design:
         return kept[1]
+    check_kind("design", design, TrunkDesign)
+    check_kind("as_authors", as_authors, bool)
     made = _build(design, as_authors)
     _PREPARED[key] = (weakref.ref(design, lambda _: _PREPARED.pop(key, None)), made)
     return made

@@ -34,9 +34,10 @@ from spiraltrunk.model.loading import (
     Fields,
     Loads,
     base_orientation,
+    check_kind,
+    read_angle,
     read_drive,
     read_fields,
-    read_numbers,
 )
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Forces, History, Shape, Status
@@ -74,7 +75,10 @@ class StaticsOptions:
     cable_stiffness: float = math.inf
     """Tension per stretch of a cable and its winder [N/m]; infinity is inextensible."""
     increment: float = 5e-3
-    """Largest change of a cable's length that is solved at once where there is friction [m]."""
+    """Largest change of a cable's length that is solved at once where there is friction [m].
+
+    A trunk that leaps on its way, as some do with several cables pulled, ends elsewhere in smaller ones, centimetres
+    off at the worst: try them where that matters."""
     tension_increment: float = 2.0
     """Largest change of a tension that is solved at once where there is friction [N]."""
     hole_stiffness: float = 5e4
@@ -88,13 +92,17 @@ class StaticsOptions:
 
     def __post_init__(self) -> None:
         check_number("hole_set_back", self.hole_set_back, least=0.0, below=0.5)
-        if self.cable_stiffness != math.inf:
+        if not isinstance(self.cable_stiffness, float) or self.cable_stiffness != math.inf:
             check_number("cable_stiffness", self.cable_stiffness, least=1e2)
         check_number("increment", self.increment, least=1e-5, below=10.0)
         check_number("tension_increment", self.tension_increment, least=1e-3, below=1e4)
         check_number("hole_stiffness", self.hole_stiffness, least=1.0, below=1e8)
         check_number("tolerance", self.tolerance, least=1e-12, below=1e-3)
         check_count("steps_most", self.steps_most, least=1, most=10**8)
+        for name in ("has_torsion", "has_hinges"):
+            check_kind(name, getattr(self, name), bool)
+        if self.creep is not None:
+            check_kind("creep", self.creep, Creep)
         if self.has_torsion and self.has_hinges:
             raise ModelError("has_torsion and has_hinges given; allowed: one of them")
 
@@ -148,11 +156,15 @@ def solve(
         DesignError: for a friction out of range.
     """
     options = _DEFAULT if options is None else options
+    check_kind("design", design, TrunkDesign)
+    check_kind("options", options, StaticsOptions)
+    if start is not None:
+        check_kind("start", start, Shape)
     mu = design.cable.friction if friction is None else friction
     check_number("friction", mu, least=0.0, below=2.0)
     drive = read_drive(design, pull, tension, by_tension)
     fields = read_fields(design, loads)
-    base = base_orientation(read_numbers("theta_0", theta_0), read_numbers("roll", roll))
+    base = base_orientation(read_angle("theta_0", theta_0), read_angle("roll", roll))
     shapes = (
         drive.pull.shape[:-1], drive.tension.shape[:-1], base.shape[:-2], fields.factor.shape[:-2],
         () if start is None else start.status.shape,

@@ -99,6 +99,7 @@ def _frame_space(axes: Any, low: np.ndarray, high: np.ndarray) -> None:
         axes.locator_params(axis=name, nbins=5)
     axes.text2D(0.10, 0.86, "y, up [mm]", transform=axes.transAxes, ha="center", fontsize=NORMAL, color=INK)
     axes.tick_params(labelsize=SMALL, colors=INK, pad=1.0)
+    axes.tick_params(axis="z", pad=6.0)  # Its labels stand on the axis otherwise.
     for pane in (axes.xaxis, axes.yaxis, axes.zaxis):
         pane.set_pane_color((1.0, 1.0, 1.0, 0.0))
 

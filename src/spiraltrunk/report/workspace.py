@@ -77,6 +77,7 @@ def _add_space(axes: Any, workspace: Workspace, order: np.ndarray, norm: Normali
         )
         axes.tick_params(axis=name, labelsize=SMALL, colors=INK)
         getattr(axes, f"{name}axis").set_pane_color("#00000008")
+    axes.zaxis.labelpad = 9.0
     axes.locator_params(axis="x", nbins=4)
     axes.locator_params(axis="y", nbins=4)
     axes.set_title(f"{len(tip)} equilibria", fontsize=NORMAL, color=INK)
