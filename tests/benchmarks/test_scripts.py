@@ -76,6 +76,7 @@ def _table(folder):
     return json.loads((folder / "grasp_trials.json").read_text())
 
 
+@pytest.mark.slow
 def test_two_true_trials_in_two_processes(tmp_path):
     script = _start("--trials", 2, "--seed-from", 3, "--workers", 2, "--out", tmp_path)
     out, err = script.communicate(timeout=280)
@@ -146,6 +147,7 @@ def test_the_interval_is_scipys(trials, successes, count):
     assert trials.wilson(successes, count) == pytest.approx((expected.low, expected.high), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_parts_of_a_step_add_up_to_the_grasp(tmp_path, capsys):
     script = _load("speed")
     assert script.main(["--out", str(tmp_path)]) == 0

@@ -49,6 +49,7 @@ def test_the_same_seed_gives_the_same_trace_to_the_bit(trial):
     assert again.verdict == trial.verdict
 
 
+@pytest.mark.slow
 def test_another_seed_gives_another_world(trial):
     other = run_trial(PAPER, SHAPE, seed=1)
     assert other.options != trial.options
