@@ -135,12 +135,8 @@ def largest_turn(step, n_joint):
 def pursue(control, pulls, penalty, system, work):
     """Add the change of tension that shortens the working cables to ``system.step``; wished tensions, goal lengths."""
     n_cable = pulls.shape[0]
-    matrix, now, more, index = (
-        np.zeros((n_cable, n_cable)),
-        np.zeros(n_cable),
-        np.zeros(n_cable),
-        np.zeros(n_cable, np.int64),
-    )
+    matrix, index = np.zeros((n_cable, n_cable)), np.zeros(n_cable, np.int64)
+    now, more = np.zeros(n_cable), np.zeros(n_cable)
     count = 0
     for c in range(n_cable):
         if system.works[c]:
