@@ -11,7 +11,7 @@ from spiraltrunk.model import statics
 from spiraltrunk.model.cables import gap_vectors, lengths_from_rotations
 from spiraltrunk.model.kernels.gaps import NARROW
 from spiraltrunk.model.shape import Status
-from spiraltrunk.model.statics import Creep, Loads, StaticsOptions
+from spiraltrunk.model.statics import Loads, StaticsOptions
 from spiraltrunk.model.transforms import bend_rotation
 
 FREE = -PAPER.cable_stroke
@@ -324,48 +324,3 @@ def test_opposed_cables_of_held_length_take_up_a_small_push():
         )
         assert np.abs(pushed.forces.cable_tension - 10.0).max() < 0.6
         assert np.linalg.norm(pushed.points[-1] - held.points[-1]) < 1e-4
-
-
-# A trunk that creeps there.
-
-AGAINST = {"pull": np.array([0.03, 0.05, 0.02]), "theta_0": 0.4, "roll": 0.3, "loads": Loads(mass=0.1)}
-"""Every cable pulled against the others, so that many shapes balance."""
-
-
-def creep(factor=1.0, pull=AGAINST["pull"], **changed):
-    """Fast winders and much damping, so that the way matters; a factor changes the time's unit alone."""
-    slow = Creep(damping_time=3.0 * factor, pull_speed=0.02 / factor, tension_speed=4.0 / factor)
-    options = StaticsOptions(cable_stiffness=2e4, creep=slow)
-    return statics.solve(PAPER, **AGAINST | {"pull": pull, "options": options} | changed)
-
-
-def test_where_one_shape_balances_the_trunk_creeps_to_it():
-    given = {"pull": np.array([0.05, FREE, FREE]), "theta_0": 0.8}
-    stiff = StaticsOptions(cable_stiffness=2e4)
-    led, at_once = creep(**given), statics.solve(PAPER, **AGAINST | given, options=stiff)
-    assert led.status == at_once.status == Status.CONVERGED
-    np.testing.assert_allclose(led.points, at_once.points, rtol=0, atol=1e-8)
-
-
-def test_only_speed_times_damping_time_counts():
-    shape = creep()
-    assert shape.status != Status.NOT_CONVERGED
-    np.testing.assert_allclose(creep(10.0).points, shape.points, rtol=0, atol=1e-8)
-
-
-def test_where_it_creeps_to_the_energy_is_a_minimum():
-    """A Newton iteration may end on a saddle; nothing that creeps stays there, so every small force is given way to."""
-    shape = creep()
-    assert shape.forces.residual <= 1e-9
-    assert np.linalg.eigvalsh(shape.forces.tip_compliance).min() >= -1e-12
-
-
-def test_the_way_tells_which_of_several_shapes_it_is():
-    """Cable by cable the trunk ends elsewhere than with all pulled together, and both balance."""
-    together, first = creep(), creep(pull=AGAINST["pull"] * [1, 0, 0])
-    after = creep(start=first)
-    assert together.status != Status.NOT_CONVERGED
-    assert after.status != Status.NOT_CONVERGED
-    assert np.abs(after.points - together.points).max() > 1e-3
-    still = statics.solve(PAPER, **AGAINST, start=after, options=StaticsOptions(cable_stiffness=2e4))
-    np.testing.assert_allclose(still.points, after.points, rtol=0, atol=1e-8)

@@ -13,8 +13,8 @@ from spiraltrunk.model.reference_bend import arcsine, arcsine_narrow, rest_gap, 
 from spiraltrunk.model.reference_rest import settle
 from spiraltrunk.model.reference_table import Table, compiled, owning, unpack
 
-_LANES = 64
-"""Trunks side by side [-]."""
+_LANES = 256
+"""Trunks side by side, whose gaps just fit into the first cache [-]."""
 
 
 @owning
@@ -49,8 +49,8 @@ def solve_points(
         n = min(_LANES, span[1] - first)
         if not is_one:
             n = _same(tilt[first : first + n])
-        lanes[0, :n], lanes[0, n:] = pull[first : first + n], 0.0
-        _shorten_lanes(t, rest, lanes[0], lanes[1], gap)
+        lanes[0, :n] = pull[first : first + n]
+        _shorten_lanes(t, rest, lanes[0, :n], lanes[1], gap)
         for w in range(n):
             if lanes[1, w] > 0.0:
                 _shorten_one(pull[first + w], t, rest, gap[:, w])
@@ -69,15 +69,15 @@ def _same(tilt: np.ndarray) -> int:
 
 @compiled
 def _shorten_lanes(t: Table, rest: np.ndarray, level: np.ndarray, left: np.ndarray, gap: np.ndarray) -> None:
-    """The first pass of `shorten` in every lane; what joint 1 could not take goes to ``left`` [m]."""
+    """The first pass of `shorten` in each lane of ``level``; what joint 1 could not take goes to ``left`` [m]."""
     for i in range(rest.size - 1, -1, -1):
         portion, below, length, row = t.portion[i], t.below[i], rest[i], gap[i]
-        for w in range(_LANES):
+        for w in range(level.size):
             over = level[w] * portion - length
             excess = max(over, 0.0)
             row[w] = excess - over
             level[w] += excess * below
-    for w in range(_LANES):
+    for w in range(level.size):
         left[w] = max(level[w] * t.portion[0] - rest[0], 0.0)
 
 

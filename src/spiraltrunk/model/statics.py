@@ -78,7 +78,7 @@ class StaticsOptions:
     """Largest change of a cable's length that is solved at once where there is friction [m].
 
     A trunk that leaps on its way, as some do with several cables pulled, ends elsewhere in smaller ones, centimetres
-    off at the worst: try them where that matters."""
+    off at the worst: try them where that matters, or let it creep, which takes its own steps."""
     tension_increment: float = 2.0
     """Largest change of a tension that is solved at once where there is friction [N]."""
     hole_stiffness: float = 5e4
@@ -86,7 +86,7 @@ class StaticsOptions:
     tolerance: float = 1e-9
     """Largest moment left at a joint [N m]; ten times that where there is friction."""
     creep: Creep | None = None
-    """How the trunk is led to its shape where nothing rubs; None goes there in one step."""
+    """How the trunk is led to its shape; None goes there in one step, or with friction in increments."""
     steps_most: int = 20_000
     """Steps after which an increment is given up."""
 
@@ -142,7 +142,7 @@ def solve(
     paper does, by `pulls.carry_gripper`.
 
     More than one shape may balance, above all with every cable pulled or the trunk upright under a load. Which one is
-    found depends on ``start``; the trunk is led there in one step, or along ``increment`` where there is friction.
+    found depends on ``start``; the trunk is led there in one step, in increments where there is friction, or creeps.
     Loads and base take effect at once. Where every cable is held by length and none stretches, lengths hardly tell how
     hard they work against each other: give ``cable_stiffness``.
 
@@ -182,7 +182,7 @@ def solve(
     solution = _start(trunk, drive, batch, start)
     _run(problem, solution, trunk, 3 if options.has_torsion else 2)
     for finer in _FINER:
-        if mu == 0 or not (solution.status == Status.NOT_CONVERGED).any():
+        if mu == 0 or options.creep is not None or not (solution.status == Status.NOT_CONVERGED).any():
             break
         again = _start(trunk, drive, batch, start)
         _run_again(problem, (solution, again), trunk, 3 if options.has_torsion else 2, finer)
@@ -255,7 +255,7 @@ def _pose(
     far = np.where(drive.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1)
     hard = np.where(drive.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1)
     increments, motion, creep = np.ones(rows, np.int64), np.zeros((rows, 2)), options.creep
-    if mu > 0:
+    if mu > 0 and creep is None:
         parts = np.maximum(far / options.increment, hard / options.tension_increment)
         increments = np.maximum(np.ceil(parts - 1e-9), 1.0).astype(np.int64)
     elif creep is not None:

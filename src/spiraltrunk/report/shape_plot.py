@@ -23,6 +23,12 @@ _BODY, _EDGE, _SHUT, _SHUT_MARK = "#B8C4D0", "#5F6F80", "#CC79A7", "#8E2A6B"
 _LEAD = 0.22
 """Length of the base axis before the base, over the picture's size [-]."""
 
+_BEHIND = 0.01
+"""Median distance of two cables in a side view up to which one hides the other, over the picture's size [-]."""
+
+_DOT, _SPAN = (1.2, 4.0), 230.0
+"""Least and largest size of a shut joint's dot, a third of its section's, and of a whole view [pt]."""
+
 _VIEWS = (("side view", 0, "x [mm]", 2, 1), ("end view", 2, "z [mm]", 0, -1))
 """Side views: name, coordinate to the right and its label, coordinate towards the eye and its sign there."""
 
@@ -79,9 +85,9 @@ def _draw_space(axes: Any, solids: Solids, low: np.ndarray, high: np.ndarray) ->
     for cable, (line, gaps) in enumerate(zip(solids.cable, solids.gaps, strict=True)):
         axes.add_collection3d(Line3DCollection(line[None][..., seen], colors=_color(cable), linewidths=0.8, zorder=3))
         axes.add_collection3d(Line3DCollection(gaps[..., seen], colors=_color(cable), linewidths=2.4, zorder=4))
-    shut = solids.center[solids.is_shut]
-    axes.plot(*shut[:, seen].T, linestyle="", marker="o", markersize=3.5, color=_SHUT_MARK, zorder=5)
     size = float(high[0] - low[0])
+    shut, dots = solids.center[solids.is_shut], _size_dots(solids, 1.6 * size)
+    axes.scatter(*shut[:, seen].T, s=dots**2, color=_SHUT_MARK, depthshade=False, linewidths=0.0, zorder=5)
     lead = -_LEAD * size * solids.axis
     axes.plot(*np.stack([lead, 0 * lead])[:, seen].T, color=INK, linestyle=(0, (4, 2)), linewidth=1.2, zorder=2)
     _draw_gravity(axes, 0.95)  # Down in space is down in this view.
@@ -119,12 +125,16 @@ def _draw_side(
                 [_hull(ring)], facecolors=_BODY, edgecolors=_EDGE, alpha=0.45, linewidths=0.6, zorder=1 + rank / 99
             )
         )
-    for cable, (line, gaps) in enumerate(zip(solids.cable, solids.gaps, strict=True)):
-        axes.plot(*line[:, seen].T, color=_color(cable), linewidth=0.8, zorder=3)
-        axes.add_collection(LineCollection(list(gaps[..., seen]), colors=_color(cable), linewidths=2.2, zorder=4))
-    shut = solids.center[solids.is_shut]
-    axes.plot(*shut[:, seen].T, linestyle="", marker="o", markersize=4.0, color=_SHUT_MARK, zorder=5)
     size = float(high[0] - low[0])
+    for cable, (line, gaps) in enumerate(zip(solids.cable[..., seen], solids.gaps[..., seen], strict=True)):
+        apart = np.median(np.linalg.norm(solids.cable[:cable][..., seen] - line, axis=-1), axis=-1)
+        is_on_another = bool((apart < _BEHIND * size).any())  # Then both are seen, by turns.
+        style = (0, (5, 5)) if is_on_another else "solid"
+        axes.plot(*line.T, color=_color(cable), linewidth=0.8, linestyle=style, zorder=3)
+        shown = gaps[1::2] if is_on_another else gaps
+        axes.add_collection(LineCollection(list(shown), colors=_color(cable), linewidths=2.2, zorder=4))
+    shut = solids.center[solids.is_shut]
+    axes.scatter(*shut[:, seen].T, s=_size_dots(solids, size) ** 2, color=_SHUT_MARK, linewidths=0.0, zorder=5)
     lead = -_LEAD * size * solids.axis
     axes.plot([lead[right], 0.0], [lead[1], 0.0], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, zorder=2)
     aside = 0.93 if solids.axis[right] > -0.01 else 0.07  # Away from the base axis.
@@ -187,6 +197,14 @@ def _handles(solids: Solids) -> list[Any]:
             )
         )
     return [Patch(facecolor=_BODY, edgecolor=_EDGE, label="section"), *cables, *lines]
+
+
+def _size_dots(solids: Solids, size: float) -> np.ndarray:
+    """Diameters of the shut joints' dots in a view ``size`` mm wide, shape (n_shut,) [pt]."""
+    rim = solids.outline[1:, 1]
+    radius = np.linalg.norm(rim - rim.mean(axis=1, keepdims=True), axis=-1).mean(axis=1)[solids.is_shut]
+    least, most = _DOT
+    return np.clip(radius * _SPAN / size * 2 / 3, least, most)
 
 
 def _color(cable: int) -> str:

@@ -93,9 +93,10 @@ def solve_rows(first, last, nd, trunk, problem, solution):
         q, tension = solution.bend[b], solution.tension[b]
         if problem.motion[b, 1] > 0.0:
             residual, violation, steps = creep(
-                q, tension, case, problem.start[b], problem.motion[b], tolerance, int(most), work, system
+                q, tension, case, mu, problem.start[b], problem.motion[b], tolerance, int(most), work, system
             )
-            release(work.gap, solution.anchor[b])
+            if mu == 0.0:
+                release(work.gap, solution.anchor[b])
         else:
             residual, violation, steps = follow(
                 q, tension, case, mu, problem.start[b], problem.increments[b], tolerance, int(most), work, system

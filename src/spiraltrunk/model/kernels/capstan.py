@@ -94,35 +94,44 @@ def follow(q, tension, case, mu, start, increments, tolerance, most, work, syste
     In each, shape, tensions and friction forces are found together. ``q``, ``tension`` and the friction's anchors are
     brought up to date in place. Returns the last residual [N m], the last violation [m] and the number of steps.
     """
-    turns, length, control, friction = np.zeros_like(work.gap), np.zeros_like(tension), case.control, case.friction
+    turns, length, control = np.zeros_like(work.gap), np.zeros_like(tension), case.control
     stage = Control(control.by_tension, length, control.most, control.compliance)
-    part_way = Case(case.base, case.trunk, case.field, stage, friction)
+    part_way = Case(case.base, case.trunk, case.field, stage, case.friction)
     total, residual, violation = 0, 0.0, 0.0
-    target = tension.copy()
-    rounds = ROUNDS if friction.stiffness > 0.0 else 1
-    if friction.stiffness > 0.0:
+    goal = tension.copy()
+    if case.friction.stiffness > 0.0:
         recall_forces(q, start[1], case, mu, work, turns)
-    for turn in range(increments * rounds):
-        step, again = turn // rounds, turn % rounds
-        if again == 0:
-            settled, spent, share, before = False, 0, 1.0, 1e300
-            _advance(length, tension, control, start, target, (step + 1) / increments)
-        if settled:
-            continue
-        residual, violation, count = solve_safely(q, tension, part_way, tolerance, most, work, system)
-        total, spent = total + count, spent + count
-        if friction.stiffness > 0.0:
-            change = update_forces(mu, share, case.trunk, tension, work, turns, friction)
-            if again > 3 and change > (1 - 0.5 * share) * before:  # Some hole goes to and fro.
-                share = max(0.5 * share, SMALLEST_SHARE)
-            before = change
-            residual = max(residual, change)
-            settled = change <= COARSER * tolerance or spent > most
-            if settled or again == rounds - 1:
-                move_anchors(work, friction)
-    if friction.stiffness == 0.0:
-        release(work.gap, friction.anchor)
+    for step in range(increments):
+        advance((step + 1) / increments, length, tension, control, start, goal)
+        residual, violation, count = settle(q, tension, part_way, mu, turns, tolerance, most, work, system)
+        total += count
+    if case.friction.stiffness == 0.0:
+        release(work.gap, case.friction.anchor)
     return residual, violation, total
+
+
+@owning
+def settle(q, tension, case, mu, turns, tolerance, most, work, system):
+    """Shape, tensions and friction forces of one increment together, and the anchors that the cables then have.
+
+    Returns the residual [N m], the violation [m] and the number of steps.
+    """
+    friction, share, before, residual, violation, spent = case.friction, 1.0, 1e300, 0.0, 0.0, 0
+    for again in range(ROUNDS):
+        residual, violation, count = solve_safely(q, tension, case, tolerance, most, work, system)
+        spent += count
+        if friction.stiffness == 0.0:
+            break
+        change = update_forces(mu, share, case.trunk, tension, work, turns, friction)
+        if again > 3 and change > (1 - 0.5 * share) * before:  # Some hole goes to and fro.
+            share = max(0.5 * share, SMALLEST_SHARE)
+        before = change
+        residual = max(residual, change)
+        if change <= COARSER * tolerance or spent > most:
+            break
+    if friction.stiffness > 0.0:
+        move_anchors(work, friction)
+    return residual, violation, spent
 
 
 @compiled
@@ -136,9 +145,9 @@ def release(gap, anchor):
 
 
 @compiled
-def _advance(length, tension, control, start, target, part):
-    """Lengths and tensions at a part of the way."""
+def advance(part, length, tension, control, start, goal):
+    """Lengths, and the tensions that are given, at a part of the way from ``start`` (2, n_cable) to the control's."""
     for c in range(length.shape[0]):
         length[c] = start[0, c] + part * (control.length[c] - start[0, c])
         if control.by_tension[c]:
-            tension[c] = start[1, c] + part * (target[c] - start[1, c])
+            tension[c] = start[1, c] + part * (goal[c] - start[1, c])

@@ -3,7 +3,8 @@
 Every joint's damping is its stiffness times one time tau, so that the bends follow tau K dq/dt = -dE/dq within their
 cones. A step of the implicit Euler method is the minimum of E + tau / (2 h) |q - q_before|_K^2: an equilibrium of a
 trunk whose joints are 1 + tau / h times as stiff and want to stay where they were. A step is short enough to stand for
-the motion: no joint turns far in it, and what drives the trunk away from a shape that it cannot keep grows little.
+the motion: no joint turns far in it, and what drives the trunk away from a shape that it cannot keep grows little. With
+friction the holes hold in it what the shape before makes of them; at rest shape and friction are found together.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ import numpy as np
 
 from spiraltrunk.model.kernels import compiled, inlined, owning
 from spiraltrunk.model.kernels.balance import Case, Control, Trunk
-from spiraltrunk.model.kernels.linear import factorise
+from spiraltrunk.model.kernels.capstan import advance, move_anchors, recall_forces, settle, update_forces
+from spiraltrunk.model.kernels.linear import copy, factorise
 from spiraltrunk.model.kernels.newton import STIFFEST, TIGHT, add_penalty, solve_safely
 
 TURN = 0.002
@@ -36,24 +38,28 @@ TRIES = np.int64(200)
 
 
 @inlined
-def creep(q, tension, case, start, motion, tolerance, most, work, system):
+def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
     """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case, and wait until it rests.
 
     ``motion`` is the time that the loading takes and the damping time [s]. ``q`` and ``tension`` are brought up to date
     in place. Returns the last residual [N m], the last violation [m] and the number of Newton's steps.
     """
     seconds, delay = motion
-    control, trial, now, pace, total = case.control, q.copy(), 0.0, FIRST * delay, 0
+    control, trial, now, pace, total, friction = case.control, q.copy(), 0.0, FIRST * delay, 0, case.friction
     length, goal, kept, slow = np.zeros_like(tension), tension.copy(), start[1].copy(), _slow_trunk(case.trunk)
     stage = Control(control.by_tension, length, control.most, control.compliance)
-    under_way, residual, violation = Case(case.base, slow, case.field, stage, case.friction), 0.0, 0.0
+    under_way, residual, violation = Case(case.base, slow, case.field, stage, friction), 0.0, 0.0
+    turns = np.zeros_like(work.gap)
+    if friction.stiffness > 0.0:
+        recall_forces(q, kept, case, mu, work, turns)
     for _ in range(PATIENCE):
         step, left, part = pace, seconds - now, 1.0
         if left > 0.0:
             step = min(pace, seconds / SHARES)
             step = left if left < 1.5 * step else step
             part = 1.0 if step == left else (now + step) / seconds
-        _advance(part, (tension, length), kept, start, goal, control)
+        copy(kept, tension)
+        advance(part, length, tension, control, start, goal)
         _hold_back(q, delay / step, case.trunk, slow)
         trial[:] = q
         residual, violation, count = solve_safely(trial, tension, under_way, tolerance, TRIES, work, system)
@@ -65,10 +71,13 @@ def creep(q, tension, case, start, motion, tolerance, most, work, system):
             continue
         now = now + step if part < 1.0 else seconds
         q[:], kept[:] = trial, tension
+        if friction.stiffness > 0.0:
+            update_forces(mu, 1.0, case.trunk, tension, work, turns, friction)
+            move_anchors(work, friction)
         if turn < 0.4 * TURN:
             pace = 1.6 * step
         if part == 1.0 and step > LONGEST * delay:
-            residual, violation, count = solve_safely(q, tension, case, tolerance, most, work, system)
+            residual, violation, count = settle(q, tension, case, mu, turns, tolerance, most, work, system)
             return residual, violation, total + count
     return max(residual, 2 * tolerance), violation, total
 
@@ -89,16 +98,6 @@ def _hold_back(q, share, trunk, slow):
         for a in range(3):
             slow.stiffness[i, a] = (1 + share) * trunk.stiffness[i, a]
             slow.natural[i, a] = (trunk.natural[i, a] + share * q[i, a]) / (1 + share)
-
-
-@compiled
-def _advance(part, now, kept, start, goal, control):
-    """Tensions and lengths at a part of the way into ``now``; tensions that are not given go on from ``kept``."""
-    tension, length = now
-    for c in range(length.shape[0]):
-        length[c], tension[c] = start[0, c] + part * (control.length[c] - start[0, c]), kept[c]
-        if control.by_tension[c]:
-            tension[c] = start[1, c] + part * (goal[c] - start[1, c])
 
 
 @compiled

@@ -1,0 +1,105 @@
+"""Laws of a trunk that creeps to where it rests: what of the way counts, what balances at its end, with friction too."""
+
+import numpy as np
+import pytest
+
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.model import statics
+from spiraltrunk.model.cables import gap_vectors
+from spiraltrunk.model.shape import Status
+from spiraltrunk.model.statics import Creep, Loads, StaticsOptions
+
+FREE = -PAPER.cable_stroke
+AGAINST = {"pull": np.array([0.03, 0.05, 0.02]), "theta_0": 0.4, "roll": 0.3, "loads": Loads(mass=0.1)}
+"""Every cable pulled against the others, so that many shapes balance."""
+BENT = {"pull": np.array([0.05, FREE, FREE]), "theta_0": 0.8}
+TWO = {"pull": np.array([0.04, 0.02, FREE]), "theta_0": 0.8}
+MU = 0.15
+
+
+def creep(factor=1.0, damping=3.0, **changed):
+    """Fast winders and much damping, so that the way matters; a factor changes the time's unit alone."""
+    slow = Creep(damping_time=damping * factor, pull_speed=0.02 / factor, tension_speed=4.0 / factor)
+    shape = statics.solve(PAPER, **AGAINST | {"options": StaticsOptions(cable_stiffness=2e4, creep=slow)} | changed)
+    assert (shape.status != Status.NOT_CONVERGED).all()
+    return shape
+
+
+def step(**given):
+    """Without creeping, with friction in small increments."""
+    options = StaticsOptions(cable_stiffness=2e4, increment=2.5e-4)
+    return statics.solve(PAPER, **AGAINST | given, options=options)
+
+
+def farthest(first, second):
+    return np.linalg.norm(first.points - second.points, axis=-1).max()
+
+
+@pytest.mark.parametrize(("friction", "near"), [(0.0, 1e-8), (MU, 1e-6)])
+def test_where_one_shape_balances_the_trunk_creeps_to_it(friction, near):
+    led, other = creep(**BENT, friction=friction), step(**BENT, friction=friction)
+    assert led.status == other.status == Status.CONVERGED
+    np.testing.assert_allclose(led.points, other.points, rtol=0, atol=near)
+
+
+def test_with_friction_two_cables_come_the_nearer_to_small_increments_the_slower_they_are_pulled():
+    increments = step(**TWO, friction=MU)
+    far = [farthest(creep(**TWO, friction=MU, damping=damping), increments) for damping in (0.3, 0.03, 0.003)]
+    assert far[0] > 3 * far[1] > 9 * far[2]
+    assert far[2] < 5e-4
+
+
+@pytest.mark.parametrize("friction", [0.0, MU])
+def test_only_speed_times_damping_time_counts(friction):
+    shape = creep(friction=friction)
+    np.testing.assert_allclose(creep(10.0, friction=friction).points, shape.points, rtol=0, atol=1e-8)
+
+
+def test_where_it_creeps_to_the_energy_is_a_minimum():
+    """A Newton iteration may end on a saddle; nothing that creeps stays there, so every small force is given way to."""
+    shape = creep()
+    assert shape.forces.residual <= 1e-9
+    assert np.linalg.eigvalsh(shape.forces.tip_compliance).min() >= -1e-12
+
+
+@pytest.mark.parametrize("friction", [0.0, MU])
+def test_the_way_tells_which_of_several_shapes_it_is(friction):
+    """Cable by cable the trunk ends elsewhere than with all pulled together, and both balance."""
+    together, first = creep(friction=friction), creep(friction=friction, pull=AGAINST["pull"] * [1, 0, 0])
+    after = creep(friction=friction, start=first)
+    assert farthest(after, together) > 1e-3
+    still = step(friction=friction, start=after)
+    np.testing.assert_allclose(still.points, after.points, rtol=0, atol=1e-8 if friction == 0 else 2e-6)
+
+
+@pytest.mark.parametrize("damping", [3.0, 0.03])
+@pytest.mark.parametrize("given", [BENT, TWO, AGAINST])
+def test_no_hole_holds_more_than_the_capstan_can(given, damping):
+    shape = creep(**given, friction=MU, damping=damping)
+    taut = shape.forces.cable_tension > 0
+    tension = np.concatenate([shape.forces.cable_tension[None], shape.forces.gap_tension])[:, taut]
+    gap = gap_vectors(PAPER, shape.joint_rotation)[:, taut]
+    heading = gap / np.linalg.norm(gap, axis=-1, keepdims=True)
+    before = np.arccos(np.clip(heading[..., 0], -1, 1))
+    beyond = np.arccos(np.clip((heading * shape.joint_rotation[:, None, :, 0]).sum(axis=-1), -1, 1))
+    turn = before + np.concatenate([np.zeros((1, taut.sum())), beyond[:-1]])
+    wide = shape.gap[:, taut] > 1e-4  # Narrower ones lose their direction.
+    wide[1:] &= wide[:-1]
+    used = (np.abs(np.log(tension[1:] / tension[:-1])) / (MU * turn))[wide]
+    assert used.size >= 9
+    assert used.max() == pytest.approx(1.0, abs=1e-4)  # Some slid last, and
+    assert (used.min() < 0.5) == (taut.sum() > 1)  # where cables pull against each other others stick.
+
+
+def test_a_cable_let_out_again_leaves_what_friction_holds():
+    bent, free = creep(**BENT, friction=MU), creep(**BENT | {"pull": BENT["pull"] * [0.5, 1, 1]}, friction=MU)
+    back = creep(**BENT | {"pull": BENT["pull"] * [0.5, 1, 1]}, friction=MU, start=bent)
+    assert farthest(back, free) > 1e-3
+    assert back.forces.cable_tension[0] < free.forces.cable_tension[0]
+
+
+def test_a_batch_that_creeps_with_friction_is_its_rows_to_the_bit():
+    pull = np.array([[0.05, FREE, FREE], [0.03, 0.05, 0.02]])
+    both = creep(pull=pull, friction=MU)
+    for b in range(2):
+        np.testing.assert_array_equal(creep(pull=pull[b], friction=MU).points, both.points[b])
