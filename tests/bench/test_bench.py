@@ -166,7 +166,7 @@ def test_the_table_of_speeds(tmp_path, capsys):
     assert script.main(["--out", str(tmp_path)]) == 0
     figures = json.loads((tmp_path / "model_speed.json").read_text())
     assert min(figures["single_us"].values()) > 0
-    assert figures["floors"]["bytes_written_per_shape"] == 568
+    assert figures["floors"]["bytes_written_per_shape"] == 8 * (2 * 18 + 17)  # x and y of the section ends, bends.
     rates = figures["batch_per_s"]
     assert rates["floor: memory written"] > rates["laws alone"]
     assert "million shapes/s" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""Laws of a trunk that creeps to where it rests: what of the way counts, what balances at its end, with friction too."""
+"""Laws of a trunk that creeps to where it rests: what of the way counts, what balances at its end; friction too."""
 
 import numpy as np
 import pytest

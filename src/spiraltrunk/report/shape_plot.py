@@ -133,8 +133,8 @@ def _draw_side(
         axes.plot(*line.T, color=_color(cable), linewidth=0.8, linestyle=style, zorder=3)
         shown = gaps[1::2] if is_on_another else gaps
         axes.add_collection(LineCollection(list(shown), colors=_color(cable), linewidths=2.2, zorder=4))
-    shut = solids.center[solids.is_shut]
-    axes.scatter(*shut[:, seen].T, s=_size_dots(solids, size) ** 2, color=_SHUT_MARK, linewidths=0.0, zorder=5)
+    across, up = solids.center[solids.is_shut][:, seen].T
+    axes.scatter(across, up, s=_size_dots(solids, size) ** 2, color=_SHUT_MARK, linewidths=0.0, zorder=5)
     lead = -_LEAD * size * solids.axis
     axes.plot([lead[right], 0.0], [lead[1], 0.0], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, zorder=2)
     aside = 0.93 if solids.axis[right] > -0.01 else 0.07  # Away from the base axis.
