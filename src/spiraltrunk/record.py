@@ -244,20 +244,20 @@ def compute_series(trial: Trial, name: str) -> Series:
         joint_limit=task.design.joint_limit,
         section_length=task.design.section_length,
         object_height=np.array([s.object_position[2] for s in trace]),
-        target_height=_target_height(trial),
+        lift=_find_lift(trial),
         grip_force=np.array([s.grip_force for s in trace]),
         string_tension=np.array([s.string_tension for s in trace]),
         title=f"{trial.strategy}, {shown}, seed {trial.seed}: {trial.verdict.reason}",
     )
 
 
-def _target_height(trial: Trial) -> float | None:
-    """Height that the lift is to end at: the object's where the lift begins, plus the lift that is asked for [m]."""
+def _find_lift(trial: Trial) -> tuple[float, float] | None:
+    """Height of the object where its transport begins, and the same plus the lift that is asked for [m]."""
     begin = trial.log.span("transport")
     if begin is None:
         return None
-    start = next(s.object_position[2] for s in trial.plant.trace if s.time >= begin[0] - 1e-9)
-    return float(start + trial.plant.task.goal.lift)
+    start = float(next(s.object_position[2] for s in trial.plant.trace if s.time >= begin[0] - 1e-9))
+    return start, start + trial.plant.task.goal.lift
 
 
 def format_json(value: object) -> str:

@@ -38,7 +38,7 @@ def parts() -> dict[str, Any]:
         "joint_limit": np.pi / 6,
         "section_length": 0.05 * 0.92 ** np.arange(N_JOINT + 1),
         "object_height": 0.9 + 0.2 * (ramp(time, 5.0, 6.0) - ramp(time, 8.0, 9.5)),
-        "target_height": 1.1,
+        "lift": (0.9, 1.1),
         "grip_force": 22.0 * grasp,
         "string_tension": 2.0 * (1.0 - ramp(time, 5.0, 5.5)),
         "title": "paper, wrap_vertical, $40 and 5$",

@@ -97,14 +97,14 @@ def test_front_is_shown_in_parts_of_the_length(build: Callable[..., Series]) -> 
     assert axes.get_ylim() == (0.0, 100.0)
 
 
-@pytest.mark.parametrize("target", [1.1, None])
-def test_object_shows_its_target_dashed(build: Callable[..., Series], target: float | None) -> None:
-    (axes,) = build_object_figure(build(target_height=target)).axes
+@pytest.mark.parametrize("lift", [(0.9, 1.1), None])
+def test_object_shows_its_lift(build: Callable[..., Series], lift: tuple[float, float] | None) -> None:
+    (axes,) = build_object_figure(build(lift=lift)).axes
     lines, labels = axes.get_legend_handles_labels()
-    assert labels == (["object"] if target is None else ["object", "lift target"])
-    if target is not None:
-        assert lines[1].get_linestyle() == "--"
-        assert set(lines[1].get_ydata()) == {target}
+    assert labels == (["object"] if lift is None else ["object", "lift start", "lift target"])
+    if lift is not None:
+        assert [line.get_linestyle() for line in lines[1:]] == [":", "--"]
+        assert [set(line.get_ydata()) for line in lines[1:]] == [{height} for height in lift]
 
 
 def test_forces_are_told_apart(series: Series) -> None:

@@ -21,7 +21,7 @@ BAD = {
     "time": (np.linspace(1.0, 0.0, 120), "each later than the one before"),
     "section_length": (np.ones(17), r"section_length has shape \(17,\); allowed: \(18,\), one more than there are"),
     "joint_limit": (0.0, "joint_limit is 0.0"),
-    "target_height": (np.inf, "target_height is inf"),
+    "lift": ((0.9, np.inf), r"lift is \(0.9, inf\)"),
     "phase_spans": ((("reach", 2.0, 1.0),), "phase reach spans 2.0 to 1.0 s"),
 }
 

@@ -57,10 +57,11 @@ def add_front(axes: Axes, series: Series) -> None:
 
 
 def add_object_height(axes: Axes, series: Series) -> None:
-    """Height of the object, and the height that it is to be lifted to [m]."""
+    """Height of the object, and the heights from and to which it is to be lifted [m]."""
     _add_lines(axes, series, series.object_height[:, None], ["object"])
-    if series.target_height is not None:
-        axes.axhline(series.target_height, color=INK, linewidth=1.2, linestyle="--", label="lift target")
+    if series.lift is not None:
+        for height, style, label in zip(series.lift, (":", "--"), ("lift start", "lift target"), strict=True):
+            axes.axhline(height, color=INK, linewidth=1.2, linestyle=style, label=label)
     _finish(axes, series, "Object height [m]")
 
 

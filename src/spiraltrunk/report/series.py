@@ -47,8 +47,8 @@ class Series:
     """Length of each section, the base's first, shape (n_joint + 1,) [m]."""
     object_height: np.ndarray
     """Height of the object's centre, shape (n,) [m]."""
-    target_height: float | None
-    """Height that it is to be lifted to; None where there is none [m]."""
+    lift: tuple[float, float] | None
+    """Heights from which and to which it is to be lifted; None where it is not [m]."""
     grip_force: np.ndarray
     """Sum of the normal forces between trunk and object, shape (n,) [N]."""
     string_tension: np.ndarray
@@ -68,8 +68,8 @@ class Series:
         if not (np.isfinite(self.joint_limit) and self.joint_limit > 0):
             raise ShapeError(f"joint_limit is {self.joint_limit}; allowed: finite, > 0 rad")
         object.__setattr__(self, "section_length", _read_lengths(self.section_length, self.n_joint))
-        if self.target_height is not None and not np.isfinite(self.target_height):
-            raise ShapeError(f"target_height is {self.target_height}; allowed: None or finite")
+        if self.lift is not None and not np.isfinite(self.lift).all():
+            raise ShapeError(f"lift is {self.lift}; allowed: None or finite")
         for phase, begin, end in self.phase_spans:
             if not (np.isfinite([begin, end]).all() and begin <= end):
                 raise ShapeError(f"phase {phase} spans {begin} to {end} s; allowed: finite, begin <= end")
