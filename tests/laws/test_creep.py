@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import statics
 from spiraltrunk.model.cables import gap_vectors
@@ -103,3 +104,32 @@ def test_a_batch_that_creeps_with_friction_is_its_rows_to_the_bit():
     both = creep(pull=pull, friction=MU)
     for b in range(2):
         np.testing.assert_array_equal(creep(pull=pull[b], friction=MU).points, both.points[b])
+
+
+def test_what_rests_goes_on_resting():
+    shape = creep(**BENT, friction=MU)
+    np.testing.assert_array_equal(creep(**BENT, friction=MU, start=shape).points, shape.points)
+
+
+def test_a_load_that_is_added_alone_bends_the_resting_trunk():
+    shape, heavy = creep(**BENT, friction=MU), {"friction": MU, "loads": Loads(mass=0.2)}
+    loaded = creep(**BENT, **heavy, start=shape)
+    assert farthest(loaded, shape) > 1e-3
+    assert farthest(loaded, step(**BENT, **heavy, start=shape)) < 2e-4
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.01])
+def test_a_straight_trunk_that_is_pressed_from_all_sides_buckles(friction):
+    """Exactly balanced, it would stay straight."""
+    options = StaticsOptions(creep=Creep())
+    shape = statics.solve(presets.get("spirob-15"), tension=(10.0, 10.0), friction=friction, options=options)
+    assert shape.status == Status.CONVERGED
+    assert shape.joint_angle.max() > 0.3
+
+
+@pytest.mark.parametrize("friction", [0.0, MU])
+def test_who_gives_up_on_the_way_says_so(friction):
+    options = StaticsOptions(creep=Creep(), steps_most=100)
+    shape = statics.solve(PAPER, **BENT, friction=friction, options=options)
+    assert shape.status == Status.NOT_CONVERGED
+    assert np.isfinite(shape.points).all()

@@ -45,10 +45,10 @@ def test_a_case_that_does_not_converge_is_told_and_fails(script, monkeypatch, ca
     assert "not converged: trials [0, 1]" in capsys.readouterr().out
 
 
-@pytest.mark.slow
-def test_friction_that_does_not_settle_in_one_increment_is_loaded_in_smaller_ones(script, monkeypatch):
+@pytest.mark.parametrize(("friction", "trial"), [(0.1, 17), (0.2, 240), (0.4, 614)])
+def test_friction_that_does_not_settle_in_increments_is_loaded_slowly(script, monkeypatch, friction, trial):
     """A trunk that leaps on the way."""
-    case = script.draw_case(0.1, 17)
+    case = script.draw_case(friction, trial)
     assert script.is_good(script.judge(case, script.solve_case(case)))
-    monkeypatch.setattr(statics, "_FINER", ())
+    monkeypatch.setattr(statics, "_run_again", lambda *_: None)
     assert script.judge(case, script.solve_case(case))["status"] == "NOT_CONVERGED"

@@ -13,7 +13,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference
 from spiraltrunk.model.shape import Shape
-from spiraltrunk.report.shape_plot import build_shape_figure, write_shape
+from spiraltrunk.report.shape_plot import _size_dots, build_shape_figure, write_shape
 from spiraltrunk.report.shape_solids import build_solids
 
 SHAPES = {
@@ -82,3 +82,20 @@ def test_other_designs_are_drawn(tmp_path: Path) -> None:
     design = presets.get("spirob-15")
     shape = reference.bend_dorsal(design, 0.02, 0.0)
     assert write_shape(design, shape, 0.0, tmp_path / "shape.png").stat().st_size > 10_000
+
+
+def test_of_cables_behind_one_another_both_are_seen() -> None:
+    """From the side cables 2 and 3 of the bent trunk lie on one line, from the end none does."""
+    theta_0 = 1.0
+    _, side, end = build_shape_figure(PAPER, reference.bend_dorsal(PAPER, 0.05, theta_0), theta_0).axes
+    styles = [[line.get_linestyle() for line in axes.lines[:3]] for axes in (side, end)]
+    assert styles == [["-", "-", "--"], ["-", "-", "-"]]
+
+
+def test_dots_of_shut_joints_are_no_larger_than_their_sections() -> None:
+    shape = reference.bend_dorsal(PAPER, 0.1, 1.0)
+    solids = build_solids(PAPER, shape, 1.0)
+    sizes = _size_dots(solids, 500.0)
+    assert sizes.size == solids.is_shut.sum() > 5
+    assert (np.diff(sizes) <= 0).all()
+    assert sizes[-1] < sizes[0] <= 4.0

@@ -75,7 +75,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if model == "statics":
         figures["friction"] = design.cable.friction if arguments.friction is None else float(arguments.friction)
     if arguments.plot is not None:
-        _draw(design, shape, theta_0, arguments.plot, _title(figures))
+        _draw(design, shape, theta_0, arguments.plot, _title(figures, with_status=True))
     text = format_json(figures) if arguments.json else _format_table(figures)
     return FAILED if figures["status_code"] == "NOT_CONVERGED" else DONE, text
 
@@ -136,11 +136,14 @@ def compute_figures(design: TrunkDesign, shape: Shape, model: str, load: Load | 
     }
 
 
-def _title(figures: dict[str, Any]) -> str:
+def _title(figures: dict[str, Any], *, with_status: bool = False) -> str:
     load = figures["load"]
     done = "at rest" if load is None else " ".join([load["option"], *(f"{value:g}" for value in load["values"])])
     model = figures["model"] + (f" with friction {figures['friction']:g}" if "friction" in figures else "")
-    return f"{figures['design']}, {model}, {done}, base axis {figures['theta0_deg']:g} deg below horizontal"
+    turn, code = figures["theta0_deg"], figures["status_code"]
+    base = f"base axis {abs(turn):g} deg {'above' if turn < 0 else 'below'} horizontal"
+    ending = "" if code == "CONVERGED" or not with_status else f": {code.replace('_', ' ').lower()}"
+    return f"{figures['design']}, {model}, {done}, {base}{ending}"
 
 
 def _format_table(figures: dict[str, Any]) -> str:

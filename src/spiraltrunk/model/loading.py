@@ -47,7 +47,8 @@ class Creep:
     """How a trunk is led to its shape: winders at an even speed, all arriving together, joints damped, no inertia.
 
     Of several shapes that balance it ends in the one that this way leads to, as a trunk does that is pulled slowly.
-    Where all cables pull against each other it buckles on its way, and another speed may lead elsewhere.
+    Where all cables pull against each other it buckles on its way, and another speed may lead elsewhere. With friction
+    what a hole holds is one step old, of 2000 and more to a loading.
     """
 
     damping_time: float = 0.04

@@ -50,10 +50,8 @@ POISSON = 0.48
 SHUT = 1e-6
 """Length at which a gap counts as shut [m]."""
 
-_FINER = (2.5, 6.0)
-"""How many times smaller the increments are in which a loading with friction that did not converge is tried again [-].
-
-Between two increments a trunk may leap, and friction settles or not by where it is caught."""
+_SLOWLY = Creep()
+"""How a loading with friction is tried again whose increments did not converge, between two of which it may leap."""
 
 _CHUNK = 16
 """Equilibria that a core solves in a row."""
@@ -88,7 +86,7 @@ class StaticsOptions:
     creep: Creep | None = None
     """How the trunk is led to its shape; None goes there in one step, or with friction in increments."""
     steps_most: int = 20_000
-    """Steps after which an increment is given up."""
+    """Steps after which an increment is given up, or a creep."""
 
     def __post_init__(self) -> None:
         check_number("hole_set_back", self.hole_set_back, least=0.0, below=0.5)
@@ -181,11 +179,10 @@ def solve(
     problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
     solution = _start(trunk, drive, batch, start)
     _run(problem, solution, trunk, 3 if options.has_torsion else 2)
-    for finer in _FINER:
-        if mu == 0 or options.creep is not None or not (solution.status == Status.NOT_CONVERGED).any():
-            break
-        again = _start(trunk, drive, batch, start)
-        _run_again(problem, (solution, again), trunk, 3 if options.has_torsion else 2, finer)
+    if mu > 0 and options.creep is None and (solution.status == Status.NOT_CONVERGED).any():
+        options, again = replace(options, creep=_SLOWLY), _start(trunk, drive, batch, start)
+        problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
+        _run_again(problem, (solution, again), trunk, 3 if options.has_torsion else 2)
     return read_out(solution, batch)
 
 
@@ -303,12 +300,11 @@ def _run(problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
     share(lambda first, last: solve_rows(first, last, nd, trunk, problem, solution), len(problem.base), _CHUNK)
 
 
-def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Trunk, nd: int, finer: float) -> None:
+def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Trunk, nd: int) -> None:
     """Solve the rows of the first that did not converge from the start in the second, and keep those that now do."""
     kept, again = solutions
     rows = np.flatnonzero(kept.status == Status.NOT_CONVERGED)
     own = {name: getattr(problem, name)[rows] for name in Problem._fields[:9]}
-    own["increments"] = np.ceil(finer * own["increments"]).astype(np.int64)
     part = Solution(*(array[rows] for array in again))
     _run(problem._replace(**own), part, trunk, nd)
     good = part.status != Status.NOT_CONVERGED

@@ -23,10 +23,10 @@ _BODY, _EDGE, _SHUT, _SHUT_MARK = "#B8C4D0", "#5F6F80", "#CC79A7", "#8E2A6B"
 _LEAD = 0.22
 """Length of the base axis before the base, over the picture's size [-]."""
 
-_BEHIND = 0.01
-"""Median distance of two cables in a side view up to which one hides the other, over the picture's size [-]."""
+_BEHIND = 0.1
+"""Median distance of two cables in a side view up to which one hides the other, over that in space [-]."""
 
-_DOT, _SPAN = (1.2, 4.0), 230.0
+_DOT, _SPAN = (1.8, 4.0), 230.0
 """Least and largest size of a shut joint's dot, a third of its section's, and of a whole view [pt]."""
 
 _VIEWS = (("side view", 0, "x [mm]", 2, 1), ("end view", 2, "z [mm]", 0, -1))
@@ -127,8 +127,9 @@ def _draw_side(
         )
     size = float(high[0] - low[0])
     for cable, (line, gaps) in enumerate(zip(solids.cable[..., seen], solids.gaps[..., seen], strict=True)):
-        apart = np.median(np.linalg.norm(solids.cable[:cable][..., seen] - line, axis=-1), axis=-1)
-        is_on_another = bool((apart < _BEHIND * size).any())  # Then both are seen, by turns.
+        apart = solids.cable[:cable] - solids.cable[cable]
+        share = np.linalg.norm(apart[..., seen], axis=-1) / np.linalg.norm(apart, axis=-1)
+        is_on_another = bool((np.median(share, axis=-1) < _BEHIND).any())  # Then both are seen, by turns.
         style = (0, (5, 5)) if is_on_another else "solid"
         axes.plot(*line.T, color=_color(cable), linewidth=0.8, linestyle=style, zorder=3)
         shown = gaps[1::2] if is_on_another else gaps
@@ -183,7 +184,8 @@ def _handles(solids: Solids) -> list[Any]:
         Line2D([], [], color=_color(cable), linewidth=2.4, label=f"cable {cable + 1}")
         for cable in range(len(solids.cable))
     ]
-    lines = [Line2D([], [], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, label="base axis")]
+    lines = [Line2D([], [], color=_EDGE, linewidth=2.4, solid_capstyle="butt", label="thick: in a gap")]
+    lines += [Line2D([], [], color=INK, linestyle=(0, (4, 2)), linewidth=1.2, label="base axis")]
     if solids.is_shut.any():
         lines.append(
             Line2D(

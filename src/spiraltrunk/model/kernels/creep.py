@@ -15,7 +15,7 @@ import numpy as np
 
 from spiraltrunk.model.kernels import compiled, inlined, owning
 from spiraltrunk.model.kernels.balance import Case, Control, Trunk
-from spiraltrunk.model.kernels.capstan import advance, move_anchors, recall_forces, settle, update_forces
+from spiraltrunk.model.kernels.capstan import COARSER, advance, move_anchors, recall_forces, settle, update_forces
 from spiraltrunk.model.kernels.linear import copy, factorise
 from spiraltrunk.model.kernels.newton import STIFFEST, TIGHT, add_penalty, solve_safely
 
@@ -31,8 +31,10 @@ GROWTH = 0.1
 """What drives the trunk away from a shape grows by at most this part in a step [-]."""
 SHARES = 2000
 """Least number of steps in which the cables are loaded."""
-PATIENCE = 200_000
-"""Steps after which the trunk is given up."""
+STILL = 1e-11
+"""Turn in a step up to which a trunk that may not stay as it is does not move by itself [rad]."""
+LEAN = 1e-6
+"""Bend that is then added to every joint [rad]: nothing balances on a point."""
 TRIES = np.int64(200)
 """Steps of Newton's method after which a step of time is tried again, half as long; like any number to the compiler."""
 
@@ -52,12 +54,13 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
     turns = np.zeros_like(work.gap)
     if friction.stiffness > 0.0:
         recall_forces(q, kept, case, mu, work, turns)
-    for _ in range(PATIENCE):
+    for _ in range(most):
         step, left, part = pace, seconds - now, 1.0
         if left > 0.0:
-            step = min(pace, seconds / SHARES)
-            step = left if left < 1.5 * step else step
-            part = 1.0 if step == left else (now + step) / seconds
+            step = min(pace, max(seconds / SHARES, SHORTEST * delay))
+            is_last = left < 1.5 * step
+            step = max(left, SHORTEST * delay) if is_last else step
+            part = 1.0 if is_last else (now + step) / seconds
         copy(kept, tension)
         advance(part, length, tension, control, start, goal)
         _hold_back(q, delay / step, case.trunk, slow)
@@ -68,6 +71,8 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
         is_good = residual <= tolerance and violation <= TIGHT and turn <= TURN
         if step > SHORTEST * delay and not (is_good and _grows_little(delay / step, stage, work, system)):
             pace = 0.5 * step
+            if is_good and turn <= STILL:
+                _lean(q)
             continue
         now = now + step if part < 1.0 else seconds
         q[:], kept[:] = trial, tension
@@ -79,7 +84,7 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
         if part == 1.0 and step > LONGEST * delay:
             residual, violation, count = settle(q, tension, case, mu, turns, tolerance, most, work, system)
             return residual, violation, total + count
-    return max(residual, 2 * tolerance), violation, total
+    return max(residual, 2 * COARSER * tolerance), violation, total
 
 
 @owning
@@ -101,10 +106,18 @@ def _hold_back(q, share, trunk, slow):
 
 
 @compiled
+def _lean(q):
+    for i in range(q.shape[0]):
+        q[i, 0] += LEAN
+        q[i, 1] += LEAN
+
+
+@compiled
 def _largest_turn(before, after):
     worst = 0.0
     for i in range(before.shape[0]):
-        worst = max(worst, (after[i, 0] - before[i, 0]) ** 2 + (after[i, 1] - before[i, 1]) ** 2)
+        bent = (after[i, 0] - before[i, 0]) ** 2 + (after[i, 1] - before[i, 1]) ** 2
+        worst = max(worst, bent + (after[i, 2] - before[i, 2]) ** 2)
     return math.sqrt(worst)
 
 
