@@ -45,7 +45,7 @@ def test_a_case_that_does_not_converge_is_told_and_fails(script, monkeypatch, ca
     assert "not converged: trials [0, 1]" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("friction", "trial"), [(0.1, 17), (0.2, 240), (0.4, 614)])
+@pytest.mark.parametrize(("friction", "trial"), [pytest.param(0.1, 17, marks=pytest.mark.slow), (0.2, 240)])
 def test_friction_that_does_not_settle_in_increments_is_loaded_slowly(script, monkeypatch, friction, trial):
     """A trunk that leaps on the way."""
     case = script.draw_case(friction, trial)
