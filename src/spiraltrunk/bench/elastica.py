@@ -29,6 +29,9 @@ DAMPING = 12.0
 SWING = 4.0
 """Time simulated [s]; it is at rest after 1.2."""
 
+TURNS = 6
+"""Turns of each side."""
+
 LOOK = 0.018
 """Simulated time between two looks [s]."""
 
@@ -36,17 +39,21 @@ LOOK = 0.018
 def measure_rest_pyelastica() -> Claim:
     """One shape at rest against PyElastica's rod, damped until it stays within 0.1 % of its length [s].
 
-    The rod is stepped far beyond that; what counts is the wall time until it came close for good.
+    The rod is stepped far beyond that; what counts is the wall time until it came close for good. Both are timed in
+    turns, and the fastest of each counts.
 
     Raises:
         MissingPackage: where PyElastica is not installed.
     """
     check_elastica()
-    (ours,) = time_in_turns(rest_in_turn())
-    seen, walls = swing()
-    away = np.linalg.norm(seen - seen[-1], axis=1).max(axis=1)
-    first = len(away) - int(np.argmax(away[::-1] > CLOSE * presets.PAPER.length))
-    return Claim(ours=ours, other=walls[first], bar=10_000.0)
+    ours, other = math.inf, math.inf
+    for _ in range(TURNS):
+        ours = min(ours, *time_in_turns(rest_in_turn()))
+        seen, walls = swing()
+        away = np.linalg.norm(seen - seen[-1], axis=1).max(axis=1)
+        first = len(away) - int(np.argmax(away[::-1] > CLOSE * presets.PAPER.length))
+        other = min(other, walls[first])
+    return Claim(ours=ours, other=other, bar=10_000.0)
 
 
 def check_elastica() -> None:
