@@ -92,7 +92,7 @@ def test_of_cables_behind_one_another_both_are_seen() -> None:
     assert styles == [["-", "-", "--"], ["-", "-", "-"]]
 
 
-def test_dots_of_shut_joints_are_no_larger_than_their_sections() -> None:
+def test_dots_of_shut_joints_shrink_with_their_sections() -> None:
     shape = reference.bend_dorsal(PAPER, 0.1, 1.0)
     solids = build_solids(PAPER, shape, 1.0)
     sizes = _size_dots(solids, 500.0)
