@@ -11,10 +11,10 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model import reference, reference_table
+from spiraltrunk.model import reference, reference_rest, reference_table
 from spiraltrunk.model.cables import hole_positions
 from spiraltrunk.model.reference_bend import arcsine
-from spiraltrunk.model.reference_table import prepare, unpack
+from spiraltrunk.model.reference_table import prepare, read_table, rest_stiffness, rest_weight
 from spiraltrunk.model.shape import Status
 
 HANGING = math.pi / 2
@@ -66,7 +66,7 @@ def plain_twist(design, first, second, theta_0, as_authors):
     start = reference.bend_dorsal(design, first, theta_0, as_authors=as_authors)
     n_open = int(reference.first_shut(start)) - 1
     beyond, before = hole_positions(design)
-    portion = unpack(prepare(design, as_authors).constants).portion[::-1][:n_open]
+    portion = read_table(prepare(design, as_authors).constants).portion[::-1][:n_open]
 
     def rotation(i, turn):
         return turned(before[i, 0], turn) @ start.joint_rotation[i]
@@ -182,10 +182,44 @@ def test_an_upright_trunk_falls_and_a_stiff_one_stands():
     np.testing.assert_allclose(standing.joint_angle, 0, atol=1e-12)
 
 
+def straight_stiffness(design):
+    """Second derivatives of the energy of the trunk that stands straight, shape (n_joint, n_joint) [N m/rad]."""
+    before = np.tril(np.ones((design.n_joint, design.n_joint)))
+    return np.diag(rest_stiffness(design)) - before.T @ np.diag(rest_weight(design)) @ before
+
+
+@pytest.mark.parametrize("lean", [0.0, 1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("excess", [-1e-3, -1e-6, 1e-6, 1e-4, 1e-3, 1e-2])
+def test_a_trunk_that_hardly_stands_or_hardly_falls_comes_to_rest(excess, lean):
+    """Near the mass under which it buckles, where an equilibrium is nearly indifferent."""
+    critical = search(lambda factor: -np.linalg.eigvalsh(straight_stiffness(heavy(factor)))[0], 0.1, 2.0)
+    design = heavy(critical * (1 + excess))
+    shape = reference.rest(design, lean - HANGING, as_authors=False)
+    assert shape.status == Status.CONVERGED
+    sag = -bends(shape)
+    weight, stiffness = rest_weight(design), rest_stiffness(design)
+    before = np.tril(np.ones((design.n_joint, design.n_joint)))
+    axis = lean - HANGING + before @ sag
+    moment = stiffness * sag - before.T @ (weight * np.cos(axis))
+    curvature = np.diag(stiffness) + before.T @ np.diag(weight * np.sin(axis)) @ before
+    assert np.linalg.eigvalsh(curvature)[0] > 0
+    np.testing.assert_allclose(np.linalg.solve(curvature, moment), 0, atol=2e-11)
+    assert np.abs(sag).max() > 1e-5 or excess < 0
+
+
 @pytest.mark.parametrize("turns", [1, -2, 50])
 def test_whole_turns_change_nothing(turns):
     one, other = (reference.twist(PAPER, 0.05, 0.02, 0.4 + 2 * math.pi * n) for n in (0, turns))
     np.testing.assert_allclose(other.points, one.points, rtol=0, atol=1e-11)
+
+
+def test_cos_and_sin_of_bends_are_cos_and_sin():
+    """Within the last bit of 1 and of the sine, wide bends included."""
+    angle = np.concatenate([np.linspace(-1.5, 1.5, 30001), np.logspace(-300, -1, 500)])
+    cos, sin = np.empty_like(angle), np.empty_like(angle)
+    reference_rest.turns(angle, 1.5, cos, sin)
+    np.testing.assert_allclose(cos, np.cos(angle), rtol=0, atol=2.3e-16)
+    np.testing.assert_allclose(sin, np.sin(angle), rtol=4.5e-16, atol=0)
 
 
 def test_arcsine_is_the_arcsine():

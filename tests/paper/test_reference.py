@@ -13,7 +13,7 @@ import pytest
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import cables, reference
-from spiraltrunk.model.reference_table import prepare, rest_mass, rest_weight, unpack
+from spiraltrunk.model.reference_table import prepare, read_table, rest_mass, rest_weight
 from spiraltrunk.model.shape import Status
 
 MM = 1e3
@@ -122,7 +122,7 @@ def test_no_joint_reaches_its_limit_by_gravity():
 
 def test_shares_of_the_pull():
     """Authors' code: 0.0183 at the base, 0.1303 at the tip, rotations growing by k_p^(-5/2) = 1.233 in between."""
-    t = unpack(prepare(PAPER).constants)
+    t = read_table(prepare(PAPER).constants)
     assert t.portion[0] == pytest.approx(0.0183, abs=1e-4)
     assert t.portion[-1] == pytest.approx(0.1303, abs=2e-4)
     assert t.portion.sum() == pytest.approx(1, abs=1e-14)
@@ -132,7 +132,7 @@ def test_shares_of_the_pull():
 
 def test_constants_are_the_authors():
     """Authors' code: R_hole 28.87 mm k_p^i, straight gap 13.74 mm, gravity with 0.9196, the gripper in m_17."""
-    t = unpack(prepare(PAPER).constants)
+    t = read_table(prepare(PAPER).constants)
     powers = PAPER.k_p ** np.arange(17)
     np.testing.assert_allclose(t.diameter * MM, 2 * 28.87 * PAPER.k_p * powers, rtol=1e-9)
     np.testing.assert_allclose(t.straight * MM, 13.74 * powers, rtol=1e-9)

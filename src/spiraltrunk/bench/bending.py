@@ -9,7 +9,7 @@ import numpy as np
 from spiraltrunk.bench.claim import Claim, one_core, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
-from spiraltrunk.model.reference_table import prepare, unpack
+from spiraltrunk.model.reference_table import prepare, read_table
 
 TILT = 0.4
 """Angle of the base axis below the horizontal [rad]."""
@@ -77,7 +77,7 @@ class NumpyBending:
 
     def __init__(self, theta_0: float) -> None:
         self.theta_0 = theta_0
-        self.table = unpack(prepare(presets.PAPER).constants)
+        self.table = read_table(prepare(presets.PAPER).constants)
         turn = reference.rest(presets.PAPER, theta_0).joint_rotation
         sag = -np.arctan2(turn[:, 1, 0], turn[:, 0, 0])
         self.gap = self.table.diameter * np.sin((self.table.limit + sag) / 2)

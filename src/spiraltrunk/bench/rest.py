@@ -11,7 +11,7 @@ from scipy.optimize import fsolve
 from spiraltrunk.bench.claim import Claim, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
-from spiraltrunk.model.reference_table import prepare, unpack
+from spiraltrunk.model.reference_table import prepare, read_table
 from spiraltrunk.sim.settle import SettleOptions, SettleRig
 
 TILTS = (0.0, 0.4, 0.8, 1.2)
@@ -46,7 +46,7 @@ class NumpyRest:
     """
 
     def __init__(self, theta_0: float) -> None:
-        table = unpack(prepare(presets.PAPER).constants)
+        table = read_table(prepare(presets.PAPER).constants)
         self.theta_0, self.stiffness, self.weight = theta_0, table.stiffness, table.weight
         self.elastic = np.diag(table.stiffness) - np.diag(table.stiffness[1:], 1)
         self.before = np.tril(np.ones_like(self.elastic))

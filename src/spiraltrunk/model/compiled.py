@@ -51,8 +51,8 @@ def compiler(stamp: str, *, is_inlined: bool = False, owns_arrays: bool = True) 
         stamp: as above.
         is_inlined: whether a function is compiled in those alone that call it. Machine code holds that of all the
             functions it calls, so of a large one that few call this spares a copy.
-        owns_arrays: whether a function makes or returns arrays. One that does neither can do without counting who
-            refers to those that it is given, which takes a fourth of an equilibrium's time.
+        owns_arrays: whether a function makes arrays, or returns them to one that counts who refers to them. One that
+            does neither can do without counting, which takes a fourth of an equilibrium's time.
     """
     options: dict[str, Any] = {
         "cache": True, "error_model": "numpy", "inline": "always" if is_inlined else "never", "nogil": True,

@@ -23,7 +23,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.compiled import share
 from spiraltrunk.model.loading import PULL_MARGIN, tell
-from spiraltrunk.model.reference_lean import solve_points
+from spiraltrunk.model.reference_lean import build_room, solve_points
 from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve
 from spiraltrunk.model.reference_table import Prepared, check_twist, check_ventral, prepare
 from spiraltrunk.model.shape import Shape, build_shape
@@ -115,7 +115,11 @@ def bend_dorsal_points(
     if out is None:
         out = _room_for_points(batch, n_joint)
     ends, bend = _read_out(out, batch, n_joint)
-    share(lambda *span: solve_points((pulls, tilts), prepared.constants, ends, bend, span), n, _LEAN_CHUNK)
+
+    def solve_span(first: int, last: int) -> None:
+        solve_points((pulls, tilts, build_room(n_joint)), prepared.constants, ends, bend, (first, last))
+
+    share(solve_span, n, _LEAN_CHUNK)
     return out
 
 
@@ -214,9 +218,12 @@ def _read_plain(given: tuple[_Given, ...]) -> list[float] | None:
     """The inputs as checked numbers where each is a single one."""
     numbers = []
     for name, value, full in given:
-        if type(value) not in _PLAIN:
+        if type(value) is float and abs(value) < full and (value >= 0.0 or full == math.inf):
+            numbers.append(value)
+        elif type(value) in _PLAIN:
+            numbers.append(_check_number(name, value, full))  # type: ignore[arg-type]
+        else:
             return None
-        numbers.append(_check_number(name, value, full))  # type: ignore[arg-type]
     return numbers
 
 
@@ -251,8 +258,8 @@ def _check_number(name: str, value: float, full: float) -> float:
         number = float(value)
     except OverflowError:
         number = math.inf
-    if math.isinf(full):
-        if not math.isfinite(number):
+    if full == math.inf:
+        if not abs(number) < math.inf:
             raise ModelError(f"{name} is {number:g} rad; allowed: any finite angle")
     elif not 0.0 <= number <= _most(full):
         told = f"{math.floor(_most(full) * 1e6) / 1e6:g} m, {PULL_MARGIN:g} times full curl"
@@ -279,7 +286,13 @@ def _solve(law: int, prepared: Prepared, given: tuple[_Given, ...]) -> Shape:
         asked[..., column] = array
     rows, count = asked.reshape(n, 3), prepared.layout[-1][2]
     answers = np.empty(n * count + -(-n * (n_joint + 1) // 8))
-    share(lambda *span: solve(law, (rows, prepared.build_desk()[1]), prepared.constants, answers, span), n, _CHUNK)
+
+    def solve_span(first: int, last: int) -> None:
+        desk = prepared.build_desk()[1]
+        desk[:2] = first, last
+        solve(law, rows, desk, prepared.constants, answers)
+
+    share(solve_span, n, _CHUNK)
     points, rotation, angle, gap, change = (
         answers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
     )
@@ -303,11 +316,11 @@ def _solve_one(law: int, prepared: Prepared, numbers: list[float]) -> Shape:
     """The shape for single inputs; its arrays are fields of one record, which is sooner made than many."""
     answers = np.empty(prepared.record.itemsize // 8)
     desk = prepared.desks.pop() if prepared.desks else prepared.build_desk()
-    asked = desk[0]
+    asked, room = desk
     asked[0, 0], asked[0, 2] = numbers[0], numbers[-1]
     if len(numbers) == 3:
         asked[0, 1] = numbers[1]
-    solve(law, desk, prepared.constants, answers, (0, 1))
+    solve(law, asked, room, prepared.constants, answers)
     prepared.desks.append(desk)
     answer = np.ndarray((), prepared.record, answers)
     return build_shape(

@@ -11,15 +11,20 @@ import numpy as np
 
 from spiraltrunk.model.reference_bend import arcsine, arcsine_narrow, rest_gap, shorten, turn
 from spiraltrunk.model.reference_rest import settle
-from spiraltrunk.model.reference_table import Table, compiled, owning, unpack
+from spiraltrunk.model.reference_table import Table, compiled, unpack
 
 _LANES = 256
 """Trunks side by side, whose gaps just fit into the first cache [-]."""
 
 
-@owning
+def build_room(n_joint: int) -> np.ndarray:
+    """Room for one thread's `solve_points`."""
+    return np.empty(8 * n_joint + (n_joint + 4) * _LANES)
+
+
+@compiled
 def solve_points(
-    asked: tuple[np.ndarray, np.ndarray],
+    asked: tuple[np.ndarray, np.ndarray, np.ndarray],
     constants: np.ndarray,
     ends: np.ndarray,
     bend: np.ndarray,
@@ -30,26 +35,29 @@ def solve_points(
     Both are kept trunk beside trunk, as the lanes write them at once.
 
     Args:
-        asked: pulls, shape (n,) [m], and theta_0, shape (n,) or (1,) [rad]; trunks at the same one in a row share rest.
+        asked: pulls, shape (n,) [m], theta_0, shape (n,) or (1,) [rad], trunks at the same one in a row sharing their
+            rest, and `build_room`.
         constants: numbers of the design, from `Prepared`.
         ends: filled in x and y, not a number where the rest did not converge; z is 0 before.
         bend: filled.
         span: first trunk and one beyond the last.
     """
-    t, pull, tilt = unpack(constants), asked[0], asked[1]
-    n_joint, is_one = t.portion.size, asked[1].size == 1
-    work, rest = np.empty((5, n_joint)), np.empty(n_joint)
-    gap, lanes = np.empty((n_joint, _LANES)), np.empty((4, _LANES))
+    t, pull, tilt, room = unpack(constants), asked[0], asked[1], asked[2]
+    n_joint, is_one = t.portion.size, tilt.size == 1
+    wide = room[8 * n_joint :].reshape(n_joint + 4, _LANES)
+    work, lanes, gap = room[: 8 * n_joint].reshape(8, n_joint), wide[:4], wide[4:]
+    sag, rest = work[6], work[7]
     first, is_rest, before = span[0], True, math.nan
     while first < span[1]:
         theta_0 = tilt[0] if is_one else tilt[first]
         if theta_0 != before:
-            is_rest, before = settle(theta_0, t, work[4], work), theta_0
-            rest_gap(t, work[4], rest)
+            is_rest, before = settle(theta_0, t, sag, work), theta_0
+            rest_gap(t, sag, rest)
         n = min(_LANES, span[1] - first)
         if not is_one:
             n = _same(tilt[first : first + n])
-        lanes[0, :n] = pull[first : first + n]
+        for w in range(n):
+            lanes[0, w] = pull[first + w]
         _shorten_lanes(t, rest, lanes[0, :n], lanes[1], gap)
         for w in range(n):
             if lanes[1, w] > 0.0:
@@ -71,14 +79,19 @@ def _same(tilt: np.ndarray) -> int:
 def _shorten_lanes(t: Table, rest: np.ndarray, level: np.ndarray, left: np.ndarray, gap: np.ndarray) -> None:
     """The first pass of `shorten` in each lane of ``level``; what joint 1 could not take goes to ``left`` [m]."""
     for i in range(rest.size - 1, -1, -1):
-        portion, below, length, row = t.portion[i], t.below[i], rest[i], gap[i]
-        for w in range(level.size):
-            over = level[w] * portion - length
-            excess = max(over, 0.0)
-            row[w] = excess - over
-            level[w] += excess * below
+        _share_lanes(t.portion[i], t.below[i], rest[i], level, gap[i])
     for w in range(level.size):
         left[w] = max(level[w] * t.portion[0] - rest[0], 0.0)
+
+
+@compiled
+def _share_lanes(portion: float, below: float, length: float, level: np.ndarray, gap: np.ndarray) -> None:
+    """One joint of it; by itself, for within a loop over joints nothing of this would go side by side."""
+    for w in range(level.size):
+        over = level[w] * portion - length
+        excess = max(over, 0.0)
+        gap[w] = excess - over
+        level[w] += excess * below
 
 
 @compiled

@@ -8,8 +8,8 @@ from typing import NamedTuple, final
 import numpy as np
 
 from spiraltrunk.model.reference_bend import bends, lengthen, rest_gap, shorten
-from spiraltrunk.model.reference_rest import settle
-from spiraltrunk.model.reference_table import Table, compiled, owning, unpack
+from spiraltrunk.model.reference_rest import settle, turns
+from spiraltrunk.model.reference_table import Table, compiled, unpack
 from spiraltrunk.model.reference_twist import wind
 
 REST, DORSAL, VENTRAL, TWIST = range(4)
@@ -35,7 +35,7 @@ class Slots(NamedTuple):
     status: np.ndarray
 
 
-@owning
+@compiled
 def _slots(n: int, numbers: np.ndarray, n_joint: int, n_cable: int) -> Slots:
     """The arrays of `n` answers, one after the other in ``numbers``: those of `Prepared.layout`, then the marks."""
     a = 3 * n * (n_joint + 1)
@@ -54,27 +54,25 @@ def _slots(n: int, numbers: np.ndarray, n_joint: int, n_cable: int) -> Slots:
     )
 
 
-@owning
-def solve(
-    law: int,
-    desk: tuple[np.ndarray, np.ndarray],
-    constants: np.ndarray,
-    answers: np.ndarray,
-    span: tuple[int, int],
-) -> None:
-    """Solve shapes ``span[0]`` to ``span[1]`` one after the other; neighbours at the same theta_0 share their rest.
+@compiled
+def solve(law: int, asked: np.ndarray, desk: np.ndarray, constants: np.ndarray, answers: np.ndarray) -> None:
+    """Solve shapes one after the other; neighbours at the same theta_0 share their rest.
+
+    No tuple among the arguments and no array made: for a single shape each costs as much as bending the joints.
 
     Args:
         law: one of REST, DORSAL, VENTRAL, TWIST.
-        desk: first pull [m], second pull [m] and theta_0 [rad], shape (n, 3), and the last rest; `Prepared.build_desk`.
+        asked: first pull [m], second pull [m] and theta_0 [rad], shape (n, 3).
+        desk: the first shape to be solved, one beyond the last; the rest kept from one shape to the next: its theta_0
+            [rad], not a number at first, whether it converged, the sags [rad]; room; `Prepared.build_desk`.
         constants: numbers of the design, from `Prepared`.
         answers: filled with the arrays of `Prepared.layout`, then, byte by byte, which faces meet and the status.
-        span: first shape and one beyond the last.
     """
-    t, asked, kept = unpack(constants), desk[0], desk[1]
+    t = unpack(constants)
     slots = _slots(asked.shape[0], answers, t.beyond.shape[0], t.beyond.shape[1])
-    work = np.empty((9, t.portion.size))
-    for k in range(span[0], span[1]):
+    n_joint = t.portion.size
+    kept, work = desk[2 : 4 + n_joint], desk[4 + n_joint :].reshape(11, n_joint)
+    for k in range(int(desk[0]), int(desk[1])):
         theta_0 = asked[k, 2]
         if theta_0 != kept[0]:
             kept[1] = 1.0 if settle(theta_0, t, kept[2:], work[5:]) else 0.0
@@ -96,7 +94,8 @@ def _bend(law: int, pull: float, t: Table, work: np.ndarray) -> float:
     sag, gap, bend, cos, sin = work[0], work[1], work[2], work[3], work[4]
     if law == REST:
         for i in range(sag.size):
-            bend[i], cos[i], sin[i] = -sag[i], math.cos(sag[i]), -math.sin(sag[i])
+            bend[i] = -sag[i]
+        turns(bend, t.limit, cos, sin)
         return 0.0
     rest_gap(t, sag, gap)
     left = lengthen(pull, t, gap) if law == VENTRAL else shorten(pull, t, gap)

@@ -28,11 +28,8 @@ ROUNDED_RADIUS = 28.87 / 28.871516330624754
 ROUNDED_GAP = 13.74 / 13.743977971204414
 """Straight gap of joint 1 in the authors' shares, 13.74 mm, over what the spiral gives [-]."""
 
-_STAMP = hash_files(Path(__file__).parent.glob("reference_*.py"))
-compiled = compiler(_STAMP, owns_arrays=False)
-"""How the reference model's laws are compiled."""
-owning = compiler(_STAMP)
-"""How those are that make or return arrays."""
+compiled = compiler(hash_files(Path(__file__).parent.glob("reference_*.py")), owns_arrays=False)
+"""How the reference model's laws are compiled; one that returns arrays, parts of its own, is called by these alone."""
 
 _SAME = 1e-6
 """Distance of unit vectors up to which two directions are the same [-]."""
@@ -95,15 +92,13 @@ class Prepared:
     """Whether the cables are the paper's three, 120 deg apart."""
 
     def build_desk(self) -> tuple[np.ndarray, np.ndarray]:
-        """What a single shape asks, shape (1, 3), and room for the rest that is kept from one shape to the next.
+        """What a single shape asks, shape (1, 3), and the desk of `reference_solve.solve`, set to one shape."""
+        desk = np.full(4 + 12 * self.n_joint, math.nan)
+        desk[:2] = 0.0, 1.0
+        return np.zeros((1, 3)), desk
 
-        The latter, shape (n_joint + 2,), is theta_0 [rad], nothing at first, whether it converged, and the sags [rad].
-        """
-        return np.zeros((1, 3)), np.full(self.n_joint + 2, math.nan)
 
-
-@owning
-def unpack(constants: np.ndarray) -> Table:
+def read_table(constants: np.ndarray) -> Table:
     """The table behind `Prepared`'s constants; nothing is copied."""
     n, m = int(constants[0]), int(constants[1])
     c = constants[5:]
@@ -124,6 +119,10 @@ def unpack(constants: np.ndarray) -> Table:
         c[end:half].reshape(n, m, 3),
         c[half : half + 3 * n * m].reshape(n, m, 3),
     )
+
+
+unpack = compiled(read_table)
+"""The same inside the compiled laws."""
 
 
 def rest_mass(design: TrunkDesign) -> np.ndarray:
