@@ -74,8 +74,8 @@ def time_target(target: Target) -> tuple[float, float]:
     ours, other = time_in_turns(
         lambda: inverse.solve(presets.PAPER, target.tip, theta_0=target.tilt),
         lambda: fit_tensions(target),
-        turns=3,
-        span=0.1,
+        turns=6,
+        span=0.2,
     )
     return ours, other
 

@@ -20,7 +20,16 @@ from spiraltrunk.model.kernels.aim import Aim
 from spiraltrunk.model.kernels.balance import Trunk
 from spiraltrunk.model.kernels.batch import Problem
 from spiraltrunk.model.kernels.seek import Limits, seek_rows
-from spiraltrunk.model.loading import Fields, Loads, base_orientation, check_kind, read_angle, read_fields, read_numbers
+from spiraltrunk.model.loading import (
+    MOST_TURNED,
+    Fields,
+    Loads,
+    base_orientation,
+    check_kind,
+    read_angle,
+    read_fields,
+    read_numbers,
+)
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape
 from spiraltrunk.model.statics import StaticsOptions
@@ -89,6 +98,9 @@ def read_scene(
     Raises:
         ModelError: where they are not angles and loads, are none at all, or do not broadcast.
     """
+    bare = _read_bare(*stand) if loads is None and not batch else None
+    if bare is not None:
+        return bare, ()
     theta_0, roll = read_angle("theta_0", stand[0]), read_angle("roll", stand[1])
     loads = _NONE if loads is None else loads
     check_kind("loads", loads, Loads)
@@ -117,6 +129,14 @@ def read_scene(
     return Scene(stands=stands, theta_0=theta_0, roll=roll, loads=spread), batch
 
 
+def _read_bare(theta_0: ArrayLike, roll: ArrayLike) -> Scene | None:
+    """The scene of one target without loads, where theta_0 and roll are plain numbers, sooner than through arrays."""
+    if not (type(theta_0) is type(roll) is float and abs(theta_0) <= MOST_TURNED and abs(roll) <= MOST_TURNED):
+        return None
+    stand = Stand(theta_0, roll, 0.0, _NONE.section, None, _NONE.force_section)
+    return Scene(stands=[stand], theta_0=np.array((theta_0,)), roll=np.array((roll,)), loads=_NONE)
+
+
 def _spread(array: np.ndarray, batch: tuple[int, ...]) -> np.ndarray:
     """One number a row."""
     return np.broadcast_to(array, batch).ravel() if batch else array.reshape(1)
@@ -135,7 +155,7 @@ def find(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions, b
     solution = statics.make_room(trunk, count)
     for stand, members in _group(scene.stands).items():
         starts, limits = _keep_starts(same, _near(stand), options)
-        rows, turn = np.array(members), base[members[0]] @ starts.base.T
+        rows, turn = np.array(members), np.dot(base[members[0]], starts.base.T)
         _seek(rows, limits, (stand.loads is None, trunk, problem, aim, starts.known, turn, solution))
     return statics.read_out(solution, batch)
 

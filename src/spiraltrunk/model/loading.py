@@ -19,7 +19,7 @@ from spiraltrunk.model.same import Same
 PULL_MARGIN = 1.01
 """Largest pull over the one that shuts every gap [-]: the paper itself pulls 130 mm of 129.86."""
 
-_TURNED = 1e6
+MOST_TURNED = 1e6
 """Largest angle that is taken for meant [rad]."""
 
 _FEW = 32
@@ -191,9 +191,9 @@ def read_angle(name: str, value: ArrayLike) -> np.ndarray:
     """
     array = read_numbers(name, value)
     least, largest = _span(array)
-    if max(-least, largest) > _TURNED:
+    if max(-least, largest) > MOST_TURNED:
         worst = largest if largest > -least else least
-        raise ModelError(f"{name} is {worst:g} rad; allowed: -{_TURNED:g} to {_TURNED:g} rad")
+        raise ModelError(f"{name} is {worst:g} rad; allowed: -{MOST_TURNED:g} to {MOST_TURNED:g} rad")
     return array
 
 

@@ -26,7 +26,7 @@ from spiraltrunk.model.loading import PULL_MARGIN, tell
 from spiraltrunk.model.reference_lean import build_room, solve_points
 from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve
 from spiraltrunk.model.reference_table import Prepared, check_twist, check_ventral, prepare
-from spiraltrunk.model.shape import Shape, build_shape
+from spiraltrunk.model.shape import Shape, build
 
 _CHUNK = 2048
 """Shapes that one core solves in a row [-]."""
@@ -297,7 +297,8 @@ def _solve(law: int, prepared: Prepared, given: tuple[_Given, ...]) -> Shape:
         answers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
     )
     marks = answers[n * count :].view(np.uint8)
-    return build_shape(
+    return build(
+        Shape,
         {
             "points": points,
             "joint_rotation": rotation,
@@ -308,7 +309,7 @@ def _solve(law: int, prepared: Prepared, given: tuple[_Given, ...]) -> Shape:
             "status": marks[n * n_joint : n * (n_joint + 1)].reshape(batch),
             "forces": None,
             "history": None,
-        }
+        },
     )
 
 
@@ -323,7 +324,8 @@ def _solve_one(law: int, prepared: Prepared, numbers: list[float]) -> Shape:
     solve(law, asked, room, prepared.constants, answers)
     prepared.desks.append(desk)
     answer = np.ndarray((), prepared.record, answers)
-    return build_shape(
+    return build(
+        Shape,
         {
             "points": answer["points"],
             "joint_rotation": answer["joint_rotation"],
@@ -334,5 +336,5 @@ def _solve_one(law: int, prepared: Prepared, numbers: list[float]) -> Shape:
             "status": answer["status"],
             "forces": None,
             "history": None,
-        }
+        },
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 import numpy as np
 
@@ -109,11 +109,13 @@ class Shape:
         return Status(int(np.max(self.status))).advice
 
 
-_set_fields = vars(Shape)["__dict__"].__set__
+_Part = TypeVar("_Part", Shape, Forces, History)
+
+_SETTERS = {kind: vars(kind)["__dict__"].__set__ for kind in (Shape, Forces, History)}
 
 
-def build_shape(fields: dict[str, Any]) -> Shape:
-    """`Shape` of all its fields, in a fourth of the time that a frozen dataclass takes to set them."""
-    shape = object.__new__(Shape)
-    _set_fields(shape, fields)
-    return shape
+def build(kind: type[_Part], fields: dict[str, Any]) -> _Part:
+    """A `Shape` or a part of one of all its fields, in a fourth of the time in which a frozen dataclass sets them."""
+    part = object.__new__(kind)
+    _SETTERS[kind](part, fields)
+    return part

@@ -40,7 +40,7 @@ from spiraltrunk.model.loading import (
     read_fields,
 )
 from spiraltrunk.model.same import Same
-from spiraltrunk.model.shape import Forces, History, Shape, Status
+from spiraltrunk.model.shape import Forces, History, Shape, Status, build
 
 __all__ = ["Creep", "Loads", "StaticsOptions", "solve"]
 
@@ -315,19 +315,24 @@ def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Tr
 def read_out(solution: Solution, batch: tuple[int, ...]) -> Shape:
     """The shapes, with the batch's axes for the rows."""
 
-    def shaped(array: np.ndarray) -> np.ndarray:
-        return array[0] if array.ndim > 1 and not batch else array.reshape((*batch, *array.shape[1:]))
-
-    forces = Forces(
-        cable_tension=shaped(solution.tension), gap_tension=shaped(solution.gap_tension),
-        limit_reaction=shaped(solution.reaction), tip_compliance=shaped(solution.compliance),
-        residual=shaped(solution.figures[:, 0]),
-    )  # fmt: skip
-    return Shape(
-        points=shaped(solution.points), joint_rotation=shaped(solution.rotation), joint_angle=shaped(solution.angle),
-        gap=shaped(solution.gap), cable_change=shaped(solution.change), is_shut=shaped(solution.shut),
-        status=shaped(solution.status), forces=forces,
-        history=History(bend=shaped(solution.bend), anchor=shaped(solution.anchor)),
+    figures, status = solution.figures[:, 0], solution.status
+    if batch:
+        each = [array.reshape((*batch, *array.shape[1:])) for array in solution]
+        solution, figures, status = Solution(*each), figures.reshape(batch), status.reshape(batch)
+    else:
+        solution, figures, status = Solution(*[array[0] for array in solution]), figures.reshape(()), status.reshape(())
+    forces = {
+        "cable_tension": solution.tension, "gap_tension": solution.gap_tension, "limit_reaction": solution.reaction,
+        "tip_compliance": solution.compliance, "residual": figures,
+    }  # fmt: skip
+    return build(
+        Shape,
+        {
+            "points": solution.points, "joint_rotation": solution.rotation, "joint_angle": solution.angle,
+            "gap": solution.gap, "cable_change": solution.change, "is_shut": solution.shut, "status": status,
+            "forces": build(Forces, forces),
+            "history": build(History, {"bend": solution.bend, "anchor": solution.anchor}),
+        },
     )  # fmt: skip
 
 
