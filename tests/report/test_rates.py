@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from PIL import Image
 
@@ -42,6 +42,7 @@ measures = st.lists(st.tuples(st.floats(0.005, 0.999), st.floats(0.001, 19.0), s
 
 
 @given(measures)
+@example([(0.0055, 1.0, False), (0.005, 1.0, False)])
 def test_every_trial_is_in_one_cell(trials: list[tuple[float, float, bool]]) -> None:
     width, mass, success = zip(*trials, strict=True)
     cells = compute_cells(Outcomes(name="x", width=width, mass=mass, success=success))

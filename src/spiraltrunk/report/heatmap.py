@@ -140,5 +140,6 @@ def _round_edges(values: np.ndarray) -> np.ndarray:
 
     if not values.size:
         return np.array([0.0, 1.0])
-    edges = MaxNLocator(nbins=_BINS, steps=[1, 2, 2.5, 5, 10]).tick_values(values.min(), values.max())
-    return np.asarray(edges, dtype=float)
+    edges = np.array(MaxNLocator(nbins=_BINS, steps=[1, 2, 2.5, 5, 10]).tick_values(values.min(), values.max()), float)
+    edges[0], edges[-1] = min(edges[0], values.min()), max(edges[-1], values.max())  # They are a rounding off.
+    return edges
