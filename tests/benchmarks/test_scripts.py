@@ -88,6 +88,7 @@ def test_two_true_trials_in_two_processes(tmp_path):
     assert "1/2 seed " in err
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_every_process_and_leaves_the_trials_that_ended(tmp_path):
     script = _start("--trials", 40, "--workers", 2, "--out", tmp_path)
     assert script.stderr.readline().startswith("1/40 seed ")

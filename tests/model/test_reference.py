@@ -55,7 +55,7 @@ def turned(axis, angle):
 
 def search(function, low, high):
     """Where a growing function passes 0."""
-    for _ in range(200):
+    for _ in range(60):
         middle = (low + high) / 2
         low, high = (middle, high) if function(middle) < 0 else (low, middle)
     return (low + high) / 2

@@ -138,7 +138,10 @@ def _largest_bend(model, design, seconds, pull, tension):
     return math.degrees(largest)
 
 
-@pytest.mark.parametrize("tension", [(0, 60, 60), (60, 0, 0)], ids=["ventral", "dorsal"])
+@pytest.mark.parametrize(
+    "tension",
+    [pytest.param((0, 60, 60), id="ventral"), pytest.param((60, 0, 0), id="dorsal", marks=pytest.mark.slow)],
+)
 def test_a_minute_of_full_pull_stays_within_the_joints_limits(build_trunk, pull, tension):
     model = build_trunk(PAPER)
     assert 29.0 < _largest_bend(model, PAPER, 60.0, pull, tension) <= 33.0
