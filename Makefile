@@ -19,7 +19,8 @@ venv: $(STAMP)  ## what the other targets need, in .venv (about 2 GB; minutes th
 
 # The stamp comes last and goes first, so that an interrupted installation starts afresh; with a stamp, only what
 # changed is installed. Two makes at once take turns, where there is flock, and the second finds the work done.
-# Debian without python3-venv has venv but no ensurepip: there pip installs itself from outside.
+# Debian without python3-venv has venv but no ensurepip: there pip installs itself from outside. What pip would compile
+# file by file is compiled on all cores.
 $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
 	  echo "make: Python 3.11 or newer is needed, and $(PYTHON) is not; try make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
@@ -30,7 +31,8 @@ $(STAMP): pyproject.toml constraints.txt
 	elif $(PYTHON) -c 'import ensurepip' 2>/dev/null; then $(PYTHON) -m venv --clear $(VENV); \
 	else $(PYTHON) -m venv --clear --without-pip $(VENV) && $(PYTHON) -m pip --python $(BIN)/python install --quiet pip; \
 	fi || { echo "make: $(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; exit 2; }; \
-	$(BIN)/python $(PIP_INSTALL) -c constraints.txt -e '.[dev]' && touch $@
+	$(BIN)/python $(PIP_INSTALL) --no-compile -c constraints.txt -e '.[dev]' && \
+	{ $(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib >/dev/null 2>&1 || true; } && touch $@
 
 grasp: $(STAMP)  ## one grasp in simulation: video, pictures and result.json in out/grasp
 	$(BIN)/spiraltrunk grasp --out $(OUT)/grasp
