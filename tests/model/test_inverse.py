@@ -214,3 +214,8 @@ def test_a_circle_far_away_is_out_of_reach_by_no_less_than_the_trunk_is_short() 
     reach = inverse.curl(design, [1.0, 0.0, 0.0], 0.1)
     assert reach.status == Status.OUT_OF_REACH
     assert reach.distance >= 1.0 - 0.05 - design.length - design.section_radius[0]
+
+
+@pytest.mark.parametrize("theta_0", [1e6, -1e6])
+def test_the_largest_turn_that_is_allowed_is_taken(theta_0):
+    assert inverse.solve(presets.PAPER, [0.1, -0.4, 0.1], theta_0=theta_0).advice

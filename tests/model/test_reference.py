@@ -401,3 +401,15 @@ def test_the_allowed_ends_are_allowed():
     assert full.status == Status.ALL_SHUT
     most = 1.01 * PAPER.cable_stroke
     assert reference.twist(PAPER, 0.0, most, HANGING, as_authors=False).status == Status.ALL_SHUT
+
+
+def test_section_ends_of_nothing_are_nothing():
+    assert reference.bend_dorsal_points(PAPER, [], 1.0).points.shape == (0, 18, 3)
+
+
+@pytest.mark.parametrize(
+    "out", [(1, 2), reference.PlaneShape(points=None, bend=None), reference.rest(PAPER, [1.0, 2.0])]
+)
+def test_what_is_no_answer_is_not_written_into(out):
+    with pytest.raises(ModelError, match=r"^out(\.points)? is .*; allowed: (PlaneShape|ndarray)$"):
+        reference.bend_dorsal_points(PAPER, [0.03, 0.02], 1.0, out=out)

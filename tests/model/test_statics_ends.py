@@ -1,11 +1,16 @@
 """Drawn equilibria end: a slice of benchmarks/statics_convergence.py, and that script itself."""
 
+import copy
 import importlib.util
 import json
+import math
+import operator
 from pathlib import Path
 
 import pytest
 
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
 
 
@@ -52,3 +57,11 @@ def test_friction_that_does_not_settle_in_increments_is_loaded_slowly(script, mo
     assert script.is_good(script.judge(case, script.solve_case(case)))
     monkeypatch.setattr(statics, "_run_again", lambda *_: None)
     assert script.judge(case, script.solve_case(case))["status"] == "NOT_CONVERGED"
+
+
+@pytest.mark.parametrize("part", ["gap", "history.bend", "history.anchor", "forces.cable_tension"])
+def test_a_start_that_is_not_finite_is_refused(part):
+    start = copy.deepcopy(statics.solve(PAPER, theta_0=0.5))
+    operator.attrgetter(part)(start)[...] = math.nan
+    with pytest.raises(ModelError, match=rf"^start\.{part} is not finite; allowed: "):
+        statics.solve(PAPER, pull=[0.01, 0, 0], by_tension=[False, True, True], start=start)

@@ -230,7 +230,8 @@ def _group(stands: list[Stand]) -> dict[Stand, list[int]]:
 def _near(stand: Stand) -> Stand:
     """The stand and loads near these for which starts are solved."""
     force = None if stand.force is None else tuple(round(2 * part) / 2 for part in stand.force)
+    down = min(max(_STEP * round(stand.theta_0 / _STEP), -MOST_TURNED), MOST_TURNED)
     return Stand(
-        _STEP * round(stand.theta_0 / _STEP), 2 * _STEP * round(stand.roll / (2 * _STEP)), round(20 * stand.mass) / 20,
+        down, 2 * _STEP * round(stand.roll / (2 * _STEP)), round(20 * stand.mass) / 20,
         stand.section, force, stand.force_section,
     )  # fmt: skip

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.compiled import share
-from spiraltrunk.model.loading import PULL_MARGIN, tell
+from spiraltrunk.model.loading import PULL_MARGIN, check_kind, tell
 from spiraltrunk.model.reference_lean import build_room, solve_points
 from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve
 from spiraltrunk.model.reference_table import Prepared, check_twist, check_ventral, prepare
@@ -133,6 +133,9 @@ def _room_for_points(batch: tuple[int, ...], n_joint: int) -> PlaneShape:
 def _read_out(out: PlaneShape, batch: tuple[int, ...], n_joint: int) -> tuple[np.ndarray, np.ndarray]:
     """Section ends (3, n_section, n) and bends (n_joint, n) in the memory of an answer."""
     n, shape = math.prod(batch), (*batch, n_joint + 1, 3)
+    check_kind("out", out, PlaneShape)
+    check_kind("out.points", out.points, np.ndarray)
+    check_kind("out.bend", out.bend, np.ndarray)
     if out.points.shape != shape or out.bend.shape != (*batch, n_joint):
         raise ModelError(f"out.points has shape {out.points.shape}; allowed here: {shape}")
     ends, bend = out.points.reshape(n, n_joint + 1, 3).T, out.bend.reshape(n, n_joint).T
@@ -140,7 +143,7 @@ def _read_out(out: PlaneShape, batch: tuple[int, ...], n_joint: int) -> tuple[np
         array.dtype == float and array.flags.carray and np.may_share_memory(array, given)
         for array, given in ((ends, out.points), (bend, out.bend))
     )
-    if not are_ours:
+    if n and not are_ours:
         raise ModelError("out is laid out in another way; allowed: what an earlier call has returned")
     return ends, bend
 

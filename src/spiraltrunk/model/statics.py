@@ -175,6 +175,8 @@ def solve(
         joints, cables = start.gap.shape[-2:]
         allowed = f"{design.n_joint} joints and {design.n_cable} cables, as the design"
         raise ModelError(f"start has {joints} joints and {cables} cables; allowed: {allowed}")
+    if start is not None:
+        _check_start(start)
     trunk, straight = get_trunk(design, options)
     problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
     solution = _start(trunk, drive, batch, start)
@@ -187,6 +189,20 @@ def solve(
 
 
 _DEFAULT = StaticsOptions()
+
+
+def _check_start(start: Shape) -> None:
+    """Refuse a start that is not finite, with which a search would have no end."""
+    history, forces = start.history, start.forces
+    used = {
+        "gap": start.gap,
+        "history.bend": None if history is None else history.bend,
+        "history.anchor": None if history is None else history.anchor,
+        "forces.cable_tension": None if forces is None else forces.cable_tension,
+    }
+    for name, array in used.items():
+        if array is not None and not np.isfinite(array).all():
+            raise ModelError(f"start.{name} is not finite; allowed: an earlier solution as it was returned")
 
 
 def _read_batch(shapes: tuple[tuple[int, ...], ...]) -> tuple[int, ...]:
