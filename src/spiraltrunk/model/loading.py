@@ -15,6 +15,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.same import Same
+from spiraltrunk.model.shape import Shape
 
 PULL_MARGIN = 1.01
 """Largest pull over the one that shuts every gap [-]: the paper itself pulls 130 mm of 129.86."""
@@ -205,6 +206,28 @@ def check_kind(name: str, value: object, kind: type) -> None:
     """
     if not isinstance(value, kind):
         raise ModelError(f"{name} is {tell(value)}; allowed: {kind.__name__}")
+
+
+def check_start(design: TrunkDesign, start: Shape) -> None:
+    """Refuse a start of another trunk, and one that is not finite, with which a search would have no end.
+
+    Raises:
+        ModelError: with what was given.
+    """
+    if start.gap.shape[-2:] != (design.n_joint, design.n_cable):
+        joints, cables = start.gap.shape[-2:]
+        allowed = f"{design.n_joint} joints and {design.n_cable} cables, as the design"
+        raise ModelError(f"start has {joints} joints and {cables} cables; allowed: {allowed}")
+    history, forces = start.history, start.forces
+    used = {
+        "gap": start.gap,
+        "history.bend": None if history is None else history.bend,
+        "history.anchor": None if history is None else history.anchor,
+        "forces.cable_tension": None if forces is None else forces.cable_tension,
+    }
+    for name, array in used.items():
+        if array is not None and not np.isfinite(array).all():
+            raise ModelError(f"start.{name} is not finite; allowed: an earlier solution as it was returned")
 
 
 def tell(value: object, most: int = 80) -> str:

@@ -35,6 +35,7 @@ from spiraltrunk.model.loading import (
     Loads,
     base_orientation,
     check_kind,
+    check_start,
     read_angle,
     read_drive,
     read_fields,
@@ -171,12 +172,8 @@ def solve(
     if start is None and (mu > 0 or options.creep is not None):
         at_once = replace(options, creep=None)
         start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=at_once)
-    if start is not None and start.gap.shape[-2:] != (design.n_joint, design.n_cable):
-        joints, cables = start.gap.shape[-2:]
-        allowed = f"{design.n_joint} joints and {design.n_cable} cables, as the design"
-        raise ModelError(f"start has {joints} joints and {cables} cables; allowed: {allowed}")
     if start is not None:
-        _check_start(start)
+        check_start(design, start)
     trunk, straight = get_trunk(design, options)
     problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
     solution = _start(trunk, drive, batch, start)
@@ -189,20 +186,6 @@ def solve(
 
 
 _DEFAULT = StaticsOptions()
-
-
-def _check_start(start: Shape) -> None:
-    """Refuse a start that is not finite, with which a search would have no end."""
-    history, forces = start.history, start.forces
-    used = {
-        "gap": start.gap,
-        "history.bend": None if history is None else history.bend,
-        "history.anchor": None if history is None else history.anchor,
-        "forces.cable_tension": None if forces is None else forces.cable_tension,
-    }
-    for name, array in used.items():
-        if array is not None and not np.isfinite(array).all():
-            raise ModelError(f"start.{name} is not finite; allowed: an earlier solution as it was returned")
 
 
 def _read_batch(shapes: tuple[tuple[int, ...], ...]) -> tuple[int, ...]:
