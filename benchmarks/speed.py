@@ -1,8 +1,8 @@
 """What a physics step of the default grasp costs by part, and how fast the grasp could be at best.
 
-A grasp is run and every control tick's state kept. From these states the physics alone is stepped again, with and
-without contacts, and MuJoCo's stages are timed one by one. A step of Gymnasium's humanoid, which many know, tells how
-fast the machine is. Ratios are of figures measured in one run, on one core.
+A grasp is run, its physics timed within the loop, and every control tick's state kept. From these states the physics is
+stepped again, by turns with and without contacts, and MuJoCo's stages are timed one by one. A step of Gymnasium's
+humanoid, which many know, tells how fast the machine is. Ratios are of figures measured in one run, on one core.
 """
 
 from __future__ import annotations
@@ -46,54 +46,78 @@ STAGES: dict[str, Callable[..., None]] = {
 PARTS: dict[str, Callable[..., None]] = {"tendons": mujoco.mj_tendon, "collision": mujoco.mj_collision}
 """Parts of the stage "position" that are told apart, timed by calling them once more."""
 
-Moment = tuple[np.ndarray, np.ndarray]
-"""State after a control period, and the actuators' force ranges in it, which the winders change."""
+Moment = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""State at the start of a control period, the actuators' targets in it, and their force ranges, which winders change.
+
+The targets' jumps from period to period cost the solver iterations, so they belong to the physics.
+"""
 
 
-def record_grasp() -> tuple[SimPlant, list[Moment], float]:
-    """A plant after the default grasp, its moments, and the wall time of the loop [s]."""
+def record_grasp() -> tuple[SimPlant, list[Moment], float, float]:
+    """A plant after the default grasp, its moments, and the wall times of the loop and of the physics in it [s]."""
     plant = SimPlant(presets.PAPER, draw_scene(parse_object(DEFAULT_OBJECT), 0))
-    moments: list[Moment] = []
-    size = mujoco.mj_stateSize(plant.model, STATE)
-    spent = 0.0
+    ends: list[Moment] = []
+    size, step = mujoco.mj_stateSize(plant.model, STATE), mujoco.mj_step
+    kept = stepped = 0.0
 
     def keep(seen: Observation, status: Status) -> None:
-        nonlocal spent
+        nonlocal kept
         began = time.perf_counter()
         state = np.empty(size)
         mujoco.mj_getState(plant.model, plant.data, state, STATE)
-        moments.append((state, plant.model.actuator_forcerange.copy()))
-        spent += time.perf_counter() - began
+        ends.append((state, plant.data.ctrl.copy(), plant.model.actuator_forcerange.copy()))
+        kept += time.perf_counter() - began
+
+    def timed(model: mujoco.MjModel, data: mujoco.MjData, count: int = 1) -> None:
+        nonlocal stepped
+        began = time.perf_counter()
+        step(model, data, count)
+        stepped += time.perf_counter() - began
 
     began = time.perf_counter()
-    run(plant, strategies.get("wrap-vertical"), watch=keep)
-    return plant, moments, time.perf_counter() - began - spent
+    mujoco.mj_step = timed
+    try:
+        run(plant, strategies.get("wrap-vertical"), watch=keep)
+    finally:
+        mujoco.mj_step = step
+    wall = time.perf_counter() - began - kept
+    starts = [state for state, _, _ in ends[:-1]]
+    moments = [(state, *moment[1:]) for state, moment in zip(starts, ends[1:], strict=True)]
+    return plant, moments, wall, stepped
 
 
-def time_physics(model: mujoco.MjModel, moments: Sequence[Moment], period: float) -> float:
-    """Wall time of the physics alone, stepped for one control period from each moment [s]."""
-    data, count, total = mujoco.MjData(model), round(period / model.opt.timestep), 0.0
+def cost_of_contacts(model: mujoco.MjModel, moments: Sequence[Moment], period: float) -> float:
+    """Time of the physics over that without contacts, both stepped for a control period from each moment [-]."""
+    datas, count, totals = (mujoco.MjData(model), mujoco.MjData(model)), round(period / model.opt.timestep), [0.0, 0.0]
+    flags = model.opt.disableflags
+    for moment in moments:
+        for i, without in enumerate((0, int(mujoco.mjtDisableBit.mjDSBL_CONTACT))):
+            model.opt.disableflags = flags | without
+            _set(model, datas[i], moment)
+            began = time.perf_counter()
+            mujoco.mj_step(model, datas[i], count)
+            totals[i] += time.perf_counter() - began
+    model.opt.disableflags = flags
+    return totals[0] / totals[1]
+
+
+def share_stages(model: mujoco.MjModel, moments: Sequence[Moment], period: float) -> dict[str, float]:
+    """Part of each stage in the time of a step [-], in steps drawn evenly from the control period."""
+    data, totals, whole = mujoco.MjData(model), dict.fromkeys([*STAGES, *PARTS], 0.0), 0.0
+    rng, count = np.random.default_rng(0), round(period / model.opt.timestep)
     for moment in moments:
         _set(model, data, moment)
+        mujoco.mj_step(model, data, int(rng.integers(count)))
         began = time.perf_counter()
-        mujoco.mj_step(model, data, count)
-        total += time.perf_counter() - began
-    return total
-
-
-def time_stages(model: mujoco.MjModel, moments: Sequence[Moment]) -> dict[str, float]:
-    """Mean wall time of each stage of one step [s]."""
-    data, totals = mujoco.MjData(model), dict.fromkeys([*STAGES, *PARTS], 0.0)
-    for moment in moments:
-        _set(model, data, moment)
         mujoco.mj_step(model, data)
+        whole += time.perf_counter() - began
         for name, call in (STAGES | PARTS).items():
             began = time.perf_counter()
             call(model, data)
             totals[name] += time.perf_counter() - began
-    means = {name: total / len(moments) for name, total in totals.items()}
-    means["position"] -= sum(means[name] for name in PARTS)
-    return {("position, the rest" if name == "position" else name): mean for name, mean in means.items()}
+    totals["position"] -= sum(totals[name] for name in PARTS)
+    shares = {("position, the rest" if name == "position" else name): part / whole for name, part in totals.items()}
+    return shares | {"integration and rest": 1.0 - sum(shares.values())}
 
 
 def time_humanoid(steps: int = 3000) -> float:
@@ -112,34 +136,30 @@ def time_humanoid(steps: int = 3000) -> float:
 
 
 def _set(model: mujoco.MjModel, data: mujoco.MjData, moment: Moment) -> None:
-    state, model.actuator_forcerange[:] = moment
+    state, ctrl, model.actuator_forcerange[:] = moment
     mujoco.mj_setState(model, data, state, STATE)
+    data.ctrl[:] = ctrl
 
 
 def measure() -> dict[str, dict[str, float]]:
     """Real-time factors [-] of the grasp and of its floors, and parts of the loop's time [-]."""
-    plant, moments, wall = record_grasp()
+    plant, moments, wall, physics = record_grasp()
     model, period = plant.model, plant.control_period
-    simulated = len(moments) * period
-    physics = time_physics(model, moments, period)
-    step = physics / (len(moments) * round(period / model.opt.timestep))
-    stages = time_stages(model, moments)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-    free = time_physics(model, moments, period)
-    parts = {name: cost / step * physics / wall for name, cost in stages.items()}
-    parts["integration and rest"] = (physics - physics / step * sum(stages.values())) / wall
-    parts["Python loop"] = (wall - physics) / wall
+    simulated = plant.trace[-1].time
+    step = physics / simulated * model.opt.timestep
+    shares = share_stages(model, moments, period)
+    parts = {name: share * physics / wall for name, share in shares.items()}
     return {
         "real_time_factor": {
             "grasp": simulated / wall,
             "physics alone": simulated / physics,
-            "physics without contacts": simulated / free,
+            "physics without contacts": simulated / physics * cost_of_contacts(model, moments, period),
         },
-        "part_of_wall_time": parts,
+        "part_of_wall_time": parts | {"Python loop": (wall - physics) / wall},
         "step_us": {
             "physics": step * 1e6,
             "humanoid": time_humanoid() * 1e6,
-            **{name: cost * 1e6 for name, cost in stages.items()},
+            **{name: share * step * 1e6 for name, share in shares.items()},
         },
     }
 

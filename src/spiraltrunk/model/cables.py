@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -94,15 +95,27 @@ def planar_gap(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
 
 
 def _planar_holes(design: TrunkDesign, bend: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p / 2 [rad] of `planar_lever`, shape (..., n_joint, n_cable)."""
+    """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p / 2 [rad] of `planar_lever`.
+
+    Shapes (n_joint, n_cable), twice, and (..., n_joint, n_cable).
+    """
+    product, rest, angle = _straight_holes(design)
+    return product, rest, (angle - _planar_side(design) * np.asarray(bend, float)[..., None]) / 2
+
+
+@lru_cache(maxsize=16)
+def _straight_holes(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p [rad] of `planar_lever` in the straight trunk, never written to.
+
+    Shapes (n_joint, n_cable).
+    """
     beyond, before = hole_positions(design)
     r, s = np.hypot(beyond[..., 0], beyond[..., 1]), np.hypot(before[..., 0], before[..., 1])
     side = _planar_side(design)
     angle = np.arctan2(side * before[..., 1], before[..., 0]) - np.arctan2(side * beyond[..., 1], beyond[..., 0])
     rest = (r - s) ** 2 + (beyond[..., 2] - before[..., 2]) ** 2
     rest = np.where(rest > 1e-24 * r * s, rest, 0.0)  # In the plane the two distances are equal but for rounding.
-    half = (angle - side * np.asarray(bend, float)[..., None]) / 2
-    return np.broadcast_to(r * s, half.shape), np.broadcast_to(rest, half.shape), half
+    return r * s, rest, angle
 
 
 def _planar_side(design: TrunkDesign) -> np.ndarray:

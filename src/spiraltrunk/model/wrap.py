@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spiraltrunk.design.checks import check_number
 from spiraltrunk.design.rules import GRAVITY
@@ -81,13 +83,22 @@ def unrolled_center(design: TrunkDesign, width: float, pull: float) -> np.ndarra
     return np.array([np.interp(pull, pulls[::-1], centers[::-1, axis]) for axis in range(2)])
 
 
-def free_curl(design: TrunkDesign, tension: float) -> float:
-    """Cable that a hanging trunk that touches nothing takes in with its ventral cables at ``tension`` [N] [m]."""
-    check_number("tension", tension, least=0.0)
-    bend = np.zeros(design.n_joint)
+def free_curl(design: TrunkDesign, tension: ArrayLike) -> np.ndarray:
+    """Cable that a hanging trunk that touches nothing takes in with its ventral cables at ``tension``, shape (...) [N].
+
+    Returns:
+        Mean of the ventral cables, shape (...) [m].
+
+    Raises:
+        DesignError: for a tension that is negative or not finite.
+    """
+    tensions = np.asarray(tension, float)
+    for extreme in (tensions.min(), tensions.max()):
+        check_number("tension", float(extreme), least=0.0)
+    bend = np.zeros((*tensions.shape, design.n_joint))
     for _ in range(_ROUNDS):
-        bend += 0.5 * (_balance(design, bend, tension, 0.0, np.zeros(2)) - bend)
-    return float(_pull(design, bend)[ventral_cables(design)].mean())
+        bend += 0.5 * (_balance(design, bend, tensions[..., None], 0.0, np.zeros(2)) - bend)
+    return np.asarray(_pull(design, bend)[..., ventral_cables(design)].mean(axis=-1))
 
 
 def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: float) -> float:
@@ -116,34 +127,42 @@ def _first_wrapped(snug: np.ndarray) -> int:
     return int(np.count_nonzero(np.cumsum(snug[::-1])[::-1] > WRAP_TURN))
 
 
-def _balance(design: TrunkDesign, bend: np.ndarray, tension: float, mass: float, center: np.ndarray) -> np.ndarray:
-    """Bends at which each joint's moments cancel, within the limits, shape (n_joint,) [rad]."""
+def _balance(
+    design: TrunkDesign, bend: np.ndarray, tension: float | np.ndarray, mass: float, center: np.ndarray
+) -> np.ndarray:
+    """Bends at which each joint's moments cancel, within the limits, shape (..., n_joint) [rad]."""
     moment = tension * _ventral_lever(design, bend) - _weight_moment(design, bend, mass, center)
     return np.clip(moment / design.joint_stiffness, -design.joint_limit, design.joint_limit)
 
 
 def _ventral_lever(design: TrunkDesign, bend: np.ndarray) -> np.ndarray:
-    """Sum of the ventral cables' levers at each joint, shape (n_joint,) [m]."""
-    return -planar_lever(design, -bend)[:, ventral_cables(design)].sum(axis=1)
+    """Sum of the ventral cables' levers at each joint, shape (..., n_joint) [m]."""
+    return np.asarray(-planar_lever(design, -bend)[..., ventral_cables(design)].sum(axis=-1))
 
 
 def _weight_moment(design: TrunkDesign, bend: np.ndarray, mass: float, center: np.ndarray) -> np.ndarray:
-    """Moment about each joint of object and sections beyond it, opening positive, shape (n_joint,) [N m]."""
+    """Moment about each joint of object and sections beyond it, opening positive, shape (..., n_joint) [N m]."""
     starts, heading = _backbone(design, bend)
-    centers = starts + design.section_center[:, None] * heading
-    ahead = centers[:, 1] - starts[1:, None, 1]
-    beyond = np.triu(np.ones((design.n_joint, design.n_section)), k=1)
-    own = (beyond * design.section_mass * ahead).sum(axis=1)
-    load = mass * (center[1] - starts[1:, 1]) if mass > 0 else 0.0
-    return GRAVITY * (own + load)
+    centers = starts[..., 1] + design.section_center * heading[..., 1]
+    ahead = centers[..., None, :] - starts[..., 1:, None, 1]
+    own = (_weights_beyond(design) * ahead).sum(axis=-1)
+    load = mass * (center[1] - starts[..., 1:, 1]) if mass > 0 else 0.0
+    return np.asarray(GRAVITY * (own + load))
+
+
+@lru_cache(maxsize=16)
+def _weights_beyond(design: TrunkDesign) -> np.ndarray:
+    """Mass of each section where it lies beyond a joint, shape (n_joint, n_section) [kg]; never written to."""
+    return np.asarray(np.triu(np.ones((design.n_joint, design.n_section)), k=1) * design.section_mass)
 
 
 def _backbone(design: TrunkDesign, bend: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Proximal joint centres and directions (down, ahead) of all sections, shapes (n_section, 2) [m], [-]."""
-    angle = np.concatenate([[0.0], np.cumsum(bend)])
+    """Proximal joint centres and directions (down, ahead) of all sections, shapes (..., n_section, 2) [m], [-]."""
+    angle = np.cumsum(bend, axis=-1)
+    angle = np.concatenate([np.zeros((*angle.shape[:-1], 1)), angle], axis=-1)
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    ends = np.cumsum(design.section_length[:, None] * heading, axis=0)
-    return np.vstack([np.zeros(2), ends[:-1]]), heading
+    ends = np.cumsum(design.section_length[:, None] * heading, axis=-2)
+    return np.concatenate([np.zeros_like(ends[..., :1, :]), ends[..., :-1, :]], axis=-2), heading
 
 
 def _object_center(design: TrunkDesign, bend: np.ndarray, first: int, width: float) -> np.ndarray:
@@ -157,4 +176,4 @@ def _object_center(design: TrunkDesign, bend: np.ndarray, first: int, width: flo
 
 
 def _pull(design: TrunkDesign, bend: np.ndarray) -> np.ndarray:
-    return design.cable_stroke - planar_gap(design, -bend).sum(axis=0)
+    return np.asarray(design.cable_stroke - planar_gap(design, -bend).sum(axis=-2))

@@ -8,7 +8,6 @@ from typing import final
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
 
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
@@ -62,7 +61,7 @@ class SimPlant(Plant):
         self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(self.design.n_cable)])
         self._watch_steps = max(1, round(WATCH_PERIOD / self.model.opt.timestep))
         self._watches = max(1, round(CONTROL_PERIOD / self.model.opt.timestep / self._watch_steps))
-        self._sensors = Sensors(self.options.sensors, self.design.n_cable, len(names))
+        self._sensors = Sensors(self.options.sensors)
         self._object = self.model.body("object").id
         self._underway: deque[Command] = deque()
         self._arm_stiffness = _stiffness(self.model, self._arm_motors)
@@ -159,14 +158,14 @@ class SimPlant(Plant):
 
     def _observe(self) -> Observation:
         data, sensors = self.data, self._sensors
-        position, velocity = data.qpos[self._arm_q].copy(), data.qvel[self._arm_v].copy()
+        position, velocity = data.qpos[self._arm_q], data.qvel[self._arm_v]
         torque = sensors.read_torque(data.qfrc_actuator[self._arm_v])
-        wrench = self._reach.base_wrench(position, velocity, data.qacc[self._arm_v], torque)
+        T_base, wrench = self._reach.feel_base(position, velocity, data.qacc[self._arm_v], torque)
         truth = self.trace[-1]
         return Observation(
             time=float(data.time),
             task=self.task,
-            T_world_base=self._reach.T_base(position),
+            T_world_base=T_base,
             arm_position=position,
             arm_velocity=velocity,
             cable_pull=sensors.read_pull(truth.cable_pull),
@@ -189,11 +188,8 @@ def _stiffness(model: mujoco.MjModel, motors: np.ndarray) -> np.ndarray:
 
 
 def _check_finite(command: Command) -> None:
-    values: dict[str, ArrayLike] = {
-        "T_world_base": command.T_world_base, "cable_tension": command.cable_tension, "gripper": command.gripper,
-    }  # fmt: skip
-    for name, value in values.items():
-        if not np.isfinite(value).all():
+    for name in ("T_world_base", "cable_tension", "gripper"):
+        if not np.isfinite(getattr(command, name)).all():
             raise RunError(f"command.{name} is not finite; allowed: finite numbers")
     # Infinity alone has a meaning: no bound.
     if command.cable_pull is not None and not (np.asarray(command.cable_pull) > -np.inf).all():

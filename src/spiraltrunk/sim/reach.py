@@ -38,12 +38,12 @@ class ArmReach:
 
     def __init__(self, design: TrunkDesign) -> None:
         self._model = build_arm_model(design)
-        self._data = mujoco.MjData(self._model)
         self._site = self._model.site("trunk_base").id
         self.home = arm_home(design.arm, self._model.nq)
         self._configuration = mink.Configuration(self._model, q=self.home)
+        self._data = self._configuration.data
         self._arrived = (np.empty(0), np.empty(0))
-        self._frame = mink.FrameTask("trunk_base", "site", position_cost=1.0, orientation_cost=0.5, lm_damping=1e-3)
+        self._task = mink.FrameTask("trunk_base", "site", position_cost=1.0, orientation_cost=0.5, lm_damping=1e-3)
         self._posture = mink.PostureTask(self._model, cost=_RETURN)
         self._posture.set_target(self.home)
         self._limit = mink.ConfigurationLimit(self._model, min_distance_from_limits=0.01)
@@ -65,16 +65,23 @@ class ArmReach:
         """Frame of the trunk's base for joint positions ``q``, in the world, shape (4, 4) [-, m]."""
         self._data.qpos[:] = q
         mujoco.mj_kinematics(self._model, self._data)
-        T = np.eye(4)
+        return self._frame_now()
+
+    def _frame_now(self) -> np.ndarray:
+        T = np.zeros((4, 4))
         T[:3, :3] = self._data.site_xmat[self._site].reshape(3, 3)
         T[:3, 3] = self._data.site_xpos[self._site]
+        T[3, 3] = 1.0
         return T
 
-    def base_wrench(self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        """Wrench on the trunk's base that explains the torques beyond those that arm and housing need themselves.
+    def feel_base(
+        self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, torque: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Frame of the trunk's base, and the wrench on it that explains torques beyond arm's and housing's own.
 
         Franka's controller offers the same estimate (O_F_ext_hat_K). Joint states and torques have shape (n_arm,)
-        [rad, rad/s, rad/s^2, N m]; the wrench has shape (6,), force then torque [N, N m], in the world.
+        [rad, rad/s, rad/s^2, N m]; the frame is as of `T_base`, the wrench has shape (6,), force then torque [N, N m],
+        in the world.
         """
         data = self._data
         data.qpos[:], data.qvel[:], data.qacc[:] = q, dq, ddq
@@ -83,14 +90,14 @@ class ArmReach:
         mujoco.mj_jacSite(self._model, data, jacobian[:3], jacobian[3:], self._site)
         square = jacobian @ jacobian.T
         square.flat[::7] += _REGULAR
-        return _solve(square, jacobian @ (data.qfrc_inverse - torque))
+        return self._frame_now(), _solve(square, jacobian @ (data.qfrc_inverse - torque))
 
     def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
         """Joint positions one period ``dt`` [s] later on the way from ``q`` to a frame."""
         if np.array_equal(q, self._arrived[0]) and np.array_equal(T_world_base, self._arrived[1]):
             return q  # Nothing moved at the last call with the same question.
         self._configuration.update(q)
-        self._frame.set_target(mink.SE3.from_matrix(T_world_base))
+        self._task.set_target(mink.SE3.from_matrix(T_world_base))
         step = self._free_step(q)
         if not self._is_within_limits(q, step):
             step = self._limited_step(dt)
@@ -103,7 +110,7 @@ class ArmReach:
 
     def _free_step(self, q: np.ndarray) -> np.ndarray:
         """Step of the joints that an arm without limits would take, shape (n_arm,) [rad]."""
-        jacobian, error, damping = self._frame.compute_qp_residual(self._configuration)
+        jacobian, error, damping = self._task.compute_qp_residual(self._configuration)
         hessian = jacobian.T @ jacobian
         hessian.flat[:: q.size + 1] += damping + _DAMPING + _RETURN**2
         return _solve(hessian, error @ jacobian + _RETURN**2 * (self.home - q))
@@ -113,7 +120,7 @@ class ArmReach:
         return bool(((step <= share * (limit.upper - q)) & (step >= share * (limit.lower - q))).all())
 
     def _limited_step(self, dt: float) -> np.ndarray:
-        tasks, limits = [self._frame, self._posture], [self._limit]
+        tasks, limits = [self._task, self._posture], [self._limit]
         velocity = mink.solve_ik(self._configuration, tasks, dt, solver="daqp", damping=_DAMPING, limits=limits)
         return np.asarray(dt * velocity)
 

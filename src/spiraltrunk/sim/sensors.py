@@ -52,9 +52,8 @@ class SensorOptions:
 class Sensors:
     """Draws the errors; the same seed gives the same errors."""
 
-    def __init__(self, options: SensorOptions, n_cable: int, n_arm: int) -> None:
+    def __init__(self, options: SensorOptions) -> None:
         self.options = options
-        self._shape = (n_cable, n_arm)
         self.reset()
 
     def reset(self) -> None:
@@ -66,16 +65,16 @@ class Sensors:
 
     def read_pull(self, pull: np.ndarray) -> np.ndarray:
         """Cable pulled in, as the motors' angles tell it, shape (n_cable,) [m]."""
-        return pull + self._noise(0, self.options.pull_noise)
+        return self._blur(pull, self.options.pull_noise)
 
     def read_tension(self, tension: np.ndarray) -> np.ndarray:
         """Tension as the motors' currents tell it, shape (n_cable,) [N]."""
-        noise = self.options.tension_noise + self.options.tension_share * np.abs(tension)
-        return tension + self._noise(0, noise)
+        noise, share = self.options.tension_noise, self.options.tension_share
+        return self._blur(tension, noise + share * np.abs(tension) if share else noise)
 
     def read_torque(self, torque: np.ndarray) -> np.ndarray:
         """Torques of the arm's joints, shape (n_arm,) [N m]."""
-        return torque + self._noise(1, self.options.torque_noise)
+        return self._blur(torque, self.options.torque_noise)
 
     def look(self, time: float, position: np.ndarray, quat_wxyz: np.ndarray) -> Look | None:
         """The camera's last look; a new one each LOOK_PERIOD."""
@@ -87,10 +86,10 @@ class Sensors:
             self._look = Look(time=time, position=position + self._bias + jitter, axis=_turn(axis, self._bias_turn))
         return self._look
 
-    def _noise(self, which: int, deviation: float | np.ndarray) -> np.ndarray:
-        if not np.any(deviation):
-            return np.zeros(self._shape[which])
-        return np.asarray(deviation * self._rng.normal(size=self._shape[which]))
+    def _blur(self, truth: np.ndarray, deviation: float | np.ndarray) -> np.ndarray:
+        """What is read of ``truth``, shape (n,); a copy of it without deviation, which then draws nothing."""
+        is_exact = not (deviation.any() if isinstance(deviation, np.ndarray) else deviation)
+        return truth.copy() if is_exact else np.asarray(truth + deviation * self._rng.normal(size=truth.size))
 
 
 def _draw_in_ball(rng: np.random.Generator) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import final
 
@@ -9,6 +10,7 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.sim import touch
 from spiraltrunk.sim.trunk_spec import cable_name, hinge_names
 
 
@@ -80,39 +82,40 @@ class Probe:
         self._arm_q = np.array([model.joint(name).qposadr[0] for name in self.arm_joints])
         self._arm_v = np.array([model.joint(name).dofadr[0] for name in self.arm_joints])
         self.straight_length = self._straight_lengths()
+        self._load_kernels()
 
     def watch(self, data: mujoco.MjData) -> None:
         """Take the extremes of this instant into account."""
-        self.cosine_least = min(self.cosine_least, float(self._bend_cosine(data).min()))
+        self.cosine_least = min(self.cosine_least, touch.least_cosine(data.qpos, self._hinges))
         if data.ncon == 0:
             return
         contact = data.contact
-        self.penetration = max(self.penetration, -float(contact.dist.min()))
-        pairs = self._pairs(contact.geom)
-        self.touches_robot = self.touches_robot or _OBJECT * _ROBOT in pairs
-        self.arm_touches_ground = self.arm_touches_ground or _ROBOT * _GROUND in pairs
+        overlap, on_robot, _, robot_on_ground = touch.read_contacts(contact.geom, contact.dist, self._kind)
+        self.penetration = max(self.penetration, overlap)
+        self.touches_robot = self.touches_robot or on_robot
+        self.arm_touches_ground = self.arm_touches_ground or robot_on_ground
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
         """The truth now; the extremes begin anew."""
-        contact = data.contact
-        pairs = self._pairs(contact.geom)
+        qpos, torque, velocity = data.qpos.copy(), data.qfrc_actuator, data.qvel
+        grip, on_ground = self._read_grip(data)
         sample = Sample(
             time=data.time,
-            qpos=data.qpos.copy(),
+            qpos=qpos,
             object_position=data.xpos[self._object].copy(),
-            joint_bend=self.joint_bend(data),
+            joint_bend=touch.joint_bends(qpos, self._hinges),
             cable_pull=self.cable_pull(data),
             cable_tension=self.cable_tension(data),
-            grip_force=self._grip_force(data, contact.efc_address[pairs == _OBJECT * _TRUNK]),
+            grip_force=grip,
             string_tension=self._string_tension(data),
             penetration=self.penetration,
-            bend_most=float(np.arccos(self.cosine_least)),
+            bend_most=math.acos(self.cosine_least),
             touches_robot=self.touches_robot,
-            touches_table=_OBJECT * _GROUND in pairs,
+            touches_table=on_ground,
             arm_touches_ground=self.arm_touches_ground,
-            arm_torque=data.qfrc_actuator[self._arm_v].copy(),
-            arm_position=data.qpos[self._arm_q].copy(),
-            arm_velocity=data.qvel[self._arm_v].copy(),
+            arm_torque=torque[self._arm_v],
+            arm_position=qpos[self._arm_q],
+            arm_velocity=velocity[self._arm_v],
             arm_command=arm_command.copy(),
         )
         self.penetration, self.cosine_least = 0.0, 1.0
@@ -121,12 +124,7 @@ class Probe:
 
     def joint_bend(self, data: mujoco.MjData) -> np.ndarray:
         """Angle between neighbouring axes, shape (n_joint,) [rad]."""
-        return np.asarray(np.arccos(self._bend_cosine(data)))
-
-    def _bend_cosine(self, data: mujoco.MjData) -> np.ndarray:
-        """Cosine of the angle between neighbouring axes: the product of the two hinges', in either order."""
-        cosine = np.cos(data.qpos.take(self._hinges))
-        return np.asarray(cosine[0] * cosine[1])
+        return np.asarray(touch.joint_bends(data.qpos, self._hinges))
 
     def cable_pull(self, data: mujoco.MjData) -> np.ndarray:
         """Cable pulled in since the straight trunk [m]."""
@@ -136,46 +134,47 @@ class Probe:
         """Tension at the motors [N]."""
         return np.asarray(-data.actuator_force[self._motors])
 
-    def _pairs(self, geoms: np.ndarray) -> np.ndarray:
-        """Product of the two kinds of every contact, shape (n_contact,)."""
-        kinds = self._kind.take(geoms)
-        return np.asarray(kinds[:, 0] * kinds[:, 1])
-
-    def _grip_force(self, data: mujoco.MjData, rows: np.ndarray) -> float:
-        """Sum of the normal forces of contacts, told by their first rows among the constraints."""
-        force = data.efc_force
-        if self.model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL:  # A row for each of the pyramid's four edges.
-            return float(sum(force[rows + edge].sum() for edge in range(4)))
-        return float(force[rows].sum())
+    def _read_grip(self, data: mujoco.MjData) -> tuple[float, bool]:
+        """Sum of the normal forces between trunk and object [N], and whether the object touches table or ground."""
+        if data.ncon == 0:
+            return 0.0, False
+        contact, kind = data.contact, self._kind
+        geom = contact.geom
+        force = touch.grip_force(geom, contact.efc_address, kind, data.efc_force)
+        return force, touch.read_contacts(geom, contact.dist, kind)[2]
 
     def _string_tension(self, data: mujoco.MjData) -> float:
         if not self._has_strings:
             return 0.0
-        limited = np.flatnonzero(data.efc_type == _LIMIT_TENDON)
-        return float(data.efc_force[limited[self._is_string[data.efc_id[limited]]]].sum())
+        return float(touch.string_force(data.efc_type, data.efc_id, self._is_string, data.efc_force))
 
     def _straight_lengths(self) -> np.ndarray:
         data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, data)
         return data.ten_length[self._cables].copy()
 
-
-_LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
-
-# Primes, so that the product of two kinds names the pair.
-_OBJECT, _TRUNK, _ROBOT, _GROUND, _OTHER = 2, 3, 5, 7, 11
+    def _load_kernels(self) -> None:
+        """Compile the kernels, or find them on disc, before a run: for one contact, and for several, strided."""
+        data = mujoco.MjData(self.model)
+        touch.least_cosine(data.qpos, self._hinges)
+        self.joint_bend(data)
+        self._string_tension(data)
+        for count in (1, 2):
+            geom, number = np.zeros((count, 3), np.int32)[:, :2], np.zeros((count, 2), np.int32)[:, 0]
+            touch.read_contacts(geom, np.zeros((count, 2))[:, 0], self._kind)
+            touch.grip_force(geom, number, self._kind, np.zeros(4))
 
 
 def _geom_kinds(model: mujoco.MjModel) -> np.ndarray:
-    kinds = np.full(model.ngeom, _OTHER)
+    kinds = np.full(model.ngeom, touch.OTHER)
     for g in range(model.ngeom):
         name, body = model.geom(g).name, model.body(model.geom_bodyid[g]).name
         if body == "object":
-            kinds[g] = _OBJECT
+            kinds[g] = touch.OBJECT
         elif body.startswith(("section_", "finger_", "neck")):
-            kinds[g] = _TRUNK
+            kinds[g] = touch.TRUNK
         elif body == "housing" or body.startswith("arm/"):
-            kinds[g] = _ROBOT
+            kinds[g] = touch.ROBOT
         elif name.startswith(("table", "ground", "floor")):
-            kinds[g] = _GROUND
+            kinds[g] = touch.GROUND
     return kinds

@@ -105,9 +105,8 @@ class WrapVertical(Strategy[WrapState]):
         """
         moves, design = plan_wrap(observation, self.options), observation.task.design
         tension = np.linspace(0.0, design.cable.tension_max, _STEPS)
-        taken = np.array([free_curl(design, float(value)) for value in tension])
         return WrapState(
-            progress=begin(moves, observation), free=(tension, taken), weight=weight(observation),
+            progress=begin(moves, observation), free=(tension, free_curl(design, tension)), weight=weight(observation),
         )  # fmt: skip
 
     def step(self, state: WrapState, observation: Observation) -> tuple[WrapState, Command]:

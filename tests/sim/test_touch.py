@@ -1,0 +1,109 @@
+"""What the record reads off MuJoCo's arrays, against MuJoCo's own functions, in the middle of a grasp."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from spiraltrunk import strategies
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.run import run
+from spiraltrunk.sim import SimPlant, touch
+from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
+from spiraltrunk.sim.sensors import SensorOptions, Sensors
+from spiraltrunk.trial import draw_scene
+
+
+class _Tight(Exception):
+    """The trunk is wrapped round the object, which still hangs on its strings."""
+
+
+@pytest.fixture(scope="module")
+def plant():
+    plant = SimPlant(PAPER, draw_scene(parse_object(DEFAULT_OBJECT), 0))
+
+    def watch(observation, status):
+        if status.action == "heft":
+            raise _Tight
+
+    with pytest.raises(_Tight):
+        run(plant, strategies.get("wrap-vertical"), watch=watch)
+    return plant
+
+
+def _names(plant, contact):
+    return {plant.model.body(int(plant.model.geom_bodyid[g])).name.split("_")[0] for g in contact.geom}
+
+
+def test_the_grip_is_the_sum_of_the_normal_forces(plant):
+    model, data, force, total, count = plant.model, plant.data, np.zeros(6), 0.0, 0
+    for i, contact in enumerate(data.contact):
+        names = _names(plant, contact)
+        if "object" in names and names & {"section", "finger", "neck"}:
+            mujoco.mj_contactForce(model, data, i, force)
+            total, count = total + force[0], count + 1
+    assert count > 2
+    assert total > 1.0
+    assert plant.trace[-1].grip_force == pytest.approx(total, rel=1e-12)
+
+
+def test_the_overlap_is_that_of_the_deepest_contact(plant):
+    deepest = max(-contact.dist for contact in plant.data.contact)
+    assert 0 < deepest <= plant.trace[-1].penetration
+
+
+def test_strings_bear_what_the_trunk_does_not(plant):
+    model, data, borne = plant.model, plant.data, 0.0
+    for row in np.flatnonzero(data.efc_type == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON):
+        if model.tendon(int(data.efc_id[row])).name.startswith("string_"):
+            borne += data.efc_force[row]
+    weight = 9.81 * model.body("object").mass[0]
+    assert 0.1 * weight < borne < 2 * weight
+    assert plant.trace[-1].string_tension == pytest.approx(borne, rel=1e-12)
+
+
+def test_bends_are_the_angles_between_the_sections_axes(plant):
+    data, sample = plant.data, plant.trace[-1]
+    axes = np.array([data.body(f"section_{n + 1:02d}").xmat.reshape(3, 3)[:, 0] for n in range(PAPER.n_section)])
+    bend = np.arccos(np.clip((axes[1:] * axes[:-1]).sum(axis=-1), -1, 1))
+    np.testing.assert_allclose(sample.joint_bend, bend, atol=1e-3)  # The axes are those before the last step.
+    assert sample.joint_bend.max() <= sample.bend_most
+    assert sample.joint_bend.max() > 0.3
+
+
+@pytest.mark.parametrize(
+    ("pair", "seen"),
+    [
+        ((touch.OBJECT, touch.ROBOT), (True, False, False)),
+        ((touch.GROUND, touch.OBJECT), (False, True, False)),
+        ((touch.ROBOT, touch.GROUND), (False, False, True)),
+        ((touch.TRUNK, touch.GROUND), (False, False, False)),
+        ((touch.OBJECT, touch.TRUNK), (False, False, False)),
+        ((touch.ROBOT, touch.TRUNK), (False, False, False)),
+        ((touch.OTHER, touch.OBJECT), (False, False, False)),
+    ],
+)
+def test_a_pair_is_told_by_its_two_kinds(pair, seen):
+    kind = np.array([touch.OTHER, *pair])
+    for count in (1, 2):
+        geom = np.tile(np.array([1, 2], np.int32), (count, 1))
+        assert touch.read_contacts(geom, np.full(count, -1e-3), kind) == (1e-3, *seen)
+
+
+def test_readings_without_error_are_copies_and_draw_nothing():
+    sensors, truth = Sensors(SensorOptions()), np.array([1.0, 2.0])
+    for read in (sensors.read_pull, sensors.read_tension, sensors.read_torque):
+        seen = read(truth)
+        np.testing.assert_array_equal(seen, truth)
+        seen[0] = 5.0
+    np.testing.assert_array_equal(truth, [1.0, 2.0])
+
+
+def test_what_is_read_scatters_as_it_says():
+    options = SensorOptions(pull_noise=1e-3, tension_noise=0.5, tension_share=0.1, torque_noise=0.2, seed=3)
+    sensors = Sensors(options)
+    for read, truth, deviation in (
+        (sensors.read_pull, 0.02, 1e-3), (sensors.read_tension, -5.0, 1.0), (sensors.read_torque, 3.0, 0.2),
+    ):  # fmt: skip
+        seen = np.array([read(np.full(7, truth)) for _ in range(500)])
+        assert seen.mean() == pytest.approx(truth, abs=5 * deviation / seen.size**0.5)
+        assert seen.std() == pytest.approx(deviation, rel=0.05)
