@@ -33,13 +33,14 @@ MODULE = [sys.executable, "-m", "spiraltrunk"]
 
 
 def start(*command: str) -> subprocess.Popen[str]:
-    """Begin the command with Ctrl-C heard, also where the tests run in the background and ignore it."""
+    """Begin the command with all signals heard, also where the tests run in the background or under nohup."""
     pipe = subprocess.PIPE
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in ENDS}
     try:
         return subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def wait_for(running: subprocess.Popen[str], line: str) -> None:
