@@ -25,7 +25,7 @@ class DesignError(SpiralTrunkError, ValueError):
         self.name = name
         self.got = got
         self.allowed = allowed
-        super().__init__(f"{name} is {_short(got)}; allowed: {allowed}")
+        super().__init__(f"{name} is {tell(got)}; allowed: {allowed}")
 
 
 class ShapeError(SpiralTrunkError, ValueError):
@@ -77,7 +77,8 @@ class RunError(SpiralTrunkError, RuntimeError):
     """A run that cannot start or cannot go on."""
 
 
-def _short(value: object, most: int = 80) -> str:
+def tell(value: object, most: int = 80) -> str:
+    """What was given, in one short line."""
     try:
         text = " ".join(repr(value).split())
     except (ValueError, RecursionError):  # A whole number with thousands of digits, a list of itself.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, final
 
-from spiraltrunk.errors import RunError
+from spiraltrunk.errors import RunError, tell
 from spiraltrunk.plant import Command, Observation, Plant
 from spiraltrunk.strategies.base import Status, Strategy
 
@@ -51,8 +51,12 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
         watch: called after every step, to show progress; what it raises ends the run.
 
     Raises:
-        RunError: where the plant cannot go on or the strategy does not end in LONGEST seconds.
+        RunError: for anything but a plant and a strategy, and where the plant cannot go on or the strategy does not end
+            in LONGEST seconds.
     """
+    _check_has("plant", plant, ("reset", "step"), "a Plant, such as spiraltrunk.sim.SimPlant()")
+    allowed = "a Strategy, such as spiraltrunk.strategies.get('wrap-vertical')"
+    _check_has("strategy", strategy, ("init", "step", "status"), allowed)
     observation = plant.reset()
     began = perf_counter()
     state = strategy.init(observation)
@@ -77,3 +81,8 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
         observations=tuple(observations), commands=tuple(commands), statuses=tuple(statuses), gave_up=status.gave_up,
         planning=planning,
     )  # fmt: skip
+
+
+def _check_has(name: str, value: object, methods: tuple[str, ...], allowed: str) -> None:
+    if isinstance(value, type) or not all(callable(getattr(value, method, None)) for method in methods):
+        raise RunError(f"{name} is {tell(value)}; allowed: {allowed}")

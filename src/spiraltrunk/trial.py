@@ -11,7 +11,9 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk import strategies
+from spiraltrunk.design.checks import check_number, check_numbers, check_type
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError
 from spiraltrunk.plant import Observation
 from spiraltrunk.run import RunLog, run
 from spiraltrunk.sim.arm_spec import arm_limits
@@ -68,6 +70,14 @@ class Spread:
     sensors: SensorOptions = NOISE
     """Errors of readings and commands."""
 
+    def __post_init__(self) -> None:
+        for name, below in (("position", 1.0), ("yaw", 7.0), ("size", 1.0), ("mass", 1.0), ("stiffness", 1.0)):
+            check_number(f"spread.{name}", getattr(self, name), least=0.0, below=below)
+        check_numbers("spread.friction", self.friction, count=2, above=0.0)
+        if self.friction[0] > self.friction[1]:
+            raise DesignError("spread.friction", got=self.friction, allowed="the smaller coefficient first")
+        check_type("spread.sensors", self.sensors, SensorOptions)
+
 
 EXACT = Spread(position=0.015, yaw=0.0, size=0.0, mass=0.0, sensors=SensorOptions())
 """Place within 15 mm, friction and stiffness unknown, everything else as told, sensors without error."""
@@ -97,9 +107,20 @@ class Trial:
 def draw_scene(
     shape: ObjectSpec, seed: int, *, strategy: Strategy[Any] | None = None, spread: Spread | None = None
 ) -> SceneOptions:
-    """A world for a strategy, whose object and joints differ from what the robot is told, drawn from ``seed``."""
+    """A world for a strategy, whose object and joints differ from what the robot is told, drawn from ``seed``.
+
+    Raises:
+        DesignError: for anything but an object, a seed, a strategy and a spread.
+    """
     chosen = strategies.get("wrap-vertical") if strategy is None else strategy
     spread = Spread() if spread is None else spread
+    check_type("spread", spread, Spread)
+    if not isinstance(shape, ObjectSpec):
+        raise DesignError("object", got=shape, allowed="an ObjectSpec, as parse_object makes of a name")
+    if not isinstance(chosen, Strategy):
+        raise DesignError("strategy", got=chosen, allowed="a Strategy, as strategies.get makes of a name")
+    if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
+        raise DesignError("seed", got=seed, allowed="a whole number, at least 0")
     rng = np.random.default_rng(seed)
     x, y, z = (float(value) for value in _draw_in_ball(rng, spread.position))
     friction = float(rng.uniform(*spread.friction))
@@ -154,6 +175,7 @@ def run_trial(
 
     Raises:
         UnknownName: for a strategy that does not exist.
+        DesignError: for anything but a design, an object, a seed and a spread.
         ModelError: where the strategy cannot plan for the object.
         RunError: where the simulation diverges or does not end.
     """

@@ -123,6 +123,61 @@ def test_a_command_that_is_not_finite_is_refused_and_changes_nothing(plant):
     _assert_same(plant.step(_command(first)), undisturbed)
 
 
+def _impossible(observation):
+    """What is no command, and what the refusal says of it."""
+    good = _command(observation)
+    T, n_cable = good.T_world_base, len(good.cable_tension)
+    stretched, mirrored, sheared, far, bare = (T.copy() for _ in range(5))
+    stretched[:3, :3] *= 1.001
+    mirrored[:3, 0] *= -1.0
+    sheared[:3, 1] += 0.01 * sheared[:3, 0]
+    far[2, 3], bare[3, 3] = 1e6, 2.0
+    for frame, words in (
+        (T[:3], "has shape"), (None, "numbers"), (T.astype(complex), "numbers"), ([[1.0], 2.0], "numbers"),
+        (stretched, "rotation"), (mirrored, "left-handed"), (sheared, "rotation"), (far, "within"), (bare, "row"),
+    ):  # fmt: skip
+        yield replace(good, T_world_base=frame), rf"command\.T_world_base.*{words}"
+    for name in ("cable_tension", "cable_pull"):
+        for value in (np.zeros(n_cable + 1), np.zeros((1, n_cable)), 5.0, "all", np.full(n_cable, True), ["a"]):
+            yield replace(good, **{name: value}), rf"command\.{name}.*allowed"
+    yield replace(good, cable_tension=np.ma.masked_greater(good.cable_tension, 1.0)), r"command\.cable_tension.*numbers"
+    for value in (None, "open", [0.0, 0.0], 1j, 10**400):
+        yield replace(good, gripper=value), r"command\.gripper.*allowed"
+    for value in (None, "go", T):
+        yield value, "allowed: a Command"
+
+
+def test_what_is_no_command_is_refused_in_one_line_and_changes_nothing(plant):
+    observation = plant.reset()
+    undisturbed = [plant.step(_command(observation)) for _ in range(2)][-1]
+    first = plant.reset()
+    plant.step(_command(first))
+    for command, words in _impossible(first):
+        with pytest.raises(RunError, match=words) as refusal:
+            plant.step(command)
+        assert "\n" not in str(refusal.value)
+        assert len(str(refusal.value)) < 250
+    _assert_same(plant.step(_command(first)), undisturbed)
+
+
+def test_lists_and_whole_numbers_are_numbers(plant):
+    first = plant.reset()
+    usual = plant.step(replace(_command(first, tension=5.0), cable_pull=np.ones(len(first.cable_pull)), gripper=1.0))
+    first = plant.reset()
+    command = _command(first, tension=5.0)
+    tension = [round(value) for value in command.cable_tension]
+    listed = Command(
+        T_world_base=command.T_world_base.tolist(), cable_tension=tension, cable_pull=[1] * len(tension), gripper=1
+    )
+    _assert_same(plant.step(listed), usual)
+
+
+def test_a_step_before_the_first_reset_is_refused(plant):
+    fresh = type(plant)(PAPER)
+    with pytest.raises(RunError, match="reset"):
+        fresh.step(_command(plant.reset()))
+
+
 def test_an_endless_pull_is_no_bound(plant):
     """A winder told an infinite length pulls with its tension alone, as one that is told none."""
     first = plant.reset()

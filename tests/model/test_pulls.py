@@ -101,7 +101,7 @@ def test_full_curl_takes_no_more() -> None:
         (lambda: pulls.pull_dorsal(PAPER, "a"), "pull is 'a'; allowed: one number, 0 to 0.131156 m"),
         (lambda: pulls.pull_dorsal(PAPER, [0.01, 0.02]), "pull is .0.01, 0.02.; allowed: one number"),
         (lambda: pulls.pull_twist(PAPER, 0.01, None), "pull_2 is None; allowed: one number"),
-        (lambda: pulls.pull_dorsal(PAPER, np.full(1000, 0.05)), r"pull is array.*\.\.\.; allowed: one number"),
+        (lambda: pulls.pull_dorsal(PAPER, np.full(1000, 0.05)), r"pull is array.*\.\.\..*; allowed: one number"),
         (lambda: pulls.pull_dorsal(PAPER, 0.05, np.zeros(3)), "theta_0 has shape (3,.; allowed: one number"),
         (lambda: pulls.pull_cables(PAPER, [0.05, 0.0, 0.0], [0.0, 1.0]), "theta_0 has shape (2,.; allowed: one number"),
     ],

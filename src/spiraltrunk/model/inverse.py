@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError
+from spiraltrunk.errors import ModelError, tell
 from spiraltrunk.model.inverse_search import InverseOptions, find, read_scene
 from spiraltrunk.model.inverse_starts import section_axes
 from spiraltrunk.model.kernels.aim import Aim, gap_rows
-from spiraltrunk.model.loading import Loads, check_kind, read_numbers, tell
+from spiraltrunk.model.loading import Loads, check_kind, read_numbers
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.model.wrap import WRAP_TURN

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.design.checks import check_number
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError
+from spiraltrunk.errors import ModelError, tell
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape
 
@@ -228,15 +228,6 @@ def check_start(design: TrunkDesign, start: Shape) -> None:
     for name, array in used.items():
         if array is not None and not np.isfinite(array).all():
             raise ModelError(f"start.{name} is not finite; allowed: an earlier solution as it was returned")
-
-
-def tell(value: object, most: int = 80) -> str:
-    """What was given, in one short line."""
-    try:
-        line = " ".join(repr(value).split())
-    except (ValueError, RecursionError):  # A whole number with thousands of digits, a list of itself.
-        return "too large to print"
-    return line if len(line) <= most else f"{line[:most]}..."
 
 
 def base_orientation(theta_0: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:

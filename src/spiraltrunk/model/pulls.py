@@ -16,10 +16,10 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError
+from spiraltrunk.errors import ModelError, tell
 from spiraltrunk.model import cables, statics
 from spiraltrunk.model.kernels.batch import NEARLY
-from spiraltrunk.model.loading import PULL_MARGIN, read_numbers, tell
+from spiraltrunk.model.loading import PULL_MARGIN, read_numbers
 from spiraltrunk.model.reference_table import check_ventral, prepare, rest_mass
 from spiraltrunk.model.shape import Shape
 

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError
+from spiraltrunk.errors import ModelError, tell
 from spiraltrunk.model.compiled import share
-from spiraltrunk.model.loading import PULL_MARGIN, check_kind, tell
+from spiraltrunk.model.loading import PULL_MARGIN, check_kind
 from spiraltrunk.model.reference_lean import build_room, solve_points
 from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve
 from spiraltrunk.model.reference_table import Prepared, check_twist, check_ventral, prepare

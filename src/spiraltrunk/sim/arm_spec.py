@@ -17,6 +17,7 @@ from typing import Any, final
 import mujoco
 import numpy as np
 
+from spiraltrunk.design.checks import check_type
 from spiraltrunk.design.mount import ArmDesign
 from spiraltrunk.errors import DesignError, MissingPackage
 from spiraltrunk.sim.arm_looks import thin_out
@@ -118,9 +119,11 @@ def arm_spec(arm: ArmDesign, *, is_light: bool = False) -> mujoco.MjSpec:
         is_light: whether the Panda's looks are thinned out, for drawing; what collides stays as published.
 
     Raises:
-        DesignError: for an MJCF that cannot be read, or has no such site, or not one position actuator per joint.
+        DesignError: for anything but an arm's design, and an MJCF that cannot be read, or has no such site, or not one
+            position actuator per joint.
         MissingPackage: where the Panda's meshes are not installed.
     """
+    check_type("arm", arm, ArmDesign)
     return _panda_spec(arm, is_light) if arm.model == "panda" else _load_spec(arm)
 
 

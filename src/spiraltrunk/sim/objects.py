@@ -6,6 +6,7 @@ import math
 
 import mujoco
 
+from spiraltrunk.design.checks import check_type
 from spiraltrunk.design.units import MILLI
 from spiraltrunk.errors import DesignError, UnknownName, Words
 from spiraltrunk.sim.object_mesh import AXES, COLLIDES, UNITS, load_stl_solid
@@ -84,6 +85,7 @@ def parse_object(text: str) -> ObjectSpec:
         UnknownName: for a name or kind that does not exist.
         DesignError: for a missing, doubled, unknown or impossible measure, or a file that is no object.
     """
+    check_type("object", text, str)
     if ":" not in text:
         if text not in CATALOGUE:
             raise UnknownName("object", text, [*CATALOGUE, *map(_form, _MEASURES)])

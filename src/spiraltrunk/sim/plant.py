@@ -12,7 +12,7 @@ import numpy as np
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
-from spiraltrunk.plant import Command, Observation, Plant
+from spiraltrunk.plant import Command, Observation, Plant, read_command
 from spiraltrunk.sim.friction import CableFriction
 from spiraltrunk.sim.gripper_spec import GROUPS
 from spiraltrunk.sim.reach import ArmReach
@@ -100,8 +100,9 @@ class SimPlant(Plant):
 
     def step(self, command: Command) -> Observation:
         """Advance one control period; arm targets go through inverse kinematics, cables through their winders."""
-        _check_finite(command)
-        command = self._delayed(command)
+        if not self.trace:
+            raise RunError("the plant was stepped before its first reset; allowed: reset, then step")
+        command = self._delayed(read_command(command, self.design.n_cable))
         self._arm_command = self._reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD)
         self.data.ctrl[self._arm_motors] = self._arm_command + self._arm_lead
         self._pull(command)
@@ -152,7 +153,7 @@ class SimPlant(Plant):
         self.data.ctrl[self._motors] = np.maximum(straight - np.minimum(pull, straight), 0.0)
         if self.design.gripper is not None:
             step, tension = CONTROL_PERIOD / GRIPPER_TIME, self.design.gripper.tension_max
-            wish = max(-1.0, min(1.0, float(command.gripper)))
+            wish = max(-1.0, min(1.0, command.gripper))
             self._grip = max(self._grip - step, min(self._grip + step, wish))
             self.data.ctrl[self._grippers] = max(0.0, tension * self._grip), max(0.0, -tension * self._grip)
 
@@ -185,12 +186,3 @@ def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
 def _stiffness(model: mujoco.MjModel, motors: np.ndarray) -> np.ndarray:
     """Stiffness of position actuators at their joints [N m/rad]."""
     return np.asarray(model.actuator_gainprm[motors, 0] * model.actuator_gear[motors, 0] ** 2)
-
-
-def _check_finite(command: Command) -> None:
-    for name in ("T_world_base", "cable_tension", "gripper"):
-        if not np.isfinite(getattr(command, name)).all():
-            raise RunError(f"command.{name} is not finite; allowed: finite numbers")
-    # Infinity alone has a meaning: no bound.
-    if command.cable_pull is not None and not (np.asarray(command.cable_pull) > -np.inf).all():
-        raise RunError("command.cable_pull is not a length; allowed: metres, or infinity for no bound")

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.design import presets
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.checks import check_number, check_numbers, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.plant import Goal, Target, Task
@@ -88,13 +88,25 @@ class SceneOptions:
             raise UnknownName("stance", self.stance, STANCES)
         if self.aside == 0:
             raise DesignError("scene.aside", got=self.aside, allowed="any distance but 0")
-        for name in ("position", "offset", "push"):
+        for name, count in (("position", 3), ("offset", 3), ("push", 2)):
+            check_numbers(f"scene.{name}", getattr(self, name), count=count)
             for i, value in enumerate(getattr(self, name)):
                 check_number(f"scene.{name}[{i}]", value, above=-3.0, below=3.0)
+        check_type("scene.shape", self.shape, ObjectSpec)
+        if self.told is not None:
+            check_type("scene.told", self.told, ObjectSpec)
+        check_type("scene.trunk", self.trunk, TrunkOptions)
+        check_type("scene.sensors", self.sensors, SensorOptions)
 
 
 def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
-    """The task as the robot is told it."""
+    """The task as the robot is told it.
+
+    Raises:
+        DesignError: for anything but a design and options.
+    """
+    check_type("design", design, TrunkDesign)
+    check_type("options", options, SceneOptions)
     shape = options.shape if options.told is None else options.told
     is_hung, is_upright = options.stage == "hung", options.stance == "upright"
     position = np.array(options.position)
@@ -115,7 +127,13 @@ def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
 
 
 def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
-    """The whole world as one spec."""
+    """The whole world as one spec.
+
+    Raises:
+        DesignError: for anything but a design and options.
+    """
+    check_type("design", design, TrunkDesign)
+    check_type("options", options, SceneOptions)
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.compiler.autolimits = True

@@ -8,7 +8,7 @@ from typing import final
 import mujoco
 import numpy as np
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.design.checks import check_count, check_number, check_type
 from spiraltrunk.plant import Look
 
 LOOK_PERIOD = 0.5
@@ -46,6 +46,8 @@ class SensorOptions:
         for name in ("pull_noise", "tension_noise", "tension_share", "torque_noise", "look_error", "look_turn"):
             check_number(f"sensors.{name}", getattr(self, name), least=0.0, below=10.0)
         check_number("sensors.delay", self.delay, least=0.0, below=1.0)
+        check_type("sensors.looks", self.looks, bool)
+        check_count("sensors.seed", self.seed, least=0, most=2**64 - 1)
 
 
 @final

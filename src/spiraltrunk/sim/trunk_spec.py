@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.design.checks import check_count, check_number
+from spiraltrunk.design.checks import check_count, check_number, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.gripper_spec import add_gripper
 from spiraltrunk.sim.materials import SOLIMP, SOLREF, TRUNK_COLORS
@@ -51,11 +51,18 @@ class TrunkOptions:
 
 
 def trunk_spec(design: TrunkDesign, options: TrunkOptions | None = None) -> mujoco.MjSpec:
-    """The trunk with its housing as a spec of its own, mounted at the origin, along the world's +z."""
+    """The trunk with its housing as a spec of its own, mounted at the origin, along the world's +z.
+
+    Raises:
+        DesignError: for anything but a design and options.
+    """
+    options = TrunkOptions() if options is None else options
+    check_type("design", design, TrunkDesign)
+    check_type("options", options, TrunkOptions)
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.compiler.autolimits = True
-    add_trunk(spec, spec.worldbody, design, TrunkOptions() if options is None else options)
+    add_trunk(spec, spec.worldbody, design, options)
     return spec
 
 

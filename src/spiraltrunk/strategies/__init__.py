@@ -36,7 +36,7 @@ def get(name: str) -> Strategy[Any]:
     Raises:
         UnknownName: lists the names.
     """
-    if name not in _STRATEGIES:
+    if not isinstance(name, str) or name not in _STRATEGIES:
         raise UnknownName("strategy", name, NAMES)
     return _STRATEGIES[name]()
 
