@@ -23,6 +23,7 @@ from spiraltrunk.design.rules import GRAVITY, graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.choices import check_choices, choose
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction, insert_next
 from spiraltrunk.strategies.push_stance import Stance, go_down, keep_level, plan_stance, reach_of, roll_up
 from spiraltrunk.strategies.push_steer import seen_place
@@ -52,6 +53,9 @@ class KickOptions:
     """Time to wait after the stroke [s]."""
     retries: int = 1
     """How often to kick again what did not go far enough [-]."""
+
+    def __post_init__(self) -> None:
+        check_choices(self, positive=("run_up", "follow", "speed", "roll", "resistance", "watch"))
 
 
 @final
@@ -86,7 +90,7 @@ class Kick(Strategy[KickState]):
     push = (0.0, 0.15)
 
     def __init__(self, options: KickOptions | None = None) -> None:
-        self.options = KickOptions() if options is None else options
+        self.options: KickOptions = choose(options, KickOptions())
 
     def widths(self, design: TrunkDesign) -> tuple[float, float]:
         """Least and greatest width of what it can take [m]: anything up to what the trunk could wrap can be struck."""

@@ -13,6 +13,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.plant import Command, Observation
+from spiraltrunk.strategies.choices import check_choices
 from spiraltrunk.strategies.push_stance import Stance
 
 _FRESH = 0.03
@@ -48,6 +49,9 @@ class SteerOptions:
     """Largest change of the force on the base [N]: more than that, and what is pushed is jammed."""
     longest: float = 20.0
     """Longest time of one push [s]."""
+
+    def __post_init__(self) -> None:
+        check_choices(self, positive=("speed", "slowest", "gain", "aside", "agility", "near", "force", "longest"))
 
 
 @final

@@ -10,9 +10,10 @@ import numpy as np
 
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError
+from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.model.wrap_beside import cable_pulls, curl_tilt, object_center, shut_pull
 from spiraltrunk.plant import Observation, Target
+from spiraltrunk.strategies.choices import check_choices
 from spiraltrunk.strategies.phases import Move
 
 STEPS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56, 0.75, 1.1)
@@ -94,6 +95,12 @@ class StandingOptions:
     """How far below its start the arm seeks the ground when setting down [m]."""
     retries: int = 1
     """How often to try again [-]."""
+
+    def __post_init__(self) -> None:
+        signed = ("plane", "reach_plane", "differential")
+        check_choices(self, positive=("curl_time", "open_time", "settle_time"), signed=signed)
+        if self.turning[0] >= self.turning[1]:
+            raise DesignError("StandingOptions.turning", got=self.turning, allowed="the smaller pull first")
 
 
 def side_of(observation: Observation) -> np.ndarray:

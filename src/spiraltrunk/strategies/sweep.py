@@ -25,10 +25,12 @@ from typing import Any, final
 
 import numpy as np
 
+from spiraltrunk.design.checks import check_type
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.plant import Command, Observation, Task
 from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.choices import check_choices, choose
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction, insert_next
 from spiraltrunk.strategies.push_stance import Stance, go_down, keep_level, plan_stance, reach_of, roll_up
 from spiraltrunk.strategies.push_steer import Steering, SteerOptions, SteerPlan, command_of, is_over, seen_place, steer
@@ -63,6 +65,10 @@ class SweepOptions:
     things jam under it after a few centimetres."""
     retries: int = 1
     """How often to push again after the look [-]."""
+
+    def __post_init__(self) -> None:
+        check_type("SweepOptions.steering", self.steering, SteerOptions)
+        check_choices(self, positive=("unroll", "settle"))
 
 
 @final
@@ -113,7 +119,7 @@ class Sweep(Strategy[SweepState]):
     def __init__(
         self, options: SweepOptions | None = None, grasp: Callable[[Task], Strategy[Any]] | None = None
     ) -> None:
-        self.options = SweepOptions() if options is None else options
+        self.options: SweepOptions = choose(options, SweepOptions())
         self._grasp = choose_grasp if grasp is None else grasp
 
     def widths(self, design: TrunkDesign) -> tuple[float, float]:

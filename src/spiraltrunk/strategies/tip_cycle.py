@@ -16,6 +16,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.choices import choose
 from spiraltrunk.strategies.feel import weight
 from spiraltrunk.strategies.phases import Progress, advance, begin, command_at, fraction, insert_next
 from spiraltrunk.strategies.tip_moves import Curl, again, carry, grip, gripping_base, holding, opened, put, reach
@@ -81,7 +82,7 @@ class TipStrategy(Strategy[TipState]):
     holds = "fingers"
 
     def __init__(self, options: TipOptions | None = None) -> None:
-        self.options = TipOptions() if options is None else options
+        self.options: TipOptions = choose(options, TipOptions())
 
     @abstractmethod
     def curl(self, observation: Observation) -> Curl | None:

@@ -18,6 +18,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.fingers import closing_tension, opening_tension
 from spiraltrunk.plant import Goal, Observation, Target
+from spiraltrunk.strategies.choices import check_choices
 
 
 @final
@@ -53,6 +54,9 @@ class TipOptions:
     """Factor on the fingers' tension with each try after the first [-]: smooth cones slip out of the first grip."""
     retries: int = 1
     """How often to try again [-]."""
+
+    def __post_init__(self) -> None:
+        check_choices(self)
 
 
 def gripper_of(observation: Observation) -> GripperDesign:

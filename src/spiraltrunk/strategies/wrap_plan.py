@@ -11,6 +11,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.wrap import Wrap, predict_wrap, ventral_cables, wrap_tension
 from spiraltrunk.plant import Observation, Target
+from spiraltrunk.strategies.choices import check_choices
 from spiraltrunk.strategies.phases import Move, Progress
 
 OVERSHOOT = 0.3
@@ -86,6 +87,9 @@ class WrapOptions:
     """Way over the trunk's length from which it is worth while to move along before setting down [-]."""
     turn_rise: float = 0.08
     """How far the arm rises to move along, over the trunk's length [-]."""
+
+    def __post_init__(self) -> None:
+        check_choices(self, positive=("open_time", "steady_time", "curl_time"))
 
 
 def plan_wrap(observation: Observation, options: WrapOptions) -> tuple[Move, ...]:

@@ -39,6 +39,7 @@ import numpy as np
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.choices import choose
 from spiraltrunk.strategies.feel import ventral_tension, weight
 from spiraltrunk.strategies.phases import (
     Move,
@@ -110,7 +111,7 @@ class StandingWrap(Strategy[StandingState]):
     position = (0.46, 0.12)
 
     def __init__(self, options: StandingOptions | None = None) -> None:
-        self.options = self.default_options() if options is None else options
+        self.options: StandingOptions = choose(options, self.default_options())
 
     @staticmethod
     @abstractmethod

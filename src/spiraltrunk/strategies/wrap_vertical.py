@@ -29,6 +29,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.model.wrap import free_curl, unrolled_center, ventral_cables
 from spiraltrunk.plant import Command, Observation
 from spiraltrunk.strategies.base import Status, Strategy
+from spiraltrunk.strategies.choices import choose
 from spiraltrunk.strategies.feel import in_step, lever, ventral_pull, ventral_tension, way_to_turn_flat, weight
 from spiraltrunk.strategies.phases import (
     Progress,
@@ -95,7 +96,7 @@ class WrapVertical(Strategy[WrapState]):
     objects = ("cylinder-33", "cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
 
     def __init__(self, options: WrapOptions | None = None) -> None:
-        self.options = WrapOptions() if options is None else options
+        self.options: WrapOptions = choose(options, WrapOptions())
 
     def init(self, observation: Observation) -> WrapState:
         """Plan places and tension from design and object.
