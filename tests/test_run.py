@@ -101,3 +101,50 @@ def test_the_watcher_sees_every_step_and_may_stop_the_run():
 
     with pytest.raises(KeyboardInterrupt):
         run(Clock(), Count(3), watch=stop)
+
+
+class Broken(Count):
+    """Returns what it may not."""
+
+    def __init__(self, **returned):
+        super().__init__(3)
+        self.returned = returned
+
+    def step(self, state, observation):
+        return self.returned.get("step", super().step(state, observation))
+
+    def status(self, state):
+        return self.returned.get("status", super().status(state))
+
+
+class Stuck(Clock):
+    """A plant whose time does as it likes, or that sees nothing."""
+
+    def __init__(self, *seen):
+        super().__init__()
+        self.seen = iter(seen)
+
+    def step(self, command):
+        return next(self.seen)
+
+
+@pytest.mark.parametrize(
+    ("plant", "strategy", "words"),
+    [
+        (Clock(), Broken(step=None), "strategy.step returned None; allowed: a pair"),
+        (Clock(), Broken(step=(1, 2, 3)), r"strategy.step returned \(1, 2, 3\); allowed: a pair"),
+        (Clock(), Broken(status=None), "strategy.status returned None; allowed: a Status"),
+        (Stuck(None), Count(3), "plant.step returned None; allowed: an Observation"),
+        (Stuck(Seen(0.5), Seen(0.5)), Count(3), "time went from 0.5 to 0.5 s; allowed: forward"),
+        (Stuck(Seen(0.5), Seen(0.1)), Count(3), "time went from 0.5 to 0.1 s; allowed: forward"),
+        (Stuck(Seen(float("nan"))), Count(3), "time went from 0.0 to nan s; allowed: forward"),
+    ],
+)
+def test_what_plant_and_strategy_may_not_return_ends_the_run_in_one_line(plant, strategy, words):
+    with pytest.raises(RunError, match=words):
+        run(plant, strategy)
+
+
+def test_a_watcher_is_a_function():
+    with pytest.raises(RunError, match="watch is 3; allowed: a function"):
+        run(Clock(), Count(3), watch=3)

@@ -18,7 +18,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError, tell
 
 FARTHEST = 100.0
-"""Largest coordinate of a place that a command may ask for [m]; any farther one is a mistake, not a way to go."""
+"""Largest coordinate of a place, and most cable to pay out, that a command may ask for [m]: more is a mistake."""
 
 _SQUARE = 1e-6
 """How far the axes of a commanded frame may be from unit length and from a right angle [-]."""
@@ -192,8 +192,9 @@ def _read_numbers(name: str, value: object, shape: tuple[int, ...], *, is_bound:
     if array.shape != shape:
         raise RunError(f"command.{name} has shape {array.shape}; allowed: {shape or 'one number'}")
     numbers = array.ravel().tolist()
-    if is_bound and not all(number > -math.inf for number in numbers):
-        raise RunError(f"command.{name} is not a length; allowed: metres, or infinity for no bound")
+    if is_bound and not all(number > -FARTHEST for number in numbers):
+        allowed = f"metres above -{FARTHEST:g}, or infinity for no bound"
+        raise RunError(f"command.{name} is not a length to pull; allowed: {allowed}")
     if not is_bound and not all(map(math.isfinite, numbers)):
         raise RunError(f"command.{name} is not finite; allowed: finite numbers")
     return array

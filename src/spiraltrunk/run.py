@@ -51,23 +51,27 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
         watch: called after every step, to show progress; what it raises ends the run.
 
     Raises:
-        RunError: for anything but a plant and a strategy, and where the plant cannot go on or the strategy does not end
-            in LONGEST seconds.
+        RunError: for anything but a plant and a strategy, where one of them returns what it may not or time does not go
+            on, where the plant cannot go on, and where the strategy does not end in LONGEST seconds.
     """
     _check_has("plant", plant, ("reset", "step"), "a Plant, such as spiraltrunk.sim.SimPlant()")
     allowed = "a Strategy, such as spiraltrunk.strategies.get('wrap-vertical')"
     _check_has("strategy", strategy, ("init", "step", "status"), allowed)
-    observation = plant.reset()
+    if watch is not None and not callable(watch):
+        raise RunError(f"watch is {tell(watch)}; allowed: a function of an observation and a status")
+    observation = _seen(plant.reset(), "reset")
     began = perf_counter()
     state = strategy.init(observation)
     planning = perf_counter() - began
     observations, commands, statuses = [observation], [], []
     while True:
-        state, command = strategy.step(state, observation)
-        status = strategy.status(state)
+        state, command = _decided(strategy.step(state, observation))
+        status = _told(strategy.status(state))
         if status.is_done:
             break
-        observation = plant.step(command)
+        before, observation = observation.time, _seen(plant.step(command), "step")
+        if not observation.time > before:
+            raise RunError(f"the plant's time went from {before!r} to {observation.time!r} s; allowed: forward")
         observations.append(observation)
         commands.append(command)
         statuses.append(status)
@@ -81,6 +85,24 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
         observations=tuple(observations), commands=tuple(commands), statuses=tuple(statuses), gave_up=status.gave_up,
         planning=planning,
     )  # fmt: skip
+
+
+def _seen(value: Observation, call: str) -> Observation:
+    if not isinstance(getattr(value, "time", None), (int, float)):
+        raise RunError(f"plant.{call} returned {tell(value)}; allowed: an Observation")
+    return value
+
+
+def _decided(value: tuple[Any, Command]) -> tuple[Any, Command]:
+    if not (isinstance(value, tuple) and len(value) == 2):
+        raise RunError(f"strategy.step returned {tell(value)}; allowed: a pair of what to remember and a Command")
+    return value
+
+
+def _told(value: Status) -> Status:
+    if not isinstance(value, Status):
+        raise RunError(f"strategy.status returned {tell(value)}; allowed: a Status")
+    return value
 
 
 def _check_has(name: str, value: object, methods: tuple[str, ...], allowed: str) -> None:

@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk import strategies
-from spiraltrunk.design.checks import check_number, check_numbers, check_type
+from spiraltrunk.design.checks import check_number, check_numbers, check_text, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError
 from spiraltrunk.plant import Observation
@@ -19,6 +19,7 @@ from spiraltrunk.run import RunLog, run
 from spiraltrunk.sim.arm_spec import arm_limits
 from spiraltrunk.sim.objects import ObjectSpec, scaled
 from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.quiet import quiet_mujoco
 from spiraltrunk.sim.scene import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.sim.trunk_spec import TrunkOptions
@@ -104,6 +105,10 @@ class Trial:
     """Simulated time over the time that the loop took on one core, Python included [-]."""
 
 
+_JOBS = ("grasp", "kick", "sweep")
+"""What a strategy may be for, each with a verdict of its own."""
+
+
 def draw_scene(
     shape: ObjectSpec, seed: int, *, strategy: Strategy[Any] | None = None, spread: Spread | None = None
 ) -> SceneOptions:
@@ -180,15 +185,24 @@ def run_trial(
         RunError: where the simulation diverges or does not end.
     """
     chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
+    if isinstance(chosen, Strategy):
+        _check_named(chosen)
     options = draw_scene(shape, seed, strategy=chosen, spread=spread)
     plant = SimPlant(design, options)
     began = time.perf_counter()
-    log = run(plant, chosen, watch=watch)
+    with quiet_mujoco():
+        log = run(plant, chosen, watch=watch)
     factor = plant.trace[-1].time / (time.perf_counter() - began)
     return Trial(
         strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=_judge(plant, log, chosen.job),
         real_time_factor=factor,
     )  # fmt: skip
+
+
+def _check_named(strategy: Strategy[Any]) -> None:
+    check_text("strategy.name", getattr(strategy, "name", None))
+    if strategy.job not in _JOBS:
+        raise DesignError("strategy.job", got=strategy.job, allowed=", ".join(_JOBS))
 
 
 def _judge(plant: SimPlant, log: RunLog, job: str) -> Verdict:

@@ -110,6 +110,7 @@ def _broken(observation):
         yield replace(good, gripper=value), "gripper"
     yield replace(good, cable_pull=np.array([0.0, np.nan, 0.0])), "cable_pull"
     yield replace(good, cable_pull=np.array([0.0, -np.inf, 0.0])), "cable_pull"
+    yield replace(good, cable_pull=np.array([0.0, -1e300, 0.0])), "cable_pull"
 
 
 def test_a_command_that_is_not_finite_is_refused_and_changes_nothing(plant):

@@ -1,5 +1,6 @@
 """What is no design, no object, no strategy, no world: one line that says what was given and what is allowed."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,8 +9,10 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, RunError, UnknownName
+from spiraltrunk.plant import Command
 from spiraltrunk.run import run
 from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec, build_model, parse_object, trunk_spec
+from spiraltrunk.sim.quiet import quiet_mujoco
 from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.trial import Spread, draw_scene, run_trial
 
@@ -62,7 +65,7 @@ def test_a_seed_of_numpy_is_a_seed():
     [
         {"position": (0.4, 0.1)}, {"position": "abc"}, {"position": 0.4}, {"offset": (0.0, 0.0, math.nan)},
         {"push": (0.1, 0.2, 0.3)}, {"shape": "cylinder-60"}, {"told": "cylinder-60"}, {"trunk": None}, {"sensors": 3},
-        {"timestep": "1 ms"}, {"stage": ["hung"]},
+        {"timestep": "1 ms"}, {"stage": ["hung"]}, {"stance": "upright"}, {"push": (0.1, 0.0)},
     ],
 )  # fmt: skip
 def test_a_world_is_checked_when_it_is_made(changes):
@@ -89,3 +92,73 @@ def test_a_spread_is_checked_when_it_is_made(changes):
 def test_sensors_are_checked_when_they_are_made(changes):
     with pytest.raises(DesignError, match=rf"sensors\.{next(iter(changes))}"):
         SensorOptions(**changes)
+
+
+def _with(part, **changes):
+    return dataclasses.replace(PAPER, **{part: dataclasses.replace(getattr(PAPER, part), **changes)})
+
+
+@pytest.mark.parametrize(
+    ("design", "options"),
+    [
+        (_with("gripper", finger_width=1e-12), SceneOptions()), (_with("housing", length=1e-12), SceneOptions()),
+        (PAPER, SceneOptions(position=(0.45, 0.1, -1.0))),
+    ],
+)  # fmt: skip
+def test_a_world_that_mujoco_cannot_build_is_refused_in_one_line(design, options):
+    with pytest.raises(DesignError, match=r"world is one that MuJoCo refuses; allowed: .*it says: Error") as refusal:
+        build_model(design, options)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_simulation_that_diverges_says_so_and_starts_anew(tmp_path, monkeypatch):
+    """MuJoCo resets itself then, in the middle of a step: time would begin again as if nothing had been."""
+    monkeypatch.chdir(tmp_path)
+    plant = SimPlant(PAPER, SceneOptions(stage="ground", position=(0.3, 0.0, 0.6), ground=1.2))
+    first = plant.reset()
+
+    def hold(seen):
+        for _ in range(40):
+            before, seen = seen.time, plant.step(Command(T_world_base=seen.T_world_base, cable_tension=np.zeros(3)))
+            assert seen.time > before
+
+    with quiet_mujoco(), pytest.raises(RunError, match=r"the simulation diverged after 0\.\d\d s"):
+        hold(first)
+    assert list(tmp_path.iterdir()) == []
+    assert plant.reset().time == first.time == 0.0
+    assert plant.warnings == 0
+
+
+def test_a_task_cannot_be_changed_by_who_is_given_it():
+    goal, target = SimPlant().task.goal, SimPlant().task.target
+    for array in (goal.place, goal.aside, target.position, target.axis):
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] = 0.0
+
+
+def test_a_late_command_is_the_one_that_was_given():
+    """What its arrays are made to hold while it is under way changes nothing."""
+    plants = [SimPlant(PAPER, SceneOptions(sensors=SensorOptions(delay=0.06))) for _ in range(2)]
+    frame = plants[0].reset().T_world_base
+    plants[1].reset()
+    tension, reused = np.array([0.0, 3.0, 3.0]), np.array([0.0, 3.0, 3.0])
+    for _ in range(8):
+        seen = plants[0].step(Command(T_world_base=frame, cable_tension=tension))
+        reused[:] = tension
+        again = plants[1].step(Command(T_world_base=frame.copy(), cable_tension=reused))
+        reused[:] = np.nan
+        np.testing.assert_array_equal(again.cable_tension, seen.cable_tension)
+    assert seen.cable_tension[1] > 1.0
+
+
+OWN = {
+    "job": ({"job": "dance"}, r"strategy\.job is 'dance'; allowed: grasp, kick, sweep"),
+    "name": ({"name": 3}, r"strategy\.name is 3; allowed: a printable text"),
+}
+
+
+@pytest.mark.parametrize(("changes", "words"), OWN.values(), ids=OWN)
+def test_a_strategy_of_ones_own_is_read_before_its_trial(changes, words):
+    own = type("Own", (type(strategies.get("pinch")),), changes)()
+    with pytest.raises(DesignError, match=words):
+        run_trial(PAPER, OBJECT, strategy=own)

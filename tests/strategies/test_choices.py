@@ -46,7 +46,7 @@ def test_options_of_another_kind_are_refused(name):
     [("wrap-vertical", "curl_time"), ("wrap-horizontal", "open_time"), ("kick", "speed"), ("sweep", "unroll")],
 )
 def test_what_is_divided_by_is_not_zero(name, field):
-    with pytest.raises(DesignError, match=rf"\.{field} is 0\.0; allowed: a finite number, above 0, below 1000"):
+    with pytest.raises(DesignError, match=rf"\.{field} is 0\.0; allowed: a finite number, above 0, below 100"):
         replace(USUAL[name], **{field: 0.0})
 
 

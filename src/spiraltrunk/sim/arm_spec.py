@@ -21,6 +21,7 @@ from spiraltrunk.design.checks import check_type
 from spiraltrunk.design.mount import ArmDesign
 from spiraltrunk.errors import DesignError, MissingPackage
 from spiraltrunk.sim.arm_looks import thin_out
+from spiraltrunk.sim.quiet import quiet_mujoco
 
 # Per joint: a [m], d [m], alpha [rad] of Craig's table.
 _DH = (
@@ -200,8 +201,9 @@ def _load_spec(arm: ArmDesign) -> mujoco.MjSpec:
     if not path.is_file():
         raise DesignError("arm.model", got=arm.model, allowed='"panda" or the path of an MJCF file')
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
-        model = spec.compile()
+        with quiet_mujoco():
+            spec = mujoco.MjSpec.from_file(str(path))
+            model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         first = str(error).strip().splitlines()[0] if str(error).strip() else "no reason given"
         raise DesignError("arm.model", got=arm.model, allowed=f"an MJCF file that MuJoCo reads ({first})") from None

@@ -10,6 +10,7 @@ import numpy as np
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.object_mesh import AXES, FACES_MOST, read_bytes, refusal
 from spiraltrunk.sim.object_parts import FORMS, Part, Solid, compute_turn
+from spiraltrunk.sim.quiet import quiet_mujoco
 
 GEOMS_MOST = 200
 """Most geoms of a body."""
@@ -46,7 +47,8 @@ def load_mjcf_solid(path: str, *, axis: str = "longest") -> tuple[Solid, float]:
 
 def _load(path: str) -> mujoco.MjModel:
     try:
-        return mujoco.MjSpec.from_file(str(Path(path).expanduser())).compile()
+        with quiet_mujoco():
+            return mujoco.MjSpec.from_file(str(Path(path).expanduser())).compile()
     except (ValueError, mujoco.FatalError) as error:
         said = " ".join(str(error).split())[:200]
         raise refusal(path, "no MJCF that MuJoCo loads", f"what it loads; it says: {said}") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections import deque
 from dataclasses import replace
 from typing import final
@@ -32,6 +33,12 @@ GRIPPER_TIME = 0.4
 
 WATCH_PERIOD = 0.01
 """Time between two looks at contacts and limits [s]."""
+
+
+_DIVERGED = tuple(
+    int(kind)
+    for kind in (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+)
 
 
 @final
@@ -109,10 +116,15 @@ class SimPlant(Plant):
         for _ in range(self._watches):
             self._advance(self._watch_steps)
             self._probe.watch(self.data)
-        if not np.isfinite(self.data.qpos).all():
-            raise RunError(f"the simulation diverged at {self.data.time:.2f} s")
+        if self._has_diverged():
+            raise RunError(f"the simulation diverged after {self.trace[-1].time:.2f} s; reset it, and ask for less")
         self.trace.append(self._probe.sample(self.data, self._arm_command))
         return self._observe()
+
+    def _has_diverged(self) -> bool:
+        """MuJoCo begins anew where a number is none or huge, and goes on as if nothing had been: its warnings tell."""
+        warning = self.data.warning
+        return any(warning[kind].number for kind in _DIVERGED) or not np.isfinite(self.data.qpos).all()
 
     def _find_lead(self) -> np.ndarray:
         """How far the servos' targets lie ahead of the posture, so that they carry the trunk at rest [rad].
@@ -130,8 +142,8 @@ class SimPlant(Plant):
 
     def _delayed(self, command: Command) -> Command:
         """The command that takes effect now; the first one holds until another is due."""
-        self._underway.append(command)
         late = round(self.options.sensors.delay / CONTROL_PERIOD)
+        self._underway.append(copy.deepcopy(command) if late else command)  # Callers may go on to change their arrays.
         if len(self._underway) <= late:
             return replace(command, T_world_base=self._reach.T_base(self._arm_command), cable_tension=self._ceiling)
         return self._underway.popleft()

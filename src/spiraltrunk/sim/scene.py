@@ -12,7 +12,7 @@ import numpy as np
 from spiraltrunk.design import presets
 from spiraltrunk.design.checks import check_number, check_numbers, check_type
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, UnknownName
+from spiraltrunk.errors import DesignError, UnknownName, Words
 from spiraltrunk.plant import Goal, Target, Task
 from spiraltrunk.sim.arm_spec import arm_spec
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
@@ -86,12 +86,16 @@ class SceneOptions:
             raise UnknownName("stage", self.stage, STAGES)
         if self.stance not in STANCES:
             raise UnknownName("stance", self.stance, STANCES)
+        if self.stage == "hung" and self.stance != "lying":
+            raise DesignError("scene.stance", got=self.stance, allowed='"lying", as what hangs, lies')
         if self.aside == 0:
             raise DesignError("scene.aside", got=self.aside, allowed="any distance but 0")
         for name, count in (("position", 3), ("offset", 3), ("push", 2)):
             check_numbers(f"scene.{name}", getattr(self, name), count=count)
             for i, value in enumerate(getattr(self, name)):
                 check_number(f"scene.{name}[{i}]", value, above=-3.0, below=3.0)
+        if self.stage == "hung" and any(self.push):
+            raise DesignError("scene.push", got=self.push, allowed="(0, 0), as what hangs is lifted")
         check_type("scene.shape", self.shape, ObjectSpec)
         if self.told is not None:
             check_type("scene.told", self.told, ObjectSpec)
@@ -123,6 +127,8 @@ def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
         beside = np.array([*options.push, 0.0])
     ground = None if is_hung else options.ground
     goal = Goal(lift=options.lift, aside=aside, place=position + beside, ground=ground)
+    for array in (target.position, target.axis, goal.aside, goal.place):
+        array.setflags(write=False)  # The verdict goes by them.
     return Task(design=design, target=target, goal=goal)
 
 
@@ -154,9 +160,18 @@ def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
 
 
 def build_model(design: TrunkDesign | None = None, options: SceneOptions | None = None) -> mujoco.MjModel:
-    """The whole world compiled, its joint limits tuned."""
+    """The whole world compiled, its joint limits tuned.
+
+    Raises:
+        DesignError: for anything but a design and options, and where MuJoCo cannot build their world.
+    """
     design = presets.PAPER if design is None else design
-    model = scene_spec(design, SceneOptions() if options is None else options).compile()
+    spec = scene_spec(design, SceneOptions() if options is None else options)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        allowed = f"sizes, masses and places that it builds; it says: {' '.join(str(error).split())[:150]}"
+        raise DesignError("world", got=Words("one that MuJoCo refuses"), allowed=allowed) from None
     tune_joint_limits(model, design)
     return model
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from spiraltrunk.design.checks import check_count, check_number, check_numbers, check_type
 
-LARGEST = 1e3
+LARGEST = 100.0
 """Bound of every choice, in its own unit."""
 
 

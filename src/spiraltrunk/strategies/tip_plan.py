@@ -56,7 +56,7 @@ class TipOptions:
     """How often to try again [-]."""
 
     def __post_init__(self) -> None:
-        check_choices(self)
+        check_choices(self, positive=("reach", "hover", "safety", "tighten", "risen", "firmer"))
 
 
 def gripper_of(observation: Observation) -> GripperDesign:
