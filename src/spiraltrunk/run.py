@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from numbers import Real
 from time import perf_counter
 from typing import Any, final
 
@@ -88,7 +89,7 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
 
 
 def _seen(value: Observation, call: str) -> Observation:
-    if not isinstance(getattr(value, "time", None), (int, float)):
+    if not isinstance(getattr(value, "time", None), Real):
         raise RunError(f"plant.{call} returned {tell(value)}; allowed: an Observation")
     return value
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections import deque
 from dataclasses import replace
 from typing import final
@@ -143,7 +142,7 @@ class SimPlant(Plant):
     def _delayed(self, command: Command) -> Command:
         """The command that takes effect now; the first one holds until another is due."""
         late = round(self.options.sensors.delay / CONTROL_PERIOD)
-        self._underway.append(copy.deepcopy(command) if late else command)  # Callers may go on to change their arrays.
+        self._underway.append(_copied(command) if late else command)  # Callers may go on to change their arrays.
         if len(self._underway) <= late:
             return replace(command, T_world_base=self._reach.T_base(self._arm_command), cable_tension=self._ceiling)
         return self._underway.popleft()
@@ -187,6 +186,12 @@ class SimPlant(Plant):
             base_torque=wrench[3:],
             look=sensors.look(float(data.time), data.xpos[self._object], data.xquat[self._object]),
         )
+
+
+def _copied(command: Command) -> Command:
+    frame, tension, pull = command.T_world_base, command.cable_tension, command.cable_pull
+    kept = None if pull is None else pull.copy()
+    return replace(command, T_world_base=frame.copy(), cable_tension=tension.copy(), cable_pull=kept)
 
 
 def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
