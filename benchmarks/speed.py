@@ -13,6 +13,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -81,9 +82,7 @@ def record_grasp() -> tuple[SimPlant, list[Moment], float, float]:
     finally:
         mujoco.mj_step = step
     wall = time.perf_counter() - began - kept
-    starts = [state for state, _, _ in ends[:-1]]
-    moments = [(state, *moment[1:]) for state, moment in zip(starts, ends[1:], strict=True)]
-    return plant, moments, wall, stepped
+    return plant, [(before[0], *after[1:]) for before, after in pairwise(ends)], wall, stepped
 
 
 def cost_of_contacts(model: mujoco.MjModel, moments: Sequence[Moment], period: float) -> float:

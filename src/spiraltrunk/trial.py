@@ -122,10 +122,9 @@ def draw_scene(
     check_type("spread", spread, Spread)
     if not isinstance(shape, ObjectSpec):
         raise DesignError("object", got=shape, allowed="an ObjectSpec, as parse_object makes of a name")
-    if not isinstance(chosen, Strategy):
-        raise DesignError("strategy", got=chosen, allowed="a Strategy, as strategies.get makes of a name")
     if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
         raise DesignError("seed", got=seed, allowed="a whole number, at least 0")
+    _check_strategy(chosen)
     rng = np.random.default_rng(seed)
     x, y, z = (float(value) for value in _draw_in_ball(rng, spread.position))
     friction = float(rng.uniform(*spread.friction))
@@ -148,6 +147,14 @@ def draw_scene(
         friction_hardness=_hardness(chosen, shape),
     )
     return drawn if chosen.position is None else replace(drawn, position=(*chosen.position, drawn.position[2]))
+
+
+def _check_strategy(strategy: Strategy[Any]) -> None:
+    if not isinstance(strategy, Strategy):
+        raise DesignError("strategy", got=strategy, allowed="a Strategy, as strategies.get makes of a name")
+    check_text("strategy.name", getattr(strategy, "name", None))
+    if strategy.job not in _JOBS:
+        raise DesignError("strategy.job", got=strategy.job, allowed=", ".join(_JOBS))
 
 
 def _hardness(strategy: Strategy[Any], shape: ObjectSpec) -> float:
@@ -185,8 +192,6 @@ def run_trial(
         RunError: where the simulation diverges or does not end.
     """
     chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
-    if isinstance(chosen, Strategy):
-        _check_named(chosen)
     options = draw_scene(shape, seed, strategy=chosen, spread=spread)
     plant = SimPlant(design, options)
     began = time.perf_counter()
@@ -197,12 +202,6 @@ def run_trial(
         strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=_judge(plant, log, chosen.job),
         real_time_factor=factor,
     )  # fmt: skip
-
-
-def _check_named(strategy: Strategy[Any]) -> None:
-    check_text("strategy.name", getattr(strategy, "name", None))
-    if strategy.job not in _JOBS:
-        raise DesignError("strategy.job", got=strategy.job, allowed=", ".join(_JOBS))
 
 
 def _judge(plant: SimPlant, log: RunLog, job: str) -> Verdict:

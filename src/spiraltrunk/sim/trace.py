@@ -103,7 +103,7 @@ class Probe:
             time=data.time,
             qpos=qpos,
             object_position=data.xpos[self._object].copy(),
-            joint_bend=touch.joint_bends(qpos, self._hinges),
+            joint_bend=self.joint_bend(data),
             cable_pull=self.cable_pull(data),
             cable_tension=self.cable_tension(data),
             grip_force=grip,

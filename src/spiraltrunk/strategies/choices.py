@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeVar
 
 from spiraltrunk.design.checks import check_count, check_number, check_numbers, check_type
+
+_Options = TypeVar("_Options")
 
 LARGEST = 100.0
 """Bound of every choice, in its own unit."""
@@ -34,7 +36,7 @@ def check_choices(options: Any, *, positive: Iterable[str] = (), signed: Iterabl
             check_numbers(name, value, count=2, above=0.0)
 
 
-def choose(options: Any, usual: Any) -> Any:
+def choose(options: _Options | None, usual: _Options) -> _Options:
     """The options given, which must be of the usual ones' kind, or the usual ones for None.
 
     Raises:

@@ -90,7 +90,7 @@ class Kick(Strategy[KickState]):
     push = (0.0, 0.15)
 
     def __init__(self, options: KickOptions | None = None) -> None:
-        self.options: KickOptions = choose(options, KickOptions())
+        self.options = choose(options, KickOptions())
 
     def widths(self, design: TrunkDesign) -> tuple[float, float]:
         """Least and greatest width of what it can take [m]: anything up to what the trunk could wrap can be struck."""

@@ -119,7 +119,7 @@ class Sweep(Strategy[SweepState]):
     def __init__(
         self, options: SweepOptions | None = None, grasp: Callable[[Task], Strategy[Any]] | None = None
     ) -> None:
-        self.options: SweepOptions = choose(options, SweepOptions())
+        self.options = choose(options, SweepOptions())
         self._grasp = choose_grasp if grasp is None else grasp
 
     def widths(self, design: TrunkDesign) -> tuple[float, float]:

@@ -82,7 +82,7 @@ class TipStrategy(Strategy[TipState]):
     holds = "fingers"
 
     def __init__(self, options: TipOptions | None = None) -> None:
-        self.options: TipOptions = choose(options, TipOptions())
+        self.options = choose(options, TipOptions())
 
     @abstractmethod
     def curl(self, observation: Observation) -> Curl | None:

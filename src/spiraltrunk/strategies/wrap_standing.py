@@ -111,7 +111,7 @@ class StandingWrap(Strategy[StandingState]):
     position = (0.46, 0.12)
 
     def __init__(self, options: StandingOptions | None = None) -> None:
-        self.options: StandingOptions = choose(options, self.default_options())
+        self.options = choose(options, self.default_options())
 
     @staticmethod
     @abstractmethod

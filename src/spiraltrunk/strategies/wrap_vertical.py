@@ -96,7 +96,7 @@ class WrapVertical(Strategy[WrapState]):
     objects = ("cylinder-33", "cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
 
     def __init__(self, options: WrapOptions | None = None) -> None:
-        self.options: WrapOptions = choose(options, WrapOptions())
+        self.options = choose(options, WrapOptions())
 
     def init(self, observation: Observation) -> WrapState:
         """Plan places and tension from design and object.
