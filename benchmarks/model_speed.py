@@ -22,10 +22,10 @@ from spiraltrunk.bench.bending import COUNT, MOST, PULL, TILT, NumpyBending
 from spiraltrunk.bench.claim import one_core, time_in_turns
 from spiraltrunk.bench.rest import rest_in_turn
 from spiraltrunk.design import presets
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.reference_lean import build_room, solve_points
 from spiraltrunk.model.reference_table import prepare
-from spiraltrunk.report.draft import write_draft
 
 PAPER = presets.PAPER
 

@@ -25,8 +25,8 @@ import numpy as np
 
 from spiraltrunk import strategies
 from spiraltrunk.design import presets
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.plant import Observation
-from spiraltrunk.report.draft import write_draft
 from spiraltrunk.run import run
 from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant

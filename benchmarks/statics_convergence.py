@@ -25,10 +25,10 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.model import statics
 from spiraltrunk.model.kernels import STAMP
 from spiraltrunk.model.shape import Shape, Status
-from spiraltrunk.report.draft import write_draft
 
 RESIDUAL = 1e-8
 """Largest moment left at a joint of what counts as converged [N m]."""

@@ -37,6 +37,7 @@ import numpy as np
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.model import statics
 from spiraltrunk.model.kernels.balance import Case, Control, Friction, Trunk, linearise, place, room_for_work
 from spiraltrunk.model.kernels.batch import find_ends
@@ -44,7 +45,6 @@ from spiraltrunk.model.kernels.cone import reduce
 from spiraltrunk.model.kernels.newton import add_penalty, descend, find_excess, guarded_factor, room_for_steps
 from spiraltrunk.model.loading import base_orientation, read_fields
 from spiraltrunk.model.shape import Forces, History, Shape, Status
-from spiraltrunk.report.draft import write_draft
 from spiraltrunk.sim.settle import Settled, SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 

@@ -16,10 +16,10 @@ from PIL import Image
 from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.errors import RunError
+from spiraltrunk.files.atomic import write_folder
 from spiraltrunk.model import workspace
 from spiraltrunk.record import compute_series, write_strip
 from spiraltrunk.report import write_filmstrip, write_overview
-from spiraltrunk.report.draft import write_folder
 from spiraltrunk.report.workspace import write_workspace
 from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.render import View, render_frames

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.judge import compute_result, judge, write_judgement
 from spiraltrunk.mocap.motive_write import write_motive
 from spiraltrunk.mocap.plan import build_plan
@@ -25,7 +26,6 @@ from spiraltrunk.mocap.protocol_file import load_protocol
 from spiraltrunk.mocap.register import Motion
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
 from spiraltrunk.mocap.session import SessionSettings
-from spiraltrunk.report.draft import write_draft
 
 DOCS = Path(__file__).parent
 NOISE = 3e-4

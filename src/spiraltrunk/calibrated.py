@@ -20,6 +20,7 @@ from spiraltrunk.benched import Bench, tell_bench, write_bench_plot
 from spiraltrunk.design.files import write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
+from spiraltrunk.files.atomic import write_folder
 from spiraltrunk.mocap.protocol import Protocol
 from spiraltrunk.mocap.register import Alignment
 from spiraltrunk.mocap.session import SessionSettings, build_session
@@ -28,7 +29,6 @@ from spiraltrunk.model.calibrate import Calibration, Errors, Settings, calibrate
 from spiraltrunk.model.calibrate_advice import advise, find_tied, find_untold
 from spiraltrunk.model.measured import MeasuredShapes
 from spiraltrunk.report.calibration_plot import Bars, write_calibration
-from spiraltrunk.report.draft import write_folder
 
 FILES = ("trunk.toml", "calibration.png", "shapes.json", "result.json")
 """What a calibration leaves behind."""

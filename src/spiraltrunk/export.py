@@ -31,7 +31,7 @@ from spiraltrunk.cad.workshop import Made
 from spiraltrunk.design.files import load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
-from spiraltrunk.report.draft import refuse_strangers, write_folder
+from spiraltrunk.files.atomic import refuse_strangers, write_folder
 from spiraltrunk.report.exploded import Placed, write_pictures
 
 MODEL_FORMATS = ("mjcf", "urdf")

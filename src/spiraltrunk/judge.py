@@ -18,6 +18,7 @@ import numpy as np
 import spiraltrunk
 from spiraltrunk.design.files import write_design
 from spiraltrunk.errors import TakeError
+from spiraltrunk.files.atomic import write_folder
 from spiraltrunk.mocap.compare import PAPER, Deviation, compute_deviation
 from spiraltrunk.mocap.protocol import Protocol
 from spiraltrunk.mocap.register import KINDS as ALIGNMENTS
@@ -25,7 +26,6 @@ from spiraltrunk.mocap.register import Alignment
 from spiraltrunk.mocap.session import RunShapes, Session, SessionSettings, Tell, build_session, register
 from spiraltrunk.mocap.shapes_file import write_shapes
 from spiraltrunk.report.boxes import write_boxes
-from spiraltrunk.report.draft import write_folder
 from spiraltrunk.report.judged import Judged
 from spiraltrunk.report.overlay import write_overlay
 from spiraltrunk.report.page import Block, Grid, Heading, Picture, Words, write_page

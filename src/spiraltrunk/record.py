@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import math
-import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 
-import spiraltrunk
 from spiraltrunk.design.files import write_design
 from spiraltrunk.errors import MissingPackage
+from spiraltrunk.files.atomic import write_folder
+from spiraltrunk.files.results import Tell, _tell_nobody, _to_json, _versions, format_json
 from spiraltrunk.report import Series, write_filmstrip, write_overview, write_plots, write_video
-from spiraltrunk.report.draft import write_folder
 from spiraltrunk.report.front import compute_propagation
 from spiraltrunk.run import RunLog
 from spiraltrunk.sim.render import View, render_frames
@@ -57,9 +54,6 @@ _VIEWS = {
     "ground": View(lookat=(0.40, 0.10, 1.08), distance=2.15),
 }
 """Where the camera stands: the arm's raised wrist and the trunk are both in the picture."""
-
-Tell = Callable[[str, int, int], None]
-"""Called with what is being made, how much of it is done, and how much there is."""
 
 
 @final
@@ -258,37 +252,3 @@ def _find_lift(trial: Trial) -> tuple[float, float] | None:
         return None
     start = float(next(s.object_position[2] for s in trial.plant.trace if s.time >= begin[0] - 1e-9))
     return start, start + trial.plant.task.goal.lift
-
-
-def format_json(value: object) -> str:
-    """Strict JSON, without NaN."""
-    return json.dumps(_to_json(value), indent=2, allow_nan=False)
-
-
-def _versions() -> dict[str, str | None]:
-    packages = {name: _version_of(name) for name in ("mujoco", "mink", "numpy")}
-    return {"spiraltrunk": spiraltrunk.__version__, "python": platform.python_version(), **packages}
-
-
-def _version_of(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
-
-
-def _to_json(value: Any) -> Any:
-    """The value in JSON's types; null for what is not finite."""
-    if isinstance(value, dict):
-        return {str(key): _to_json(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [_to_json(part) for part in value]
-    if isinstance(value, np.generic):
-        return _to_json(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
-
-
-def _tell_nobody(what: str, done: int, total: int) -> None:
-    """Say nothing."""

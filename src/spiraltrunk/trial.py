@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk import strategies
-from spiraltrunk.design.checks import check_number, check_numbers, check_text, check_type
+from spiraltrunk.checks import check_number, check_numbers, check_text, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError
 from spiraltrunk.plant import Observation

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap import cells, header, lines
+from spiraltrunk.files import text_lines
+from spiraltrunk.mocap import cells, header
 from spiraltrunk.mocap.motive_csv import load_motive, read_motive
 from spiraltrunk.mocap.motive_write import format_motive, write_motive
 from spiraltrunk.mocap.take import Body, Marker, Take, find_stale
@@ -59,7 +60,7 @@ def test_units_become_metres(unit, size, write, body, read):
 def test_line_ends_marks_and_blocks_make_no_difference(end, write, body, read, monkeypatch):
     plain = read(write(body("trunk"), [POSE, BLANK, OTHER]))
     for block in (1 << 22, 7, 4):
-        monkeypatch.setattr(lines, "_BLOCK", block)
+        monkeypatch.setattr(text_lines, "_BLOCK", block)
         for mark in (b"", b"\xef\xbb\xbf"):
             take = read(mark + write(body("trunk"), [POSE, BLANK, OTHER], end=end))
             np.testing.assert_array_equal(take.bodies[0].position, plain.bodies[0].position)
@@ -286,11 +287,11 @@ def test_sizes_are_limited(write, body, read, monkeypatch, tmp_path):
         patch.setattr(header, "MOST_COLUMNS", 5)
         assert "at most 5" in str(refuse(read, data))
     with monkeypatch.context() as patch:
-        patch.setattr(lines, "_LONGEST", 100)
+        patch.setattr(text_lines, "_LONGEST", 100)
         assert "more than 100 bytes" in str(refuse(read, data[:250]))
     path = tmp_path / "take.csv"
     path.write_bytes(data)
-    monkeypatch.setattr(lines, "MOST_BYTES", 10)
+    monkeypatch.setattr(text_lines, "MOST_BYTES", 10)
     with pytest.raises(TakeError, match="export in parts"):
         load_motive(path, axes="y-up")
 

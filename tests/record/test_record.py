@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spiraltrunk.record import format_json, open_record
+from spiraltrunk.files.results import format_json
+from spiraltrunk.record import open_record
 
 
 def test_files_move_in_at_the_end(tmp_path: Path) -> None:

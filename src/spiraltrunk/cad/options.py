@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import final
 
-from spiraltrunk.design.checks import check_count, check_number
+from spiraltrunk.checks import check_count, check_number
 from spiraltrunk.errors import DesignError
 
 ADAPTER = 10.0

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.capture.play import Played
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.register import Motion
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take

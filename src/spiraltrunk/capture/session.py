@@ -14,13 +14,13 @@ from spiraltrunk.capture.film import PAPERS, FilmOptions, film
 from spiraltrunk.capture.play import Played, play_by_model, play_simulated
 from spiraltrunk.capture.world import World
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.mocap.motive_write import write_motive
 from spiraltrunk.mocap.plan import build_plan
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.sections import compute_seat
 from spiraltrunk.model.calibrate_play import place_points
 from spiraltrunk.model.measured import MeasuredShapes
-from spiraltrunk.report.draft import write_draft
 
 Tell = Callable[[str, int, int], None]
 """Called with what is being done, how much of it is done and how much there is."""

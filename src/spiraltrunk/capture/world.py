@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model.calibrate_knobs import Prior, Winders, apply_knobs
 from spiraltrunk.model.pulls import carry_gripper

@@ -160,7 +160,7 @@ def _plan(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSe
     text = format_plan(settings.design, protocol, plans)
     files = ["plan.md", "protocol.toml", "schedule.csv"] if arguments.out is not None else []
     if arguments.out is not None:
-        from spiraltrunk.report.draft import write_folder
+        from spiraltrunk.files.atomic import write_folder
 
         with write_folder(arguments.out, files) as draft:
             (draft / "plan.md").write_text(text)

@@ -16,8 +16,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from spiraltrunk.checks import check_type
 from spiraltrunk.design import presets
-from spiraltrunk.design.checks import check_type
 from spiraltrunk.design.rules import compactness
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign

@@ -14,7 +14,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_count, check_number
+from spiraltrunk.checks import check_count, check_number
 
 
 @final

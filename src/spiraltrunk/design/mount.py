@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from spiraltrunk.design.checks import check_number, check_numbers, check_text
+from spiraltrunk.checks import check_number, check_numbers, check_text
 from spiraltrunk.errors import DesignError, Words
 
 

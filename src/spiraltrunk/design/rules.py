@@ -11,7 +11,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from spiraltrunk.design.checks import Range, check_number, check_range, check_tip
+from spiraltrunk.checks import Range, check_number, check_range, check_tip
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign
 from spiraltrunk.design.spiral import Spiral, radius

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from scipy.optimize import brentq
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 from spiraltrunk.design.parts import CableDesign
 from spiraltrunk.design.rules import build_compact, compactness
 from spiraltrunk.design.spiral import Spiral

@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 
 
 @final

@@ -14,7 +14,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_count, check_number, check_text, check_tip, check_type
+from spiraltrunk.checks import check_count, check_number, check_text, check_tip, check_type
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.mount import ArmDesign, HousingDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign

@@ -13,7 +13,7 @@ from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, InvalidOperation
 from enum import Enum
 from typing import NamedTuple, final
 
-from spiraltrunk.design.checks import Range
+from spiraltrunk.checks import Range
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.mount import ArmDesign, HousingDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign

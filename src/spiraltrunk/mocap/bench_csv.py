@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.lines import open_take
+from spiraltrunk.files.text_lines import open_take
 
 LOADS = ("joint", "lever_arm_m", "mass_g", "angle_deg")
 """Columns of static loads."""

@@ -11,9 +11,9 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from spiraltrunk.errors import MissingPackage, TakeError
+from spiraltrunk.files.text_lines import open_take
 from spiraltrunk.mocap.axes import read_axes
 from spiraltrunk.mocap.cells import MOST_CELLS
-from spiraltrunk.mocap.lines import open_take
 from spiraltrunk.mocap.take import Marker, Take, find_stale
 
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, final
 
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.lines import Lines, decode
+from spiraltrunk.files.text_lines import Lines, decode
 
 MOST_COLUMNS = 20_000
 """Columns up to which a file is read [-]."""

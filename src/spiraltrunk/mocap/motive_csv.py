@@ -14,10 +14,10 @@ from typing import BinaryIO, NamedTuple, final
 import numpy as np
 
 from spiraltrunk.errors import TakeError
+from spiraltrunk.files.text_lines import Lines, open_take
 from spiraltrunk.mocap.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.cells import Table, read_cells
 from spiraltrunk.mocap.header import Column, Header, read_header
-from spiraltrunk.mocap.lines import Lines, open_take
 from spiraltrunk.mocap.take import Body, Marker, Take, find_stale
 
 ROTATIONS = ("quaternion", "ignore")

@@ -13,7 +13,7 @@ from typing import Any, final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 from spiraltrunk.errors import MissingPackage, TakeError
 from spiraltrunk.mocap.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.take import Body, Marker, Take, find_stale

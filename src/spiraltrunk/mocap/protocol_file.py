@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk.errors import DesignError, TakeError
-from spiraltrunk.mocap.lines import open_take
+from spiraltrunk.files.text_lines import open_take
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.register import read_alignment
 from spiraltrunk.mocap.segment import StillSettings

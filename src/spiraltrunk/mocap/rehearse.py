@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.register import Motion
 from spiraltrunk.mocap.take import Body, Marker, Take, find_stale

@@ -13,7 +13,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 from spiraltrunk.errors import TakeError
 
 

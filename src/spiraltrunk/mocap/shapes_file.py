@@ -10,7 +10,7 @@ import numpy as np
 
 from spiraltrunk.design.files import replace_file
 from spiraltrunk.errors import ModelError, TakeError
-from spiraltrunk.mocap.lines import open_take
+from spiraltrunk.files.text_lines import open_take
 from spiraltrunk.model.measured import MeasuredShapes
 
 _SCHEMA = 1

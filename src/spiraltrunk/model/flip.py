@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 from scipy.optimize import brentq
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics

@@ -16,12 +16,13 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spiraltrunk.checks import check_kind, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, tell
 from spiraltrunk.model.inverse_search import InverseOptions, find, read_scene
 from spiraltrunk.model.inverse_starts import section_axes
 from spiraltrunk.model.kernels.aim import Aim, gap_rows
-from spiraltrunk.model.loading import Loads, check_kind, read_numbers
+from spiraltrunk.model.loading import Loads
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape, Status
 from spiraltrunk.model.wrap import WRAP_TURN

@@ -10,7 +10,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.design.checks import check_count, check_number
+from spiraltrunk.checks import check_count, check_kind, check_number, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
@@ -20,16 +20,7 @@ from spiraltrunk.model.kernels.aim import Aim
 from spiraltrunk.model.kernels.balance import Trunk
 from spiraltrunk.model.kernels.batch import Problem
 from spiraltrunk.model.kernels.seek import Limits, seek_rows
-from spiraltrunk.model.loading import (
-    MOST_TURNED,
-    Fields,
-    Loads,
-    base_orientation,
-    check_kind,
-    read_angle,
-    read_fields,
-    read_numbers,
-)
+from spiraltrunk.model.loading import MOST_TURNED, Fields, Loads, base_orientation, read_angle, read_fields
 from spiraltrunk.model.same import Same
 from spiraltrunk.model.shape import Shape
 from spiraltrunk.model.statics import StaticsOptions

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
@@ -10,7 +9,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import FEW, check_kind, check_number, read_numbers
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, tell
@@ -22,9 +21,6 @@ PULL_MARGIN = 1.01
 
 MOST_TURNED = 1e6
 """Largest angle that is taken for meant [rad]."""
-
-_FEW = 32
-"""Numbers up to which plain Python looks at them sooner than NumPy starts [-]."""
 
 
 @final
@@ -163,27 +159,6 @@ def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
     )  # fmt: skip
 
 
-def read_numbers(name: str, value: ArrayLike) -> np.ndarray:
-    """An array of finite numbers.
-
-    Raises:
-        ModelError: for anything else.
-    """
-    if type(value) is float and math.isfinite(value):
-        return np.array(value)
-    try:
-        array = np.asarray(value)
-    except (TypeError, ValueError):  # Ragged.
-        array = np.empty(0, object)
-    if array.dtype.kind not in "fiub" or isinstance(value, np.ma.MaskedArray):
-        raise ModelError(f"{name} is {tell(value)}; allowed: finite numbers")
-    array = array.astype(float, copy=False)
-    is_finite = all(map(math.isfinite, array.ravel().tolist())) if array.size <= _FEW else np.isfinite(array).all()
-    if not is_finite:
-        raise ModelError(f"{name} is not finite; allowed: finite numbers")
-    return array
-
-
 def read_angle(name: str, value: ArrayLike) -> np.ndarray:
     """An array of angles [rad].
 
@@ -196,16 +171,6 @@ def read_angle(name: str, value: ArrayLike) -> np.ndarray:
         worst = largest if largest > -least else least
         raise ModelError(f"{name} is {worst:g} rad; allowed: -{MOST_TURNED:g} to {MOST_TURNED:g} rad")
     return array
-
-
-def check_kind(name: str, value: object, kind: type) -> None:
-    """Refuse anything that is not of a kind.
-
-    Raises:
-        ModelError: with the name, the value and the kind.
-    """
-    if not isinstance(value, kind):
-        raise ModelError(f"{name} is {tell(value)}; allowed: {kind.__name__}")
 
 
 def check_start(design: TrunkDesign, start: Shape) -> None:
@@ -259,7 +224,7 @@ def _own_weight(same: Same) -> Fields:
 
 def _span(array: np.ndarray) -> tuple[float, float]:
     """Least and largest number, or 0 if that is further out."""
-    if array.size <= _FEW:
+    if array.size <= FEW:
         numbers = array.ravel().tolist()
         return min(numbers, default=0.0), max(numbers, default=0.0)
     return float(array.min(initial=0.0)), float(array.max(initial=0.0))

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
+from spiraltrunk.checks import read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, tell
 from spiraltrunk.model import cables, statics
 from spiraltrunk.model.kernels.batch import NEARLY
-from spiraltrunk.model.loading import PULL_MARGIN, read_numbers
+from spiraltrunk.model.loading import PULL_MARGIN
 from spiraltrunk.model.reference_table import check_ventral, prepare, rest_mass
 from spiraltrunk.model.shape import Shape
 

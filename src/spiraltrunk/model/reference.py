@@ -19,10 +19,11 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spiraltrunk.checks import check_kind
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, tell
 from spiraltrunk.model.compiled import share
-from spiraltrunk.model.loading import PULL_MARGIN, check_kind
+from spiraltrunk.model.loading import PULL_MARGIN
 from spiraltrunk.model.reference_lean import build_room, solve_points
 from spiraltrunk.model.reference_solve import DORSAL, REST, TWIST, VENTRAL, solve
 from spiraltrunk.model.reference_table import Prepared, check_twist, check_ventral, prepare

@@ -10,11 +10,11 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from spiraltrunk.checks import check_kind
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import hole_positions
 from spiraltrunk.model.compiled import compiler, hash_files
-from spiraltrunk.model.loading import check_kind
 
 GRAVITY = 9.81
 """Acceleration of free fall [m/s^2] (authors' code)."""

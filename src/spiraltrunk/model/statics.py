@@ -20,7 +20,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.design.checks import check_count, check_number
+from spiraltrunk.checks import check_count, check_kind, check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import hole_positions
@@ -34,7 +34,6 @@ from spiraltrunk.model.loading import (
     Fields,
     Loads,
     base_orientation,
-    check_kind,
     check_start,
     read_angle,
     read_drive,

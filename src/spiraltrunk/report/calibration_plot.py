@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from spiraltrunk.report.draft import write_draft
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.report.look import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.report.draft import write_draft
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.report.frames import check_frame
 from spiraltrunk.report.look import INK
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.report.draft import write_draft
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.report.look import DPI, INK, NORMAL, SMALL, build_figure
 
 if TYPE_CHECKING:

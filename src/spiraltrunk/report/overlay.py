@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spiraltrunk.report.draft import write_draft
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.report.judged import Judged
 from spiraltrunk.report.look import DPI, INK, NORMAL, SMALL, build_figure
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import final
 
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.report.draft import write_draft
+from spiraltrunk.files.atomic import write_draft
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 1060px; margin: 2em auto; padding: 0 1em; }

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.report.bands import add_strip
-from spiraltrunk.report.draft import write_draft
 from spiraltrunk.report.look import DPI, add_time_label, build_figure
 from spiraltrunk.report.panels import (
     add_cable_pull,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
-from spiraltrunk.report.draft import write_draft
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.report.look import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
 
 if TYPE_CHECKING:

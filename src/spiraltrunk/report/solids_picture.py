@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.report.draft import write_draft
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.report.look import INK, LARGE, NORMAL, SMALL, build_figure
 from spiraltrunk.report.rasterise import rasterise
 

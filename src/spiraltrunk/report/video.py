@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from spiraltrunk.errors import MissingPackage, ShapeError
-from spiraltrunk.report.draft import write_draft
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.report.frames import check_frame
 
 if TYPE_CHECKING:

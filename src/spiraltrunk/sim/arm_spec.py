@@ -17,7 +17,7 @@ from typing import Any, final
 import mujoco
 import numpy as np
 
-from spiraltrunk.design.checks import check_type
+from spiraltrunk.checks import check_type
 from spiraltrunk.design.mount import ArmDesign
 from spiraltrunk.errors import DesignError, MissingPackage
 from spiraltrunk.sim.arm_looks import thin_out

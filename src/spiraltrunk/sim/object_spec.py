@@ -9,7 +9,7 @@ from typing import final
 import mujoco
 import numpy as np
 
-from spiraltrunk.design.checks import Range, check_number, check_numbers, check_range
+from spiraltrunk.checks import Range, check_number, check_numbers, check_range
 from spiraltrunk.errors import DesignError, UnknownName, Words
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
 from spiraltrunk.sim.object_parts import Solid, add_part

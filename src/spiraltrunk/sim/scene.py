@@ -9,8 +9,8 @@ from typing import final
 import mujoco
 import numpy as np
 
+from spiraltrunk.checks import check_number, check_numbers, check_type
 from spiraltrunk.design import presets
-from spiraltrunk.design.checks import check_number, check_numbers, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, UnknownName, Words
 from spiraltrunk.plant import Goal, Target, Task

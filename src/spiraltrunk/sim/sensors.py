@@ -8,7 +8,7 @@ from typing import final
 import mujoco
 import numpy as np
 
-from spiraltrunk.design.checks import check_count, check_number, check_type
+from spiraltrunk.checks import check_count, check_number, check_type
 from spiraltrunk.plant import Look
 
 LOOK_PERIOD = 0.5

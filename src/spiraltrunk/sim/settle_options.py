@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import final
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 
 

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.design.checks import check_count, check_number, check_type
+from spiraltrunk.checks import check_count, check_number, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.gripper_spec import add_gripper
 from spiraltrunk.sim.materials import SOLIMP, SOLREF, TRUNK_COLORS

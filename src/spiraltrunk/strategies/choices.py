@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, TypeVar
 
-from spiraltrunk.design.checks import check_count, check_number, check_numbers, check_type
+from spiraltrunk.checks import check_count, check_number, check_numbers, check_type
 
 _Options = TypeVar("_Options")
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_number
+from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.cables import planar_lever

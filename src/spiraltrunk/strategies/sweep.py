@@ -25,7 +25,7 @@ from typing import Any, final
 
 import numpy as np
 
-from spiraltrunk.design.checks import check_type
+from spiraltrunk.checks import check_type
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.plant import Command, Observation, Task

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO, Any, final
 
 from spiraltrunk.errors import SurveyError
-from spiraltrunk.report.draft import write_draft
+from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.survey.row import check_row
 
 FILES = ("survey.json", "trials.jsonl", "table.md", "rates.png", "heatmap.png")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
-from spiraltrunk.design.checks import check_count
+from spiraltrunk.checks import check_count
 from spiraltrunk.errors import DesignError
 
 MOST_TRIALS = 100_000

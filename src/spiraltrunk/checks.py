@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from typing import NamedTuple, final
 
-from spiraltrunk.errors import DesignError, Words
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.errors import DesignError, ModelError, Words, tell
 
 
 @final
@@ -144,3 +147,38 @@ def _to_float(value: object) -> float:
         return float(value) if float(value) == value else math.nan
     except OverflowError:
         return math.nan
+
+
+FEW = 32
+"""Numbers up to which plain Python looks at them sooner than NumPy starts [-]."""
+
+
+def read_numbers(name: str, value: ArrayLike) -> np.ndarray:
+    """An array of finite numbers.
+
+    Raises:
+        ModelError: for anything else.
+    """
+    if type(value) is float and math.isfinite(value):
+        return np.array(value)
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError):  # Ragged.
+        array = np.empty(0, object)
+    if array.dtype.kind not in "fiub" or isinstance(value, np.ma.MaskedArray):
+        raise ModelError(f"{name} is {tell(value)}; allowed: finite numbers")
+    array = array.astype(float, copy=False)
+    is_finite = all(map(math.isfinite, array.ravel().tolist())) if array.size <= FEW else np.isfinite(array).all()
+    if not is_finite:
+        raise ModelError(f"{name} is not finite; allowed: finite numbers")
+    return array
+
+
+def check_kind(name: str, value: object, kind: type) -> None:
+    """Refuse anything that is not of a kind.
+
+    Raises:
+        ModelError: with the name, the value and the kind.
+    """
+    if not isinstance(value, kind):
+        raise ModelError(f"{name} is {tell(value)}; allowed: {kind.__name__}")
