@@ -18,10 +18,10 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from spiraltrunk import strategies
+from spiraltrunk.control.loop import run
+from spiraltrunk.control.messages import Observation
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
-from spiraltrunk.plant import Observation
-from spiraltrunk.run import run
 from spiraltrunk.sim.arm_spec import arm_limits
 from spiraltrunk.sim.objects import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant

@@ -24,13 +24,13 @@ import mujoco
 import numpy as np
 
 from spiraltrunk import strategies
+from spiraltrunk.control.loop import run
+from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.strategy import Status
 from spiraltrunk.design import presets
 from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.plant import Observation
-from spiraltrunk.run import run
 from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.strategies.base import Status
 from spiraltrunk.trial import draw_scene
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION

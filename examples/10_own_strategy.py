@@ -11,11 +11,11 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.loop import run
+from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design import presets
-from spiraltrunk.plant import Command, Observation
-from spiraltrunk.run import run
 from spiraltrunk.sim import SimPlant
-from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction
 
 TOUCH = 0.05

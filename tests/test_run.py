@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from spiraltrunk.control.loop import LONGEST, run
+from spiraltrunk.control.messages import Command
+from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.errors import RunError
-from spiraltrunk.plant import Command, Plant
 from spiraltrunk.record import compute_phase_spans
-from spiraltrunk.run import LONGEST, run
-from spiraltrunk.strategies.base import Status, Strategy
 
 
 class Seen:

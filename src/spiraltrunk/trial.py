@@ -12,10 +12,11 @@ import numpy as np
 
 from spiraltrunk import strategies
 from spiraltrunk.checks import check_number, check_numbers, check_text, check_type
+from spiraltrunk.control.loop import RunLog, run
+from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError
-from spiraltrunk.plant import Observation
-from spiraltrunk.run import RunLog, run
 from spiraltrunk.sim.arm_spec import arm_limits
 from spiraltrunk.sim.objects import ObjectSpec, scaled
 from spiraltrunk.sim.plant import SimPlant
@@ -25,7 +26,6 @@ from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 from spiraltrunk.sim.verdict import Moments, Verdict, judge
 from spiraltrunk.sim.verdict_push import judge_kick, judge_sweep
-from spiraltrunk.strategies.base import Status, Strategy
 
 NOISE = SensorOptions(
     pull_noise=0.2e-3, tension_noise=0.2, tension_share=0.02, torque_noise=0.02, delay=0.020, look_error=0.003,

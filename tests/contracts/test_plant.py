@@ -5,9 +5,10 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from spiraltrunk.control.messages import Command
+from spiraltrunk.control.plant import Plant
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import RunError
-from spiraltrunk.plant import Command, Plant
 from spiraltrunk.sim import SimPlant
 
 PLANTS = {"simulation": lambda: SimPlant(PAPER)}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model.fingers import closing_tension, finger_bend, finger_points, opening_tension
-from spiraltrunk.plant import Command
 from spiraltrunk.sim import SimPlant
 from spiraltrunk.sim.gripper_spec import phalanx_name
 

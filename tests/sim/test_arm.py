@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from spiraltrunk.control.messages import Command
 from spiraltrunk.design import ArmDesign
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
-from spiraltrunk.plant import Command
 from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec
 from spiraltrunk.sim.arm_looks import FACES
 from spiraltrunk.sim.arm_spec import PANDA_HOME, PANDA_LIMITS, arm_home, arm_limits

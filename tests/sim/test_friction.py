@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from spiraltrunk.control.messages import Command
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.plant import Command
 from spiraltrunk.sim import SimPlant, trunk_spec
 from spiraltrunk.sim.capstan import measure_gaps
 from spiraltrunk.sim.settle import SettleOptions, SettleRig, Stage

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from spiraltrunk import strategies
+from spiraltrunk.control.loop import run
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model.wrap import predict_wrap
-from spiraltrunk.run import run
 from spiraltrunk.sim import SimPlant, parse_object
 from spiraltrunk.sim.objects import DEFAULT_OBJECT
 from spiraltrunk.trial import EXACT, Spread, draw_scene, run_trial

@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.plant import Command
 from spiraltrunk.sim import SimPlant
 from spiraltrunk.sim.gripper_spec import GROUPS, phalanx_name
 from spiraltrunk.sim.plant import CONTROL_PERIOD, GRIPPER_TIME

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.plant import Command
 from spiraltrunk.sim import SimPlant
 from spiraltrunk.sim.plant import CONTROL_PERIOD, TENSION_SLEW
 

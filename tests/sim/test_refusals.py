@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from spiraltrunk import strategies
+from spiraltrunk.control.loop import run
+from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, RunError, UnknownName
-from spiraltrunk.plant import Command
-from spiraltrunk.run import run
 from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec, build_model, parse_object, trunk_spec
 from spiraltrunk.sim.quiet import quiet_mujoco
 from spiraltrunk.sim.sensors import SensorOptions

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from spiraltrunk import strategies
+from spiraltrunk.control.loop import run
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.run import run
 from spiraltrunk.sim import SimPlant, touch
 from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.sensors import SensorOptions, Sensors

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from spiraltrunk.control.messages import Goal, Observation, Target, Task
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.plant import Goal, Observation, Target, Task
 from spiraltrunk.strategies.feel import lever, way_to_turn_flat, weight
 
 

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from spiraltrunk.control.loop import run
+from spiraltrunk.control.messages import Command, Look, Observation
+from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
-from spiraltrunk.plant import Command, Look, Observation, Plant
-from spiraltrunk.run import run
 from spiraltrunk.sim.objects import parse_object
 from spiraltrunk.sim.scene import SceneOptions, build_task
-from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.kick import Kick
 from spiraltrunk.strategies.push_stance import plan_stance, reach_of
 from spiraltrunk.strategies.sweep import Sweep, choose_grasp, task_to_grasp

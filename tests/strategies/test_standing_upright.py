@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from spiraltrunk.control.messages import Look, Observation
 from spiraltrunk.design import presets
-from spiraltrunk.plant import Look, Observation
 from spiraltrunk.sim.objects import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene import SceneOptions

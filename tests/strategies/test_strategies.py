@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from spiraltrunk import strategies
+from spiraltrunk.control.loop import run
+from spiraltrunk.control.messages import Command, Goal, Observation, Target, Task
+from spiraltrunk.control.plant import Plant
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.model.wrap import free_curl, wrap_tension
-from spiraltrunk.plant import Command, Goal, Observation, Plant, Target, Task
-from spiraltrunk.run import run
 from spiraltrunk.strategies.phases import PHASES
 from spiraltrunk.strategies.wrap_vertical import WrapVertical
 

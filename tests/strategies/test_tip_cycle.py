@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from spiraltrunk import strategies
+from spiraltrunk.control.loop import run
+from spiraltrunk.control.messages import Goal, Look, Observation, Target, Task
+from spiraltrunk.control.plant import Plant
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
-from spiraltrunk.plant import Goal, Look, Observation, Plant, Target, Task
-from spiraltrunk.run import run
 from spiraltrunk.strategies.phases import PHASES
 from spiraltrunk.strategies.tip_plan import TipOptions, closing, opening, tip_height, turned_across
 

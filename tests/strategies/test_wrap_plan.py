@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spiraltrunk.control.messages import Observation
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.plant import Observation
 from spiraltrunk.sim.scene import SceneOptions, build_task
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 from spiraltrunk.strategies.phases import Progress, begin, insert_next, shift_later

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spiraltrunk.control.messages import Look, Observation
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.wrap_beside import object_center, shut_pull
-from spiraltrunk.plant import Look, Observation
 from spiraltrunk.sim.objects import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene import SceneOptions

@@ -11,8 +11,8 @@ import pytest
 
 import spiraltrunk.survey.work as work
 from spiraltrunk import cli
+from spiraltrunk.control.strategy import Status
 from spiraltrunk.errors import ModelError
-from spiraltrunk.strategies.base import Status
 from spiraltrunk.survey.plan import Entry
 from spiraltrunk.survey.row import build_empty_row
 from spiraltrunk.survey.work import compute_row, count_retries

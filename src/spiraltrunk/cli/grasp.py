@@ -13,9 +13,9 @@ from spiraltrunk.cli.options import add_parser, read_seed, read_text
 from spiraltrunk.cli.progress import Tell, show_progress
 
 if TYPE_CHECKING:
+    from spiraltrunk.control.strategy import Strategy
     from spiraltrunk.design import TrunkDesign
     from spiraltrunk.sim.objects import ObjectSpec
-    from spiraltrunk.strategies.base import Strategy
     from spiraltrunk.trial import Trial
 
 _GL = ("", "egl", "glfw", "glx", "osmesa", "cgl", "wgl", "on", "true", "1", "enable", "enabled", "off", "false", "0",

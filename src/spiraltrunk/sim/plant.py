@@ -9,10 +9,12 @@ from typing import final
 import mujoco
 import numpy as np
 
+from spiraltrunk.control.command_check import read_command
+from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.plant import Plant
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
-from spiraltrunk.plant import Command, Observation, Plant, read_command
 from spiraltrunk.sim.friction import CableFriction
 from spiraltrunk.sim.gripper_spec import GROUPS
 from spiraltrunk.sim.reach import ArmReach

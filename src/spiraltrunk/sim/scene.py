@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.checks import check_number, check_numbers, check_type
+from spiraltrunk.control.messages import Goal, Target, Task
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, UnknownName, Words
-from spiraltrunk.plant import Goal, Target, Task
 from spiraltrunk.sim.arm_spec import arm_spec
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
 from spiraltrunk.sim.objects import DEFAULT_OBJECT, ObjectSpec, parse_object

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.checks import check_count, check_number, check_type
-from spiraltrunk.plant import Look
+from spiraltrunk.control.messages import Look
 
 LOOK_PERIOD = 0.5
 """Time between two looks of the camera [s] (ours)."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from spiraltrunk.plant import Task
+from spiraltrunk.control.messages import Task
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
 from spiraltrunk.sim.objects import add_object
 

@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.plant import Task
+from spiraltrunk.control.messages import Task
 from spiraltrunk.sim.arm_spec import ArmLimits
 from spiraltrunk.sim.trace import Sample
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from spiraltrunk.plant import Task
+from spiraltrunk.control.messages import Task
 from spiraltrunk.sim.arm_spec import ArmLimits
 from spiraltrunk.sim.trace import Sample
 from spiraltrunk.sim.verdict import Moments, Verdict, arm_conditions, fault_conditions, judge

@@ -2,8 +2,8 @@
 
 from typing import Any
 
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.errors import UnknownName
-from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.flip_grip import FlipGrip
 from spiraltrunk.strategies.kick import Kick
 from spiraltrunk.strategies.pinch import Pinch

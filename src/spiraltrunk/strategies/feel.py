@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from spiraltrunk.control.messages import Observation
 from spiraltrunk.model.wrap import ventral_cables
-from spiraltrunk.plant import Observation
 
 
 def in_step(observation: Observation, lead: float) -> np.ndarray:

@@ -20,8 +20,8 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.messages import Observation
 from spiraltrunk.model.flip import find_flip
-from spiraltrunk.plant import Observation
 from spiraltrunk.strategies.tip_cycle import TipStrategy
 from spiraltrunk.strategies.tip_moves import Curl
 

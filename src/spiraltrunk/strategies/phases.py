@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from spiraltrunk.plant import Command, Observation
+from spiraltrunk.control.messages import Command, Observation
 
 PHASES = ("reach", "prehension", "transport", "release")
 """The four phases, in order."""

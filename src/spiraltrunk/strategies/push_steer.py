@@ -12,7 +12,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.plant import Command, Observation
+from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.strategies.choices import check_choices
 from spiraltrunk.strategies.push_stance import Stance
 

@@ -8,11 +8,11 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.messages import Observation, Target
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.model.wrap_beside import cable_pulls, curl_tilt, object_center, shut_pull
-from spiraltrunk.plant import Observation, Target
 from spiraltrunk.strategies.choices import check_choices
 from spiraltrunk.strategies.phases import Move
 

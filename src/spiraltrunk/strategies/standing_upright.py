@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from spiraltrunk.plant import Observation
+from spiraltrunk.control.messages import Observation
 from spiraltrunk.strategies.phases import Progress, command_at
 from spiraltrunk.strategies.standing_plan import StandingOptions, housing_sink
 

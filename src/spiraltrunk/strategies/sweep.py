@@ -26,10 +26,10 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.checks import check_type
+from spiraltrunk.control.messages import Command, Observation, Task
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.plant import Command, Observation, Task
-from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.choices import check_choices, choose
 from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction, insert_next
 from spiraltrunk.strategies.push_stance import Stance, go_down, keep_level, plan_stance, reach_of, roll_up

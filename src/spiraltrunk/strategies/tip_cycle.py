@@ -12,10 +12,10 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.plant import Command, Observation
-from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.choices import choose
 from spiraltrunk.strategies.feel import weight
 from spiraltrunk.strategies.phases import Progress, advance, begin, command_at, fraction, insert_next

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import final
 
-from spiraltrunk.plant import Observation
+from spiraltrunk.control.messages import Observation
 from spiraltrunk.strategies.tip_cycle import TipStrategy
 from spiraltrunk.strategies.tip_moves import Curl
 

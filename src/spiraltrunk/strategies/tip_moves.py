@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.plant import Observation
+from spiraltrunk.control.messages import Observation
 from spiraltrunk.strategies.phases import Move
 from spiraltrunk.strategies.tip_plan import TipOptions, closing, gripper_of, opening, tip_height
 

@@ -13,11 +13,11 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from spiraltrunk.control.messages import Goal, Observation, Target
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.fingers import closing_tension, opening_tension
-from spiraltrunk.plant import Goal, Observation, Target
 from spiraltrunk.strategies.choices import check_choices
 
 

@@ -36,9 +36,9 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.plant import Command, Observation
-from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.choices import choose
 from spiraltrunk.strategies.feel import ventral_tension, weight
 from spiraltrunk.strategies.phases import (

@@ -25,10 +25,10 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.model.wrap import free_curl, unrolled_center, ventral_cables
-from spiraltrunk.plant import Command, Observation
-from spiraltrunk.strategies.base import Status, Strategy
 from spiraltrunk.strategies.choices import choose
 from spiraltrunk.strategies.feel import in_step, lever, ventral_pull, ventral_tension, way_to_turn_flat, weight
 from spiraltrunk.strategies.phases import (

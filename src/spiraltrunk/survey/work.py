@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from spiraltrunk import strategies
+from spiraltrunk.control.strategy import Status
 from spiraltrunk.design import presets
 from spiraltrunk.sim.objects import parse_object
-from spiraltrunk.strategies.base import Status
 from spiraltrunk.survey.plan import Entry
 from spiraltrunk.survey.pool import tell_error
 from spiraltrunk.survey.row import WORLD, Row, build_empty_row

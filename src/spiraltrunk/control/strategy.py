@@ -6,9 +6,9 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Generic, TypeVar, final
 
+from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.plant import Command, Observation
 
 State = TypeVar("State")
 

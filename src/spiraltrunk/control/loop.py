@@ -8,9 +8,10 @@ from numbers import Real
 from time import perf_counter
 from typing import Any, final
 
+from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.errors import RunError, tell
-from spiraltrunk.plant import Command, Observation, Plant
-from spiraltrunk.strategies.base import Status, Strategy
 
 LONGEST = 300.0
 """Time after which a run that has not ended is stopped [s]."""

@@ -1,0 +1,20 @@
+"""Control: the messages between strategy and plant, what each of them is, and the loop that joins them."""
+
+from spiraltrunk.control.loop import RunLog, run
+from spiraltrunk.control.messages import Command, Goal, Look, Observation, Target, Task
+from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.strategy import Status, Strategy
+
+__all__ = [
+    "Command",
+    "Goal",
+    "Look",
+    "Observation",
+    "Plant",
+    "RunLog",
+    "Status",
+    "Strategy",
+    "Target",
+    "Task",
+    "run",
+]
