@@ -24,8 +24,8 @@ from spiraltrunk.bench.rest import rest_in_turn
 from spiraltrunk.design import presets
 from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.model import reference, statics
-from spiraltrunk.model.reference_lean import build_room, solve_points
-from spiraltrunk.model.reference_table import prepare
+from spiraltrunk.model.reference.constants import prepare
+from spiraltrunk.model.reference.planar_batch import build_room, solve_points
 
 PAPER = presets.PAPER
 

@@ -27,8 +27,8 @@ import numpy as np
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.model import statics
-from spiraltrunk.model.kernels import STAMP
-from spiraltrunk.model.shape import Shape, Status
+from spiraltrunk.model.kinematics.shape import Shape, Status
+from spiraltrunk.model.statics.kernels import STAMP
 
 RESIDUAL = 1e-8
 """Largest moment left at a joint of what counts as converged [N m]."""

@@ -39,12 +39,20 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.model import statics
-from spiraltrunk.model.kernels.balance import Case, Control, Friction, Trunk, linearise, place, room_for_work
-from spiraltrunk.model.kernels.batch import find_ends
-from spiraltrunk.model.kernels.cone import reduce
-from spiraltrunk.model.kernels.newton import add_penalty, descend, find_excess, guarded_factor, room_for_steps
-from spiraltrunk.model.loading import base_orientation, read_fields
-from spiraltrunk.model.shape import Forces, History, Shape, Status
+from spiraltrunk.model.kinematics.frames import base_orientation
+from spiraltrunk.model.kinematics.shape import Forces, History, Shape, Status
+from spiraltrunk.model.statics import equilibrium
+from spiraltrunk.model.statics.kernels.batch import find_ends
+from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Trunk, linearise, place, room_for_work
+from spiraltrunk.model.statics.kernels.joint_limits import reduce
+from spiraltrunk.model.statics.kernels.projected_newton import (
+    add_penalty,
+    descend,
+    find_excess,
+    guarded_factor,
+    room_for_steps,
+)
+from spiraltrunk.model.statics.loads import read_fields
 from spiraltrunk.sim.settle import Settled, SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 
@@ -164,7 +172,7 @@ def balance(case: dict[str, Any], rest: Settled) -> tuple[float, float]:
         The largest moment that it misses there, of shut joints along their rims alone, as across them their faces press
         [N m]; and the distance of the section ends to its own equilibrium, one step of Newton's away [m].
     """
-    trunk, bend, count = statics.build_trunk(PAPER, OPTIONS), hinge_bends(rest.shape.joint_rotation), PAPER.n_cable
+    trunk, bend, count = equilibrium.build_trunk(PAPER, OPTIONS), hinge_bends(rest.shape.joint_rotation), PAPER.n_cable
     tension = np.maximum(rest.cable_tension, 0.0)
     posed = _pose(case, trunk, tension)
     work, system = room_for_work(PAPER.n_joint, count, 2), room_for_steps(PAPER.n_joint, count, 2, trunk.stiffness)

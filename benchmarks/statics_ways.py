@@ -21,7 +21,7 @@ import numpy as np
 
 from spiraltrunk.design import presets
 from spiraltrunk.model import statics
-from spiraltrunk.model.inverse_starts import least_tension
+from spiraltrunk.model.inverse.start_table import least_tension
 
 APART = 1e-6
 """Distance of section ends beyond which two shapes differ [m]."""

@@ -17,7 +17,7 @@ from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.errors import RunError
 from spiraltrunk.files.atomic import write_folder
-from spiraltrunk.model import workspace
+from spiraltrunk.model.inverse import workspace
 from spiraltrunk.record import compute_series, write_strip
 from spiraltrunk.report import write_filmstrip, write_overview
 from spiraltrunk.report.workspace import write_workspace

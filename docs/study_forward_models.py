@@ -22,9 +22,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 from draw_forward_models import draw_bending, draw_distance, draw_shapes, draw_twist
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.model import pulls, reference, statics
-from spiraltrunk.model.shape import Shape, Status
-from spiraltrunk.model.statics import Creep, StaticsOptions
+from spiraltrunk.model import reference, statics
+from spiraltrunk.model.kinematics.shape import Shape, Status
+from spiraltrunk.model.statics import pull_sequences
+from spiraltrunk.model.statics.equilibrium import Creep, StaticsOptions
 from spiraltrunk.report.shape_plot import write_shape
 
 DOCS = Path(__file__).parent
@@ -43,7 +44,7 @@ SHARE_PULL_MM = 10
 TWISTS_MM = ((60, 10), (60, 30), (60, 60), (30, 10), (100, 20))
 """Pulls of cables 1 and 2."""
 
-TRUNK = pulls.carry_gripper(PAPER)
+TRUNK = pull_sequences.carry_gripper(PAPER)
 """What the equilibrium is solved for: the gripper weighs in both models."""
 
 ORDERS = ("1 then 2", "2 then 1", "together")
@@ -60,7 +61,7 @@ def main() -> int:
     draw_distance(figures, images / "forward_distance.png")
     draw_twist(figures, images / "forward_twist.png")
     draw_shapes(shapes, images / "forward_shapes.png")
-    twisted = pulls.pull_twist(PAPER, 0.06, 0.03, friction=0.1)
+    twisted = pull_sequences.pull_twist(PAPER, 0.06, 0.03, friction=0.1)
     title = "paper, equilibrium with friction 0.1: cable 1 pulled in by 60 mm, then cable 2 by 30 mm"
     write_shape(PAPER, twisted, HANGING, images / "shape.png", title=title)
     page = DOCS / "forward_models.md"
@@ -93,7 +94,7 @@ def compute_figures() -> tuple[dict[str, Any], dict[str, Any]]:
         "dorsal": {"reference": reference.bend_dorsal(PAPER, 0.06, HANGING)}
         | {_name(mu): bends[mu][90][60] for mu in (0.0, 0.1, 0.4)},
         "twist": {"reference": reference.twist(PAPER, 0.06, 0.03, HANGING)}
-        | {_name(mu): pulls.pull_twist(PAPER, 0.06, 0.03, friction=mu) for mu in (0.0, 0.1, 0.4)},
+        | {_name(mu): pull_sequences.pull_twist(PAPER, 0.06, 0.03, friction=mu) for mu in (0.0, 0.1, 0.4)},
     }
     return figures, shapes
 
@@ -104,7 +105,7 @@ def compute_figures() -> tuple[dict[str, Any], dict[str, Any]]:
 def _bend_on(mu: float, theta_deg: float) -> dict[int, Shape]:
     """Equilibria as cable 1 is pulled in millimetre by millimetre, each from the one before, by pull [mm]."""
     theta_0 = math.radians(theta_deg)
-    rest = pulls.rest(PAPER, theta_0, friction=mu)
+    rest = pull_sequences.rest(PAPER, theta_0, friction=mu)
     found, goal = {0: rest}, rest.cable_change.copy()
     for pull in range(1, PULLS_MM[-1] + 1):
         goal[0] = min(rest.cable_change[0] + pull / MM, 1.01 * PAPER.cable_stroke)
@@ -114,7 +115,7 @@ def _bend_on(mu: float, theta_deg: float) -> dict[int, Shape]:
 
 def _compare_rest(theta_deg: float) -> float:
     theta_0 = math.radians(theta_deg)
-    return _round(_distance(reference.rest(PAPER, theta_0), pulls.rest(PAPER, theta_0)).max(), 2)
+    return _round(_distance(reference.rest(PAPER, theta_0), pull_sequences.rest(PAPER, theta_0)).max(), 2)
 
 
 def _compare_shares(bends: dict[float, dict[int, Shape]]) -> dict[str, list[float]]:
@@ -122,7 +123,7 @@ def _compare_shares(bends: dict[float, dict[int, Shape]]) -> dict[str, list[floa
     start, end = (reference.bend_dorsal(PAPER, pull / MM, HANGING) for pull in (0, SHARE_PULL_MM))
     taken = {"reference": start.gap - end.gap}
     for mu, bend in bends.items():
-        if pulls.find_shut(PAPER, bend[SHARE_PULL_MM]).any():
+        if pull_sequences.find_shut(PAPER, bend[SHARE_PULL_MM]).any():
             raise RuntimeError(f"a joint is shut at {SHARE_PULL_MM} mm with friction {mu}: shares say nothing")
         taken[_name(mu)] = bend[0].gap - bend[SHARE_PULL_MM].gap
     return {name: [_round(share, 4) for share in gap[:, 0] / gap[:, 0].sum()] for name, gap in taken.items()}
@@ -131,9 +132,9 @@ def _compare_shares(bends: dict[float, dict[int, Shape]]) -> dict[str, list[floa
 def _find_shutting(bends: dict[float, dict[int, Shape]]) -> dict[str, list[int | None]]:
     """Pull at which each joint is first shut, base to tip, None where 130 mm do not shut it [mm]."""
     asked = np.arange(1, PULLS_MM[-1] + 1)
-    shut = {"reference": pulls.find_shut(PAPER, reference.bend_dorsal(PAPER, asked / MM, HANGING))}
+    shut = {"reference": pull_sequences.find_shut(PAPER, reference.bend_dorsal(PAPER, asked / MM, HANGING))}
     for mu, bend in bends.items():
-        shut[_name(mu)] = np.array([pulls.find_shut(PAPER, bend[int(pull)]) for pull in asked])
+        shut[_name(mu)] = np.array([pull_sequences.find_shut(PAPER, bend[int(pull)]) for pull in asked])
     return {
         name: [int(asked[joint.argmax()]) if joint.any() else None for joint in found.T] for name, found in shut.items()
     }
@@ -186,14 +187,14 @@ def _compare_twists() -> dict[str, Any]:
 
 
 def _compare_twist(mu: float, pull_1: float, pull_2: float) -> float | None:
-    shape = pulls.pull_twist(PAPER, pull_1, pull_2, friction=mu)
+    shape = pull_sequences.pull_twist(PAPER, pull_1, pull_2, friction=mu)
     far = _distance(reference.twist(PAPER, pull_1, pull_2, HANGING), shape)
     return None if _has_failed(shape) else _round(math.sqrt((far**2).mean()))
 
 
 def _twist(mu: float, pull_1: float, pull_2: float, order: str, options: StaticsOptions | None = None) -> Shape:
     """Cables 1 and 2 brought to the lengths that `pulls.pull_twist` ends with, in any order."""
-    first = pulls.pull_dorsal(PAPER, pull_1, friction=mu)
+    first = pull_sequences.pull_dorsal(PAPER, pull_1, friction=mu)
     goal = first.cable_change + np.array([0.0, pull_2, 0.0])
     rest = statics.solve(TRUNK, friction=mu, options=options)
     if order == "together":
@@ -223,7 +224,7 @@ def _describe(shape: Shape) -> dict[str, Any]:
 def _measure_mirror() -> float:
     """Distance of the twist with cables 1 and 2 changed over from the mirror image, friction 0.1: largest, [mm]."""
     shape = _twist(0.1, 0.06, 0.03, ORDERS[0])
-    rest = pulls.rest(PAPER, friction=0.1)
+    rest = pull_sequences.rest(PAPER, friction=0.1)
     first = _lead(rest, rest.cable_change + np.array([0.0, 0.06, 0.0]), (1,), 0.1)
     other = _lead(first, first.cable_change + np.array([0.03, 0.0, 0.0]), (0, 1), 0.1)
     across = np.array([-math.sqrt(3) / 2, 0.0, 0.5])  # Normal of the plane half-way between cables 1 and 2.

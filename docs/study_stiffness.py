@@ -28,8 +28,8 @@ from study_forward_models import find_number
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model import statics
-from spiraltrunk.model.shape import Shape
-from spiraltrunk.model.statics import Loads, StaticsOptions
+from spiraltrunk.model.kinematics.shape import Shape
+from spiraltrunk.model.statics.equilibrium import Loads, StaticsOptions
 from spiraltrunk.sim.settle import SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 

@@ -17,7 +17,7 @@ import numpy as np
 
 import spiraltrunk
 from spiraltrunk.benched import Bench, tell_bench, write_bench_plot
-from spiraltrunk.design.files import write_design
+from spiraltrunk.design.toml import write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files.atomic import write_folder
@@ -27,7 +27,7 @@ from spiraltrunk.mocap.session import SessionSettings, build_session
 from spiraltrunk.mocap.shapes_file import write_shapes
 from spiraltrunk.model.calibrate import Calibration, Errors, Settings, calibrate
 from spiraltrunk.model.calibrate_advice import advise, find_tied, find_untold
-from spiraltrunk.model.measured import MeasuredShapes
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.report.calibration_plot import Bars, write_calibration
 
 FILES = ("trunk.toml", "calibration.png", "shapes.json", "result.json")

@@ -28,7 +28,7 @@ from spiraltrunk.cad.kernel import check_packages
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import Part
 from spiraltrunk.cad.workshop import Made
-from spiraltrunk.design.files import load_design, write_design
+from spiraltrunk.design.toml import load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
 from spiraltrunk.files.atomic import refuse_strangers, write_folder

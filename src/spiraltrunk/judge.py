@@ -16,7 +16,7 @@ from typing import Any, final
 import numpy as np
 
 import spiraltrunk
-from spiraltrunk.design.files import write_design
+from spiraltrunk.design.toml import write_design
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files.atomic import write_folder
 from spiraltrunk.mocap.compare import PAPER, Deviation, compute_deviation

@@ -12,12 +12,12 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.control.loop import RunLog
-from spiraltrunk.design.files import write_design
+from spiraltrunk.design.toml import write_design
 from spiraltrunk.errors import MissingPackage
 from spiraltrunk.files.atomic import write_folder
 from spiraltrunk.files.results import Tell, _tell_nobody, _to_json, _versions, format_json
+from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_filmstrip, write_overview, write_plots, write_video
-from spiraltrunk.report.front import compute_propagation
 from spiraltrunk.sim.render import View, render_frames
 from spiraltrunk.sim.trace import Sample
 from spiraltrunk.strategies.phases import PHASES

@@ -16,9 +16,9 @@ from spiraltrunk.mocap.plan import build_plan
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol_file import load_protocol
 from spiraltrunk.mocap.register import Alignment
-from spiraltrunk.mocap.sections import compute_seat
 from spiraltrunk.mocap.session import SessionSettings, read_session
 from spiraltrunk.model.calibrate_play import place_points
+from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 SHORT = Protocol(
     name="short",

@@ -13,8 +13,9 @@ import pytest
 from spiraltrunk import cli
 from spiraltrunk.cli import shape as verb
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.model import pulls, reference
-from spiraltrunk.model.shape import Status
+from spiraltrunk.model import reference
+from spiraltrunk.model.kinematics.shape import Status
+from spiraltrunk.model.statics import pull_sequences
 
 KEYS = {"points_m", "joint_angles_deg", "cable_change_m", "cable_tension_n", "status", "status_code", "model"}
 
@@ -44,8 +45,8 @@ def refuse(typed: str, capsys: pytest.CaptureFixture[str]) -> str:
         ("--dorsal-mm 60", lambda: reference.bend_dorsal(PAPER, 0.06, math.pi / 2)),
         ("--ventral-mm 100 --theta0-deg 45", lambda: reference.bend_ventral(PAPER, 0.1, math.pi / 4)),
         ("--twist-mm 60 30", lambda: reference.twist(PAPER, 0.06, 0.03, math.pi / 2)),
-        ("--model statics", lambda: pulls.rest(PAPER)),
-        ("--tensions-n 5 0 2", lambda: pulls.pull_tensions(PAPER, [5.0, 0.0, 2.0])),
+        ("--model statics", lambda: pull_sequences.rest(PAPER)),
+        ("--tensions-n 5 0 2", lambda: pull_sequences.pull_tensions(PAPER, [5.0, 0.0, 2.0])),
     ],
 )
 def test_json_tells_the_model_shape(typed: str, expected: object, capsys: pytest.CaptureFixture[str]) -> None:

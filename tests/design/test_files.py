@@ -25,7 +25,7 @@ from spiraltrunk.design import (
 )
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import compactness
-from spiraltrunk.design.units import TABLES
+from spiraltrunk.design.schema import TABLES
 from spiraltrunk.errors import DesignError
 
 MINIMAL = 'name = "small"\n[spiral]\na_mm = 26.0\nb = 0.16\n'

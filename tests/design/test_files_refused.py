@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from spiraltrunk.design import TrunkDesign, format_design, load_design, write_design
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.design.units import TABLES
+from spiraltrunk.design.schema import TABLES
 from spiraltrunk.errors import DesignError
 
 MINIMAL = 'name = "small"\n[spiral]\na_mm = 26.0\nb = 0.16\n'

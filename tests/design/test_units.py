@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from spiraltrunk.design import GripperDesign, MassDesign, Spiral
-from spiraltrunk.design.units import DEGREE, MEGA, MILLI, ONE, Key, Kind, format_value, parse_decimal, read_value
+from spiraltrunk.design.schema import DEGREE, MEGA, MILLI, ONE, Key, Kind, format_value, parse_decimal, read_value
 
 UNITS = [ONE, MILLI, MEGA, DEGREE]
 

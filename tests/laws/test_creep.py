@@ -6,9 +6,9 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import statics
-from spiraltrunk.model.cables import gap_vectors
-from spiraltrunk.model.shape import Status
-from spiraltrunk.model.statics import Creep, Loads, StaticsOptions
+from spiraltrunk.model.kinematics.cables import gap_vectors
+from spiraltrunk.model.kinematics.shape import Status
+from spiraltrunk.model.statics.equilibrium import Creep, Loads, StaticsOptions
 
 FREE = -PAPER.cable_stroke
 AGAINST = {"pull": np.array([0.03, 0.05, 0.02]), "theta_0": 0.4, "roll": 0.3, "loads": Loads(mass=0.1)}

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import design_from_rules
-from spiraltrunk.model import cables, reference
-from spiraltrunk.model.reference_table import rest_stiffness, rest_weight
-from spiraltrunk.model.shape import Status
+from spiraltrunk.model import reference
+from spiraltrunk.model.kinematics import cables
+from spiraltrunk.model.kinematics.shape import Status
+from spiraltrunk.model.reference.constants import rest_stiffness, rest_weight
 
 HANGING = math.pi / 2
 SHARE = st.floats(0.0, 1.0)

@@ -8,11 +8,11 @@ import pytest
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import statics
-from spiraltrunk.model.cables import gap_vectors, lengths_from_rotations
-from spiraltrunk.model.kernels.gaps import NARROW
-from spiraltrunk.model.shape import Status
-from spiraltrunk.model.statics import Loads, StaticsOptions
-from spiraltrunk.model.transforms import bend_rotation
+from spiraltrunk.model.kinematics.cables import gap_vectors, lengths_from_rotations
+from spiraltrunk.model.kinematics.frames import bend_rotation
+from spiraltrunk.model.kinematics.shape import Status
+from spiraltrunk.model.statics.equilibrium import Loads, StaticsOptions
+from spiraltrunk.model.statics.kernels.cable_gaps import NARROW
 
 FREE = -PAPER.cable_stroke
 STRICT = StaticsOptions(tolerance=1e-12)

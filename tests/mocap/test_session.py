@@ -20,9 +20,9 @@ from spiraltrunk.mocap.predict import predict
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.register import read_alignment
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
-from spiraltrunk.mocap.sections import compute_seat
 from spiraltrunk.mocap.session import SessionSettings
 from spiraltrunk.mocap.take import find_stale
+from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 SECTIONS = (1, 3, 5, 7, 9, 11, 13, 15)
 

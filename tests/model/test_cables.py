@@ -13,8 +13,8 @@ from spiraltrunk.design import CableDesign, presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.model import cables
-from spiraltrunk.model.transforms import bend_rotation, section_ends, section_frames
+from spiraltrunk.model.kinematics import cables
+from spiraltrunk.model.kinematics.frames import bend_rotation, section_ends, section_frames
 
 SHAPES = arrays(float, (PAPER.n_joint, 2), elements=st.floats(-0.36, 0.36))
 """Bends within the joint limit in any direction: 0.36 sqrt(2) < 30 deg."""

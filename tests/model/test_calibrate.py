@@ -25,8 +25,8 @@ from spiraltrunk.model.calibrate_knobs import (
 )
 from spiraltrunk.model.calibrate_noise import Block, Scatter, Whitener, build_covariance
 from spiraltrunk.model.calibrate_play import find_states, play_statics
-from spiraltrunk.model.measured import MeasuredShapes
-from spiraltrunk.model.pulls import carry_gripper
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
+from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 NAN = math.nan
 RESTS = tuple(Run(name=f"rest-{t:03d}", kind="rest", theta_0=math.radians(90 - t)) for t in (0, 45, 90, 135))

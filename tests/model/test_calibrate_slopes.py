@@ -9,7 +9,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model.calibrate_knobs import apply_knobs, name_knobs
 from spiraltrunk.model.calibrate_play import State, play_statics
 from spiraltrunk.model.calibrate_slopes import slopes_of_state
-from spiraltrunk.model.pulls import carry_gripper
+from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 TRUNK = carry_gripper(PAPER)
 NAMES = name_knobs(PAPER)

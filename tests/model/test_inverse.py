@@ -10,10 +10,10 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import inverse, statics
-from spiraltrunk.model.inverse_search import InverseOptions
-from spiraltrunk.model.inverse_starts import Stand, compute_starts
-from spiraltrunk.model.loading import Loads
-from spiraltrunk.model.shape import Shape, Status
+from spiraltrunk.model.inverse.multistart import InverseOptions
+from spiraltrunk.model.inverse.start_table import Stand, compute_starts
+from spiraltrunk.model.kinematics.shape import Shape, Status
+from spiraltrunk.model.statics.loads import Loads
 from spiraltrunk.model.wrap import predict_wrap
 
 STANDS = [{}, {"theta_0": 0.3, "roll": 0.5, "loads": Loads(mass=0.05)}]

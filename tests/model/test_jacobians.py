@@ -9,10 +9,11 @@ import pytest
 
 from spiraltrunk.design import TrunkDesign, presets
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model import jacobians, statics
-from spiraltrunk.model.loading import Loads
-from spiraltrunk.model.shape import Shape
-from spiraltrunk.model.statics import StaticsOptions
+from spiraltrunk.model import statics
+from spiraltrunk.model.kinematics.shape import Shape
+from spiraltrunk.model.statics import sensitivities
+from spiraltrunk.model.statics.equilibrium import StaticsOptions
+from spiraltrunk.model.statics.loads import Loads
 
 SHARP = StaticsOptions(tolerance=1e-11)
 
@@ -40,7 +41,7 @@ def equilibrium(tension, design: TrunkDesign = presets.PAPER) -> Shape:
 def test_slopes_by_tension_are_the_differences(tension: tuple[float, float, float]) -> None:
     tension = np.maximum(tension, 1e-3)
     shape = equilibrium(tension)
-    slopes = jacobians.by_cables(presets.PAPER, shape, options=SHARP, **STAND)
+    slopes = sensitivities.by_cables(presets.PAPER, shape, options=SHARP, **STAND)
     for c, unit in enumerate(np.eye(3)):
 
         def again(step: float, unit=unit) -> Shape:
@@ -54,7 +55,7 @@ def test_slopes_by_tension_are_the_differences(tension: tuple[float, float, floa
 @pytest.mark.parametrize("tension", TENSIONS[1:])
 def test_slopes_by_pull_are_the_differences_and_slack_cables_have_none(tension: tuple[float, float, float]) -> None:
     shape = equilibrium(tension)
-    slopes = jacobians.by_cables(presets.PAPER, shape, options=SHARP, **STAND)
+    slopes = sensitivities.by_cables(presets.PAPER, shape, options=SHARP, **STAND)
     taut = shape.forces.cable_tension > 0
     held = np.where(taut, shape.cable_change, -0.1)
     for c, unit in enumerate(np.eye(3)):
@@ -69,7 +70,7 @@ def test_slopes_by_pull_are_the_differences_and_slack_cables_have_none(tension: 
 
 
 def test_pull_by_tension_is_symmetric_and_positive() -> None:
-    give = jacobians.by_cables(presets.PAPER, equilibrium((2.0, 0.3, 1.0)), options=SHARP, **STAND).pull_by_tension
+    give = sensitivities.by_cables(presets.PAPER, equilibrium((2.0, 0.3, 1.0)), options=SHARP, **STAND).pull_by_tension
     np.testing.assert_allclose(give, give.T, rtol=1e-10)
     assert np.linalg.eigvalsh(give).min() > 0
 
@@ -108,7 +109,7 @@ def test_slopes_by_parameters_are_the_differences(
 ) -> None:
     design = presets.PAPER
     shape = equilibrium(tension)
-    all_slopes = jacobians.by_parameters(design, shape, is_held_by_length=is_held_by_length, options=SHARP, **STAND)
+    all_slopes = sensitivities.by_parameters(design, shape, is_held_by_length=is_held_by_length, options=SHARP, **STAND)
     taut = shape.forces.cable_tension > 0
     drive = {"pull": np.where(taut, shape.cable_change, -0.1)} if is_held_by_length else {"tension": tension}
     indices = [0, 3, 8, 12, 16] if all_slopes[name].ndim == 3 else [None]
@@ -125,7 +126,7 @@ def test_slopes_by_parameters_are_the_differences(
 def test_wrong_stand_and_batches_are_refused() -> None:
     shape = equilibrium((2.0, 0.3, 1.0))
     with pytest.raises(ModelError, match="moments"):
-        jacobians.by_cables(presets.PAPER, shape)
+        sensitivities.by_cables(presets.PAPER, shape)
     batch = statics.solve(presets.PAPER, tension=np.ones((2, 3)))
     with pytest.raises(ModelError, match="one shape"):
-        jacobians.by_cables(presets.PAPER, batch)
+        sensitivities.by_cables(presets.PAPER, batch)

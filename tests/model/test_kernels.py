@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.model import kernels
-from spiraltrunk.model.cables import hole_positions
-from spiraltrunk.model.compiled import hash_files
-from spiraltrunk.model.kernels import balance, batch, gaps, rotation, weight
-from spiraltrunk.model.kernels.balance import Case, Control, Friction, Trunk, room_for_work
-from spiraltrunk.model.transforms import bend_rotation
+from spiraltrunk.model.jit import hash_files
+from spiraltrunk.model.kinematics.cables import hole_positions
+from spiraltrunk.model.kinematics.frames import bend_rotation
+from spiraltrunk.model.statics import kernels
+from spiraltrunk.model.statics.kernels import batch, cable_gaps, energy, gravity_load, joint_rotation
+from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Trunk, room_for_work
 
 KINDS = [
-    pytest.param(rotation.VECTOR, 2, id="vector"), pytest.param(rotation.VECTOR, 3, id="vector-torsion"),
-    pytest.param(rotation.Z_FIRST, 2, id="z-first"), pytest.param(rotation.Y_FIRST, 2, id="y-first"),
+    pytest.param(joint_rotation.VECTOR, 2, id="vector"), pytest.param(joint_rotation.VECTOR, 3, id="vector-torsion"),
+    pytest.param(joint_rotation.Z_FIRST, 2, id="z-first"), pytest.param(joint_rotation.Y_FIRST, 2, id="y-first"),
 ]  # fmt: skip
 SIZES = [1e-9, 1e-3, 0.2, 0.2235, 0.2237, 0.6, 3.0]
 """Bends from none to most of a turn; between the fourth and the fifth the series ends (u = 0.05)."""
@@ -25,13 +25,13 @@ STEP = 1e-5
 
 def turn(q, kind, nd):
     out = np.empty((3, 3))
-    rotation.rotate(np.asarray(q, float), kind, nd, out)
+    joint_rotation.rotate(np.asarray(q, float), kind, nd, out)
     return out
 
 
 def derivatives(q, kind, nd):
     first, second = np.zeros((nd, 3, 3)), np.zeros((nd, nd, 3, 3))
-    rotation.differentiate(np.asarray(q, float), kind, nd, first, second)
+    joint_rotation.differentiate(np.asarray(q, float), kind, nd, first, second)
     return first, second
 
 
@@ -61,21 +61,21 @@ def test_derivatives_of_a_joints_turn(kind, nd, size):
 @pytest.mark.parametrize("size", SIZES)
 def test_a_joint_without_torsion_turns_by_the_rotation_vector(size):
     for q in bends(size):
-        np.testing.assert_allclose(turn(q, rotation.VECTOR, 2), bend_rotation(q[:2]), rtol=0, atol=1e-14)
-        roll = turn([0, 0, q[2]], rotation.VECTOR, 3)
-        np.testing.assert_allclose(turn(q, rotation.VECTOR, 3), bend_rotation(q[:2]) @ roll, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(turn(q, joint_rotation.VECTOR, 2), bend_rotation(q[:2]), rtol=0, atol=1e-14)
+        roll = turn([0, 0, q[2]], joint_rotation.VECTOR, 3)
+        np.testing.assert_allclose(turn(q, joint_rotation.VECTOR, 3), bend_rotation(q[:2]) @ roll, rtol=0, atol=1e-14)
         np.testing.assert_allclose(roll @ [1, 0, 0], [1, 0, 0], rtol=0, atol=0)
 
 
 def test_hinges_turn_one_after_the_other():
-    y, z = turn([0.4, 0, 0], rotation.Z_FIRST, 2), turn([0, -0.7, 0], rotation.Z_FIRST, 2)
+    y, z = turn([0.4, 0, 0], joint_rotation.Z_FIRST, 2), turn([0, -0.7, 0], joint_rotation.Z_FIRST, 2)
     np.testing.assert_allclose(y @ [0, 1, 0], [0, 1, 0], rtol=0, atol=1e-16)
     np.testing.assert_allclose(z @ [0, 0, 1], [0, 0, 1], rtol=0, atol=1e-16)
-    np.testing.assert_allclose(turn([0.4, -0.7, 0], rotation.Z_FIRST, 2), z @ y, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(turn([0.4, -0.7, 0], rotation.Y_FIRST, 2), y @ z, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(turn([0.4, -0.7, 0], joint_rotation.Z_FIRST, 2), z @ y, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(turn([0.4, -0.7, 0], joint_rotation.Y_FIRST, 2), y @ z, rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize("kind", [rotation.VECTOR, rotation.Z_FIRST, rotation.Y_FIRST])
+@pytest.mark.parametrize("kind", [joint_rotation.VECTOR, joint_rotation.Z_FIRST, joint_rotation.Y_FIRST])
 @pytest.mark.parametrize("size", [0.2, 0.52, 1.0])
 def test_the_rim_is_where_the_axes_stay_at_one_angle(kind, size):
     def angle(q):
@@ -83,7 +83,7 @@ def test_the_rim_is_where_the_axes_stay_at_one_angle(kind, size):
 
     for q in bends(size):
         rim = np.empty(3)
-        assert rotation.bend_size(q, kind, rim) == pytest.approx(angle(q), abs=1e-12)
+        assert joint_rotation.bend_size(q, kind, rim) == pytest.approx(angle(q), abs=1e-12)
         slope = np.array([central(angle, q, a) for a in (0, 1)])
         np.testing.assert_allclose(rim[:2], slope, rtol=0, atol=1e-9)
         along = np.array([-slope[1], slope[0], 0]) / np.linalg.norm(slope)
@@ -99,8 +99,8 @@ def test_slope_and_curve_of_a_gap(kind, nd):
 
     def measure(q):
         (first, second), slope, curve = derivatives(q, kind, nd), np.zeros(nd), np.zeros((nd, nd))
-        length = gaps.gap_length(turn(q, kind, nd), p, m, 1e-6, v)
-        gaps.differentiate_gap(first, second, p, m, length, v, slope, curve)
+        length = cable_gaps.gap_length(turn(q, kind, nd), p, m, 1e-6, v)
+        cable_gaps.differentiate_gap(first, second, p, m, length, v, slope, curve)
         return length, slope, curve
 
     for q in bends(0.3):
@@ -117,7 +117,7 @@ def test_a_gap_keeps_its_digits_where_it_shuts():
     beyond, before = hole_positions(PAPER)
     p, m, v = before[0, 0], beyond[0, 0], np.empty(3)
     for less in (1e-4, 1e-6, 1e-8):
-        length = gaps.gap_length(turn([0, PAPER.joint_limit - less, 0], rotation.VECTOR, 2), p, m, 0.0, v)
+        length = cable_gaps.gap_length(turn([0, PAPER.joint_limit - less, 0], joint_rotation.VECTOR, 2), p, m, 0.0, v)
         assert length == pytest.approx(2 * PAPER.hole_to_joint[0] * np.sin(less / 2), rel=1e-6)
 
 
@@ -126,7 +126,7 @@ def test_the_turns_at_the_holes_are_those_of_the_planar_figure():
     beyond, before = hole_positions(PAPER)
     v = np.empty(3)
     for bend in (0.0, 0.1, 0.3):
-        at = gaps.hole_turns(turn([0, bend, 0], rotation.VECTOR, 2), before[3, 0], beyond[3, 0], v)
+        at = cable_gaps.hole_turns(turn([0, bend, 0], joint_rotation.VECTOR, 2), before[3, 0], beyond[3, 0], v)
         assert sum(at) == pytest.approx(_planar_turn(before[3, 0], beyond[3, 0], bend), abs=1e-12)
         assert sum(at) == pytest.approx(2 * np.arcsin(0.6 * 44 * (1 - PAPER.k_p) / 13.744), abs=1e-3)
 
@@ -147,8 +147,8 @@ def case_of(kind, nd, friction=0.0, by_tension=(False, True, False), seed=0):
     rng = np.random.default_rng(seed)
     beyond, before = hole_positions(PAPER)
     kinds = np.full(N, kind)
-    if kind != rotation.VECTOR:
-        kinds[1::2] = rotation.Z_FIRST + rotation.Y_FIRST - kind
+    if kind != joint_rotation.VECTOR:
+        kinds[1::2] = joint_rotation.Z_FIRST + joint_rotation.Y_FIRST - kind
     stiffness = np.repeat(PAPER.joint_stiffness[:N, None], 3, axis=1) * [1, 1.3, 0.7]
     trunk = Trunk(
         kinds, stiffness, np.full((N, 3), 0.05), PAPER.joint_limit, PAPER.section_length[: N + 1].copy(),
@@ -192,30 +192,30 @@ def test_weight_and_a_force_have_their_gradient_and_hessian(kind, nd):
     q, case, work = case_of(kind, nd)
 
     def value(q):
-        balance.place(q, case.base, case.trunk, work)
-        return weight.weight_energy(work.frames, case.trunk.length, case.field)
+        energy.place(q, case.base, case.trunk, work)
+        return gravity_load.weight_energy(work.frames, case.trunk.length, case.field)
 
     def derive(q):
-        balance.place(q, case.base, case.trunk, work)
+        energy.place(q, case.base, case.trunk, work)
         for i in range(N):
-            rotation.differentiate(q[i], case.trunk.kind[i], nd, work.first[i], work.second[i])
+            joint_rotation.differentiate(q[i], case.trunk.kind[i], nd, work.first[i], work.second[i])
         work.gradient[:], work.hessian[:] = 0.0, 0.0
-        weight.add_weight(work, case.trunk.length, case.field)
+        gravity_load.add_weight(work, case.trunk.length, case.field)
         return work.gradient, work.hessian
 
     check_derivatives(q, nd, value, derive)
 
 
 def test_weight_is_the_sum_over_the_masses():
-    q, case, work = case_of(rotation.VECTOR, 3)
-    balance.place(q, case.base, case.trunk, work)
+    q, case, work = case_of(joint_rotation.VECTOR, 3)
+    energy.place(q, case.base, case.trunk, work)
     points = np.empty((N + 1, 3))
     batch.find_ends(work.frames, case.trunk.length, points)
     direction, factor, moment = case.field
     starts = np.vstack([np.zeros(3), points[:-1]])
     along = work.frames[:, :, 0]
     expected = -sum(direction[f] @ (factor[f] @ starts + moment[f] @ along) for f in range(2))
-    assert weight.weight_energy(work.frames, case.trunk.length, case.field) == pytest.approx(expected, rel=1e-13)
+    assert gravity_load.weight_energy(work.frames, case.trunk.length, case.field) == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize(("kind", "nd"), KINDS)
@@ -224,33 +224,33 @@ def test_the_merit_has_its_gradient_and_hessian(kind, nd, stiffness):
     """Cables held by tension; with friction each hole is sliding one way, the other, or sticking."""
     q, case, work = case_of(kind, nd, stiffness, by_tension=(True, True, True))
     tension, rng = np.array([3.0, 0.0, 11.0]), np.random.default_rng(1)
-    balance.place(q, case.base, case.trunk, work)
+    energy.place(q, case.base, case.trunk, work)
     beyond = np.cumsum(work.gap[::-1], axis=0)[::-1]
     case.friction.force[:], case.friction.force_back[:] = rng.uniform(0, 2, (N, 3)), rng.uniform(0, 3, (N, 3))
     case.friction.anchor[:] = beyond + rng.choice([-2e-3, -5e-4, 4e-4, 2e-3], (N, 3))
 
     def derive(q):
-        balance.linearise(q, case, tension, work)
+        energy.linearise(q, case, tension, work)
         return work.gradient, work.hessian
 
-    check_derivatives(q, nd, lambda q: balance.merit(q, case, tension, 1e3, work), derive)
+    check_derivatives(q, nd, lambda q: energy.merit(q, case, tension, 1e3, work), derive)
 
 
 def test_a_held_cable_pulls_with_the_tension_of_its_augmented_lagrangian():
     """The merit's slope is that of the energy at the tensions it names, rigid winder or elastic, pulling or slack."""
-    q, case, work = case_of(rotation.VECTOR, 2, by_tension=(False, False, False))
-    balance.place(q, case.base, case.trunk, work)
+    q, case, work = case_of(joint_rotation.VECTOR, 2, by_tension=(False, False, False))
+    energy.place(q, case.base, case.trunk, work)
     total = work.gap.sum(axis=0)
     tension, penalty = np.array([2.0, 1.0, 4.0]), 500.0
     case.control.length[:] = [total[0] - 0.004, total[1] + 0.05, total[2] - 0.003]
-    found = [balance.cable_tension(total[c], c, tension, case.control, penalty)[0] for c in range(3)]
+    found = [energy.cable_tension(total[c], c, tension, case.control, penalty)[0] for c in range(3)]
     assert found[:2] == pytest.approx([2.0 + penalty * 0.004, 0.0])
     assert found[2] == pytest.approx((0.003 + 4.0 / penalty) / (1e-4 + 1 / penalty))
-    balance.linearise(q, case, np.array(found), work)
+    energy.linearise(q, case, np.array(found), work)
     gradient = work.gradient.copy()
     for i in range(N):
         for a in range(2):
-            slope = central(lambda x: balance.merit(x, case, tension, penalty, work), q, (i, a), 1e-6)
+            slope = central(lambda x: energy.merit(x, case, tension, penalty, work), q, (i, a), 1e-6)
             assert gradient[i, a] == pytest.approx(slope, abs=1e-7)
 
 
@@ -259,11 +259,11 @@ def test_a_held_cable_pulls_with_the_tension_of_its_augmented_lagrangian():
 
 def test_the_code_on_disc_is_stamped_with_all_sources():
     """Numba stores its index of machine code with this stamp and throws all of it away where it differs."""
-    for kernel in (batch.solve_rows, balance.merit, rotation.rotate):
+    for kernel in (batch.solve_rows, energy.merit, joint_rotation.rotate):
         stored = kernel._cache._cache_file
         assert stored._source_stamp == kernels.STAMP
-    rotation.rotate(np.zeros(3), 0, 2, np.empty((3, 3)))
-    with Path(rotation.rotate._cache._cache_file._index_path).open("rb") as index:
+    joint_rotation.rotate(np.zeros(3), 0, 2, np.empty((3, 3)))
+    with Path(joint_rotation.rotate._cache._cache_file._index_path).open("rb") as index:
         pickle.load(index)
         assert pickle.loads(index.read())[0] == kernels.STAMP
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.measured import MeasuredShapes
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 
 
 def parts() -> dict:

@@ -11,8 +11,8 @@ from hypothesis.extra.numpy import arrays
 
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.model import cables
-from spiraltrunk.model.cables import planar_gap, planar_lever
+from spiraltrunk.model.kinematics import cables
+from spiraltrunk.model.kinematics.cables import planar_gap, planar_lever
 
 BENDS = arrays(float, (PAPER.n_joint,), elements=st.floats(-math.pi / 6, math.pi / 6))
 

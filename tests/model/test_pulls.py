@@ -11,7 +11,8 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model import pulls, reference, statics
+from spiraltrunk.model import reference, statics
+from spiraltrunk.model.statics import pull_sequences
 
 MM = 1e3
 
@@ -21,89 +22,98 @@ def test_both_models_rest_alike(theta_deg: int) -> None:
     """Two laws written apart, moments joint by joint and a minimum of energy, with the gripper in both."""
     theta_0 = math.radians(theta_deg)
     papers = reference.rest(PAPER, theta_0, as_authors=False)
-    np.testing.assert_allclose(MM * pulls.rest(PAPER, theta_0).points, MM * papers.points, atol=1e-4)
+    np.testing.assert_allclose(MM * pull_sequences.rest(PAPER, theta_0).points, MM * papers.points, atol=1e-4)
 
 
 def test_the_gripper_weighs() -> None:
-    trunk = pulls.carry_gripper(PAPER)
+    trunk = pull_sequences.carry_gripper(PAPER)
     assert trunk.gripper is None
     assert trunk.total_mass == pytest.approx(PAPER.total_mass, rel=1e-12)
-    assert pulls.carry_gripper(trunk) is trunk
+    assert pull_sequences.carry_gripper(trunk) is trunk
 
 
 def test_tensions_are_put_on() -> None:
-    shape = pulls.pull_tensions(PAPER, [5.0, 0.0, 2.0], 0.3, friction=0.1)
+    shape = pull_sequences.pull_tensions(PAPER, [5.0, 0.0, 2.0], 0.3, friction=0.1)
     np.testing.assert_array_equal(shape.forces.cable_tension, [5.0, 0.0, 2.0])
-    expected = statics.solve(pulls.carry_gripper(PAPER), tension=[5.0, 0.0, 2.0], theta_0=0.3, friction=0.1)
+    expected = statics.solve(pull_sequences.carry_gripper(PAPER), tension=[5.0, 0.0, 2.0], theta_0=0.3, friction=0.1)
     np.testing.assert_array_equal(shape.points, expected.points)
 
 
 @pytest.mark.parametrize("theta_0", [0.0, math.pi / 2, 3 * math.pi / 4])
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 def test_cable_1_changes_by_what_was_asked(theta_0: float, friction: float) -> None:
-    rest = pulls.rest(PAPER, theta_0).cable_change[0]
-    dorsal = pulls.pull_dorsal(PAPER, 0.05, theta_0, friction=friction)
+    rest = pull_sequences.rest(PAPER, theta_0).cable_change[0]
+    dorsal = pull_sequences.pull_dorsal(PAPER, 0.05, theta_0, friction=friction)
     assert dorsal.cable_change[0] - rest == pytest.approx(0.05, abs=2e-6)
     np.testing.assert_array_equal(dorsal.forces.cable_tension[1:], 0.0)
-    ventral = pulls.pull_ventral(PAPER, 0.05, theta_0, friction=friction)
+    ventral = pull_sequences.pull_ventral(PAPER, 0.05, theta_0, friction=friction)
     assert ventral.cable_change[0] - rest == pytest.approx(-0.05, abs=2e-6)
     assert ventral.cable_change[1] == pytest.approx(ventral.cable_change[2], abs=1e-6)
     assert ventral.forces.cable_tension[0] == 0.0
 
 
 def test_twist_pulls_cable_2_from_its_length_after_cable_1() -> None:
-    first = pulls.pull_dorsal(PAPER, 0.06, friction=0.1)
-    both = pulls.pull_twist(PAPER, 0.06, 0.03, friction=0.1)
+    first = pull_sequences.pull_dorsal(PAPER, 0.06, friction=0.1)
+    both = pull_sequences.pull_twist(PAPER, 0.06, 0.03, friction=0.1)
     assert MM * (both.cable_change - first.cable_change)[:2] == pytest.approx([0.0, 30.0], abs=2e-3)
     assert both.forces.cable_tension[2] == 0.0
 
 
 def test_without_friction_only_the_lengths_count() -> None:
     """Energy has no memory: the same lengths by another way are the same shape."""
-    twist = pulls.pull_twist(PAPER, 0.06, 0.03, friction=0.0)
+    twist = pull_sequences.pull_twist(PAPER, 0.06, 0.03, friction=0.0)
     goal = [twist.cable_change[0], twist.cable_change[1], 0.0]
-    together = pulls.pull_cables(PAPER, goal, friction=0.0)
+    together = pull_sequences.pull_cables(PAPER, goal, friction=0.0)
     np.testing.assert_allclose(MM * together.points, MM * twist.points, atol=1e-2)
 
 
 def test_nothing_pulled_is_rest() -> None:
-    rest = pulls.rest(PAPER, 0.3)
+    rest = pull_sequences.rest(PAPER, 0.3)
     for shape in (
-        pulls.pull_dorsal(PAPER, 0.0, 0.3),
-        pulls.pull_ventral(PAPER, 0.0, 0.3),
-        pulls.pull_cables(PAPER, [0.0, 0.0, 0.0], 0.3),
+        pull_sequences.pull_dorsal(PAPER, 0.0, 0.3),
+        pull_sequences.pull_ventral(PAPER, 0.0, 0.3),
+        pull_sequences.pull_cables(PAPER, [0.0, 0.0, 0.0], 0.3),
     ):
         np.testing.assert_allclose(MM * shape.points, MM * rest.points, atol=1e-3)
 
 
 def test_full_curl_takes_no_more() -> None:
-    most = pulls.pull_ventral(PAPER, 0.122)
+    most = pull_sequences.pull_ventral(PAPER, 0.122)
     np.testing.assert_allclose(np.degrees(most.joint_angle), 30.0, atol=0.1)
-    assert pulls.find_shut(PAPER, most).all()
-    assert pulls.find_shut(PAPER, pulls.pull_dorsal(PAPER, 0.131)).all()
-    assert not pulls.find_shut(PAPER, pulls.rest(PAPER)).any()
+    assert pull_sequences.find_shut(PAPER, most).all()
+    assert pull_sequences.find_shut(PAPER, pull_sequences.pull_dorsal(PAPER, 0.131)).all()
+    assert not pull_sequences.find_shut(PAPER, pull_sequences.rest(PAPER)).any()
 
 
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: pulls.pull_dorsal(PAPER, -1e-3), "pull is -0.001 m; allowed: 0 to 0.131156 m"),
-        (lambda: pulls.pull_dorsal(PAPER, math.nan), "pull is nan"),
-        (lambda: pulls.pull_ventral(PAPER, 0.2), "lengthening is 0.2 m"),
-        (lambda: pulls.pull_twist(PAPER, 0.01, 0.2), "pull_2 is 0.2 m"),
+        (lambda: pull_sequences.pull_dorsal(PAPER, -1e-3), "pull is -0.001 m; allowed: 0 to 0.131156 m"),
+        (lambda: pull_sequences.pull_dorsal(PAPER, math.nan), "pull is nan"),
+        (lambda: pull_sequences.pull_ventral(PAPER, 0.2), "lengthening is 0.2 m"),
+        (lambda: pull_sequences.pull_twist(PAPER, 0.01, 0.2), "pull_2 is 0.2 m"),
         (
-            lambda: pulls.pull_twist(presets.get("spirob-15"), 0.01, 0.01),
+            lambda: pull_sequences.pull_twist(presets.get("spirob-15"), 0.01, 0.01),
             "2 cables; allowed for a twist: three or more",
         ),
-        (lambda: pulls.pull_cables(PAPER, [0.0, 1.0, 0.0]), "change is 1 m"),
-        (lambda: pulls.pull_cables(PAPER, [0.0, 0.01]), "one number per cable"),
-        (lambda: pulls.pull_cables(PAPER, ["a", 0.0, 0.0]), "change is .'a', 0.0, 0.0.; allowed: finite numbers"),
-        (lambda: pulls.pull_dorsal(PAPER, "a"), "pull is 'a'; allowed: one number, 0 to 0.131156 m"),
-        (lambda: pulls.pull_dorsal(PAPER, [0.01, 0.02]), "pull is .0.01, 0.02.; allowed: one number"),
-        (lambda: pulls.pull_twist(PAPER, 0.01, None), "pull_2 is None; allowed: one number"),
-        (lambda: pulls.pull_dorsal(PAPER, np.full(1000, 0.05)), r"pull is array.*\.\.\..*; allowed: one number"),
-        (lambda: pulls.pull_dorsal(PAPER, 0.05, np.zeros(3)), "theta_0 has shape (3,.; allowed: one number"),
-        (lambda: pulls.pull_cables(PAPER, [0.05, 0.0, 0.0], [0.0, 1.0]), "theta_0 has shape (2,.; allowed: one number"),
+        (lambda: pull_sequences.pull_cables(PAPER, [0.0, 1.0, 0.0]), "change is 1 m"),
+        (lambda: pull_sequences.pull_cables(PAPER, [0.0, 0.01]), "one number per cable"),
+        (
+            lambda: pull_sequences.pull_cables(PAPER, ["a", 0.0, 0.0]),
+            "change is .'a', 0.0, 0.0.; allowed: finite numbers",
+        ),
+        (lambda: pull_sequences.pull_dorsal(PAPER, "a"), "pull is 'a'; allowed: one number, 0 to 0.131156 m"),
+        (lambda: pull_sequences.pull_dorsal(PAPER, [0.01, 0.02]), "pull is .0.01, 0.02.; allowed: one number"),
+        (lambda: pull_sequences.pull_twist(PAPER, 0.01, None), "pull_2 is None; allowed: one number"),
+        (
+            lambda: pull_sequences.pull_dorsal(PAPER, np.full(1000, 0.05)),
+            r"pull is array.*\.\.\..*; allowed: one number",
+        ),
+        (lambda: pull_sequences.pull_dorsal(PAPER, 0.05, np.zeros(3)), "theta_0 has shape (3,.; allowed: one number"),
+        (
+            lambda: pull_sequences.pull_cables(PAPER, [0.05, 0.0, 0.0], [0.0, 1.0]),
+            "theta_0 has shape (2,.; allowed: one number",
+        ),
     ],
 )
 def test_what_cannot_be_pulled_is_refused(call: object, said: str) -> None:
@@ -114,4 +124,4 @@ def test_what_cannot_be_pulled_is_refused(call: object, said: str) -> None:
 def test_a_cable_1_that_is_not_dorsal_is_refused() -> None:
     turned = replace(PAPER, cable=replace(PAPER.cable, angles=(1.0, 3.0, 5.0)))
     with pytest.raises(ModelError, match="cable 1 dorsal"):
-        pulls.pull_dorsal(turned, 0.01)
+        pull_sequences.pull_dorsal(turned, 0.01)

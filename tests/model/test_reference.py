@@ -11,11 +11,12 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model import reference, reference_rest, reference_table
-from spiraltrunk.model.cables import hole_positions
-from spiraltrunk.model.reference_bend import arcsine
-from spiraltrunk.model.reference_table import prepare, read_table, rest_stiffness, rest_weight
-from spiraltrunk.model.shape import Status
+from spiraltrunk.model import reference
+from spiraltrunk.model.kinematics.cables import hole_positions
+from spiraltrunk.model.kinematics.shape import Status
+from spiraltrunk.model.reference import constants, forward, gravity_rest
+from spiraltrunk.model.reference.algorithm_1 import arcsine
+from spiraltrunk.model.reference.constants import prepare, read_table, rest_stiffness, rest_weight
 
 HANGING = math.pi / 2
 FIELDS = ("points", "joint_rotation", "joint_angle", "gap", "cable_change", "is_shut", "status")
@@ -217,7 +218,7 @@ def test_cos_and_sin_of_bends_are_cos_and_sin():
     """Within the last bit of 1 and of the sine, wide bends included."""
     angle = np.concatenate([np.linspace(-1.5, 1.5, 30001), np.logspace(-300, -1, 500)])
     cos, sin = np.empty_like(angle), np.empty_like(angle)
-    reference_rest.turns(angle, 1.5, cos, sin)
+    gravity_rest.turns(angle, 1.5, cos, sin)
     np.testing.assert_allclose(cos, np.cos(angle), rtol=0, atol=2.3e-16)
     np.testing.assert_allclose(sin, np.sin(angle), rtol=4.5e-16, atol=0)
 
@@ -247,7 +248,7 @@ def test_shapes_of_the_answers():
 @pytest.mark.parametrize("law", [reference.rest, reference.bend_dorsal, reference.bend_ventral, reference.twist])
 def test_large_batches_are_single_shapes_to_the_bit(law):
     """Large enough to be solved on all cores."""
-    n = 2 * reference._CHUNK + 77
+    n = 2 * forward._CHUNK + 77
     rng = np.random.default_rng(5)
     n_pull = {reference.rest: 0, reference.twist: 2}.get(law, 1)
     given = [rng.uniform(0, 0.12, n) for _ in range(n_pull)] + [np.repeat(rng.uniform(-2, 2, n // 5 + 1), 5)[:n]]
@@ -320,10 +321,10 @@ def test_numbers_of_a_design_are_kept_while_it_lives():
     assert prepare(design) is prepare(design)
     assert prepare(design) is not prepare(design, False)
     key = (id(design), True)
-    assert key in reference_table._PREPARED
+    assert key in constants._PREPARED
     del design
     gc.collect()
-    assert key not in reference_table._PREPARED
+    assert key not in constants._PREPARED
 
 
 # What is refused.

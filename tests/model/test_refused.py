@@ -6,9 +6,9 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.model import inverse, reference, statics
-from spiraltrunk.model.inverse import InverseOptions
-from spiraltrunk.model.loading import Loads
-from spiraltrunk.model.statics import StaticsOptions
+from spiraltrunk.model.inverse.solve import InverseOptions
+from spiraltrunk.model.statics.equilibrium import StaticsOptions
+from spiraltrunk.model.statics.loads import Loads
 
 PAPER = presets.PAPER
 TIP = (0.1, -0.3, 0.1)

@@ -10,8 +10,8 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError, SpiralTrunkError
 from spiraltrunk.model import reference, statics
-from spiraltrunk.model.shape import Status
-from spiraltrunk.model.statics import Creep, Loads, StaticsOptions
+from spiraltrunk.model.kinematics.shape import Status
+from spiraltrunk.model.statics.equilibrium import Creep, Loads, StaticsOptions
 
 STRICT = StaticsOptions(tolerance=1e-12)
 TURN = PAPER.n_section * PAPER.delta_theta

@@ -13,7 +13,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.design.spiral import points
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.model.transforms import bend_rotation, section_ends, section_frames
+from spiraltrunk.model.kinematics.frames import bend_rotation, section_ends, section_frames
 
 BENDS = arrays(float, (2,), elements=st.floats(-3.0, 3.0))
 SHAPES = arrays(float, (PAPER.n_joint, 2), elements=st.floats(-0.5, 0.5))

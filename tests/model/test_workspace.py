@@ -7,7 +7,8 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model import statics, workspace
+from spiraltrunk.model import statics
+from spiraltrunk.model.inverse import workspace
 
 
 def test_a_map_holds_equilibria_within_the_trunks_length() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import design_from_rules, graspable_range, payload
-from spiraltrunk.model import cables
+from spiraltrunk.model.kinematics import cables
 
 SOLID = PAPER.solid
 MM = 1e3

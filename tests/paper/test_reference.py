@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.model import cables, reference
-from spiraltrunk.model.reference_table import prepare, read_table, rest_mass, rest_weight
-from spiraltrunk.model.shape import Status
+from spiraltrunk.model import reference
+from spiraltrunk.model.kinematics import cables
+from spiraltrunk.model.kinematics.shape import Status
+from spiraltrunk.model.reference.constants import prepare, read_table, rest_mass, rest_weight
 
 MM = 1e3
 

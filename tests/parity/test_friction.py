@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.design import presets
-from spiraltrunk.model.cables import gap_vectors
+from spiraltrunk.model.kinematics.cables import gap_vectors
 from spiraltrunk.sim import TrunkOptions, trunk_spec
 from spiraltrunk.sim.capstan import measure_gaps
 from spiraltrunk.sim.friction import CableFriction

@@ -9,8 +9,8 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.design.rules import design_from_rules
-from spiraltrunk.model import cables
-from spiraltrunk.model.transforms import section_ends, section_frames
+from spiraltrunk.model.kinematics import cables
+from spiraltrunk.model.kinematics.frames import section_ends, section_frames
 from spiraltrunk.sim import TrunkOptions, trunk_spec
 from spiraltrunk.sim.trunk_spec import cable_name, hinge_names, hinge_order, section_name
 

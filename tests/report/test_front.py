@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.report.front import compute_front, compute_order, compute_propagation
+from spiraltrunk.model.kinematics.curl_front import compute_front, compute_order, compute_propagation
 
 LIMIT = np.pi / 6
 N_JOINT = 17

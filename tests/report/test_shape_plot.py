@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference
-from spiraltrunk.model.shape import Shape
+from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.report.shape_plot import _size_dots, build_shape_figure, write_shape
 from spiraltrunk.report.shape_solids import build_solids
 

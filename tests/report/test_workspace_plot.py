@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image
 
 from spiraltrunk.design import presets
-from spiraltrunk.model import workspace
+from spiraltrunk.model.inverse import workspace
 from spiraltrunk.report.workspace import build_workspace_figure, write_workspace
 
 

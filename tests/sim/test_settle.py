@@ -9,8 +9,8 @@ import pytest
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
-from spiraltrunk.model.cables import lengths_from_rotations
-from spiraltrunk.model.shape import Status
+from spiraltrunk.model.kinematics.cables import lengths_from_rotations
+from spiraltrunk.model.kinematics.shape import Status
 from spiraltrunk.sim.settle import SettleOptions, SettleRig, Stage, settle
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 

@@ -14,7 +14,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.model import statics
-from spiraltrunk.model.cables import planar_lever
+from spiraltrunk.model.kinematics.cables import planar_lever
 from spiraltrunk.strategies.stiffen import co_contraction, hold_lengths
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from spiraltrunk.bench.claim import Claim, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import statics
-from spiraltrunk.model.shape import Shape
+from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.sim.settle import SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.trunk_spec import TrunkOptions
 

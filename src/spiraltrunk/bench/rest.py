@@ -11,7 +11,7 @@ from scipy.optimize import fsolve
 from spiraltrunk.bench.claim import Claim, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
-from spiraltrunk.model.reference_table import prepare, read_table
+from spiraltrunk.model.reference.constants import prepare, read_table
 from spiraltrunk.sim.settle import SettleOptions, SettleRig
 
 TILTS = (0.0, 0.4, 0.8, 1.2)

@@ -15,10 +15,9 @@ from spiraltrunk.cad.forms import Common, Cut, Form, Revolved, Union, rod, shift
 from spiraltrunk.cad.options import MakeOptions
 from spiraltrunk.cad.part import TPU, Part
 from spiraltrunk.cad.tip import TipSeat, build_tenon, find_seat
-from spiraltrunk.design.gripper import GripperDesign
+from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
-from spiraltrunk.model.fingers import STRAND_LEVER
 
 STRAND = 0.6
 """Diameter of a strand's hole over that of a cable's [-]: a cable is unbraided into one strand a finger (ours)."""

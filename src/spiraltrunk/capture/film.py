@@ -13,9 +13,9 @@ from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.register import Motion
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
-from spiraltrunk.mocap.sections import compute_seat
 from spiraltrunk.mocap.take import Body, Marker, Take
 from spiraltrunk.model.calibrate_play import place_points
+from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 NAME = "virtual capture, not a measurement"
 """What every such take is called."""

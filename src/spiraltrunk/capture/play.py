@@ -12,9 +12,8 @@ from spiraltrunk.capture.world import World
 from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.plan import Plan
 from spiraltrunk.model.calibrate_play import State, play_statics
-from spiraltrunk.model.loading import base_orientation
-from spiraltrunk.model.shape import Shape, Status
-from spiraltrunk.model.transforms import section_frames
+from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
+from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.sim.settle import Settled, SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.trunk_spec import TrunkOptions, hinge_names
 

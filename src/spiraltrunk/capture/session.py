@@ -18,9 +18,8 @@ from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.mocap.motive_write import write_motive
 from spiraltrunk.mocap.plan import build_plan
 from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.mocap.sections import compute_seat
 from spiraltrunk.model.calibrate_play import place_points
-from spiraltrunk.model.measured import MeasuredShapes
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_seat
 
 Tell = Callable[[str, int, int], None]
 """Called with what is being done, how much of it is done and how much there is."""

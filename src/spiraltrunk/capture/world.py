@@ -11,7 +11,7 @@ import numpy as np
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model.calibrate_knobs import Prior, Winders, apply_knobs
-from spiraltrunk.model.pulls import carry_gripper
+from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 
 @final

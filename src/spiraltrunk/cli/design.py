@@ -70,7 +70,7 @@ def _write(design: TrunkDesign, out: str) -> None:
 def _design_from(wishes: dict[str, Typed]) -> TrunkDesign:
     """The rules' design; a refusal names the option and tells value and range as they are typed."""
     from spiraltrunk.design import design_from_rules
-    from spiraltrunk.design.units import DEGREE, MILLI, ONE, spell
+    from spiraltrunk.design.schema import DEGREE, MILLI, ONE, spell
 
     if {"m", "b"} <= wishes.keys():
         raise UsageError("--m and --b given; allowed: one of them, as m = 1 / (exp(pi b) - 1)")

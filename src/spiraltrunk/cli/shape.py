@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from spiraltrunk.design import TrunkDesign
-    from spiraltrunk.model.shape import Shape
+    from spiraltrunk.model.kinematics.shape import Shape
 
 _PICTURES = (".png", ".svg", ".pdf")
 _MOST_TURN = 360.0
@@ -118,8 +118,8 @@ def compute_figures(design: TrunkDesign, shape: Shape, model: str, load: Load | 
     """What is known of a shape, by the keys of ``spiraltrunk shape --json``, without base angle and friction."""
     import numpy as np
 
-    from spiraltrunk.model.pulls import find_shut
-    from spiraltrunk.model.shape import Status
+    from spiraltrunk.model.kinematics.shape import Status
+    from spiraltrunk.model.statics.pull_sequences import find_shut
 
     tension = None if shape.forces is None else shape.forces.cable_tension.tolist()
     return {

@@ -12,7 +12,7 @@ from spiraltrunk.cli.options import Typed
 
 if TYPE_CHECKING:
     from spiraltrunk.design import TrunkDesign
-    from spiraltrunk.model.shape import Shape
+    from spiraltrunk.model.kinematics.shape import Shape
 
 MODELS = ("reference", "statics")
 """Models by name."""
@@ -120,15 +120,19 @@ def solve_load(design: TrunkDesign, load: Load | None, model: str, theta_0: floa
     """The shape by the model's name."""
     if model == "reference":
         return _solve_reference(design, load, theta_0)
-    from spiraltrunk.model import pulls
+    from spiraltrunk.model.statics import pull_sequences
 
     if load is None:
-        return pulls.rest(design, theta_0, friction=friction)
+        return pull_sequences.rest(design, theta_0, friction=friction)
     if load.name == "tensions":
-        return pulls.pull_tensions(design, list(map(float, load.typed)), theta_0, friction=friction)
+        return pull_sequences.pull_tensions(design, list(map(float, load.typed)), theta_0, friction=friction)
     if load.name == "cables":
-        return pulls.pull_cables(design, load.meters, theta_0, friction=friction)
-    law = {"dorsal": pulls.pull_dorsal, "ventral": pulls.pull_ventral, "twist": pulls.pull_twist}[load.name]
+        return pull_sequences.pull_cables(design, load.meters, theta_0, friction=friction)
+    law = {
+        "dorsal": pull_sequences.pull_dorsal,
+        "ventral": pull_sequences.pull_ventral,
+        "twist": pull_sequences.pull_twist,
+    }[load.name]
     return law(design, *load.meters, theta_0, friction=friction)  # type: ignore[operator]
 
 
@@ -143,8 +147,8 @@ def _solve_reference(design: TrunkDesign, load: Load | None, theta_0: float) -> 
 
 def _range(design: TrunkDesign, name: str) -> tuple[float, str, str]:
     """Largest number of the option, rounded down, its unit and what sets it."""
-    from spiraltrunk.model.loading import PULL_MARGIN
-    from spiraltrunk.model.reference_table import prepare
+    from spiraltrunk.model.kinematics.cables import PULL_MARGIN
+    from spiraltrunk.model.reference.constants import prepare
 
     if name == "tensions":
         return design.cable.tension_max, "N", "the largest tension of the design's motors"

@@ -1,14 +1,14 @@
 """What the robot is: spiral, rules, trunk, gripper, files, presets."""
 
 from spiraltrunk.design import presets
-from spiraltrunk.design.files import format_design, load_design, write_design
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.mount import ArmDesign, HousingDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
 from spiraltrunk.design.rules import GraspableRange, design_from_rules, graspable_range, payload
 from spiraltrunk.design.section import SectionSolid
-from spiraltrunk.design.sizes import design_from_sizes
+from spiraltrunk.design.sizing import design_from_sizes
 from spiraltrunk.design.spiral import Spiral
+from spiraltrunk.design.toml import format_design, load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 
 __all__ = [

@@ -93,3 +93,7 @@ class GripperDesign:
     def grasp_width(self) -> float:
         """Largest width that the fingers close round [m]: half the last phalanx reaches past a quarter turn."""
         return float(self.finger_length - self.phalanx_length[-1] / 2) * 4 / math.pi
+
+
+STRAND_LEVER = 0.4
+"""Distance of a strand from the joint's axis over the phalanx's width [-] (ours): just under its skin."""

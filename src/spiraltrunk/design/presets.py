@@ -10,7 +10,7 @@ from functools import cache
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
 from spiraltrunk.design.rules import design_from_rules
-from spiraltrunk.design.sizes import design_from_sizes
+from spiraltrunk.design.sizing import design_from_sizes
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import UnknownName
 

@@ -256,3 +256,8 @@ class TrunkDesign:
     def total_mass(self) -> float:
         """Mass of sections and gripper, without the housing [kg]."""
         return float(self.section_mass.sum()) + (0.0 if self.gripper is None else self.gripper.mass)
+
+
+def ventral_cables(design: TrunkDesign) -> np.ndarray:
+    """Which cables pull ventral, shape (n_cable,) [bool]."""
+    return design.cable_direction[:, 1] < -1e-6

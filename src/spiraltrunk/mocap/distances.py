@@ -15,7 +15,8 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.sections import HeldShape, compute_seat
+from spiraltrunk.mocap.sections import HeldShape
+from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 SLACK_SHARE, SLACK = 0.10, 5e-3
 """How far a distance may be beyond what the design allows before the trunk is another one [-], [m] (ours)."""

@@ -16,7 +16,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.model import reference
-from spiraltrunk.model.shape import Shape
+from spiraltrunk.model.kinematics.shape import Shape
 
 _PULLED = {"rest": (), "bend-dorsal": (0,), "bend-ventral": (1, 2), "twist": (0, 1)}
 """Cables that are pulled, from 0; the others are let out and carry nothing."""

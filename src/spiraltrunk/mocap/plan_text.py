@@ -12,7 +12,7 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.plan import Plan
 from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.mocap.sections import compute_seat
+from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 _TOLD = 5e-6
 """Half of the last digit in the tables [m]."""

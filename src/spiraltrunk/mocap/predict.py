@@ -11,11 +11,10 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.plan import Plan, solve_reference
-from spiraltrunk.mocap.sections import compute_seat
-from spiraltrunk.model import pulls
-from spiraltrunk.model.loading import base_orientation
-from spiraltrunk.model.shape import Shape, Status
-from spiraltrunk.model.transforms import section_frames
+from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
+from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.model.kinematics.shape import Shape, Status
+from spiraltrunk.model.statics import pull_sequences
 
 MODELS = ("reference", "statics")
 """The paper's forward model, and the equilibrium of joints, weight and cables."""
@@ -91,9 +90,9 @@ def _solve_steps(
 def _solve_statics(design: TrunkDesign, plan: Plan, i: int, friction: float | None) -> Shape:
     run, amount = plan.run, float(plan.amount[i])
     if run.kind == "bend-dorsal":
-        return pulls.pull_dorsal(design, amount, run.theta_0, friction=friction)
+        return pull_sequences.pull_dorsal(design, amount, run.theta_0, friction=friction)
     if run.kind == "bend-ventral":
-        return pulls.pull_ventral(design, amount, run.theta_0, friction=friction)
+        return pull_sequences.pull_ventral(design, amount, run.theta_0, friction=friction)
     if run.kind == "twist":
-        return pulls.pull_twist(design, run.first, amount, run.theta_0, friction=friction)
-    return pulls.rest(design, run.theta_0, friction=friction)
+        return pull_sequences.pull_twist(design, run.first, amount, run.theta_0, friction=friction)
+    return pull_sequences.rest(design, run.theta_0, friction=friction)

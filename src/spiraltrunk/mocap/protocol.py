@@ -17,7 +17,7 @@ from typing import final
 from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.register import Alignment
 from spiraltrunk.mocap.segment import StillSettings
-from spiraltrunk.model.measured import KINDS
+from spiraltrunk.model.kinematics.measured_shapes import KINDS
 
 ORIENTATIONS = ("markers", "body", "none")
 """Where a section's axes come from."""

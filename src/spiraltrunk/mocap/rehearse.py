@@ -11,7 +11,7 @@ from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.register import Motion
 from spiraltrunk.mocap.take import Body, Marker, Take, find_stale
-from spiraltrunk.model.loading import base_orientation
+from spiraltrunk.model.kinematics.frames import base_orientation
 
 
 @final

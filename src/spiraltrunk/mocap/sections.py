@@ -169,11 +169,6 @@ def _hold_axes(body: Body, still: Still, least: int) -> np.ndarray:
     return mean_rotation(rotation_from_quaternions(body.quaternion_wxyz[seen]))
 
 
-def compute_seat(design: TrunkDesign) -> np.ndarray:
-    """Where the markers are on each section: its lower edge, the distal face's outer corner, shape (n_section,) [m]."""
-    return design.solid.rim_end * design.scale
-
-
 def check_order(shapes: list[HeldShape], source: str) -> None:
     """Refuse markers that are counted the wrong way round: their axes point towards the base.
 

@@ -20,18 +20,11 @@ from spiraltrunk.mocap.plan import Plan, build_plan
 from spiraltrunk.mocap.predict import Predicted, predict
 from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.register import Alignment, Motion, fit_motion, is_straight, mean_rotation
-from spiraltrunk.mocap.sections import (
-    HeldShape,
-    SectionTracks,
-    check_order,
-    compute_seat,
-    find_sections,
-    hold,
-)
+from spiraltrunk.mocap.sections import HeldShape, SectionTracks, check_order, find_sections, hold
 from spiraltrunk.mocap.segment import Still, find_stills, find_timed, tell_calmest
 from spiraltrunk.mocap.take import Take
-from spiraltrunk.model.loading import base_orientation
-from spiraltrunk.model.measured import MeasuredShapes
+from spiraltrunk.model.kinematics.frames import base_orientation
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_seat
 
 Tell = Callable[[str, int, int], None]
 """Called with what is being done, how much of it is done and how much there is."""

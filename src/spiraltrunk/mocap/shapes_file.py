@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from spiraltrunk.design.files import replace_file
+from spiraltrunk.design.toml import replace_file
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.files.text_lines import open_take
-from spiraltrunk.model.measured import MeasuredShapes
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 
 _SCHEMA = 1
 _ARRAYS = {

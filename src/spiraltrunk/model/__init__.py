@@ -1,16 +1,16 @@
 """Where the robot is: shapes and cable lengths from joint bends, pulls and gravity.
 
-Those that compile their laws load Numba, so they are loaded when used.
+The models that compile their kernels load Numba, so they are loaded when used.
 """
 
 from importlib import import_module
 from types import ModuleType
 
-from spiraltrunk.model import cables, transforms
+from spiraltrunk.model.kinematics import cables, frames
 
-__all__ = ["cables", "transforms"]
+__all__ = ["cables", "frames"]
 
-_COMPILED = ("inverse", "jacobians", "reference", "statics", "workspace")
+_COMPILED = ("inverse", "reference", "statics")
 
 
 def __getattr__(name: str) -> ModuleType:

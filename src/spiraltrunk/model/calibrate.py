@@ -32,8 +32,8 @@ from spiraltrunk.model.calibrate_knobs import (
     learn_from_bench,
 )
 from spiraltrunk.model.calibrate_play import State, find_states, place_points, play_reference, play_statics
-from spiraltrunk.model.measured import MeasuredShapes
-from spiraltrunk.model.pulls import carry_gripper
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
+from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 __all__ = ["BenchStiffness", "Calibration", "Errors", "Parameter", "Prior", "Settings", "Weighing", "calibrate"]
 

@@ -17,9 +17,9 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, SpiralTrunkError
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.calibrate_knobs import Winders
-from spiraltrunk.model.loading import PULL_MARGIN
-from spiraltrunk.model.measured import MeasuredShapes
-from spiraltrunk.model.shape import Shape, Status
+from spiraltrunk.model.kinematics.cables import PULL_MARGIN
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
+from spiraltrunk.model.kinematics.shape import Shape, Status
 
 _SAME = 1e-7
 """Pulls that differ by less are one command [m]."""
@@ -176,7 +176,7 @@ def _refer(design: TrunkDesign, state: State, states: tuple[State, ...]) -> Shap
 
 def _refer_ventral(design: TrunkDesign, pull: float, theta_0: float) -> Shape:
     """The bend in which the ventral cables have come in so far: the model is driven by what the dorsal one pays out."""
-    from spiraltrunk.model.reference_table import prepare
+    from spiraltrunk.model.reference.constants import prepare
 
     most = PULL_MARGIN * prepare(design).ventral_stroke
 

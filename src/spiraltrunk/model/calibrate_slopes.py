@@ -18,13 +18,13 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.model.cables import hole_positions
-from spiraltrunk.model.kernels.balance import Case, Control, Friction, Trunk, Work, linearise, room_for_work
-from spiraltrunk.model.kernels.gaps import NARROW
-from spiraltrunk.model.loading import base_orientation, read_fields
-from spiraltrunk.model.shape import Shape
-from spiraltrunk.model.statics import SHUT, StaticsOptions, get_trunk
-from spiraltrunk.model.transforms import bend_rotation
+from spiraltrunk.model.kinematics.cables import hole_positions
+from spiraltrunk.model.kinematics.frames import base_orientation, bend_rotation
+from spiraltrunk.model.kinematics.shape import Shape
+from spiraltrunk.model.statics.equilibrium import SHUT, StaticsOptions, get_trunk
+from spiraltrunk.model.statics.kernels.cable_gaps import NARROW
+from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Trunk, Work, linearise, room_for_work
+from spiraltrunk.model.statics.loads import read_fields
 
 _H = 1e-5
 """Step of the central differences of turns by bends [rad], and of holes and centres by their fractions [-]."""

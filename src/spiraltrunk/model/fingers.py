@@ -11,10 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.design.gripper import GripperDesign
-
-STRAND_LEVER = 0.4
-"""Distance of a strand from the joint's axis over the phalanx's width [-] (ours): just under its skin."""
+from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
 
 _TENSIONS, _SAMPLES = 81, 20
 """Tensions tried, and points along a phalanx looked at."""

@@ -9,13 +9,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from spiraltrunk.checks import check_number
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
-from spiraltrunk.model.loading import Loads
-from spiraltrunk.model.pulls import carry_gripper
-from spiraltrunk.model.shape import Shape
-from spiraltrunk.model.wrap import ventral_cables
+from spiraltrunk.model.kinematics.shape import Shape
+from spiraltrunk.model.statics.loads import Loads
+from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 _CLOSE = 0.01
 """How closely the tension is found [N]."""

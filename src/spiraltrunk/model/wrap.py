@@ -17,11 +17,9 @@ from numpy.typing import ArrayLike
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.model.cables import planar_gap, planar_lever
-
-WRAP_TURN = math.radians(250.0)
-"""Turning of the part that follows the object [rad]: short of a full turn, since the tip tucks in under the trunk."""
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
+from spiraltrunk.model.kinematics.cables import planar_gap, planar_lever
+from spiraltrunk.model.kinematics.enclosure import WRAP_TURN
 
 _ROUNDS = 30
 """Rounds of the damped iteration: enough where the cables carry the load; with less tension it need not settle."""
@@ -40,11 +38,6 @@ class Wrap:
     """Centre of the object (down, ahead), shape (2,) [m]."""
     pull: np.ndarray
     """Cable pulled in since the straight trunk, shape (n_cable,) [m]."""
-
-
-def ventral_cables(design: TrunkDesign) -> np.ndarray:
-    """Which cables pull ventral, shape (n_cable,) [bool]."""
-    return design.cable_direction[:, 1] < -1e-6
 
 
 def predict_wrap(design: TrunkDesign, width: float, mass: float, tension: float) -> Wrap:

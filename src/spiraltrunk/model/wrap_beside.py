@@ -16,11 +16,11 @@ import numpy as np
 from scipy.optimize import nnls
 
 from spiraltrunk.checks import check_number
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
-from spiraltrunk.model.cables import planar_lever
-from spiraltrunk.model.wrap import predict_wrap, ventral_cables
+from spiraltrunk.model.kinematics.cables import planar_lever
+from spiraltrunk.model.wrap import predict_wrap
 
 _TILT_RANGE = math.radians(30.0), math.radians(150.0)
 """Tilts among which one is sought: beyond, the trunk topples over or hangs [rad]."""

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.report.front import compute_front
+from spiraltrunk.model.kinematics.curl_front import compute_front
 
 _AXES = {
     "time": 1,

@@ -9,7 +9,7 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.model.shape import Shape
+from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.report.look import COLORS, DPI, INK, NORMAL, SMALL, build_figure
 from spiraltrunk.report.shape_solids import Solids, build_solids
 

@@ -9,10 +9,9 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.model.loading import base_orientation
-from spiraltrunk.model.pulls import find_shut
-from spiraltrunk.model.shape import Shape
-from spiraltrunk.model.transforms import section_frames
+from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
+from spiraltrunk.model.kinematics.shape import Shape
+from spiraltrunk.model.statics.pull_sequences import find_shut
 
 _FACETS = 24
 """Flat pieces round a section."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.model.workspace import Workspace
+from spiraltrunk.model.inverse.workspace import Workspace
 from spiraltrunk.report.look import COLORS, DPI, INK, LIMIT, NORMAL, SMALL, add_look, build_figure
 
 if TYPE_CHECKING:

@@ -7,9 +7,8 @@ import math
 import mujoco
 import numpy as np
 
-from spiraltrunk.design.gripper import GripperDesign
+from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.model.fingers import STRAND_LEVER
 from spiraltrunk.sim.materials import SOLIMP, SOLREF
 
 GROUPS = ("gripper_close", "gripper_open")

@@ -12,8 +12,8 @@ import numpy as np
 
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.model.cables import lengths_from_rotations
-from spiraltrunk.model.shape import Shape, Status
+from spiraltrunk.model.kinematics.cables import lengths_from_rotations
+from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.sim.trunk_spec import TrunkOptions, add_trunk, section_name, trunk_quat_wxyz
 
 _RADIUS = 1e-3

@@ -7,7 +7,7 @@ import math
 import mujoco
 
 from spiraltrunk.checks import check_type
-from spiraltrunk.design.units import MILLI
+from spiraltrunk.design.schema import MILLI
 from spiraltrunk.errors import DesignError, UnknownName, Words
 from spiraltrunk.sim.object_mesh import AXES, COLLIDES, UNITS, load_stl_solid
 from spiraltrunk.sim.object_mjcf import load_mjcf_solid

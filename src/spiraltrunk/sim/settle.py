@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.shape import Shape, Status
+from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.sim.friction import CableFriction
 from spiraltrunk.sim.held_spec import Point, gripper_center, held_spec, read_shape
 from spiraltrunk.sim.settle_options import SettleOptions

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from spiraltrunk.control.messages import Observation
-from spiraltrunk.model.wrap import ventral_cables
+from spiraltrunk.design.trunk import ventral_cables
 
 
 def in_step(observation: Observation, lead: float) -> np.ndarray:

@@ -14,9 +14,9 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Command, Observation, Target, Task
+from spiraltrunk.design.trunk import ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.fist import Fist, fist_orientation, predict_fist
-from spiraltrunk.model.wrap import ventral_cables
 from spiraltrunk.strategies.feel import in_step
 from spiraltrunk.strategies.phases import Move, Progress, fraction
 

@@ -11,10 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from spiraltrunk.checks import check_number
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.cables import planar_lever
-from spiraltrunk.model.wrap import ventral_cables
+from spiraltrunk.model.kinematics.cables import planar_lever
 
 CEILING = 0.95
 """Tension over the largest one that a winder may take to hold its length [-]: the rest is left to move."""

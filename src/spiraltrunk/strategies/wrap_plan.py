@@ -8,9 +8,9 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Observation, Target
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.wrap import Wrap, predict_wrap, ventral_cables, wrap_tension
+from spiraltrunk.model.wrap import Wrap, predict_wrap, wrap_tension
 from spiraltrunk.strategies.choices import check_choices
 from spiraltrunk.strategies.phases import Move, Progress
 

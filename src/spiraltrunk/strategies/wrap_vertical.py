@@ -28,7 +28,8 @@ import numpy as np
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.model.wrap import free_curl, unrolled_center, ventral_cables
+from spiraltrunk.design.trunk import ventral_cables
+from spiraltrunk.model.wrap import free_curl, unrolled_center
 from spiraltrunk.strategies.choices import choose
 from spiraltrunk.strategies.feel import in_step, lever, ventral_pull, ventral_tension, way_to_turn_flat, weight
 from spiraltrunk.strategies.phases import (

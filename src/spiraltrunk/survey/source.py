@@ -8,7 +8,7 @@ from pathlib import Path
 
 import spiraltrunk
 
-_PARTS = ("design", "model", "strategies", "sim", "plant.py", "run.py", "trial.py")
+_PARTS = ("design", "model", "strategies", "sim", "control", "checks.py", "trial.py")
 """What a trial's outcome depends on, in the package's folder."""
 
 
@@ -24,4 +24,8 @@ def compute_source() -> str:
 
 
 def _list_files(path: Path) -> list[Path]:
-    return [path] if path.is_file() else list(path.rglob("*.py"))
+    """Files of a part; an empty part would leave its code out of the digest without a word."""
+    files = [path] if path.is_file() else list(path.rglob("*.py"))
+    if not files:
+        raise FileNotFoundError(f"{path} holds no source file, but a trial's outcome depends on it")
+    return files

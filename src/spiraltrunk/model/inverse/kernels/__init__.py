@@ -1,0 +1,20 @@
+"""Compiled laws of the inverse model: scalar code for Numba, one target at a time, without checks."""
+
+from pathlib import Path
+from typing import Any
+
+from spiraltrunk.model.jit import compiler, hash_files
+
+_MODEL = Path(__file__).parents[2]
+
+STAMP = hash_files([*_MODEL.glob("statics/kernels/*.py"), *_MODEL.glob("inverse/kernels/*.py")])
+"""Digest of the sources that the machine code on disc was compiled from: these kernels and those they call."""
+
+compiled: Any = compiler(STAMP, owns_arrays=False)
+"""How a kernel is compiled."""
+
+owning: Any = compiler(STAMP)
+"""How a kernel is compiled that makes or returns arrays."""
+
+inlined: Any = compiler(STAMP, is_inlined=True)
+"""How a kernel is compiled that serves few others and calls many."""

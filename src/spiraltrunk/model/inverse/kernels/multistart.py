@@ -1,0 +1,218 @@
+"""From known equilibria to a target: which are tried, and what their answers are worth from the straight trunk."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from spiraltrunk.model.inverse.kernels import compiled, inlined, owning
+from spiraltrunk.model.inverse.kernels.levenberg_marquardt import room_for_search, search
+from spiraltrunk.model.inverse.kernels.simultaneous_newton import comes_to, dash
+from spiraltrunk.model.inverse.kernels.target_residual import miss, see
+from spiraltrunk.model.statics.kernels.batch import NUDGE, write_row
+from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, room_for_work
+from spiraltrunk.model.statics.kernels.projected_newton import room_for_steps, solve_safely
+
+
+class Known(NamedTuple):
+    """Equilibria from which targets are sought, s of them, each solved from the straight trunk."""
+
+    tension: np.ndarray
+    """Shape (s, n_cable) [N]."""
+    effort: np.ndarray
+    """By which part of its distance each ranks behind a slack one, shape (s,) [-]."""
+    bend: np.ndarray
+    """Bends of the joints, shape (s, n_joint, 3) [rad]."""
+    points: np.ndarray
+    """Section ends, shape (s, n_section, 3) [m]."""
+    heads: np.ndarray
+    """Axes of the sections, shape (s, n_section, 3) [-]."""
+
+
+class Limits(NamedTuple):
+    """How long and how closely is sought."""
+
+    tries: int
+    """Starts at most."""
+    rounds: int
+    """Equilibria from one start at most."""
+    enough: float
+    """Norm of the residuals within which a target is met [m]."""
+    apart: float
+    """Distance by which the tips of every other start lie apart [m]."""
+    close: float
+    """Distance beyond which a start's tension ranks it no further behind [m]."""
+    nd: int
+    """Bends of a joint."""
+    slack: float
+    """Tension up to which a cable hardly pulls against the others [N]."""
+
+
+@owning
+def seek_rows(rows, limits, is_bare, trunk, problem, aim, known, turn, solution):
+    """Tensions for the targets ``rows`` of one stand, and their equilibria from the straight trunk, into ``solution``.
+
+    ``is_bare`` says that no load hangs on the trunk; ``turn`` brings the known equilibria to this stand.
+    """
+    n_joint, n_cable, nd = trunk.before.shape[0], trunk.before.shape[1], limits.nd
+    work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
+    room, idle, score = room_for_search(n_joint, n_cable, nd), np.zeros((n_joint, n_cable)), np.empty(known.effort.size)
+    friction = Friction(idle, idle, idle, 0.0)
+    for b in rows:
+        control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
+        field = (problem.direction[b], problem.factor[b], problem.moment[b])
+        case = Case(problem.base[b], trunk, field, control, friction)
+        rank(b, aim, known, turn, limits.close, score)
+        seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room)
+
+
+@inlined
+def seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room):
+    """One target from the best ranked start on, until it is met or there are no more to try."""
+    best, tension, norm, tolerance = 1e300, np.zeros_like(room.kept), 1e300, problem.friction[2]
+    order = np.empty(0, np.int64)
+    for attempt in range(min(limits.tries, score.size)):
+        if attempt == 1:
+            order = np.argsort(score, kind="mergesort")
+        start = score.argmin() if attempt == 0 else pick(order, attempt, limits.apart, known.points)
+        room.trial[:], room.tension[:] = known.bend[start], known.tension[start]
+        is_there, left = dash(b, limits.enough, tolerance, case, aim, work, system, room)
+        if not is_there:
+            room.trial[:], room.tension[:] = known.bend[start], known.tension[start]
+            search(b, limits.rounds, limits.enough, case, aim, work, system, room)
+        if not (is_there and is_found(b, left, limits, is_bare, case, solution, room)):
+            solve_anew(b, case, problem, solution, work, system, room)
+        norm = look_at(b, case, aim, work, room)
+        if norm < best:
+            best, tension[:] = norm, room.kept
+        if best <= limits.enough:
+            break
+    if norm != best:  # The last attempt was not the best one.
+        room.kept[:] = tension
+        solve_anew(b, case, problem, solution, work, system, room)
+    write_row(b, case, work, system, problem, solution)
+
+
+@compiled
+def look_at(b, case, aim, work, room):
+    """Norm of the residuals of the placed chain [m]."""
+    see(work, case.trunk.length, room.points, room.heads)
+    return math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
+
+
+@inlined
+def is_found(b, left, limits, is_bare, case, solution, room):
+    """Whether the equilibrium in ``room`` is what the iteration from the straight trunk goes to; if so, row ``b``."""
+    q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
+    _make_straight(q)
+    tension[:] = room.kept
+    if not (is_bare and is_sole(limits, case, room)) and not comes_to(room.q, q, tension, case, limits.nd):
+        return False
+    q[:] = room.q
+    figures[0], figures[1], figures[2] = left, 0.0, 0.0
+    return True
+
+
+@owning
+def is_sole(limits, case, room):
+    """Whether the trunk, bare, is one that balances in one shape alone, at the tensions in ``room.kept``.
+
+    Several shapes need cables that pull against each other, a load, or a trunk that stands up and may topple; without
+    these none was found in tens of thousands of draws (`benchmarks/statics_ways.py`).
+    """
+    down = 0.0
+    for x in range(3):
+        down += case.base[x, 0] * case.field[0][0, x]
+    return down >= 0.0 and room.kept.min() <= limits.slack
+
+
+@inlined
+def solve_anew(b, case, problem, solution, work, system, room):
+    """Row ``b`` of the solution: the equilibrium at the tensions ``room.kept``, from the straight trunk."""
+    q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
+    _make_straight(q)
+    tension[:] = room.kept
+    residual, violation, steps = solve_safely(
+        q, tension, case, problem.friction[2], int(problem.friction[3]), work, system
+    )
+    figures[0], figures[1], figures[2] = residual, violation, steps
+
+
+@compiled
+def _make_straight(q):
+    q[:, 0], q[:, 1], q[:, 2] = NUDGE, NUDGE, 0.0
+
+
+@compiled
+def rank(b, aim, known, turn, close, score):
+    """Norm of target ``b``'s residuals at every start, turned to this stand, with its effort, into ``score`` [m]."""
+    if aim.deep == 0.0:
+        _rank_places(b, aim, known, turn, score)
+    else:
+        _rank_curls(b, aim, known, turn, score)
+    for s in range(score.shape[0]):
+        score[s] += min(score[s], close) * known.effort[s]
+
+
+@owning
+def _rank_places(b, aim, known, turn, score):
+    """The norms for a target without a circle, which is turned to the starts instead of them to it."""
+    last, place = known.points.shape[1] - 1, np.empty(3)
+    score[:] = 0.0
+    for n in range(last + 1):
+        if aim.weight[n] != 0.0:
+            _turn(turn.T, aim.point[b, n], place)
+            _add_squares(aim.weight[n], known.points[:, n], place, score)
+    if aim.turn != 0.0:
+        _turn(turn.T, aim.heading[b], place)
+        _add_squares(aim.turn, known.heads[:, last], place, score)
+    for s in range(score.shape[0]):
+        score[s] = math.sqrt(score[s])
+
+
+@compiled
+def _add_squares(weight, vectors, wanted, score):
+    for s in range(score.shape[0]):
+        x, y, z = vectors[s, 0] - wanted[0], vectors[s, 1] - wanted[1], vectors[s, 2] - wanted[2]
+        score[s] += weight * weight * (x * x + y * y + z * z)
+
+
+@owning
+def _rank_curls(b, aim, known, turn, score):
+    places, axes = known.points, known.heads
+    residual, points, heads = np.zeros(5 * places.shape[1] + 3), np.zeros(places.shape[1:]), np.zeros(places.shape[1:])
+    for s in range(score.shape[0]):
+        for n in range(places.shape[1]):
+            _turn(turn, places[s, n], points[n])
+            _turn(turn, axes[s, n], heads[n])
+        score[s] = math.sqrt(2 * miss(b, points, heads, aim, residual))
+
+
+@compiled
+def _turn(turn, vector, out):
+    for x in range(3):
+        out[x] = turn[x, 0] * vector[0] + turn[x, 1] * vector[1] + turn[x, 2] * vector[2]
+
+
+@owning
+def pick(order, attempt, apart, points):
+    """Start of an attempt: in turns the next in the order, and the next whose tip is ``apart`` from those before."""
+    if attempt % 2 == 0:
+        return order[attempt // 2]
+    last, is_free = points.shape[1] - 1, np.full(order.size, True)
+    chosen = 0
+    for _ in range(attempt // 2 + 1):
+        is_any, first = False, 0
+        for k in range(order.size):
+            away = 0.0
+            for x in range(3):
+                away += (points[order[k], last, x] - points[order[chosen], last, x]) ** 2
+            is_free[k] = is_free[k] and away > apart * apart
+            if is_free[k] and not is_any:
+                is_any, first = True, k
+        if not is_any:
+            return order[attempt % order.size]
+        chosen = first
+    return order[chosen]

@@ -1,0 +1,156 @@
+"""The short way to a target: shape and tensions in one Newton iteration, where that converges at once.
+
+A step takes away what the bends are out of balance by, and moves the tensions by what the target is then still missed
+by, both from one factor of the energy's Hessian. Nothing guards it but a count: where it does not converge quickly, the
+search that balances every shape on its way takes over.
+"""
+
+from __future__ import annotations
+
+import math
+
+from spiraltrunk.model.inverse.kernels import compiled, inlined
+from spiraltrunk.model.inverse.kernels.levenberg_marquardt import BALANCED, bounded_step, normal_equations
+from spiraltrunk.model.inverse.kernels.target_residual import chain_rates, miss, miss_rates, see, turn_back
+from spiraltrunk.model.statics.kernels.cholesky import factorise, solve_columns
+from spiraltrunk.model.statics.kernels.energy import place, room_for_work
+from spiraltrunk.model.statics.kernels.joint_limits import move, press_outward
+from spiraltrunk.model.statics.kernels.projected_newton import (
+    PENALTY,
+    STEP,
+    descend,
+    guarded_factor,
+    largest_turn,
+    look,
+    pursue_step,
+    room_for_steps,
+)
+
+DASHES = 10
+"""Most steps."""
+SLACKENING = 0.5
+"""Part of the last distance that is left, of target and balance together, above which a step counts as failed [-]."""
+FAILURES = 2
+"""Failed steps after which it is given up."""
+LEVER = 1.0
+"""Turns a moment that is left into a distance when the two are added [m/(N m)]."""
+DAMPING = 1e-9
+"""Levenberg and Marquardt's, next to none [-]."""
+SAME = 0.3
+"""Difference of all bends within which an iteration goes to the shape that it has come so near to [rad]."""
+RETRACED = 40
+"""Steps from the straight trunk after which it is not followed any further."""
+
+
+@inlined
+def dash(b, enough, tolerance, case, aim, work, system, room):
+    """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q`` and ``kept``.
+
+    Returns whether the target is met within half of ``enough`` [m], in balance within ``tolerance`` [N m], and the
+    moment left [N m]; then ``work`` and ``system`` hold the equations there.
+    """
+    q, tension, trunk, before, failures = room.q, room.kept, case.trunk, 1e300, 0
+    q[:], tension[:], room.state[1] = room.trial, room.tension, DAMPING
+    for _ in range(DASHES):
+        place(q, case.base, trunk, work)
+        left, _ = look(q, tension, room.tension, case, 0.0, work, system)
+        see(work, trunk.length, room.points, room.heads)
+        norm = math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
+        if left <= tolerance and norm <= 0.5 * enough:
+            return True, left
+        now = norm + LEVER * left
+        failures += 1 if now > SLACKENING * before else 0
+        before = now
+        if failures > FAILURES or not factorise(work.hessian, work.factor, system.weight, 0.0):
+            return False, left
+        dash_step(b, left <= BALANCED and norm <= 0.5 * enough, case, aim, work, system, room)
+    return False, left
+
+
+@inlined
+def dash_step(b, is_met, case, aim, work, system, room):
+    """One step of bends and tensions from the equations in ``system``, whose factor is in ``work``.
+
+    Where the target is met already the bends alone move, to balance at these tensions.
+    """
+    trunk, most, step = case.trunk, case.control.most, system.step
+    respond(room.q, trunk, work, system, room)
+    room.step[:] = 0.0
+    if not is_met:
+        aim_step(b, case, aim, work, system, room)
+    share = min(1.0, STEP / max(largest_turn(step, room.q.shape[0]), 1e-300))
+    system.pressed[:] = False  # The step is in the joints' own axes already.
+    move(room.q, trunk, system, share)
+    room.q[:] = system.trial
+    for c in range(most.shape[0]):
+        room.kept[c] = min(max(room.kept[c] + share * room.step[c], 0.0), most[c])
+
+
+@compiled
+def respond(q, trunk, work, system, room):
+    """Newton's step at held tensions, into ``system.step``, and the bends per tension of each cable, ``room.rates``.
+
+    As `descend` and `give_way`, at once; the Hessian's factor is in ``work``.
+    """
+    step, rates, columns, nd = system.step, room.rates, room.columns, work.first.shape[1]
+    for turn in range(4):
+        if turn > 0:
+            guarded_factor(work, system.weight)
+        for row in range(step.shape[0]):
+            columns[row, 0] = -system.gradient[row]
+            for c in range(rates.shape[0]):
+                columns[row, 1 + c] = -system.slopes[c, row]
+        solve_columns(work.factor, columns)
+        for row in range(step.shape[0]):
+            step[row] = columns[row, 0]
+        if not press_outward(q, trunk, work, system):
+            break
+    for c in range(rates.shape[0]):
+        for row in range(step.shape[0]):
+            rates[c, row] = columns[row, 1 + c]
+        turn_back(rates[c], system, nd)
+    turn_back(step, system, nd)
+
+
+@compiled
+def aim_step(b, case, aim, work, system, room):
+    """Tensions' step towards the target, into ``room.step``, and what it moves the bends by, added to their step."""
+    trunk, most, step = case.trunk, case.control.most, system.step
+    chain_rates(step, work, trunk.length, room.ends, room.turns)
+    miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[0])
+    for row in range(room.residual.shape[0]):
+        room.residual[row] += room.slopes[0, row]
+    for c in range(most.shape[0]):
+        chain_rates(room.rates[c], work, trunk.length, room.ends, room.turns)
+        miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
+    normal_equations(room, most)
+    bounded_step(room, most)
+    for c in range(most.shape[0]):
+        for row in range(step.shape[0]):
+            step[row] += room.step[c] * room.rates[c, row]
+
+
+@inlined
+def comes_to(near, q, tension, case, nd):
+    """Whether the iteration from ``q`` at these tensions, all given, comes as near as `SAME` to the shape ``near``."""
+    n_joint, n_cable, pulls = q.shape[0], tension.shape[0], tension.copy()
+    work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, case.trunk.stiffness)
+    place(q, case.base, case.trunk, work)
+    for _ in range(RETRACED):
+        look(q, tension, pulls, case, 0.0, work, system)
+        guarded_factor(work, system.weight)
+        descend(q, case.trunk, work, system)
+        if not pursue_step(q, tension, case, case, PENALTY, work, system):
+            return False
+        if _difference(q, near) < SAME:
+            return True
+    return False
+
+
+@compiled
+def _difference(first, second):
+    worst = 0.0
+    for i in range(first.shape[0]):
+        for a in range(first.shape[1]):
+            worst = max(worst, abs(first[i, a] - second[i, a]))
+    return worst

@@ -1,0 +1,344 @@
+"""From where the trunk should be to how its cables must be pulled: tip, tip and direction, whole shape, or a curl.
+
+The forward model is the static equilibrium without friction. The unknowns are the tensions of the cables, from 0 to the
+design's largest: any such tensions have an equilibrium, which a set of cable lengths need not have. The answer names
+the tensions and the lengths that hold the same shape. Of several starts those with less tension come first. Three
+cables have three freedoms: a tip's place is met, a direction, a shape or a circle as nearly as they can.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.checks import check_kind, read_numbers
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError, tell
+from spiraltrunk.model.identity_cache import Same
+from spiraltrunk.model.inverse.kernels.target_residual import Aim, gap_rows
+from spiraltrunk.model.inverse.multistart import InverseOptions, find, read_scene
+from spiraltrunk.model.inverse.start_table import section_axes
+from spiraltrunk.model.kinematics.enclosure import WRAP_TURN, snug_bend
+from spiraltrunk.model.kinematics.shape import Shape, Status
+from spiraltrunk.model.statics.loads import Loads
+
+__all__ = ["InverseOptions", "Reach", "curl", "follow", "solve"]
+
+_DEEP = 30.0
+"""How much more a section's depth in the circle weighs than a gap before it [-]."""
+
+_ANYWHERE = 1e4
+"""Farthest target that is taken for meant [m]."""
+
+_CONVERGED, _OUT_OF_REACH = int(Status.CONVERGED), int(Status.OUT_OF_REACH)
+_NOT_CONVERGED = int(Status.NOT_CONVERGED)
+
+_DEFAULT, _CURL = InverseOptions(), InverseOptions(tolerance=1e-3, tries=24)
+"""How targets, and circles, are sought unless the caller says otherwise."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Reach:
+    """How the cables must be pulled, and what comes of it; leading axes ``...`` are those of the batch."""
+
+    shape: Shape
+    """The equilibrium at these tensions that is found from the straight trunk, as by `statics.solve`."""
+    tension: np.ndarray
+    """Tension of each cable, shape (..., n_cable) [N]."""
+    pull: np.ndarray
+    """Each cable pulled in since the straight trunk, negative for paid out, shape (..., n_cable) [m]; where a tension
+    is 0, the most cable that may be pulled without changing the shape. Where several shapes hold the same lengths, that
+    one is found again from ``start=reach.shape``."""
+    distance: np.ndarray
+    """What is left: of the tip's distance, of the root mean square of the section ends' distances, or of a curl the
+    deepest section's depth or the nearest section's gap, whichever is larger; shape (...) [m]."""
+    status: np.ndarray
+    """`Status`: CONVERGED, OUT_OF_REACH where more is left than the tolerance, NOT_CONVERGED; shape (...) [-]."""
+    turn: np.ndarray | None = None
+    """Angle between the tip's direction and the wanted one, where one is wanted, shape (...) [rad]."""
+    gap: np.ndarray | None = None
+    """Gap between each section's surface and the circle of a curl, negative inside, shape (..., n_section) [m]."""
+
+    @property
+    def points(self) -> np.ndarray:
+        """Section ends, base to tip, shape (..., n_section, 3) [m]."""
+        return self.shape.points
+
+    @property
+    def advice(self) -> str:
+        """The gravest status in words; of no targets, that of one reached."""
+        if np.size(self.status) == 0:
+            return Status.CONVERGED.advice
+        return Status(int(np.max(self.status))).advice
+
+
+def solve(
+    design: TrunkDesign,
+    tip: ArrayLike,
+    *,
+    direction: ArrayLike | None = None,
+    direction_weight: float = 0.05,
+    theta_0: ArrayLike = math.pi / 2,
+    roll: ArrayLike = 0.0,
+    loads: Loads | None = None,
+    options: InverseOptions | None = None,
+) -> Reach:
+    """Cables that bring the tip to a place, or as near as they can; with a direction, to both in least squares.
+
+    Minimised is |tip - wanted|^2 + (direction_weight |axis - direction|)^2.
+
+    Args:
+        design: the trunk.
+        tip: where the tip should be, in the frame of `Shape`, shape (..., 3) [m].
+        direction: where the last section should point, any length but 0, shape (..., 3) [-].
+        direction_weight: length that one radian of direction weighs as much as [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad]; pi / 2 hangs.
+        roll: turn of the trunk about its base axis, shape (...) [rad].
+        loads: what else weighs on it.
+        options: how it is sought.
+
+    Returns:
+        Tensions, pulls and shape; the status is OUT_OF_REACH where the tip, or tip and direction, are farther off than
+        the tolerance.
+
+    Raises:
+        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+    """
+    check_kind("design", design, TrunkDesign)
+    wanted, count = _read_places("tip", tip, 1), design.n_section
+    aimed: np.ndarray = np.zeros(3) if direction is None else _read_unit("direction", direction)
+    _check_range("direction_weight", direction_weight, 1e-6, 1e3)
+    batch = _broadcast({"tip": wanted.shape[:-1], "direction": aimed.shape[:-1]})
+    if 0 in batch:
+        raise ModelError(f"tip has shape {wanted.shape}; allowed: at least one place")
+    scene, batch = read_scene((theta_0, roll), loads, batch)
+    point, heading = np.zeros((*batch, count, 3)), np.zeros((*batch, 3))
+    point[..., -1, :], heading[:] = wanted, aimed
+    point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
+    turn = 0.0 if direction is None else float(direction_weight)
+    aim = _aim(design, point=point, weight=_only(count, -1), heading=heading, turn=turn)
+    options = _read_options(options, _DEFAULT)
+    shape = find(design, scene, aim, options, batch)
+    away = shape.points[..., -1, :] - wanted
+    x, y, z = away[..., 0], away[..., 1], away[..., 2]
+    distance = np.sqrt(x * x + y * y + z * z)
+    if direction is None:
+        return _answer(shape, distance, distance <= options.tolerance)
+    chord = np.linalg.norm(section_axes(shape.points)[..., -1, :] - aimed, axis=-1)
+    is_reached = np.hypot(distance, turn * chord) <= options.tolerance
+    return _answer(shape, distance, is_reached, turn=2 * np.arcsin(np.minimum(chord / 2, 1.0)))
+
+
+def follow(
+    design: TrunkDesign,
+    points: ArrayLike,
+    *,
+    weight: ArrayLike | None = None,
+    theta_0: ArrayLike = math.pi / 2,
+    roll: ArrayLike = 0.0,
+    loads: Loads | None = None,
+    options: InverseOptions | None = None,
+) -> Reach:
+    """Cables that bring all section ends nearest to given ones, in least squares.
+
+    Args:
+        design: the trunk.
+        points: where the section ends should be, base to tip, shape (..., n_section, 3) [m].
+        weight: how much each counts, shape (n_section,) [-]; equal by default.
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        roll: turn of the trunk about its base axis, shape (...) [rad].
+        loads: what else weighs on it.
+        options: how it is sought.
+
+    Returns:
+        Tensions, pulls and shape; the distance is the weighted root mean square of the section ends' distances.
+
+    Raises:
+        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+    """
+    check_kind("design", design, TrunkDesign)
+    wanted, count = _read_places("points", points, 2), design.n_section
+    if wanted.shape[-2] != count:
+        raise ModelError(f"points has shape {wanted.shape}; allowed: (..., {count}, 3)")
+    share = read_numbers("weight", np.ones(count) if weight is None else weight)
+    if share.shape != (count,) or (share < 0).any() or not share.any():
+        raise ModelError(f"weight has shape {share.shape}; allowed: {count} numbers, none negative, not all 0")
+    scene, batch = read_scene((theta_0, roll), loads, wanted.shape[:-2])
+    point = np.broadcast_to(wanted, (*batch, count, 3)).reshape(-1, count, 3).copy()
+    share = share / share.sum()
+    options = _read_options(options, _DEFAULT)
+    shape = find(design, scene, _aim(design, point=point, weight=np.sqrt(share)), options, batch)
+    distance = np.sqrt((share * ((shape.points - wanted) ** 2).sum(axis=-1)).sum(axis=-1))
+    return _answer(shape, distance, distance <= options.tolerance)
+
+
+def curl(
+    design: TrunkDesign,
+    center: ArrayLike,
+    diameter: ArrayLike,
+    *,
+    normal: ArrayLike = (0.0, 0.0, 1.0),
+    touching: int | None = None,
+    theta_0: ArrayLike = math.pi / 2,
+    roll: ArrayLike = 0.0,
+    loads: Loads | None = None,
+    options: InverseOptions | None = None,
+) -> Reach:
+    """Cables that curl the trunk round a circle so that the sections' outer surfaces touch it.
+
+    Minimised are the squares of the gaps of the sections that should touch, and of all sections' distances from the
+    circle's plane; the depth of any section in the circle weighs 30 times as much as a gap. No force acts between
+    trunk and circle, so the trunk touches where its free curl lets it.
+
+    Args:
+        design: the trunk.
+        center: centre of the circle in the frame of `Shape`, shape (..., 3) [m].
+        diameter: shape (...) [m].
+        normal: normal of the circle's plane, any length but 0, shape (..., 3) [-].
+        touching: how many sections, counted from the tip, should touch; by default those that wrap 250 degrees of it.
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        roll: turn of the trunk about its base axis, shape (...) [rad].
+        loads: what else weighs on it.
+        options: how it is sought; its tolerance says what touches, 1 mm by default.
+
+    Returns:
+        Tensions, pulls and shape, with the gap of every section; OUT_OF_REACH where no section comes within the
+        tolerance of the circle, or one lies deeper in it.
+
+    Raises:
+        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+    """
+    check_kind("design", design, TrunkDesign)
+    middle, axis, width = _read_places("center", center, 1), _read_unit("normal", normal), _read_widths(diameter)
+    batch = _broadcast({"center": middle.shape[:-1], "normal": axis.shape[:-1], "diameter": width.shape})
+    scene, batch = read_scene((theta_0, roll), loads, batch)
+    circle = np.concatenate(
+        [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (middle, axis, width[..., None] / 2)], axis=-1
+    ).reshape(-1, 7)
+    options = _read_options(options, _CURL)
+    touch = _touching(design, touching, float(width.min()))
+    aim = _aim(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
+    shape = find(design, scene, aim, replace(options, tolerance=1e-6), batch)
+    points = shape.points.reshape(-1, design.n_section, 3)
+    gap = np.empty(points.shape[:-1])
+    gap_rows(points, section_axes(points), aim, gap)
+    gap = gap.reshape(shape.points.shape[:-1])
+    distance = np.abs(gap.min(axis=-1))
+    return _answer(shape, distance, distance <= options.tolerance, gap=gap)
+
+
+def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.ndarray:
+    """1 for the sections that should touch, 0 for the others, shape (n_section,) [-]."""
+    count = design.n_section
+    if touching is None:
+        turn = np.cumsum(snug_bend(design, width)[::-1])[::-1]
+        touching = count - int(np.count_nonzero(turn > WRAP_TURN))
+    elif isinstance(touching, bool) or not isinstance(touching, int) or not 1 <= touching <= count:
+        raise ModelError(f"touching is {tell(touching)}; allowed: a whole number from 1 to {count}")
+    return np.where(np.arange(count) >= count - touching, 1.0, 0.0)
+
+
+def _aim(design: TrunkDesign, **parts: Any) -> Aim:
+    """An aim of which all that is not given is left out."""
+    rows = len(parts["circle"] if "circle" in parts else parts["point"])
+    return (_keep_no_aim(Same(design)) if rows == 1 else _no_aim(design, rows))._replace(**parts)
+
+
+def _no_aim(design: TrunkDesign, rows: int) -> Aim:
+    """An aim that wants nothing."""
+    count, solid = design.n_section, design.solid
+    return Aim(
+        np.zeros((rows, count, 3)), np.zeros(count), np.zeros((rows, 3)), 0.0, np.zeros((rows, 7)), np.zeros(count),
+        0.0, np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _keep_no_aim(same: Same) -> Aim:
+    """The same for one target, kept; nothing is written into it."""
+    return _no_aim(same.design, 1)
+
+
+def _answer(
+    shape: Shape,
+    distance: np.ndarray,
+    is_reached: np.ndarray,
+    *,
+    turn: np.ndarray | None = None,
+    gap: np.ndarray | None = None,
+) -> Reach:
+    """The answer, in the batch's shape as all that it is given."""
+    has_failed = shape.status == _NOT_CONVERGED
+    if shape.status.ndim == 0:
+        status = np.array(_NOT_CONVERGED if has_failed else _CONVERGED if is_reached else _OUT_OF_REACH)
+    else:
+        status = np.where(has_failed, _NOT_CONVERGED, np.where(is_reached, _CONVERGED, _OUT_OF_REACH))
+    tension = shape.cable_change * 0 if shape.forces is None else shape.forces.cable_tension
+    return Reach(
+        shape=shape, tension=tension, pull=shape.cable_change, distance=np.asarray(distance), status=status,
+        turn=None if turn is None else np.asarray(turn), gap=gap,
+    )  # fmt: skip
+
+
+def _only(count: int, index: int) -> np.ndarray:
+    one = np.zeros(count)
+    one[index] = 1.0
+    return one
+
+
+def _read_places(name: str, value: ArrayLike, axes: int) -> np.ndarray:
+    array = read_numbers(name, value)
+    if array.ndim < axes or array.shape[-1] != 3:
+        raise ModelError(f"{name} has shape {array.shape}; allowed: (..., {'n_section, ' if axes == 2 else ''}3)")
+    farthest = max(map(abs, array.tolist())) if array.ndim == 1 else float(np.abs(array).max(initial=0.0))
+    if farthest > _ANYWHERE:
+        raise ModelError(f"{name} has a coordinate of {farthest:g} m; allowed: up to {_ANYWHERE:g} m")
+    return array
+
+
+def _read_unit(name: str, value: ArrayLike) -> np.ndarray:
+    array = read_numbers(name, value)
+    if array.shape[-1:] != (3,):
+        raise ModelError(f"{name} has shape {array.shape}; allowed: (..., 3)")
+    size = np.abs(array).max(axis=-1, keepdims=True) if array.size else np.ones(1)
+    if not (size > 0).all():
+        raise ModelError(f"{name} has length 0; allowed: a direction")
+    array = array / size
+    return array / np.linalg.norm(array, axis=-1, keepdims=True)
+
+
+def _read_widths(diameter: ArrayLike) -> np.ndarray:
+    width = read_numbers("diameter", diameter)
+    if width.size == 0:
+        raise ModelError(f"diameter has shape {width.shape}; allowed: at least one")
+    if not ((width >= 1e-6) & (width <= _ANYWHERE)).all():
+        raise ModelError(f"diameter is {tell(diameter)}; allowed: 1e-06 to {_ANYWHERE:g} m")
+    return width
+
+
+def _read_options(options: InverseOptions | None, usual: InverseOptions) -> InverseOptions:
+    if options is None:
+        return usual
+    check_kind("options", options, InverseOptions)
+    return options
+
+
+def _check_range(name: str, value: float, least: float, most: float) -> None:
+    numbers = read_numbers(name, value)
+    number = float(numbers) if numbers.ndim == 0 else math.nan
+    if not least <= number <= most:
+        raise ModelError(f"{name} is {tell(value)}; allowed: {least:g} to {most:g}")
+
+
+def _broadcast(shapes: dict[str, tuple[int, ...]]) -> tuple[int, ...]:
+    try:
+        return np.broadcast_shapes(*shapes.values()) if any(shapes.values()) else ()
+    except ValueError:
+        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise ModelError(f"the batches are {said}; allowed: ones that broadcast") from None

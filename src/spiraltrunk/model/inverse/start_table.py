@@ -1,0 +1,126 @@
+"""Equilibria solved once for a trunk as it stands and is loaded, from which searches start."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.model.inverse.kernels.multistart import Known
+from spiraltrunk.model.kinematics.frames import base_orientation
+from spiraltrunk.model.statics import equilibrium
+from spiraltrunk.model.statics.equilibrium import StaticsOptions
+from spiraltrunk.model.statics.loads import Loads
+
+_CROSSED = 0.3
+"""Part of its distance by which a start with all tensions at their largest ranks behind a slack one [-]."""
+
+_SLACK = 0.23
+"""Share of the samples in which a cable is slack [-]."""
+
+_OPPOSED = -0.51
+"""Cosine of the angle between two cables from which they count as opposed [-]: a little over 120 deg."""
+
+_PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
+"""Bases of Halton's sequence, one per cable."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Starts:
+    """Known equilibria of one stand."""
+
+    known: Known
+    """They themselves."""
+    base: np.ndarray
+    """Axes of the base for which they were solved, shape (3, 3) [-]."""
+    slack: float
+    """Tension of one cable up to which none pull against each other; infinitely negative where some still may [N]."""
+
+
+@final
+@dataclass(frozen=True)
+class Stand:
+    """How one trunk stands and is loaded, in plain numbers, so that what was solved for it is found again; `Loads`."""
+
+    theta_0: float
+    roll: float
+    mass: float
+    section: int
+    force: tuple[float, ...] | None
+    force_section: int
+
+    @property
+    def loads(self) -> Loads | None:
+        """The loads, None where there are none."""
+        if self.mass == 0.0 and self.force is None:
+            return None
+        return Loads(mass=self.mass, section=self.section, force=self.force, force_section=self.force_section)
+
+
+@lru_cache(maxsize=128)
+def get_starts(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
+    """`compute_starts`, kept for designs and stands lately used, told apart by their numbers."""
+    return compute_starts(design, stand, count, options)
+
+
+def compute_starts(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
+    """``count`` equilibria without friction at tensions spread evenly over their logarithms, some cables slack."""
+    tension = sample_tensions(design, count)
+    shape = equilibrium.solve(
+        design,
+        tension=tension,
+        theta_0=stand.theta_0,
+        roll=stand.roll,
+        loads=stand.loads,
+        friction=0.0,
+        options=replace(options, creep=None),
+    )
+    bend = np.zeros((count, design.n_joint, 3)) if shape.history is None else shape.history.bend
+    effort = _CROSSED * (tension / design.cable.tension_max).mean(axis=1)
+    known = Known(tension, effort, bend, shape.points, section_axes(shape.points))
+    base = base_orientation(stand.theta_0, stand.roll)
+    return Starts(known=known, base=base, slack=least_tension(design) if _is_slack_by_one(design) else -math.inf)
+
+
+def _is_slack_by_one(design: TrunkDesign) -> bool:
+    """Whether with any one cable slack no others pull against each other: three at most, none opposed to another."""
+    if design.n_cable < 3:
+        return True
+    side = design.cable_direction
+    return design.n_cable == 3 and float((side @ side.T).min()) > _OPPOSED
+
+
+def sample_tensions(design: TrunkDesign, count: int) -> np.ndarray:
+    """Tensions of every cable from nothing to the largest, shape (count, n_cable) [N]; the first row is slack."""
+    least, most = least_tension(design), design.cable.tension_max
+    unit = np.stack([_halton(base, count) for base in _PRIMES[: design.n_cable]], axis=-1)
+    part = (unit - _SLACK) / (1 - _SLACK)
+    return np.where(part <= 0, 0.0, least * (most / least) ** np.maximum(part, 0.0))
+
+
+def least_tension(design: TrunkDesign) -> float:
+    """Tension that bends the weightless trunk's most pliant joint by a fiftieth of its limit [N]."""
+    lever = design.hole_to_joint * math.cos(design.joint_limit / 2)
+    tension = float((0.02 * design.joint_limit * design.joint_stiffness / lever).min())
+    return min(tension, 0.1 * design.cable.tension_max)
+
+
+def section_axes(points: np.ndarray) -> np.ndarray:
+    """Unit vectors along the sections from their ends, shape (..., n_section, 3) [-]."""
+    along = np.diff(points, axis=-2, prepend=0.0)
+    return along / np.linalg.norm(along, axis=-1, keepdims=True)
+
+
+def _halton(base: int, count: int) -> np.ndarray:
+    """Halton's sequence from 0 on, shape (count,) [-]."""
+    index, value, share = np.arange(count), np.zeros(count), 1.0
+    while index.any():
+        share /= base
+        value += share * (index % base)
+        index = index // base
+    return value

@@ -1,0 +1,1 @@
+"""Kinematics: frames, cable lengths and shapes from joint angles, without forces."""

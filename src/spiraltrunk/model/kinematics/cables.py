@@ -1,0 +1,146 @@
+"""From a shape to the lengths of its cables, exact in three dimensions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ShapeError
+from spiraltrunk.model.kinematics.frames import bend_rotation, section_ends, section_frames
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class CableLengths:
+    """Where the trunk is and how long its cables are."""
+
+    points: np.ndarray
+    """Section ends, base to tip, in the base frame, shape (..., n_section, 3) [m]."""
+    gap: np.ndarray
+    """Length of each cable across each joint's gap, shape (..., n_joint, n_cable) [m]."""
+    length: np.ndarray
+    """Length of each cable from the first hole to the last, shape (..., n_cable) [m]."""
+    change: np.ndarray
+    """Straight length minus length, positive = pulled in, shape (..., n_cable) [m]."""
+
+
+def lengths(design: TrunkDesign, joint_bend: ArrayLike) -> CableLengths:
+    """Cables of a trunk whose joints bend without torsion.
+
+    Args:
+        design: the trunk.
+        joint_bend: bends about y and z of each joint, shape (..., n_joint, 2) [rad].
+
+    Raises:
+        ShapeError: where the bends are not two finite numbers per joint.
+    """
+    bend = np.asarray(joint_bend, float)
+    if bend.shape[-2:] != (design.n_joint, 2) or not np.isfinite(bend).all():
+        raise ShapeError(f"joint_bend has shape {bend.shape}; allowed: finite, (..., {design.n_joint}, 2)")
+    return lengths_from_rotations(design, bend_rotation(bend))
+
+
+def lengths_from_rotations(design: TrunkDesign, joint_rotation: ArrayLike) -> CableLengths:
+    """Cables of a trunk from the rotations of its joints, shape (..., n_joint, 3, 3) [-]."""
+    rotation = np.asarray(joint_rotation, float)
+    frames = section_frames(design, rotation)
+    gap = np.linalg.norm(gap_vectors(design, rotation), axis=-1)
+    inside = float(design.cable_in_section.sum())
+    total = gap.sum(axis=-2)
+    return CableLengths(
+        points=section_ends(design, frames), gap=gap, length=inside + total, change=design.cable_stroke - total
+    )
+
+
+def gap_vectors(design: TrunkDesign, joint_rotation: np.ndarray) -> np.ndarray:
+    """Cable across each gap from the proximal to the distal hole, in the proximal section's frame.
+
+    Shape (..., n_joint, n_cable, 3) [m].
+    """
+    distal, proximal = hole_positions(design)
+    return np.einsum("...jkl,jcl->...jck", joint_rotation, distal) - proximal
+
+
+def planar_lever(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
+    """Moment about z per tension of each cable at each joint, in a trunk that bends about z alone.
+
+    Seen along z, the two holes at a joint lie at distances r and s from it and subtend the angle p, which shrinks as
+    the joint bends; the cable also runs w along z. Its length across the gap is the root of
+    (r - s)^2 + w^2 + 4 r s sin(p / 2)^2, the lever minus its derivative by the bend, r s sin(p) / length.
+    In a gap about to shut it tends to r cos(p / 2).
+
+    Args:
+        design: the trunk.
+        bend: bend about z of each joint, shape (..., n_joint) [rad]; positive is dorsal.
+
+    Returns:
+        Levers, positive where the cable pulls the tip dorsal, shape (..., n_joint, n_cable) [m].
+    """
+    product, rest, half = _planar_holes(design, bend)
+    away = rest > 0
+    gap = np.sqrt(np.where(away, rest + 4 * product * np.sin(half) ** 2, 1.0))
+    pull = np.where(away, product * np.sin(2 * half) / gap, np.sqrt(product) * np.cos(half))
+    return _planar_side(design) * pull
+
+
+def planar_gap(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
+    """Length of each cable across each gap of a trunk that bends about z alone, shape (..., n_joint, n_cable) [m]."""
+    product, rest, half = _planar_holes(design, bend)
+    return np.sqrt(rest + 4 * product * np.sin(half) ** 2)
+
+
+def _planar_holes(design: TrunkDesign, bend: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p / 2 [rad] of `planar_lever`.
+
+    Shapes (n_joint, n_cable), twice, and (..., n_joint, n_cable).
+    """
+    product, rest, angle = _straight_holes(design)
+    return product, rest, (angle - _planar_side(design) * np.asarray(bend, float)[..., None]) / 2
+
+
+@lru_cache(maxsize=16)
+def _straight_holes(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p [rad] of `planar_lever` in the straight trunk, never written to.
+
+    Shapes (n_joint, n_cable).
+    """
+    beyond, before = hole_positions(design)
+    r, s = np.hypot(beyond[..., 0], beyond[..., 1]), np.hypot(before[..., 0], before[..., 1])
+    side = _planar_side(design)
+    angle = np.arctan2(side * before[..., 1], before[..., 0]) - np.arctan2(side * beyond[..., 1], beyond[..., 0])
+    rest = (r - s) ** 2 + (beyond[..., 2] - before[..., 2]) ** 2
+    rest = np.where(rest > 1e-24 * r * s, rest, 0.0)  # In the plane the two distances are equal but for rounding.
+    return r * s, rest, angle
+
+
+def _planar_side(design: TrunkDesign) -> np.ndarray:
+    """Which way each cable bends the trunk, 1 dorsal, -1 ventral, shape (n_cable,) [-]."""
+    return np.where(design.cable_direction[:, 1] < 0, -1.0, 1.0)
+
+
+def hole_positions(design: TrunkDesign, set_back: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Holes beyond and before each joint, from its centre, each in its section's axes.
+
+    Args:
+        design: the trunk.
+        set_back: part of the face's half-width by which the holes lie behind the face [-].
+
+    Returns:
+        Two arrays of shape (n_joint, n_cable, 3) [m].
+    """
+    axial, ring = design.hole_position[..., 0], design.hole_position[..., 1]
+    along = np.array([1.0, 0.0, 0.0])
+    behind = set_back * design.face_half_width * design.scale
+    beyond = (axial[1:, 0] + behind[1:])[:, None, None] * along + ring[1:, 0, None, None] * design.cable_direction
+    back = axial[:-1, 1] - design.section_length[:-1] - behind[:-1]
+    before = back[:, None, None] * along + ring[:-1, 1, None, None] * design.cable_direction
+    return beyond, before
+
+
+PULL_MARGIN = 1.01
+"""Largest pull over the one that shuts every gap [-]: the paper itself pulls 130 mm of 129.86."""

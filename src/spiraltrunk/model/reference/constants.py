@@ -1,0 +1,278 @@
+"""What the reference model needs of a design, prepared once: numbers for the compiled laws."""
+
+from __future__ import annotations
+
+import math
+import weakref
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple, final
+
+import numpy as np
+
+from spiraltrunk.checks import check_kind
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model.jit import compiler, hash_files
+from spiraltrunk.model.kinematics.cables import hole_positions
+
+ROUNDED_RATIO = 0.9196 / math.exp(-0.16 * math.pi / 6)
+"""k_p by which the authors' gravity equations scale levers and stiffness, 0.9196, over the exact one [-]."""
+
+ROUNDED_RADIUS = 28.87 / 28.871516330624754
+"""R_hole at the base in the authors' code, 28.87 mm, over what the spiral gives [-]."""
+
+ROUNDED_GAP = 13.74 / 13.743977971204414
+"""Straight gap of joint 1 in the authors' shares, 13.74 mm, over what the spiral gives [-]."""
+
+compiled = compiler(hash_files(Path(__file__).parent.glob("*.py")), owns_arrays=False)
+"""How the reference model's laws are compiled; one that returns arrays, parts of its own, is called by these alone."""
+
+_SAME = 1e-6
+"""Distance of unit vectors up to which two directions are the same [-]."""
+
+
+@final
+class Table(NamedTuple):
+    """Numbers of one design inside the compiled laws; arrays have one entry per joint where nothing else is said."""
+
+    limit: float
+    """Largest bend in any direction [rad]."""
+    as_authors: bool
+    """Whether the authors' account of what overflows is followed."""
+    total: float
+    """All gaps of one cable in the straight trunk [m]."""
+    weight: np.ndarray
+    """Moment at each joint per cos of the inclination, beyond what the next joint bears [N m]."""
+    stiffness: np.ndarray
+    """Bending stiffness under gravity [N m/rad]."""
+    diameter: np.ndarray
+    """2 R_hole: length of a gap over sin(opening / 2) [m]."""
+    straight: np.ndarray
+    """Gap of the straight trunk, from which ventral overflow is measured [m]."""
+    wide: np.ndarray
+    """Dorsal gap at the ventral limit [m]."""
+    portion: np.ndarray
+    """Share of the cable per joint, sum 1 [-]."""
+    below: np.ndarray
+    """1 over the sum of the portions nearer to the base, 0 at joint 1 [-]."""
+    section_length: np.ndarray
+    """Lengths between joint centres, shape (n_section,) [m]."""
+    beyond: np.ndarray
+    """Holes beyond each joint from its centre, straight, shape (n_joint, n_cable, 3) [m]."""
+    before: np.ndarray
+    """Holes before each joint from its centre, shape (n_joint, n_cable, 3) [m]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Prepared:
+    """One design ready for the compiled laws."""
+
+    constants: np.ndarray
+    """n_joint, n_cable and the fields of `Table` in a row: one array, for each argument of a compiled call costs."""
+    layout: tuple[tuple[tuple[int, ...], int, int], ...]
+    """Shape, start and end of points, rotations, angles, gaps and changes in the numbers of one answer."""
+    record: np.dtype[np.void]
+    """One answer: the same arrays, which faces meet and the status, in this order, filled up to whole numbers."""
+    n_joint: int
+    """Joints."""
+    desks: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    """Free desks of `build_desk`, one for every thread that has solved single shapes."""
+    stroke: float
+    """What cable 1 gives from the straight trunk to full dorsal curl [m]."""
+    ventral_stroke: float
+    """What cable 1 takes from the straight trunk to full ventral curl [m]."""
+    is_mirrored: bool
+    """Whether the ventral cables mirror each other."""
+    is_papers: bool
+    """Whether the cables are the paper's three, 120 deg apart."""
+
+    def build_desk(self) -> tuple[np.ndarray, np.ndarray]:
+        """What a single shape asks, shape (1, 3), and the desk of `reference_solve.solve`, set to one shape."""
+        desk = np.full(4 + 12 * self.n_joint, math.nan)
+        desk[:2] = 0.0, 1.0
+        return np.zeros((1, 3)), desk
+
+
+def read_table(constants: np.ndarray) -> Table:
+    """The table behind `Prepared`'s constants; nothing is copied."""
+    n, m = int(constants[0]), int(constants[1])
+    c = constants[5:]
+    end = 8 * n + 1
+    half = end + 3 * n * m
+    return Table(
+        constants[2],
+        constants[3] > 0.0,
+        constants[4],
+        c[0:n],
+        c[n : 2 * n],
+        c[2 * n : 3 * n],
+        c[3 * n : 4 * n],
+        c[4 * n : 5 * n],
+        c[5 * n : 6 * n],
+        c[6 * n : 7 * n],
+        c[7 * n : end],
+        c[end:half].reshape(n, m, 3),
+        c[half : half + 3 * n * m].reshape(n, m, 3),
+    )
+
+
+unpack = compiled(read_table)
+"""The same inside the compiled laws."""
+
+
+def rest_mass(design: TrunkDesign) -> np.ndarray:
+    """Masses as the paper lumps them: the gripper counts as part of the last section, shape (n_section,) [kg].
+
+    The authors add its 3.2 g to the 1.4 g of the last section and keep K_c for the sum.
+    """
+    mass = design.section_mass.copy()
+    mass[-1] += 0.0 if design.gripper is None else design.gripper.mass
+    return mass
+
+
+def rest_weight(design: TrunkDesign, ratio: float = 1.0) -> np.ndarray:
+    """Moment at joint n per cos of the inclination, (m_n K_c + sum of m_i beyond n) g a_n, shape (n_joint,) [N m].
+
+    Paper, equation of rest under gravity, without its second K_c; m_n and a_n belong to the section after joint n,
+    a_n is its length. ``ratio`` scales that length by ratio^n [-].
+    """
+    mass = rest_mass(design)
+    fraction = design.section_center / design.section_length
+    beyond = mass.sum() - np.cumsum(mass)
+    lever = design.section_length[1:] * ratio ** np.arange(1, design.n_section)
+    return (mass[1:] * fraction[1:] + beyond[1:]) * GRAVITY * lever
+
+
+def rest_stiffness(design: TrunkDesign, ratio: float = 1.0) -> np.ndarray:
+    """E I / L of the joints with k_p times ``ratio``, or the design's own list as it is, shape (n_joint,) [N m/rad]."""
+    if design.joint.stiffness is not None:
+        return design.joint_stiffness
+    return design.joint_stiffness * ratio ** (3.0 * np.arange(design.n_joint))
+
+
+def portions(design: TrunkDesign, radius: np.ndarray, straight: np.ndarray) -> np.ndarray:
+    """Shares of a pulled cable, sum 1, shape (n_joint,) [-].
+
+    Paper, section "Bending": each joint turns by M_i L_i / (E I_i) and the share is the chord that its gap gains. The
+    printed M_i = k_p^(-5/2) M_(i-1) is the ratio of the rotations; the moments go by k_p^(1/2). The largest rotation,
+    at the tip, is the limit (authors' code: 0.0127 N m, which turns the tip joint by 29.995 deg).
+    """
+    turn = design.k_p ** (0.5 * np.arange(design.n_joint)) / design.joint_stiffness
+    turn *= design.joint_limit / turn.max()
+    gain = 2 * radius * np.sin((design.delta_theta + turn) / 2) - straight
+    return gain / gain.sum()
+
+
+def prepare(design: TrunkDesign, as_authors: bool = True) -> Prepared:
+    """The numbers of ``design``, computed at the first call and kept as long as the design lives.
+
+    Raises:
+        ModelError: where cable 1 is not dorsal, or it is no design.
+    """
+    key = (id(design), as_authors is True)
+    kept = _PREPARED.get(key) if isinstance(as_authors, bool) else None
+    if kept is not None and kept[0]() is design:
+        return kept[1]
+    check_kind("design", design, TrunkDesign)
+    check_kind("as_authors", as_authors, bool)
+    made = _build(design, as_authors)
+    _PREPARED[key] = (weakref.ref(design, lambda _: _PREPARED.pop(key, None)), made)
+    return made
+
+
+def check_ventral(design: TrunkDesign, prepared: Prepared) -> None:
+    """Refuse a design whose ventral cables do not mirror each other.
+
+    Raises:
+        ModelError: says which angles were given.
+    """
+    if not prepared.is_mirrored:
+        raise ModelError(
+            f"cable.angles are {_degrees(design)}; allowed for ventral pulls: cables that mirror each other"
+        )
+
+
+def check_twist(design: TrunkDesign, prepared: Prepared) -> None:
+    """Refuse a design without the paper's three cables, 120 deg apart.
+
+    Raises:
+        ModelError: says which angles were given.
+    """
+    if not prepared.is_papers:
+        raise ModelError(f"cable.angles are {_degrees(design)}; allowed for twist: 0, 120 and 240 deg")
+
+
+def _is_mirrored(design: TrunkDesign) -> bool:
+    side = design.cable_direction[1:]
+    distance = np.linalg.norm(side[:, None] - side * [1.0, 1.0, -1.0], axis=-1).min(axis=1)
+    return bool(distance.max() < _SAME and side[:, 1].min() < 0)
+
+
+def _is_papers(design: TrunkDesign) -> bool:
+    angle = np.radians([0.0, 120.0, 240.0])
+    expected = np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=-1)
+    return design.n_cable == 3 and bool(np.abs(design.cable_direction - expected).max() < _SAME)
+
+
+_PREPARED: dict[tuple[int, bool], tuple[weakref.ref[TrunkDesign], Prepared]] = {}
+"""Numbers of living designs; by identity, for a design's hash costs more than a solution."""
+
+
+def _degrees(design: TrunkDesign) -> str:
+    return ", ".join(f"{math.degrees(angle):g}" for angle in design.cable.angles) + " deg"
+
+
+def _build(design: TrunkDesign, as_authors: bool) -> Prepared:
+    if np.abs(design.cable_direction[0] - [0.0, 1.0, 0.0]).max() > _SAME:
+        raise ModelError(f"cable.angles are {_degrees(design)}; allowed: cable 1 dorsal, at 0 deg")
+    fields = _fields(design, as_authors)
+    size = (design.n_joint, design.n_cable)
+    layout = _layout(*size)
+    return Prepared(
+        constants=np.concatenate([np.ravel(part) for part in (size, *fields)]).astype(float),
+        layout=layout,
+        record=_record(layout, design.n_joint),
+        n_joint=design.n_joint,
+        stroke=design.cable_stroke,
+        ventral_stroke=float(fields.wide.sum()) - design.cable_stroke,
+        is_mirrored=_is_mirrored(design),
+        is_papers=_is_papers(design),
+    )
+
+
+def _layout(n_joint: int, n_cable: int) -> tuple[tuple[tuple[int, ...], int, int], ...]:
+    shapes = (n_joint + 1, 3), (n_joint, 3, 3), (n_joint,), (n_joint, n_cable), (n_cable,)
+    ends = np.cumsum([math.prod(shape) for shape in shapes]).tolist()
+    return tuple(zip(shapes, [0, *ends[:-1]], ends, strict=True))
+
+
+def _record(layout: tuple[tuple[tuple[int, ...], int, int], ...], n_joint: int) -> np.dtype[np.void]:
+    names = "points", "joint_rotation", "joint_angle", "gap", "cable_change"
+    numbers = [(name, float, shape) for name, (shape, _, _) in zip(names, layout, strict=True)]
+    rest = -(n_joint + 1) % 8
+    return np.dtype([*numbers, ("is_shut", np.bool_, (n_joint,)), ("status", np.uint8), ("rest", np.uint8, (rest,))])
+
+
+def _fields(design: TrunkDesign, as_authors: bool) -> Table:
+    ratio, part, gap = (ROUNDED_RATIO, ROUNDED_RADIUS, ROUNDED_GAP) if as_authors else (1.0, 1.0, 1.0)
+    radius, straight = design.hole_to_joint * part, design.straight_gap * gap
+    portion = portions(design, radius, straight)
+    beyond, before = hole_positions(design)
+    return Table(
+        limit=design.joint_limit,
+        as_authors=as_authors,
+        total=design.cable_stroke,
+        weight=rest_weight(design, ratio),
+        stiffness=rest_stiffness(design, ratio),
+        diameter=2 * radius,
+        straight=straight,
+        wide=2 * design.hole_to_joint * math.sin(design.joint_limit),
+        portion=portion,
+        below=np.append(0.0, 1 / np.cumsum(portion)[:-1]),
+        section_length=design.section_length,
+        beyond=beyond,
+        before=before,
+    )

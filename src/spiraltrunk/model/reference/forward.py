@@ -1,0 +1,344 @@
+"""The forward model of "Grasping by Spiraling": rest under gravity, bending by Algorithm 1, twisting by Algorithm 2.
+
+All four laws answer with a `Shape`; pulls in m, angles in rad, scalars or arrays that broadcast against each other.
+theta_0 is the angle of the base axis below the horizontal: 90 deg hangs, -90 deg stands upright.
+
+With ``as_authors``, the default, the numbers are those of the authors' published code: its rounded constants (k_p of
+the gravity equations 0.9196, R_hole 28.87 mm, straight gap 13.74 mm, all kept as ratios to what the design gives) and
+its account of cable that a full joint cannot take, of which some is lost (`bend_ventral`, `twist`). Without it the
+constants are the design's own and every bit of the cable goes to joints that have room. Where the authors' code fails
+(no joint shut by cable 1) or passes the limit (by 0.0034 deg at full ventral curl) both ways do what the paper says.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.checks import check_kind
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError, tell
+from spiraltrunk.model.jit import share
+from spiraltrunk.model.kinematics.cables import PULL_MARGIN
+from spiraltrunk.model.kinematics.shape import Shape, build
+from spiraltrunk.model.reference.constants import Prepared, check_twist, check_ventral, prepare
+from spiraltrunk.model.reference.dispatch import DORSAL, REST, TWIST, VENTRAL, solve
+from spiraltrunk.model.reference.planar_batch import build_room, solve_points
+
+_CHUNK = 2048
+"""Shapes that one core solves in a row [-]."""
+
+_LEAN_CHUNK = 16384
+"""The same of the lean law, which takes a tenth of the time; a multiple of its lanes [-]."""
+
+
+def rest(design: TrunkDesign, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
+    """Shape that the trunk takes under its own weight, no cable pulled.
+
+    Equation of the paper's section "Resting under gravity", corrected. Each section's mass acts at K_c of its length,
+    the gripper's as part of the last section. A joint that would pass its limit is held there.
+
+    Args:
+        design: the trunk; cable 1 dorsal.
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded k_p.
+
+    Raises:
+        ModelError: where theta_0 is not finite or cable 1 is not dorsal.
+    """
+    prepared = prepare(design, as_authors)
+    return _solve(REST, prepared, (("theta_0", theta_0, math.inf),))
+
+
+def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
+    """Shape after cable 1 is pulled in from rest, tip first (paper, Algorithm 1).
+
+    Args:
+        design: the trunk; cable 1 dorsal.
+        pull: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke, shape (...) [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded numbers.
+
+    Returns:
+        The shape; its status is ALL_SHUT where every joint is shut and cable is left over.
+
+    Raises:
+        ModelError: where a number is not finite or not allowed, or cable 1 is not dorsal.
+    """
+    prepared = prepare(design, as_authors)
+    return _solve(DORSAL, prepared, (("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class PlaneShape:
+    """Section ends and bends alone, for many shapes at once."""
+
+    points: np.ndarray
+    """Section ends, base to tip, shape (..., n_section, 3) [m]; not a number where the rest did not converge."""
+    bend: np.ndarray
+    """Bend of each joint about z, dorsal positive, shape (..., n_joint) [rad]; kept joint by joint."""
+
+
+def bend_dorsal_points(
+    design: TrunkDesign,
+    pull: ArrayLike,
+    theta_0: ArrayLike,
+    *,
+    as_authors: bool = True,
+    out: PlaneShape | None = None,
+) -> PlaneShape:
+    """Section ends and bends of `bend_dorsal`, to the bit, in about a tenth of its time where theta_0 repeats.
+
+    In memory the shapes lie beside each other, so that one coordinate of one section end is read in a row, as is one
+    joint's bend; `numpy.ascontiguousarray` puts shape after shape where another library asks for it.
+
+    Args:
+        design: the trunk; cable 1 dorsal.
+        pull: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke, shape (...) [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded numbers.
+        out: an earlier answer of the same shape, written over and returned, but for z, which must still be 0; new
+            memory takes nearly half of the time.
+
+    Raises:
+        ModelError: where a number is not finite or not allowed, cable 1 is not dorsal, or ``out`` does not fit.
+    """
+    prepared = prepare(design, as_authors)
+    arrays, batch = _read((("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
+    n, n_joint = math.prod(batch), prepared.n_joint
+    pulls, tilts = (np.broadcast_to(array, batch).ravel() if array.ndim else array.reshape(1) for array in arrays)
+    pulls = pulls if pulls.size == n else np.full(n, pulls[0])
+    if out is None:
+        out = _room_for_points(batch, n_joint)
+    ends, bend = _read_out(out, batch, n_joint)
+
+    def solve_span(first: int, last: int) -> None:
+        solve_points((pulls, tilts, build_room(n_joint)), prepared.constants, ends, bend, (first, last))
+
+    share(solve_span, n, _LEAN_CHUNK)
+    return out
+
+
+def _room_for_points(batch: tuple[int, ...], n_joint: int) -> PlaneShape:
+    """Memory for answers, z = 0 at no cost."""
+    n = math.prod(batch)
+    ends, bend = np.zeros((3, n_joint + 1, n)), np.empty((n_joint, n))
+    return PlaneShape(points=ends.T.reshape(*batch, n_joint + 1, 3), bend=bend.T.reshape(*batch, n_joint))
+
+
+def _read_out(out: PlaneShape, batch: tuple[int, ...], n_joint: int) -> tuple[np.ndarray, np.ndarray]:
+    """Section ends (3, n_section, n) and bends (n_joint, n) in the memory of an answer."""
+    n, shape = math.prod(batch), (*batch, n_joint + 1, 3)
+    check_kind("out", out, PlaneShape)
+    check_kind("out.points", out.points, np.ndarray)
+    check_kind("out.bend", out.bend, np.ndarray)
+    if out.points.shape != shape or out.bend.shape != (*batch, n_joint):
+        raise ModelError(f"out.points has shape {out.points.shape}; allowed here: {shape}")
+    ends, bend = out.points.reshape(n, n_joint + 1, 3).T, out.bend.reshape(n, n_joint).T
+    are_ours = all(
+        array.dtype == float and array.flags.carray and np.may_share_memory(array, given)
+        for array, given in ((ends, out.points), (bend, out.bend))
+    )
+    if n and not are_ours:
+        raise ModelError("out is laid out in another way; allowed: what an earlier call has returned")
+    return ends, bend
+
+
+def bend_ventral(design: TrunkDesign, lengthening: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
+    """Shape after the ventral cables are pulled in equally while cable 1 is let out, tip first (paper, Algorithm 1).
+
+    The authors' code measures what a full joint hands down from the straight gap and not from the gap at rest, so that
+    cable is lost or made where gravity bends the trunk; without ``as_authors`` all of it is accounted for.
+
+    Args:
+        design: the trunk; cable 1 dorsal, the others mirroring each other.
+        lengthening: what cable 1 is lengthened by from rest, 0 to 1.01 times what full curl takes, shape (...) [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded numbers and account.
+
+    Returns:
+        The shape; its status is ALL_SHUT where every joint is at its limit and cable is left over.
+
+    Raises:
+        ModelError: where a number is not finite or not allowed, or the cables do not fit.
+    """
+    prepared = prepare(design, as_authors)
+    check_ventral(design, prepared)
+    given = ("lengthening", lengthening, prepared.ventral_stroke), ("theta_0", theta_0, math.inf)
+    return _solve(VENTRAL, prepared, given)
+
+
+def twist(
+    design: TrunkDesign, pull_1: ArrayLike, pull_2: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True
+) -> Shape:
+    """Shape after cable 1 is pulled in from rest and then cable 2 (paper, Algorithm 2).
+
+    Joints from the first that cable 1 has shut move rigidly (all may turn where it has shut none); the others turn
+    about the line through their centre and the hole of cable 1. A joint that is full hands the excess to those nearer
+    to the base; in the authors' code some of it is lost then, without ``as_authors`` none.
+
+    Args:
+        design: the trunk; cables at 0, 120 and 240 deg.
+        pull_1: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke, shape (...) [m].
+        pull_2: what cable 2 is shortened by after that, 0 to 1.01 times the stroke, shape (...) [m].
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        as_authors: whether to use the authors' rounded numbers and account.
+
+    Returns:
+        The shape; its status is ALL_SHUT where no joint has room for what is left of a cable.
+
+    Raises:
+        ModelError: where a number is not finite or not allowed, or the cables do not fit.
+    """
+    prepared = prepare(design, as_authors)
+    check_twist(design, prepared)
+    given = ("pull_1", pull_1, prepared.stroke), ("pull_2", pull_2, prepared.stroke), ("theta_0", theta_0, math.inf)
+    return _solve(TWIST, prepared, given)
+
+
+def first_shut(shape: Shape) -> np.ndarray:
+    """First joint, from the base, whose gap of cable 1 is shut: 1 to n_joint, n_joint + 1 where none, shape (...) [-].
+
+    After `bend_dorsal` by the first pull this is the joint from which `twist` moves the trunk rigidly.
+    """
+    shut = shape.is_shut & (shape.gap[..., 0] <= 1e-6 * shape.gap.max(axis=-1))
+    return np.where(shut.any(axis=-1), shut.argmax(axis=-1), shut.shape[-1]) + 1
+
+
+_Given = tuple[str, ArrayLike, float]
+"""Name of an input, its value and, for a pull, what shuts every gap [m]; infinite for an angle."""
+
+
+_PLAIN = {float, int, bool, np.float64}
+"""Types of single numbers."""
+
+
+def _read_plain(given: tuple[_Given, ...]) -> list[float] | None:
+    """The inputs as checked numbers where each is a single one."""
+    numbers = []
+    for name, value, full in given:
+        if type(value) is float and abs(value) < full and (value >= 0.0 or full == math.inf):
+            numbers.append(value)
+        elif type(value) in _PLAIN:
+            numbers.append(_check_number(name, value, full))  # type: ignore[arg-type]
+        else:
+            return None
+    return numbers
+
+
+def _read(given: tuple[_Given, ...]) -> tuple[list[np.ndarray], tuple[int, ...]]:
+    """The inputs as checked arrays, and the shape to which they broadcast."""
+    arrays = [_check_array(*entry) for entry in given]
+    try:
+        return arrays, np.broadcast_shapes(*(array.shape for array in arrays))
+    except ValueError as error:
+        shapes = ", ".join(f"{name} {array.shape}" for (name, _, _), array in zip(given, arrays, strict=True))
+        raise ModelError(f"shapes are {shapes}; allowed: shapes that broadcast against each other") from error
+
+
+def _check_array(name: str, value: ArrayLike, full: float) -> np.ndarray:
+    """The input as numbers, each of them allowed."""
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ModelError(f"{name} is ragged; allowed: a number or an array of numbers") from error
+    if array.dtype.kind not in "fiu" or isinstance(value, np.ma.MaskedArray):
+        raise ModelError(f"{name} is {tell(value)}; allowed: a number or an array of numbers")
+    array = array.astype(float)
+    allowed = np.isfinite(array) if math.isinf(full) else (array >= 0) & (array <= _most(full))
+    if not allowed.all():
+        _check_number(name, float(array[~allowed][0]), full)
+    return array
+
+
+def _check_number(name: str, value: float, full: float) -> float:
+    """The number, which is finite and, for a pull, from 0 to the margin over full curl."""
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if full == math.inf:
+        if not abs(number) < math.inf:
+            raise ModelError(f"{name} is {number:g} rad; allowed: any finite angle")
+    elif not 0.0 <= number <= _most(full):
+        told = f"{math.floor(_most(full) * 1e6) / 1e6:g} m, {PULL_MARGIN:g} times full curl"
+        raise ModelError(f"{name} is {number:.6g} m; allowed: 0 to {told}")
+    return number
+
+
+def _most(full: float) -> float:
+    """Largest pull where ``full`` shuts every gap, with what rounding adds [m]."""
+    return PULL_MARGIN * full * (1 + 1e-12)
+
+
+def _solve(law: int, prepared: Prepared, given: tuple[_Given, ...]) -> Shape:
+    """Shapes for the inputs, the last of them theta_0; on all cores where there are many."""
+    numbers = _read_plain(given)
+    if numbers is not None:
+        return _solve_one(law, prepared, numbers)
+    arrays, batch = _read(given)
+    if not batch:
+        return _solve_one(law, prepared, [float(array) for array in arrays])
+    n, n_joint = math.prod(batch), prepared.n_joint
+    asked = np.zeros((*batch, 3))
+    for column, array in zip((*range(len(arrays) - 1), 2), arrays, strict=True):
+        asked[..., column] = array
+    rows, count = asked.reshape(n, 3), prepared.layout[-1][2]
+    answers = np.empty(n * count + -(-n * (n_joint + 1) // 8))
+
+    def solve_span(first: int, last: int) -> None:
+        desk = prepared.build_desk()[1]
+        desk[:2] = first, last
+        solve(law, rows, desk, prepared.constants, answers)
+
+    share(solve_span, n, _CHUNK)
+    points, rotation, angle, gap, change = (
+        answers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
+    )
+    marks = answers[n * count :].view(np.uint8)
+    return build(
+        Shape,
+        {
+            "points": points,
+            "joint_rotation": rotation,
+            "joint_angle": angle,
+            "gap": gap,
+            "cable_change": change,
+            "is_shut": marks[: n * n_joint].view(np.bool_).reshape((*batch, n_joint)),
+            "status": marks[n * n_joint : n * (n_joint + 1)].reshape(batch),
+            "forces": None,
+            "history": None,
+        },
+    )
+
+
+def _solve_one(law: int, prepared: Prepared, numbers: list[float]) -> Shape:
+    """The shape for single inputs; its arrays are fields of one record, which is sooner made than many."""
+    answers = np.empty(prepared.record.itemsize // 8)
+    desk = prepared.desks.pop() if prepared.desks else prepared.build_desk()
+    asked, room = desk
+    asked[0, 0], asked[0, 2] = numbers[0], numbers[-1]
+    if len(numbers) == 3:
+        asked[0, 1] = numbers[1]
+    solve(law, asked, room, prepared.constants, answers)
+    prepared.desks.append(desk)
+    answer = np.ndarray((), prepared.record, answers)
+    return build(
+        Shape,
+        {
+            "points": answer["points"],
+            "joint_rotation": answer["joint_rotation"],
+            "joint_angle": answer["joint_angle"],
+            "gap": answer["gap"],
+            "cable_change": answer["cable_change"],
+            "is_shut": answer["is_shut"],
+            "status": answer["status"],
+            "forces": None,
+            "history": None,
+        },
+    )

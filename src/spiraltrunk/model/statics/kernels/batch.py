@@ -1,0 +1,152 @@
+"""Many equilibria, one after another."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from spiraltrunk.model.statics.kernels import compiled, inlined, owning
+from spiraltrunk.model.statics.kernels.capstan_friction import COARSER, follow, release
+from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, room_for_work
+from spiraltrunk.model.statics.kernels.projected_newton import TIGHT, room_for_steps
+from spiraltrunk.model.statics.kernels.quasi_static import creep
+from spiraltrunk.model.statics.kernels.tip_compliance import tip_compliance
+
+CONVERGED, ALL_SHUT, STALLED, NOT_CONVERGED = range(4)
+"""The numbers of `Status`."""
+
+
+NEARLY = 5e-4
+"""Angle short of the limit at which faces count as meeting [rad]: a gap of ``shut`` keeps the tip's joint that open."""
+
+
+NUDGE = 1e-6
+"""Bend from which a solution starts [rad], so that a trunk balanced on its base falls to one side."""
+
+
+class Problem(NamedTuple):
+    """What to solve, one row an equilibrium; the first axis of every array but the last four is the batch's."""
+
+    base: np.ndarray
+    """Orientation of the base, shape (b, 3, 3) [-]."""
+    direction: np.ndarray
+    """Gravity, and a force, shape (b, 1 or 2, 3) [m/s^2], [N]."""
+    factor: np.ndarray
+    """What gravity and the force act on, by section, shape (b, 1 or 2, n_section) [kg], [-]."""
+    moment: np.ndarray
+    """The same times the distance along the section, shape (b, 1 or 2, n_section) [kg m], [m]."""
+    length: np.ndarray
+    """Gaps' sum that each winder leaves, shape (b, n_cable) [m]."""
+    start: np.ndarray
+    """Gaps' sum and tension from which the loading goes, shape (b, 2, n_cable) [m], [N]."""
+    increments: np.ndarray
+    """Equal parts of the loading, shape (b,) [-]."""
+    most: np.ndarray
+    """Largest tension, shape (b, n_cable) [N]."""
+    motion: np.ndarray
+    """Time that the loading takes and damping time, of trunks that creep; else 0, shape (b, 2) [s]."""
+    by_tension: np.ndarray
+    """Whether the tension is given, shape (n_cable,) [bool]."""
+    compliance: np.ndarray
+    """Stretch of a cable per tension, shape (n_cable,) [m/N]."""
+    friction: np.ndarray
+    """Coefficient [-], stiffness of a hole [N/m], tolerance [N m], most steps, shape (4,)."""
+    straight: np.ndarray
+    """Gaps' sum of the straight trunk, shape (n_cable,) [m]."""
+
+
+class Solution(NamedTuple):
+    """What comes out, one row an equilibrium."""
+
+    bend: np.ndarray
+    tension: np.ndarray
+    anchor: np.ndarray
+    rotation: np.ndarray
+    points: np.ndarray
+    gap: np.ndarray
+    gap_tension: np.ndarray
+    reaction: np.ndarray
+    compliance: np.ndarray
+    figures: np.ndarray
+    """Residual [N m], violation [m], steps, shape (b, 3)."""
+    angle: np.ndarray
+    change: np.ndarray
+    shut: np.ndarray
+    status: np.ndarray
+
+
+@owning
+def solve_rows(first, last, nd, trunk, problem, solution):
+    """Equilibria ``first`` to ``last``; bend, tension and anchor hold where each starts."""
+    n_joint, n_cable = solution.gap.shape[1], solution.gap.shape[2]
+    work = room_for_work(n_joint, n_cable, nd)
+    system = room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
+    mu, stiffness, tolerance, most = problem.friction
+    for b in range(first, last):
+        control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
+        field = (problem.direction[b], problem.factor[b], problem.moment[b])
+        force, back = np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable))
+        friction = Friction(force, back, solution.anchor[b], stiffness if mu > 0.0 else 0.0)
+        case = Case(problem.base[b], trunk, field, control, friction)
+        q, tension = solution.bend[b], solution.tension[b]
+        if problem.motion[b, 1] > 0.0:
+            residual, violation, steps = creep(
+                q, tension, case, mu, problem.start[b], problem.motion[b], tolerance, int(most), work, system
+            )
+            if mu == 0.0:
+                release(work.gap, solution.anchor[b])
+        else:
+            residual, violation, steps = follow(
+                q, tension, case, mu, problem.start[b], problem.increments[b], tolerance, int(most), work, system
+            )
+        figures = solution.figures[b]
+        figures[0], figures[1], figures[2] = residual, violation, steps
+        write_row(b, case, work, system, problem, solution)
+
+
+@inlined
+def write_row(b, case, work, system, problem, solution):
+    """What follows from the bends and tensions of row ``b``, just found."""
+    trunk = case.trunk
+    solution.rotation[b], solution.gap[b], solution.gap_tension[b] = work.rotation, work.gap, work.tension
+    solution.reaction[b] = system.reaction
+    find_ends(work.frames, trunk.length, solution.points[b])
+    measure(trunk, problem, solution, b)
+    tip_compliance(solution.bend[b], solution.tension[b], case, work, system, solution.compliance[b])
+
+
+@compiled
+def measure(trunk, problem, solution, b):
+    """Angles between the sections, what the cables gave, which faces meet, and the status of row ``b``."""
+    are_all_shut, has_stalled = True, False
+    for i in range(solution.angle.shape[1]):
+        rotation = solution.rotation[b, i]
+        solution.angle[b, i] = math.atan2(math.hypot(rotation[1, 0], rotation[2, 0]), rotation[0, 0])
+        solution.shut[b, i] = solution.angle[b, i] > trunk.limit - NEARLY
+        are_all_shut = are_all_shut and solution.shut[b, i]
+    for c in range(solution.change.shape[1]):
+        total = 0.0
+        for i in range(solution.gap.shape[1]):
+            total += solution.gap[b, i, c]
+        solution.change[b, c] = problem.straight[c] - total
+        excess = total - problem.length[b, c] - problem.compliance[c] * solution.tension[b, c]
+        has_stalled = has_stalled or (excess > TIGHT and not problem.by_tension[c])
+    tolerance = problem.friction[2] * (COARSER if problem.friction[0] > 0.0 else 1.0)
+    if not (solution.figures[b, 0] <= tolerance and solution.figures[b, 1] <= TIGHT):
+        solution.status[b] = NOT_CONVERGED
+    elif are_all_shut:
+        solution.status[b] = ALL_SHUT
+    else:
+        solution.status[b] = STALLED if has_stalled else CONVERGED
+
+
+@compiled
+def find_ends(frames, length, points):
+    """Section ends into ``points`` (n_section, 3)."""
+    for x in range(3):
+        end = 0.0
+        for n in range(length.shape[0]):
+            end += length[n] * frames[n, x, 0]
+            points[n, x] = end

@@ -1,0 +1,153 @@
+"""Capstan friction of the cables, and the loading history that it needs.
+
+Over hole k of a cable, counted by gaps, the tension falls to T_k = T_{k-1} exp(-mu w_k) where the cable slides to the
+motor and grows to T_{k-1} exp(mu w_k) where it slides away; between, it sticks. w_k is the turn at the hole beyond gap
+k - 1 plus that at the hole before gap k. What a hole can take is found by repetition: the shape at the last forces
+gives tensions and turns, those the next forces.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from spiraltrunk.model.statics.kernels import compiled, inlined, owning
+from spiraltrunk.model.statics.kernels.cable_gaps import hole_turns
+from spiraltrunk.model.statics.kernels.energy import Case, Control, hold, place
+from spiraltrunk.model.statics.kernels.projected_newton import solve_safely
+
+ROUNDS = 1200
+"""Most repetitions for the friction forces of one increment."""
+COARSER = 10.0
+"""Tolerance of friction's moments over that of all others [-]."""
+SMALLEST_SHARE = 1 / 32
+"""Least part of their change by which friction forces are brought up to date [-]."""
+
+
+@owning
+def measure_turns(trunk, work, turns):
+    """Turn w_k of every cable before each gap [rad], shape (n_joint, n_cable)."""
+    v = np.empty(3)
+    for c in range(turns.shape[1]):
+        last = 0.0
+        for i in range(turns.shape[0]):
+            before, beyond = hole_turns(work.rotation[i], trunk.rub_before[i, c], trunk.rub_beyond[i, c], v)
+            turns[i, c] = last + before
+            last = beyond
+
+
+@compiled
+def update_forces(mu, share, trunk, pulls, work, turns, friction):
+    """Move what each hole can hold by ``share`` towards what tensions and turns of the shape make of it.
+
+    Returns the largest change that the whole way would be, as a moment [N m].
+    """
+    measure_turns(trunk, work, turns)
+    worst = 0.0
+    for c in range(turns.shape[1]):
+        tension = pulls[c]
+        for i in range(turns.shape[0]):
+            lever = abs(trunk.before[i, c, 1]) + abs(trunk.before[i, c, 2])
+            forward = tension * (1 - math.exp(-mu * turns[i, c]))
+            backward = tension * (math.exp(mu * turns[i, c]) - 1)
+            held = work.tension[i, c] - tension
+            used = forward - friction.force[i, c] if held < 0 else backward - friction.force_back[i, c]
+            worst = max(worst, abs(used) * lever)
+            friction.force[i, c] += share * (forward - friction.force[i, c])
+            friction.force_back[i, c] += share * (backward - friction.force_back[i, c])
+            tension = max(work.tension[i, c], 0.0)
+    return worst
+
+
+@compiled
+def recall_forces(q, pulls, case, mu, work, turns):
+    """What each hole can hold in the shape from which the loading goes on, whose anchors tell what it holds there."""
+    trunk, friction = case.trunk, case.friction
+    place(q, case.base, trunk, work)
+    measure_turns(trunk, work, turns)
+    for c in range(turns.shape[1]):
+        tension, beyond = pulls[c], work.gap[:, c].sum()
+        for i in range(turns.shape[0]):
+            friction.force[i, c] = tension * (1 - math.exp(-mu * turns[i, c]))
+            friction.force_back[i, c] = tension * (math.exp(mu * turns[i, c]) - 1)
+            tension = max(tension + hold(beyond, i, c, friction)[0], 0.0)
+            beyond -= work.gap[i, c]
+
+
+@compiled
+def move_anchors(work, friction):
+    """Let the holes' anchors follow the cable that slid."""
+    for c in range(work.gap.shape[1]):
+        beyond = 0.0
+        for i in range(work.gap.shape[0] - 1, -1, -1):
+            beyond += work.gap[i, c]
+            held = friction.stiffness * (beyond - friction.anchor[i, c])
+            held = min(max(held, -friction.force[i, c]), friction.force_back[i, c])
+            friction.anchor[i, c] = beyond - held / friction.stiffness
+
+
+@inlined
+def follow(q, tension, case, mu, start, increments, tolerance, most, work, system):
+    """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case in equal increments.
+
+    In each, shape, tensions and friction forces are found together. ``q``, ``tension`` and the friction's anchors are
+    brought up to date in place. Returns the last residual [N m], the last violation [m] and the number of steps.
+    """
+    turns, length, control = np.zeros_like(work.gap), np.zeros_like(tension), case.control
+    stage = Control(control.by_tension, length, control.most, control.compliance)
+    part_way = Case(case.base, case.trunk, case.field, stage, case.friction)
+    total, residual, violation = 0, 0.0, 0.0
+    goal = tension.copy()
+    if case.friction.stiffness > 0.0:
+        recall_forces(q, start[1], case, mu, work, turns)
+    for step in range(increments):
+        advance((step + 1) / increments, length, tension, control, start, goal)
+        residual, violation, count = settle(q, tension, part_way, mu, turns, tolerance, most, work, system)
+        total += count
+    if case.friction.stiffness == 0.0:
+        release(work.gap, case.friction.anchor)
+    return residual, violation, total
+
+
+@owning
+def settle(q, tension, case, mu, turns, tolerance, most, work, system):
+    """Shape, tensions and friction forces of one increment together, and the anchors that the cables then have.
+
+    Returns the residual [N m], the violation [m] and the number of steps.
+    """
+    friction, share, before, residual, violation, spent = case.friction, 1.0, 1e300, 0.0, 0.0, 0
+    for again in range(ROUNDS):
+        residual, violation, count = solve_safely(q, tension, case, tolerance, most, work, system)
+        spent += count
+        if friction.stiffness == 0.0:
+            break
+        change = update_forces(mu, share, case.trunk, tension, work, turns, friction)
+        if again > 3 and change > (1 - 0.5 * share) * before:  # Some hole goes to and fro.
+            share = max(0.5 * share, SMALLEST_SHARE)
+        before = change
+        residual = max(residual, change)
+        if change <= COARSER * tolerance or spent > most:
+            break
+    if friction.stiffness > 0.0:
+        move_anchors(work, friction)
+    return residual, violation, spent
+
+
+@compiled
+def release(gap, anchor):
+    """Let every hole of ``gap`` (n_joint, n_cable) hold nothing, so that friction may go on from here."""
+    for c in range(gap.shape[1]):
+        beyond = 0.0
+        for i in range(gap.shape[0] - 1, -1, -1):
+            beyond += gap[i, c]
+            anchor[i, c] = beyond
+
+
+@compiled
+def advance(part, length, tension, control, start, goal):
+    """Lengths, and the tensions that are given, at a part of the way from ``start`` (2, n_cable) to the control's."""
+    for c in range(length.shape[0]):
+        length[c] = start[0, c] + part * (control.length[c] - start[0, c])
+        if control.by_tension[c]:
+            tension[c] = start[1, c] + part * (goal[c] - start[1, c])

@@ -1,0 +1,120 @@
+"""Joints in their cones: which are pressed against the limit, and the equations along the rim alone.
+
+A pressed joint moves along the rim only. Its rows (y, z) are turned to (normal, tangent), the normal one is held, and
+the tangent's curvature grows by the reaction times that of the rim.
+"""
+
+from __future__ import annotations
+
+import math
+
+from spiraltrunk.model.statics.kernels import compiled
+from spiraltrunk.model.statics.kernels.joint_rotation import bend_size
+
+
+@compiled
+def put_on_rim(bend, kind, limit, rim):
+    """Scale a bend to the limit."""
+    for _ in range(20):
+        size = bend_size(bend, kind, rim)
+        along = rim[0] * bend[0] + rim[1] * bend[1]
+        scale = 1.0 + (limit - size) / along
+        bend[0] *= scale
+        bend[1] *= scale
+        if abs(scale - 1.0) < 1e-15:
+            return
+
+
+@compiled
+def pull_inside(q, trunk, rim):
+    """Put every bend past the limit back on the rim."""
+    for i in range(q.shape[0]):
+        if _is_bent(q, i, trunk.limit) and bend_size(q[i], trunk.kind[i], rim) > trunk.limit:
+            put_on_rim(q[i], trunk.kind[i], trunk.limit, rim)
+
+
+@compiled
+def on_rim(q, i, trunk, rim):
+    """Whether joint i is at its limit; ``rim`` receives the rim's derivatives there."""
+    return _is_bent(q, i, trunk.limit) and bend_size(q[i], trunk.kind[i], rim) >= trunk.limit * (1 - 1e-12)
+
+
+@compiled
+def _is_bent(q, i, limit):
+    """Whether a joint is bent enough to be near its limit, and to have a direction."""
+    return q[i, 0] * q[i, 0] + q[i, 1] * q[i, 1] > 0.25 * limit * limit
+
+
+@compiled
+def reduce(q, trunk, work, system):
+    """Copy the equations of ``work`` to ``system`` and reduce those of the joints pressed against their limit."""
+    nd, rim = work.first.shape[1], system.rim
+    for i in range(q.shape[0]):
+        for a in range(nd):
+            system.gradient[i * nd + a] = work.gradient[i, a]
+        for c in range(work.gap.shape[1]):
+            for a in range(nd):
+                system.slopes[c, i * nd + a] = work.slope[i, c, a]
+    for i in range(q.shape[0]):
+        system.pressed[i], system.reaction[i] = False, 0.0
+        if on_rim(q, i, trunk, rim):
+            steep = rim[0] * rim[0] + rim[1] * rim[1]
+            outward = -(rim[0] * work.gradient[i, 0] + rim[1] * work.gradient[i, 1]) / steep
+            if outward >= 0:
+                system.reaction[i] = outward
+                press(i, trunk, work, system)
+
+
+@compiled
+def press(i, trunk, work, system):
+    """Hold joint i on the rim, whose derivatives are in ``system.rim``."""
+    hessian, gradient, slopes, rim = work.hessian, system.gradient, system.slopes, system.rim
+    nd = work.first.shape[1]
+    y, z = i * nd, i * nd + 1
+    steep = math.sqrt(rim[0] * rim[0] + rim[1] * rim[1])
+    cosine, sine = rim[0] / steep, rim[1] / steep
+    system.normal[i, 0], system.normal[i, 1] = cosine, sine
+    for column in range(y):
+        hessian[z, column] = cosine * hessian[z, column] - sine * hessian[y, column]
+        hessian[y, column] = 0.0
+    for row in range(z + 1, hessian.shape[0]):
+        hessian[row, z] = cosine * hessian[row, z] - sine * hessian[row, y]
+        hessian[row, y] = 0.0
+    bend = hessian[y, y] * sine * sine + hessian[z, z] * cosine * cosine - 2 * hessian[z, y] * sine * cosine
+    hessian[z, z] = bend + system.reaction[i] * rim[2]
+    hessian[z, y], hessian[y, y] = 0.0, trunk.stiffness[i, 0]
+    gradient[z], gradient[y] = cosine * gradient[z] - sine * gradient[y], 0.0
+    for c in range(slopes.shape[0]):
+        slopes[c, z], slopes[c, y] = cosine * slopes[c, z] - sine * slopes[c, y], 0.0
+    system.pressed[i] = True
+
+
+@compiled
+def press_outward(q, trunk, work, system):
+    """Hold the free joints on the rim that the step would move out; returns whether there were any."""
+    found, nd, rim = False, work.first.shape[1], system.rim
+    for i in range(q.shape[0]):
+        is_free = not system.pressed[i] and on_rim(q, i, trunk, rim)
+        if is_free and rim[0] * system.step[i * nd] + rim[1] * system.step[i * nd + 1] > 0:
+            press(i, trunk, work, system)
+            found = True
+    return found
+
+
+@compiled
+def move(q, trunk, system, share):
+    """``system.trial`` = ``q`` moved by ``share`` of the reduced step, put back into the cones."""
+    step, out = system.step, system.trial
+    nd = step.shape[0] // q.shape[0]
+    for i in range(q.shape[0]):
+        if system.pressed[i]:
+            tangent = share * step[i * nd + 1]
+            out[i, 0] = q[i, 0] - system.normal[i, 1] * tangent
+            out[i, 1] = q[i, 1] + system.normal[i, 0] * tangent
+            put_on_rim(out[i], trunk.kind[i], trunk.limit, system.rim)
+        else:
+            out[i, 0] = q[i, 0] + share * step[i * nd]
+            out[i, 1] = q[i, 1] + share * step[i * nd + 1]
+        if nd == 3:
+            out[i, 2] = q[i, 2] + share * step[i * nd + 2]
+    pull_inside(out, trunk, system.rim)

@@ -1,0 +1,90 @@
+"""How far the tip gives way to a small force, cables and pressed joints held as they are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spiraltrunk.model.statics.kernels import compiled, owning
+from spiraltrunk.model.statics.kernels.cholesky import solve_columns, solve_factored, solve_small
+from spiraltrunk.model.statics.kernels.energy import linearise
+from spiraltrunk.model.statics.kernels.gravity_load import spin
+from spiraltrunk.model.statics.kernels.joint_limits import reduce
+from spiraltrunk.model.statics.kernels.projected_newton import add_penalty, dot, find_excess, guarded_factor
+
+HELD = 1e4
+"""Penalty on the cables' lengths under which the factor is taken [N/m]; they are then held exactly."""
+
+
+@compiled
+def tip_motion(work, length, out):
+    """Motion of the tip per rate of every bend, in the world's axes, shape (3, n_joint x nd) [m]."""
+    n_joint, nd = work.first.shape[0], work.first.shape[1]
+    lever = work.vectors[0]
+    lever[:] = 0.0
+    for i in range(n_joint - 1, -1, -1):
+        for x in range(3):
+            lever[x] += length[i + 1] * work.frames[i + 1, x, 0]
+        for a in range(nd):
+            w0, w1, w2 = spin(work.first[i, a], work.rotation[i], work.frames[i])
+            out[0, i * nd + a] = w1 * lever[2] - w2 * lever[1]
+            out[1, i * nd + a] = w2 * lever[0] - w0 * lever[2]
+            out[2, i * nd + a] = w0 * lever[1] - w1 * lever[0]
+
+
+@compiled
+def hold_pressed(motion, nd, system):
+    """Take the pressed joints' normal motion out and turn the tangent's, as in the reduced equations."""
+    for i in range(system.pressed.shape[0]):
+        if system.pressed[i]:
+            cosine, sine = system.normal[i, 0], system.normal[i, 1]
+            y, z = i * nd, i * nd + 1
+            for x in range(3):
+                motion[x, z] = cosine * motion[x, z] - sine * motion[x, y]
+                motion[x, y] = 0.0
+
+
+@owning
+def tip_compliance(q, tension, case, work, system, out):
+    """Displacement of the tip per force on it into ``out`` (3, 3) [m/N], at a solution just found; holes stick."""
+    nd, n_cable, control = work.first.shape[1], tension.shape[0], case.control
+    size = work.hessian.shape[0]
+    if case.friction.stiffness > 0:  # The holes' forces have been brought up to date since.
+        linearise(q, case, tension, work)
+        reduce(q, case.trunk, work, system)
+    motion, columns = np.empty((3, size)), np.zeros((size, 4))
+    tip_motion(work, case.trunk.length, motion)
+    hold_pressed(motion, nd, system)
+    find_excess(work.gap, control, tension, system)
+    add_penalty(system, control, HELD, work.hessian)
+    guarded_factor(work, system.weight)
+    for row in range(size):
+        for x in range(3):
+            columns[row, x] = motion[x, row]
+    solve_columns(work.factor, columns)
+    for x in range(3):
+        for y in range(3):
+            out[x, y] = dot(motion[x], columns[:, y])
+    _hold_cables(n_cable, motion, control, work, system, out)
+
+
+@owning
+def _hold_cables(n_cable, motion, control, work, system, out):
+    """Take out what would lengthen the working cables, by their Schur complement."""
+    matrix, right, index, count = np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable, np.int64), 0
+    for c in range(n_cable):
+        if system.works[c]:
+            solve_factored(work.factor, system.slopes[c], system.response[count])
+            index[count] = c
+            count += 1
+    for x in range(3):
+        for a in range(count):
+            give = control.compliance[index[a]]
+            stiff = HELD / (1 + HELD * give)
+            for b in range(count):
+                matrix[a, b] = dot(system.slopes[index[a]], system.response[b])
+            matrix[a, a] = matrix[a, a] * (1 + 1e-12) + give / (1 - stiff * give) + 1e-15
+            right[a] = dot(motion[x], system.response[a])
+        solve_small(matrix, right, count)
+        for y in range(3):
+            for a in range(count):
+                out[x, y] -= right[a] * dot(motion[y], system.response[a])

@@ -1,0 +1,244 @@
+"""What is done to a trunk: cables held by length or tension, loads, the orientation of its base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.checks import FEW, check_kind, check_number, read_numbers
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError, tell
+from spiraltrunk.model.identity_cache import Same
+from spiraltrunk.model.kinematics.cables import PULL_MARGIN
+from spiraltrunk.model.kinematics.shape import Shape
+
+MOST_TURNED = 1e6
+"""Largest angle that is taken for meant [rad]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Loads:
+    """What weighs on the trunk besides itself; arrays broadcast against the batch."""
+
+    mass: ArrayLike = 0.0
+    """Mass at the end of a section, shape (...) [kg]."""
+    section: int = -1
+    """That section, from 0 at the base; negative counts from the tip."""
+    force: ArrayLike | None = None
+    """Force at the end of a section, in the frame of `Shape`, shape (..., 3) [N]."""
+    force_section: int = -1
+    """The section on which the force acts."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Creep:
+    """How a trunk is led to its shape: winders at an even speed, all arriving together, joints damped, no inertia.
+
+    Of several shapes that balance it ends in the one that this way leads to, as a trunk does that is pulled slowly.
+    Where all cables pull against each other it buckles on its way, and another speed may lead elsewhere. With friction
+    what a hole holds is one step old, of 2000 and more to a loading.
+    """
+
+    damping_time: float = 0.04
+    """Damping of the joints over their stiffness [s]; only its product with the speeds counts."""
+    pull_speed: float = 0.005
+    """Change of a cable's length [m/s]."""
+    tension_speed: float = 1.0
+    """Change of a tension [N/s]."""
+
+    def __post_init__(self) -> None:
+        for name in ("damping_time", "pull_speed", "tension_speed"):
+            check_number(f"creep.{name}", getattr(self, name), least=1e-6, below=1e6)
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """What the winders do, checked: shapes (..., n_cable)."""
+
+    pull: np.ndarray
+    """Cable pulled in since the straight trunk, where a cable is held by length [m]."""
+    tension: np.ndarray
+    """Tension, where a cable is held by tension; else the largest one [N]."""
+    by_tension: np.ndarray
+    """Which cables are held by tension, shape (n_cable,) [bool]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Fields:
+    """Constant forces on the sections: gravity on all masses, and the load's force."""
+
+    direction: np.ndarray
+    """Shape (..., 1 or 2, 3) [m/s^2], [N]."""
+    factor: np.ndarray
+    """Mass of every section, and 1 where the force acts, shape (..., 1 or 2, n_section) [kg], [-]."""
+    moment: np.ndarray
+    """The same times its distance along the section, shape (..., 1 or 2, n_section) [kg m], [m]."""
+
+
+def read_drive(
+    design: TrunkDesign, pull: ArrayLike | None, tension: ArrayLike | None, by_tension: ArrayLike | None
+) -> Drive:
+    """Check what the cables are given.
+
+    Raises:
+        ModelError: where it does not fit the design, is not finite or is out of range.
+    """
+    if pull is None and tension is None and by_tension is None:
+        return _slack(Same(design))
+    count, most = design.n_cable, design.cable.tension_max
+    if by_tension is None:
+        held = np.full(count, pull is None)
+    else:
+        try:
+            held = np.array(by_tension)
+        except ValueError:  # Ragged.
+            held = np.empty(0)
+        if held.shape != (count,) or held.dtype != bool:
+            raise ModelError(f"by_tension is {tell(by_tension)}; allowed: {count} booleans, one per cable")
+    if pull is None and not all(held.tolist()):
+        raise ModelError("pull is missing; allowed: a pull wherever by_tension is False")
+    pulls = _read_cables("pull", 0.0 if pull is None else pull, count)
+    forces = _read_cables("tension", np.where(held, 0.0, most) if tension is None else tension, count)
+    least, largest = _span(pulls)
+    if max(-least, largest) > PULL_MARGIN * design.cable_stroke:
+        worst, full = float(pulls.ravel()[np.abs(pulls).argmax()]), f"{design.cable_stroke:.6g} m"
+        raise ModelError(
+            f"pull is {worst:g} m; allowed: in or out at most {PULL_MARGIN:g} times the cable stroke, {full}"
+        )
+    least, largest = _span(forces)
+    if least < 0 or largest > most:
+        worst = least if least < 0 else largest
+        raise ModelError(f"tension is {worst:g} N; allowed: 0 to the cables' largest tension, {most:g} N")
+    return Drive(pull=pulls, tension=forces, by_tension=held)
+
+
+def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
+    """Weight of the sections and the loads.
+
+    Raises:
+        ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, on no section, or batches do not fit.
+    """
+    if loads is None:
+        return _own_weight(Same(design))
+    check_kind("loads", loads, Loads)
+    mass = read_numbers("loads.mass", loads.mass)
+    least, largest = _span(mass)
+    if least < 0 or largest > 1e3:
+        raise ModelError(f"loads.mass is {least if least < 0 else largest:g} kg; allowed: 0 to 1000 kg")
+    at = _read_section(design, "loads.section", loads.section)
+    factor = np.broadcast_to(design.section_mass, (*mass.shape, design.n_section)).copy()
+    moment = factor * design.section_center
+    factor[..., at] += mass
+    moment[..., at] += mass * design.section_length[at]
+    gravity = np.array([0.0, -GRAVITY, 0.0])
+    direction = np.broadcast_to(gravity, (*mass.shape, 3))
+    if loads.force is None:
+        return Fields(direction=direction[..., None, :], factor=factor[..., None, :], moment=moment[..., None, :])
+    force = _read_force(loads.force)
+    end = np.zeros(design.n_section)
+    end[_read_section(design, "loads.force_section", loads.force_section)] = 1.0
+    try:
+        batch = np.broadcast_shapes(mass.shape, force.shape[:-1])
+    except ValueError:
+        told = f"loads.mass and loads.force have the batches {mass.shape} and {force.shape[:-1]}"
+        raise ModelError(f"{told}; allowed: batches that broadcast") from None
+    return Fields(
+        direction=_pair(direction, force, batch), factor=_pair(factor, end, batch),
+        moment=_pair(moment, end * design.section_length, batch),
+    )  # fmt: skip
+
+
+def read_angle(name: str, value: ArrayLike) -> np.ndarray:
+    """An array of angles [rad].
+
+    Raises:
+        ModelError: for anything else, and where a turn can no longer be told from the next.
+    """
+    array = read_numbers(name, value)
+    least, largest = _span(array)
+    if max(-least, largest) > MOST_TURNED:
+        worst = largest if largest > -least else least
+        raise ModelError(f"{name} is {worst:g} rad; allowed: -{MOST_TURNED:g} to {MOST_TURNED:g} rad")
+    return array
+
+
+def check_start(design: TrunkDesign, start: Shape) -> None:
+    """Refuse a start of another trunk, and one that is not finite, with which a search would have no end.
+
+    Raises:
+        ModelError: with what was given.
+    """
+    if start.gap.shape[-2:] != (design.n_joint, design.n_cable):
+        joints, cables = start.gap.shape[-2:]
+        allowed = f"{design.n_joint} joints and {design.n_cable} cables, as the design"
+        raise ModelError(f"start has {joints} joints and {cables} cables; allowed: {allowed}")
+    history, forces = start.history, start.forces
+    used = {
+        "gap": start.gap,
+        "history.bend": None if history is None else history.bend,
+        "history.anchor": None if history is None else history.anchor,
+        "forces.cable_tension": None if forces is None else forces.cable_tension,
+    }
+    for name, array in used.items():
+        if array is not None and not np.isfinite(array).all():
+            raise ModelError(f"start.{name} is not finite; allowed: an earlier solution as it was returned")
+
+
+@lru_cache(maxsize=64)
+def _slack(same: Same) -> Drive:
+    none = np.zeros(same.design.n_cable)
+    return Drive(pull=none, tension=none, by_tension=np.full(none.size, True))
+
+
+@lru_cache(maxsize=64)
+def _own_weight(same: Same) -> Fields:
+    return read_fields(same.design, Loads())
+
+
+def _span(array: np.ndarray) -> tuple[float, float]:
+    """Least and largest number, or 0 if that is further out."""
+    if array.size <= FEW:
+        numbers = array.ravel().tolist()
+        return min(numbers, default=0.0), max(numbers, default=0.0)
+    return float(array.min(initial=0.0)), float(array.max(initial=0.0))
+
+
+def _read_cables(name: str, value: ArrayLike, count: int) -> np.ndarray:
+    array = read_numbers(name, value)
+    if array.shape == (count,):
+        return array
+    if array.shape[-1:] not in ((count,), ()):
+        raise ModelError(f"{name} has shape {array.shape}; allowed: (..., {count}), one number per cable")
+    return np.broadcast_to(array, (*array.shape[:-1], count)) if array.ndim else np.full(count, float(array))
+
+
+def _read_force(value: ArrayLike) -> np.ndarray:
+    force = read_numbers("loads.force", value)
+    if force.shape[-1:] != (3,):
+        raise ModelError(f"loads.force has shape {force.shape}; allowed: (..., 3)")
+    if (np.abs(force) > 1e4).any():
+        worst = float(force.ravel()[np.abs(force).argmax()])
+        raise ModelError(f"loads.force has a component of {worst:g} N; allowed: -10000 to 10000 N")
+    return force
+
+
+def _read_section(design: TrunkDesign, name: str, section: int) -> int:
+    if isinstance(section, bool) or not isinstance(section, int | np.integer):
+        raise ModelError(f"{name} is {tell(section)}; allowed: a whole number")
+    if not -design.n_section <= section < design.n_section:
+        raise ModelError(f"{name} is {section}; allowed: {-design.n_section} to {design.n_section - 1}")
+    return int(section) % design.n_section
+
+
+def _pair(first: np.ndarray, second: np.ndarray, batch: tuple[int, ...]) -> np.ndarray:
+    width = first.shape[-1]
+    return np.stack([np.broadcast_to(first, (*batch, width)), np.broadcast_to(second, (*batch, width))], axis=-2)

@@ -1,0 +1,227 @@
+"""The paper's pulls as loads of the equilibrium: `statics` taken through the order in which cables are pulled.
+
+Each starts at rest under gravity with slack cables. A cable that is not pulled is relaxed: it pays out freely and bears
+nothing. With friction the order is part of the answer, so every step starts where the one before it ended. The gripper
+weighs as part of the last section, as in the paper, so that both models carry the same.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+from spiraltrunk.checks import read_numbers
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError, tell
+from spiraltrunk.model.kinematics import cables
+from spiraltrunk.model.kinematics.cables import PULL_MARGIN
+from spiraltrunk.model.kinematics.shape import Shape
+from spiraltrunk.model.reference.constants import check_ventral, prepare, rest_mass
+from spiraltrunk.model.statics import equilibrium
+from spiraltrunk.model.statics.kernels.batch import NEARLY
+
+LENGTH_TOLERANCE = 1e-6
+"""How closely a ventral pull lengthens cable 1 as asked [m]."""
+
+_STEP = 5e-3
+"""Largest change of a cable's length that is solved at once without friction [m]: one leap may land elsewhere where
+cables work against each other."""
+
+
+@lru_cache(maxsize=16)
+def carry_gripper(design: TrunkDesign) -> TrunkDesign:
+    """The same trunk with the gripper's mass in the last section, at that section's K_c (authors' code)."""
+    if design.gripper is None:
+        return design
+    mass = tuple(float(value) for value in rest_mass(design))
+    return replace(design, gripper=None, mass=replace(design.mass, sections=mass))
+
+
+def rest(design: TrunkDesign, theta_0: float = math.pi / 2, *, friction: float | None = None) -> Shape:
+    """Equilibrium under gravity, cables slack.
+
+    Args:
+        design: the trunk.
+        theta_0: angle of the base axis below the horizontal [rad].
+        friction: coefficient between cables and holes [-]; None takes the design's.
+
+    Raises:
+        ModelError: for numbers that are not finite or not allowed.
+    """
+    return equilibrium.solve(carry_gripper(design), theta_0=theta_0, friction=friction)
+
+
+def pull_tensions(
+    design: TrunkDesign, tension: ArrayLike, theta_0: float = math.pi / 2, *, friction: float | None = None
+) -> Shape:
+    """Equilibrium under given tensions, put on together from rest.
+
+    Args:
+        design: the trunk.
+        tension: at the winders, shape (n_cable,) [N].
+        theta_0: angle of the base axis below the horizontal [rad].
+        friction: coefficient between cables and holes [-]; None takes the design's.
+
+    Raises:
+        ModelError: for numbers that are not finite or not allowed, or are not one per cable.
+    """
+    return equilibrium.solve(carry_gripper(design), tension=tension, theta_0=theta_0, friction=friction)
+
+
+def pull_dorsal(
+    design: TrunkDesign, pull: float, theta_0: float = math.pi / 2, *, friction: float | None = None
+) -> Shape:
+    """Equilibrium after cable 1 is pulled in from rest, the others relaxed.
+
+    Args:
+        design: the trunk; cable 1 dorsal.
+        pull: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke [m].
+        theta_0: angle of the base axis below the horizontal [rad].
+        friction: coefficient between cables and holes [-]; None takes the design's.
+
+    Raises:
+        ModelError: for numbers that are not finite or not allowed, or a cable 1 that is not dorsal.
+    """
+    pull = _read_pull("pull", pull, prepare(design).stroke)
+    start = _rest_alone(design, theta_0, friction)
+    return _pull_on(design, start, {0: pull}, theta_0, friction)
+
+
+def pull_ventral(
+    design: TrunkDesign, lengthening: float, theta_0: float = math.pi / 2, *, friction: float | None = None
+) -> Shape:
+    """Equilibrium after all cables but the first are pulled in equally until cable 1, relaxed, has lengthened.
+
+    The common pull is the root of that condition, each trial from rest, as friction remembers. Where full curl does not
+    lengthen cable 1 that far, the answer is full curl.
+
+    Args:
+        design: the trunk; cable 1 dorsal, the others mirroring each other.
+        lengthening: what cable 1 is lengthened by from rest, 0 to 1.01 times what full curl takes [m].
+        theta_0: angle of the base axis below the horizontal [rad].
+        friction: coefficient between cables and holes [-]; None takes the design's.
+
+    Raises:
+        ModelError: for numbers that are not finite or not allowed, or cables that do not fit.
+    """
+    prepared = prepare(design)
+    check_ventral(design, prepared)
+    lengthening = _read_pull("lengthening", lengthening, prepared.ventral_stroke)
+    start = _rest_alone(design, theta_0, friction)
+
+    def bend(pull: float) -> Shape:
+        return _pull_on(design, start, dict.fromkeys(range(1, design.n_cable), pull), theta_0, friction)
+
+    def miss(pull: float) -> float:
+        return float(start.cable_change[0] - bend(pull).cable_change[0]) - lengthening
+
+    most = PULL_MARGIN * float(_full_ventral(design) - start.cable_change[1:].min())
+    if lengthening == 0.0 or miss(most) <= 0.0:
+        return bend(most if lengthening > 0.0 else 0.0)
+    return bend(float(brentq(miss, 0.0, most, xtol=LENGTH_TOLERANCE / 10)))
+
+
+def pull_twist(
+    design: TrunkDesign, pull_1: float, pull_2: float, theta_0: float = math.pi / 2, *, friction: float | None = None
+) -> Shape:
+    """Equilibrium after cable 1 is pulled in from rest and held, and then cable 2, the others relaxed.
+
+    Args:
+        design: the trunk; cable 1 dorsal, three cables or more.
+        pull_1: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke [m].
+        pull_2: what cable 2 is shortened by from its length at that moment, 0 to 1.01 times the stroke [m].
+        theta_0: angle of the base axis below the horizontal [rad].
+        friction: coefficient between cables and holes [-]; None takes the design's.
+
+    Raises:
+        ModelError: for numbers that are not finite or not allowed, or cables that do not fit.
+    """
+    if design.n_cable < 3:
+        raise ModelError(f"the design has {design.n_cable} cables; allowed for a twist: three or more")
+    stroke = prepare(design).stroke
+    first, second = _read_pull("pull_1", pull_1, stroke), _read_pull("pull_2", pull_2, stroke)
+    start = pull_dorsal(design, first, theta_0, friction=friction)
+    return _pull_on(design, start, {0: 0.0, 1: second}, theta_0, friction)
+
+
+def pull_cables(
+    design: TrunkDesign, change: ArrayLike, theta_0: float = math.pi / 2, *, friction: float | None = None
+) -> Shape:
+    """Equilibrium after cables are pulled in together, from rest, to given lengths.
+
+    Args:
+        design: the trunk.
+        change: straight length minus new length, 0 for a relaxed cable, shape (n_cable,) [m].
+        theta_0: angle of the base axis below the horizontal [rad].
+        friction: coefficient between cables and holes [-]; None takes the design's.
+
+    Raises:
+        ModelError: for numbers that are not finite or not allowed, or are not one per cable.
+    """
+    goal = read_numbers("change", change)
+    if goal.shape != (design.n_cable,):
+        raise ModelError(f"change has shape {goal.shape}; allowed: ({design.n_cable},), one number per cable")
+    for value in goal:
+        _read_pull("change", value, design.cable_stroke)
+    start = _rest_alone(design, theta_0, friction)
+    more = {int(cable): float(goal[cable] - start.cable_change[cable]) for cable in np.flatnonzero(goal)}
+    return _pull_on(design, start, more, theta_0, friction)
+
+
+def find_shut(design: TrunkDesign, shape: Shape) -> np.ndarray:
+    """Which joints are at their limit, by faces that meet or a gap pulled shut, shape (..., n_joint) [bool]."""
+    return shape.is_shut | (shape.joint_angle >= design.joint_limit - NEARLY)
+
+
+def _read_pull(name: str, value: float, full: float) -> float:
+    most = PULL_MARGIN * full
+    told = f"0 to {math.floor(most * 1e6) / 1e6:g} m, {PULL_MARGIN:g} times full curl"
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ModelError(f"{name} is {tell(value)}; allowed: one number, {told}") from None
+    if not 0.0 <= number <= most * (1 + 1e-12):
+        raise ModelError(f"{name} is {number:.6g} m; allowed: {told}")
+    return number
+
+
+def _rest_alone(design: TrunkDesign, theta_0: float, friction: float | None) -> Shape:
+    """Rest of one trunk: the steps of a pull are counted for one."""
+    if np.ndim(theta_0):
+        raise ModelError(
+            f"theta_0 has shape {np.shape(theta_0)}; allowed: one number, as one trunk is pulled at a time"
+        )
+    return rest(design, theta_0, friction=friction)
+
+
+def _full_ventral(design: TrunkDesign) -> float:
+    """What the ventral cables have been pulled in by since straight at full ventral curl [m]."""
+    bend = np.zeros((design.n_joint, 2))
+    bend[:, 1] = -design.joint_limit
+    return float(cables.lengths(design, bend).change[1:].max())
+
+
+def _pull_on(
+    design: TrunkDesign, start: Shape, more: dict[int, float], theta_0: float, friction: float | None
+) -> Shape:
+    """From ``start`` the cables of ``more`` pulled in by so much [m], all others relaxed."""
+    relaxed = np.ones(design.n_cable, bool)
+    relaxed[list(more)] = False
+    begin, goal = start.cable_change, start.cable_change.copy()
+    for cable, pull in more.items():
+        goal[cable] += pull
+    goal = np.minimum(goal, PULL_MARGIN * design.cable_stroke)  # Beyond full curl nothing moves.
+    trunk, mu = carry_gripper(design), design.cable.friction if friction is None else friction
+    steps = 1 if mu > 0 else max(1, math.ceil(float(np.abs(goal - begin)[~relaxed].max(initial=0.0)) / _STEP - 1e-9))
+    shape, tension = start, np.where(relaxed, 0.0, design.cable.tension_max)
+    for step in range(1, steps + 1):
+        shape = equilibrium.solve(
+            trunk, pull=begin + (goal - begin) * (step / steps), tension=tension, by_tension=relaxed, theta_0=theta_0,
+            friction=friction, start=shape,
+        )  # fmt: skip
+    return shape
