@@ -11,10 +11,10 @@ import sys
 
 import numpy as np
 
+from spiraltrunk.calibration.joint_bench_csv import load_static_loads
+from spiraltrunk.calibration.joint_bench_fit import fit_static
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import SpiralTrunkError
-from spiraltrunk.mocap.bench_csv import load_static_loads
-from spiraltrunk.model.bench_fit import fit_static
 from spiraltrunk.report import format_table
 from spiraltrunk.report.bench_plot import Loaded, write_loads
 

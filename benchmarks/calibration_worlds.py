@@ -25,11 +25,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
+from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings, Weighing, calibrate
 from spiraltrunk.capture.session import measure, play_session
 from spiraltrunk.capture.world import WorldOptions, draw_world, expected, weigh
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap.protocol_file import load_protocol
-from spiraltrunk.model.calibrate import Calibration, Errors, Settings, Weighing, calibrate
 
 FITTED = ("bend-dorsal_1", "rest-000_1", "rest-090_1")
 JUDGED = ("rest", "bend-dorsal")

@@ -13,12 +13,12 @@ import math
 
 import numpy as np
 
+from spiraltrunk.calibration.calibrate import Settings, Weighing, calibrate
+from spiraltrunk.calibration.identifiability import advise
 from spiraltrunk.capture.session import measure, play_session
 from spiraltrunk.capture.world import draw_world, weigh
 from spiraltrunk.design import presets
 from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.model.calibrate import Settings, Weighing, calibrate
-from spiraltrunk.model.calibrate_advice import advise
 
 design = presets.get("paper")
 protocol = Protocol(

@@ -14,12 +14,12 @@ from typing import Any, final
 import numpy as np
 
 import spiraltrunk
+from spiraltrunk.calibration.joint_bench_csv import StaticLoads, load_ring_down, load_static_loads
+from spiraltrunk.calibration.joint_bench_fit import Interval, RingFit, StaticFit, fit_ring_down, fit_static
+from spiraltrunk.calibration.parameters import BenchStiffness
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.files.atomic import write_folder
-from spiraltrunk.mocap.bench_csv import StaticLoads, load_ring_down, load_static_loads
-from spiraltrunk.model.bench_fit import Interval, RingFit, StaticFit, fit_ring_down, fit_static
-from spiraltrunk.model.calibrate_knobs import BenchStiffness
 from spiraltrunk.report.bench_plot import Loaded, Rung, write_loads
 
 FILES = ("bench.png", "result.json")

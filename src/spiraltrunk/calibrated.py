@@ -17,6 +17,8 @@ import numpy as np
 
 import spiraltrunk
 from spiraltrunk.benched import Bench, tell_bench, write_bench_plot
+from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings, calibrate
+from spiraltrunk.calibration.identifiability import advise, find_tied, find_untold
 from spiraltrunk.design.toml import write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
@@ -25,8 +27,6 @@ from spiraltrunk.mocap.protocol import Protocol
 from spiraltrunk.mocap.register import Alignment
 from spiraltrunk.mocap.session import SessionSettings, build_session
 from spiraltrunk.mocap.shapes_file import write_shapes
-from spiraltrunk.model.calibrate import Calibration, Errors, Settings, calibrate
-from spiraltrunk.model.calibrate_advice import advise, find_tied, find_untold
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.report.calibration_plot import Bars, write_calibration
 

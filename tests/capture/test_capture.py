@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from spiraltrunk.calibration.predict_states import place_points
 from spiraltrunk.capture.film import NAME, FilmOptions, film
 from spiraltrunk.capture.play import play_by_model, play_simulated
 from spiraltrunk.capture.session import measure, play_session, write_session
@@ -17,7 +18,6 @@ from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol_file import load_protocol
 from spiraltrunk.mocap.register import Alignment
 from spiraltrunk.mocap.session import SessionSettings, read_session
-from spiraltrunk.model.calibrate_play import place_points
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 SHORT = Protocol(

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from spiraltrunk.calibration.joint_bench_csv import load_ring_down, load_static_loads
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.bench_csv import load_ring_down, load_static_loads
 
 HEAD = "joint,lever_arm_m,mass_g,angle_deg\n"
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from spiraltrunk.calibration.joint_bench_csv import load_static_loads
+from spiraltrunk.calibration.joint_bench_fit import fit_ring_down, fit_static
 from spiraltrunk.errors import ModelError
-from spiraltrunk.mocap.bench_csv import load_static_loads
-from spiraltrunk.model.bench_fit import fit_ring_down, fit_static
 
 BEND = np.radians([0, 5, 10, 15, 20, 22, 24, 26, 28, 30])
 ARM = 0.05

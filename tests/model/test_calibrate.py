@@ -6,15 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiraltrunk.capture.session import MeasureOptions, measure, play_session
-from spiraltrunk.capture.world import draw_world, weigh
-from spiraltrunk.design.presets import PAPER
-from spiraltrunk.errors import DesignError, ModelError
-from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.model.calibrate import Settings, Weighing, calibrate, compute_rmse
-from spiraltrunk.model.calibrate_advice import advise, find_untold
-from spiraltrunk.model.calibrate_fit import MODEL_ERROR, add_model_error, halve, widen
-from spiraltrunk.model.calibrate_knobs import (
+from spiraltrunk.calibration.calibrate import Settings, Weighing, calibrate, compute_rmse
+from spiraltrunk.calibration.identifiability import advise, find_untold
+from spiraltrunk.calibration.map_fit import MODEL_ERROR, add_model_error, halve, widen
+from spiraltrunk.calibration.noise_model import Block, Scatter, Whitener, build_covariance
+from spiraltrunk.calibration.parameters import (
     BenchStiffness,
     Prior,
     Winders,
@@ -23,8 +19,12 @@ from spiraltrunk.model.calibrate_knobs import (
     learn_from_bench,
     name_knobs,
 )
-from spiraltrunk.model.calibrate_noise import Block, Scatter, Whitener, build_covariance
-from spiraltrunk.model.calibrate_play import find_states, play_statics
+from spiraltrunk.calibration.predict_states import find_states, play_statics
+from spiraltrunk.capture.session import MeasureOptions, measure, play_session
+from spiraltrunk.capture.world import draw_world, weigh
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import DesignError, ModelError
+from spiraltrunk.mocap.protocol import Protocol, Run
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
@@ -164,7 +164,7 @@ def test_the_models_own_error_is_in_what_recordings_tell_and_no_more_than_was_kn
 
 
 def test_each_half_has_its_own_steps_and_all_rests():
-    from spiraltrunk.model.calibrate_fit import Task
+    from spiraltrunk.calibration.map_fit import Task
 
     _, shapes = _measure((RESTS[0], Run(name="bend-dorsal", kind="bend-dorsal", steps=7, step=0.01)))
     states = find_states(shapes).states

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from spiraltrunk.calibration.parameters import apply_knobs, name_knobs
+from spiraltrunk.calibration.predict_states import State, play_statics
+from spiraltrunk.calibration.sensitivities import slopes_of_state
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.model.calibrate_knobs import apply_knobs, name_knobs
-from spiraltrunk.model.calibrate_play import State, play_statics
-from spiraltrunk.model.calibrate_slopes import slopes_of_state
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 TRUNK = carry_gripper(PAPER)

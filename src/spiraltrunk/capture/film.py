@@ -8,13 +8,13 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from spiraltrunk.calibration.predict_states import place_points
 from spiraltrunk.capture.play import Played
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.register import Motion
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
 from spiraltrunk.mocap.take import Body, Marker, Take
-from spiraltrunk.model.calibrate_play import place_points
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 NAME = "virtual capture, not a measurement"

@@ -10,6 +10,7 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.calibration.predict_states import place_points
 from spiraltrunk.capture.film import PAPERS, FilmOptions, film
 from spiraltrunk.capture.play import Played, play_by_model, play_simulated
 from spiraltrunk.capture.world import World
@@ -18,7 +19,6 @@ from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.mocap.motive_write import write_motive
 from spiraltrunk.mocap.plan import build_plan
 from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.model.calibrate_play import place_points
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_seat
 
 Tell = Callable[[str, int, int], None]

@@ -8,9 +8,9 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.calibration.parameters import Prior, Winders, apply_knobs
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.model.calibrate_knobs import Prior, Winders, apply_knobs
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 

@@ -14,8 +14,8 @@ from spiraltrunk.cli.progress import show_progress
 if TYPE_CHECKING:
     from spiraltrunk.benched import Bench
     from spiraltrunk.calibrated import Recordings
+    from spiraltrunk.calibration.calibrate import Settings
     from spiraltrunk.design import TrunkDesign
-    from spiraltrunk.model.calibrate import Settings
 
 _MOST_TAKES = 200
 
@@ -121,7 +121,7 @@ def _check_positive(option: str, value: Typed | None) -> None:
 
 def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settings:
     from spiraltrunk.benched import read_stiffness
-    from spiraltrunk.model.calibrate import Settings, Weighing
+    from spiraltrunk.calibration.calibrate import Settings, Weighing
 
     joints = () if bench is None else read_stiffness(bench)
     if arguments.mass_g is None:

@@ -17,10 +17,8 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError
-from spiraltrunk.model.calibrate_fit import Fit, Task, fit_knobs
-from spiraltrunk.model.calibrate_knobs import (
+from spiraltrunk.calibration.map_fit import Fit, Task, fit_knobs
+from spiraltrunk.calibration.parameters import (
     BenchStiffness,
     Knobs,
     Prior,
@@ -31,7 +29,9 @@ from spiraltrunk.model.calibrate_knobs import (
     center_fraction,
     learn_from_bench,
 )
-from spiraltrunk.model.calibrate_play import State, find_states, place_points, play_reference, play_statics
+from spiraltrunk.calibration.predict_states import State, find_states, place_points, play_reference, play_statics
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 

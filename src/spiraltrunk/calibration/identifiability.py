@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spiraltrunk.model.calibrate import Calibration, Parameter
+from spiraltrunk.calibration.calibrate import Calibration, Parameter
 
 TIED = 0.95
 """Correlation of two knobs from which they are told together alone [-] (ours)."""

@@ -13,10 +13,10 @@ from typing import final
 import numpy as np
 from scipy.optimize import brentq
 
+from spiraltrunk.calibration.parameters import Winders
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, SpiralTrunkError
 from spiraltrunk.model import reference, statics
-from spiraltrunk.model.calibrate_knobs import Winders
 from spiraltrunk.model.kinematics.cables import PULL_MARGIN
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.model.kinematics.shape import Shape, Status

@@ -12,12 +12,12 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.calibration.noise_model import Block, Scatter, Whitener, find_scatter
+from spiraltrunk.calibration.parameters import Knobs, apply_knobs, keep_positive
+from spiraltrunk.calibration.predict_states import Played, State, place_points, play_statics
+from spiraltrunk.calibration.sensitivities import slopes_of_state
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, ModelError
-from spiraltrunk.model.calibrate_knobs import Knobs, apply_knobs, keep_positive
-from spiraltrunk.model.calibrate_noise import Block, Scatter, Whitener, find_scatter
-from spiraltrunk.model.calibrate_play import Played, State, place_points, play_statics
-from spiraltrunk.model.calibrate_slopes import slopes_of_state
 
 Tell = Callable[[str, int, int], None]
 """Called with what is being done, how often it was done and how often it will be at most."""

@@ -1,0 +1,1 @@
+"""Calibration: which trunk one has, fitted to recordings and to joints on a bench."""
