@@ -23,7 +23,7 @@ import numpy as np
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
-from spiraltrunk.sim.objects import ObjectSpec
+from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.survey.interval import wilson
 from spiraltrunk.survey.pool import run_jobs
 from spiraltrunk.trial import EXACT, draw_scene, run_trial

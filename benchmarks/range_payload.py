@@ -22,9 +22,9 @@ from spiraltrunk.control.loop import run
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
-from spiraltrunk.sim.arm_spec import arm_limits
-from spiraltrunk.sim.objects import ObjectSpec
+from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.robot.arm import arm_limits
 from spiraltrunk.sim.verdict import LIFT_TOLERANCE, Moments, fault_conditions, judge
 from spiraltrunk.strategies import Status
 from spiraltrunk.trial import EXACT, draw_scene

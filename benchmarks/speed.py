@@ -29,7 +29,7 @@ from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Status
 from spiraltrunk.design import presets
 from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
+from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.trial import draw_scene
 

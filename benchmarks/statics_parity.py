@@ -53,8 +53,8 @@ from spiraltrunk.model.statics.kernels.projected_newton import (
     room_for_steps,
 )
 from spiraltrunk.model.statics.loads import read_fields
-from spiraltrunk.sim.settle import Settled, SettleOptions, SettleRig, Stage
-from spiraltrunk.sim.trunk_spec import TrunkOptions
+from spiraltrunk.sim.relaxation.relax import Settled, SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.robot.trunk import TrunkOptions
 
 BAR = {"free": 0.5e-3, "friction": 2e-3}
 """Largest distance of any section's end, without and with friction [m]."""

@@ -21,9 +21,9 @@ from spiraltrunk.model.inverse import workspace
 from spiraltrunk.record import compute_series, write_strip
 from spiraltrunk.report import write_filmstrip, write_overview
 from spiraltrunk.report.workspace import write_workspace
-from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
+from spiraltrunk.sim.ground_truth import Sample
+from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.render import View, render_frames
-from spiraltrunk.sim.trace import Sample
 from spiraltrunk.trial import Trial, run_trial
 
 IMAGES = Path(__file__).parent / "images"

@@ -30,8 +30,8 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.statics.equilibrium import Loads, StaticsOptions
-from spiraltrunk.sim.settle import SettleOptions, SettleRig, Stage
-from spiraltrunk.sim.trunk_spec import TrunkOptions
+from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.robot.trunk import TrunkOptions
 
 DOCS = Path(__file__).parent
 MUS = (0.0, 0.2)

@@ -16,7 +16,7 @@ from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.sim import SimPlant
-from spiraltrunk.strategies.phases import Move, Progress, advance, begin, command_at, fraction
+from spiraltrunk.strategies.moves import Move, Progress, advance, begin, command_at, fraction
 
 TOUCH = 0.05
 """Force against the trunk's way that counts as a touch [N]; a real arm is noisier and needs more."""

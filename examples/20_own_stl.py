@@ -13,7 +13,7 @@ import numpy as np
 import trimesh
 
 from spiraltrunk.design import presets
-from spiraltrunk.sim.objects import load_stl
+from spiraltrunk.sim.objects.catalogue import load_stl
 from spiraltrunk.trial import run_trial
 
 with tempfile.TemporaryDirectory() as folder:

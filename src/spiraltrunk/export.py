@@ -151,7 +151,7 @@ def _fill(
         (draft / "bom.csv").write_text(format_csv(rows))
         (draft / "guide.md").write_text(format_guide(design, made, request.options))
     if request.model_formats:
-        from spiraltrunk.sim.model_files import write_models
+        from spiraltrunk.sim.export_models import write_models
 
         tell("models", 0, 1)
         write_models(design, draft / "models", request.model_formats)
@@ -305,7 +305,7 @@ def compute_agreement(design: TrunkDesign, measured: Measured) -> dict[str, dict
 
 def _measure_simulation(design: TrunkDesign) -> dict[str, Any]:
     """The same quantities of MuJoCo's compiled trunk, its holes in the faces."""
-    from spiraltrunk.sim.trunk_measure import measure_compiled
+    from spiraltrunk.sim.robot.compiled_trunk import measure_compiled
 
     return measure_compiled(design)
 

@@ -18,9 +18,9 @@ from spiraltrunk.files.atomic import write_folder
 from spiraltrunk.files.results import Tell, _tell_nobody, _to_json, _versions, format_json
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_filmstrip, write_overview, write_plots, write_video
+from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.render import View, render_frames
-from spiraltrunk.sim.trace import Sample
-from spiraltrunk.strategies.phases import PHASES
+from spiraltrunk.strategies.moves import PHASES
 from spiraltrunk.trial import Trial
 
 FPS = 10

@@ -17,13 +17,13 @@ from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError
-from spiraltrunk.sim.arm_spec import arm_limits
-from spiraltrunk.sim.objects import ObjectSpec, scaled
+from spiraltrunk.sim.mujoco_log import quiet_mujoco
+from spiraltrunk.sim.objects.catalogue import ObjectSpec, scaled
 from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.sim.quiet import quiet_mujoco
-from spiraltrunk.sim.scene import SceneOptions
+from spiraltrunk.sim.robot.arm import arm_limits
+from spiraltrunk.sim.robot.trunk import TrunkOptions
+from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
-from spiraltrunk.sim.trunk_spec import TrunkOptions
 from spiraltrunk.sim.verdict import Moments, Verdict, judge
 from spiraltrunk.sim.verdict_push import judge_kick, judge_sweep
 

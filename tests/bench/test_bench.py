@@ -16,7 +16,7 @@ from spiraltrunk.bench import CLAIMS, PEERS, Claim, bending, elastica, equilibri
 from spiraltrunk.bench.claim import one_core, time_burst, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
-from spiraltrunk.sim.settle import SettleRig
+from spiraltrunk.sim.relaxation.relax import SettleRig
 
 PAPER = presets.PAPER
 

@@ -22,7 +22,7 @@ from spiraltrunk import cli
 from spiraltrunk.bench import Claim
 from spiraltrunk.design import load_design, presets
 from spiraltrunk.errors import MissingPackage, RunError
-from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
+from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.trial import Trial, run_trial
 
 KEYS = {

@@ -5,9 +5,9 @@ import pytest
 
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.model.fingers import closing_tension, finger_bend, finger_points, opening_tension
 from spiraltrunk.sim import SimPlant
-from spiraltrunk.sim.gripper_spec import phalanx_name
+from spiraltrunk.sim.robot.gripper import phalanx_name
+from spiraltrunk.strategies.fingertip.finger_model import closing_tension, finger_bend, finger_points, opening_tension
 
 GRIPPER = PAPER.gripper
 

@@ -9,7 +9,7 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.model import statics
-from spiraltrunk.model.fist import fist_orientation, predict_fist
+from spiraltrunk.strategies.push.rolled_model import fist_orientation, predict_fist
 
 
 @pytest.mark.parametrize("tilt", [30.0, 60.0, 75.0])

@@ -8,7 +8,7 @@ import pytest
 
 from spiraltrunk.design.presets import PAPER, get
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.flip import find_flip
+from spiraltrunk.strategies.fingertip.flip_model import find_flip
 
 
 @pytest.fixture(scope="module")

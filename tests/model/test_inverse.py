@@ -14,7 +14,7 @@ from spiraltrunk.model.inverse.multistart import InverseOptions
 from spiraltrunk.model.inverse.start_table import Stand, compute_starts
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics.loads import Loads
-from spiraltrunk.model.wrap import predict_wrap
+from spiraltrunk.strategies.wrap.hung_model import predict_wrap
 
 STANDS = [{}, {"theta_0": 0.3, "roll": 0.5, "loads": Loads(mass=0.05)}]
 

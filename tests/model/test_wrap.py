@@ -11,7 +11,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.trunk import ventral_cables
 from spiraltrunk.errors import DesignError
 from spiraltrunk.model.kinematics import cables
-from spiraltrunk.model.wrap import free_curl, predict_wrap, unrolled_center, wrap_tension
+from spiraltrunk.strategies.wrap.hung_model import free_curl, predict_wrap, unrolled_center, wrap_tension
 
 
 def test_cables_two_and_three_of_the_papers_are_ventral():

@@ -7,7 +7,7 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.wrap_beside import cable_pulls, curl_tilt, object_center, shut_pull
+from spiraltrunk.strategies.wrap.standing_model import cable_pulls, curl_tilt, object_center, shut_pull
 
 PAPER = presets.PAPER
 LEVEL = math.radians(100.0)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.sim import TrunkOptions
-from spiraltrunk.sim.trunk_spec import add_trunk, cable_name, tune_joint_limits
+from spiraltrunk.sim.robot.trunk import add_trunk, cable_name, tune_joint_limits
 
 
 @pytest.fixture(scope="session")

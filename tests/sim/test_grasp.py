@@ -8,9 +8,9 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.control.loop import run
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.model.wrap import predict_wrap
 from spiraltrunk.sim import SimPlant, parse_object
-from spiraltrunk.sim.objects import DEFAULT_OBJECT
+from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT
+from spiraltrunk.strategies.wrap.hung_model import predict_wrap
 from spiraltrunk.trial import EXACT, Spread, draw_scene, run_trial
 
 SHAPE = parse_object(DEFAULT_OBJECT)

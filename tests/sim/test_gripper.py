@@ -10,9 +10,9 @@ import pytest
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim import SimPlant
-from spiraltrunk.sim.gripper_spec import GROUPS, phalanx_name
 from spiraltrunk.sim.plant import CONTROL_PERIOD, GRIPPER_TIME
-from spiraltrunk.sim.trunk_spec import hinge_names
+from spiraltrunk.sim.robot.gripper import GROUPS, phalanx_name
+from spiraltrunk.sim.robot.trunk import hinge_names
 
 
 @pytest.fixture(scope="module")

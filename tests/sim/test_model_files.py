@@ -12,8 +12,8 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.model import statics
-from spiraltrunk.sim.model_files import KINDS, write_models
-from spiraltrunk.sim.trunk_spec import hinge_names, trunk_spec
+from spiraltrunk.sim.export_models import KINDS, write_models
+from spiraltrunk.sim.robot.trunk import hinge_names, trunk_spec
 
 DESIGNS = ("paper", "spirob-15")
 
@@ -43,7 +43,7 @@ def test_the_trunk_loads_with_the_designs_mass(folder, name):
 
 
 def test_the_hybrid_is_the_arm_and_the_trunk(folder):
-    from spiraltrunk.sim.arm_spec import arm_spec
+    from spiraltrunk.sim.robot.arm import arm_spec
 
     model = mujoco.MjModel.from_xml_path(str(folder / "paper" / "hybrid.xml"))
     arm = arm_spec(presets.PAPER.arm).compile()

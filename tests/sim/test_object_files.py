@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, MissingPackage, SpiralTrunkError, UnknownName
-from spiraltrunk.sim.object_mesh import load_stl_solid, winding_numbers
-from spiraltrunk.sim.objects import add_object, load_mjcf, load_stl, parse_object, scaled
+from spiraltrunk.sim.objects.catalogue import add_object, load_mjcf, load_stl, parse_object, scaled
+from spiraltrunk.sim.objects.stl import load_stl_solid, winding_numbers
 
 BOX = (240.0, 50.0, 90.0)
 """Extents of the test box [mm]."""

@@ -6,11 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from spiraltrunk.sim.object_parts import compute_bounds
-from spiraltrunk.sim.object_solids import NECK_SHARE, RING_PARTS
-from spiraltrunk.sim.objects import CATALOGUE, ObjectSpec, add_object, parse_object
-from spiraltrunk.sim.scene import SceneOptions
-from spiraltrunk.sim.stage import add_ground
+from spiraltrunk.sim.objects.catalogue import CATALOGUE, ObjectSpec, add_object, parse_object
+from spiraltrunk.sim.objects.parts import compute_bounds
+from spiraltrunk.sim.objects.solids import NECK_SHARE, RING_PARTS
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.sim.scene.supports import add_ground
 
 SOLIDS = {
     "sphere": ObjectSpec(kind="sphere", size=(0.1, 0.1, 0.1), mass=0.3),

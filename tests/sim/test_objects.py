@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, SpiralTrunkError, UnknownName
-from spiraltrunk.sim.objects import CATALOGUE, DEFAULT_OBJECT, ObjectSpec, add_object, parse_object, scaled
+from spiraltrunk.sim.objects.catalogue import CATALOGUE, DEFAULT_OBJECT, ObjectSpec, add_object, parse_object, scaled
 
 MM = st.floats(5.0, 900.0)
 GRAMS = st.floats(1.0, 15000.0)

@@ -3,8 +3,8 @@
 import pytest
 
 from spiraltrunk.errors import DesignError
-from spiraltrunk.sim.scene import SceneOptions
-from spiraltrunk.sim.trunk_spec import TrunkOptions
+from spiraltrunk.sim.robot.trunk import TrunkOptions
+from spiraltrunk.sim.scene.options import SceneOptions
 
 
 @pytest.mark.parametrize(

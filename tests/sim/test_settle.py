@@ -11,8 +11,8 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.model.kinematics.cables import lengths_from_rotations
 from spiraltrunk.model.kinematics.shape import Status
-from spiraltrunk.sim.settle import SettleOptions, SettleRig, Stage, settle
-from spiraltrunk.sim.trunk_spec import TrunkOptions
+from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage, settle
+from spiraltrunk.sim.robot.trunk import TrunkOptions
 
 STIFF = SettleOptions(trunk=TrunkOptions(stiffness_factor=99.0))
 FAST = SettleOptions(pull_speed=0.05, tension_speed=10.0)

@@ -6,8 +6,9 @@ import pytest
 
 from spiraltrunk import strategies
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.sim.objects import parse_object
-from spiraltrunk.sim.scene import SceneOptions, build_model
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.scene.build import build_model
+from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.trial import GRIP_FRICTION, SLOPE_FRICTION, WRAP_FRICTION, draw_scene, run_trial
 
 NAMES = ("pinch", "tip-grip", "flip-grip")

@@ -7,8 +7,8 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.control.loop import run
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.sim import SimPlant, touch
-from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
+from spiraltrunk.sim import SimPlant, contact_kernels
+from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.sensors import SensorOptions, Sensors
 from spiraltrunk.trial import draw_scene
 
@@ -73,20 +73,20 @@ def test_bends_are_the_angles_between_the_sections_axes(plant):
 @pytest.mark.parametrize(
     ("pair", "seen"),
     [
-        ((touch.OBJECT, touch.ROBOT), (True, False, False)),
-        ((touch.GROUND, touch.OBJECT), (False, True, False)),
-        ((touch.ROBOT, touch.GROUND), (False, False, True)),
-        ((touch.TRUNK, touch.GROUND), (False, False, False)),
-        ((touch.OBJECT, touch.TRUNK), (False, False, False)),
-        ((touch.ROBOT, touch.TRUNK), (False, False, False)),
-        ((touch.OTHER, touch.OBJECT), (False, False, False)),
+        ((contact_kernels.OBJECT, contact_kernels.ROBOT), (True, False, False)),
+        ((contact_kernels.GROUND, contact_kernels.OBJECT), (False, True, False)),
+        ((contact_kernels.ROBOT, contact_kernels.GROUND), (False, False, True)),
+        ((contact_kernels.TRUNK, contact_kernels.GROUND), (False, False, False)),
+        ((contact_kernels.OBJECT, contact_kernels.TRUNK), (False, False, False)),
+        ((contact_kernels.ROBOT, contact_kernels.TRUNK), (False, False, False)),
+        ((contact_kernels.OTHER, contact_kernels.OBJECT), (False, False, False)),
     ],
 )
 def test_a_pair_is_told_by_its_two_kinds(pair, seen):
-    kind = np.array([touch.OTHER, *pair])
+    kind = np.array([contact_kernels.OTHER, *pair])
     for count in (1, 2):
         geom = np.tile(np.array([1, 2], np.int32), (count, 1))
-        assert touch.read_contacts(geom, np.full(count, -1e-3), kind) == (1e-3, *seen)
+        assert contact_kernels.read_contacts(geom, np.full(count, -1e-3), kind) == (1e-3, *seen)
 
 
 def test_readings_without_error_are_copies_and_draw_nothing():

@@ -13,7 +13,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.sim import TrunkOptions
-from spiraltrunk.sim.trunk_spec import cable_name, hinge_names, hinge_order
+from spiraltrunk.sim.robot.trunk import cable_name, hinge_names, hinge_order
 
 BARE = replace(PAPER, gripper=None)
 """The paper's trunk without its gripper: the closed form knows sections alone."""

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.sim.arm_spec import PANDA_HOME, PANDA_LIMITS
-from spiraltrunk.sim.scene import SceneOptions, build_task
-from spiraltrunk.sim.trace import Sample
+from spiraltrunk.sim.ground_truth import Sample
+from spiraltrunk.sim.robot.arm import PANDA_HOME, PANDA_LIMITS
+from spiraltrunk.sim.scene.build import build_task
+from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.verdict import Moments, judge
 
 TASK = build_task(PAPER, SceneOptions())

@@ -7,7 +7,7 @@ import pytest
 
 from spiraltrunk import strategies
 from spiraltrunk.errors import DesignError
-from spiraltrunk.strategies.sweep import SweepOptions
+from spiraltrunk.strategies.push.sweep import SweepOptions
 
 USUAL = {name: strategies.get(name).options for name in strategies.NAMES}
 USUAL["steering"] = SweepOptions().steering

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from spiraltrunk.control.messages import Goal, Observation, Target, Task
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.strategies.feel import lever, way_to_turn_flat, weight
+from spiraltrunk.strategies.sensing import lever, way_to_turn_flat, weight
 
 
 def _observe(force, place, axis):

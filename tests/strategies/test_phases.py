@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.strategies.phases import (
+from spiraltrunk.strategies.moves import (
     Move,
     Progress,
     advance,

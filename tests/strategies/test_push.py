@@ -14,11 +14,12 @@ from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
-from spiraltrunk.sim.objects import parse_object
-from spiraltrunk.sim.scene import SceneOptions, build_task
-from spiraltrunk.strategies.kick import Kick
-from spiraltrunk.strategies.push_stance import plan_stance, reach_of
-from spiraltrunk.strategies.sweep import Sweep, choose_grasp, task_to_grasp
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.scene.build import build_task
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.push.kick import Kick
+from spiraltrunk.strategies.push.stance import plan_stance, reach_of
+from spiraltrunk.strategies.push.sweep import Sweep, choose_grasp, task_to_grasp
 
 DT = 0.02
 HOME = np.array([[0.0, 0.0, -1.0, 0.307], [0.0, -1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 1.22], [0.0, 0.0, 0.0, 1.0]])

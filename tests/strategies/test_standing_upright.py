@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from spiraltrunk.control.messages import Look, Observation
 from spiraltrunk.design import presets
-from spiraltrunk.sim.objects import parse_object
+from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.sim.scene import SceneOptions
-from spiraltrunk.strategies.phases import Progress, begin, command_at
-from spiraltrunk.strategies.standing_plan import housing_sink, plan_moves
-from spiraltrunk.strategies.standing_upright import carried_upright, set_down_upright
-from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.moves import Progress, begin, command_at
+from spiraltrunk.strategies.wrap.standing_plan import housing_sink, plan_moves
+from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal
+from spiraltrunk.strategies.wrap.upright import carried_upright, set_down_upright
 
 OPTIONS = WrapHorizontal.default_options()
 

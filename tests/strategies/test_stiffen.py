@@ -15,7 +15,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.cables import planar_lever
-from spiraltrunk.strategies.stiffen import co_contraction, hold_lengths
+from spiraltrunk.strategies.stiffening import co_contraction, hold_lengths
 
 
 @given(st.floats(0.0, 30.0), st.floats(0.0, 20.0), st.floats(0.0, PAPER.joint_limit))

@@ -13,9 +13,9 @@ from spiraltrunk.control.messages import Command, Goal, Observation, Target, Tas
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
-from spiraltrunk.model.wrap import free_curl, wrap_tension
-from spiraltrunk.strategies.phases import PHASES
-from spiraltrunk.strategies.wrap_vertical import WrapVertical
+from spiraltrunk.strategies.moves import PHASES
+from spiraltrunk.strategies.wrap.hung import WrapVertical
+from spiraltrunk.strategies.wrap.hung_model import free_curl, wrap_tension
 
 DT = 0.02
 

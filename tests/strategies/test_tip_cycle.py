@@ -14,8 +14,8 @@ from spiraltrunk.control.messages import Goal, Look, Observation, Target, Task
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
-from spiraltrunk.strategies.phases import PHASES
-from spiraltrunk.strategies.tip_plan import TipOptions, closing, opening, tip_height, turned_across
+from spiraltrunk.strategies.fingertip.plan import TipOptions, closing, opening, tip_height, turned_across
+from spiraltrunk.strategies.moves import PHASES
 
 DT, GROUND = 0.02, 0.60
 NAMES = ("pinch", "tip-grip", "flip-grip")

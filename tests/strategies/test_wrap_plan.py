@@ -7,10 +7,11 @@ import pytest
 
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.sim.scene import SceneOptions, build_task
-from spiraltrunk.sim.trunk_spec import TrunkOptions
-from spiraltrunk.strategies.phases import Progress, begin, insert_next, shift_later
-from spiraltrunk.strategies.wrap_plan import WrapOptions, plan_wrap, wrap_again
+from spiraltrunk.sim.robot.trunk import TrunkOptions
+from spiraltrunk.sim.scene.build import build_task
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.moves import Progress, begin, insert_next, shift_later
+from spiraltrunk.strategies.wrap.hung_plan import WrapOptions, plan_wrap, wrap_again
 
 SHIFT, BACK, UP = np.array([0.02, 0.0, 0.0]), np.array([0.0, -0.04, 0.0]), np.array([0.0, 0.0, 0.1])
 

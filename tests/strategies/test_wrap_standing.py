@@ -9,14 +9,12 @@ import pytest
 from spiraltrunk.control.messages import Look, Observation
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.wrap_beside import object_center, shut_pull
-from spiraltrunk.sim.objects import parse_object
+from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.sim.scene import SceneOptions
-from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
-from spiraltrunk.strategies.wrap_oblique import WrapOblique
-from spiraltrunk.strategies.wrap_oblique_low import WrapObliqueLow
-from spiraltrunk.strategies.wrap_standing import StandingState, StandingWrap
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.wrap.standing import StandingState, StandingWrap
+from spiraltrunk.strategies.wrap.standing_model import object_center, shut_pull
+from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal, WrapOblique, WrapObliqueLow
 from spiraltrunk.trial import run_trial
 
 PAPER = presets.PAPER

@@ -13,8 +13,8 @@ from spiraltrunk.bench.claim import Claim, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.shape import Shape
-from spiraltrunk.sim.settle import SettleOptions, SettleRig, Stage
-from spiraltrunk.sim.trunk_spec import TrunkOptions
+from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.robot.trunk import TrunkOptions
 
 COUNT = 20
 """Cases; the median ratio counts."""

@@ -6,7 +6,7 @@ import statistics
 
 from spiraltrunk.bench.claim import Claim
 from spiraltrunk.design import presets
-from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
+from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.trial import run_trial
 
 REPEATS = 3

@@ -14,8 +14,8 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.plan import Plan
 from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
 from spiraltrunk.model.kinematics.shape import Shape, Status
-from spiraltrunk.sim.settle import Settled, SettleOptions, SettleRig, Stage
-from spiraltrunk.sim.trunk_spec import TrunkOptions, hinge_names
+from spiraltrunk.sim.relaxation.relax import Settled, SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.robot.trunk import TrunkOptions, hinge_names
 
 SETTLE = SettleOptions(
     has_gripper=False, pull_speed=0.005, has_smooth_ramps=True, still=2e-3, time_most=10.0, limit_factor=10.0,

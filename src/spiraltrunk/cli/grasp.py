@@ -15,7 +15,7 @@ from spiraltrunk.cli.progress import Tell, show_progress
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
     from spiraltrunk.design import TrunkDesign
-    from spiraltrunk.sim.objects import ObjectSpec
+    from spiraltrunk.sim.objects.catalogue import ObjectSpec
     from spiraltrunk.trial import Trial
 
 _GL = ("", "egl", "glfw", "glx", "osmesa", "cgl", "wgl", "on", "true", "1", "enable", "enabled", "off", "false", "0",
@@ -58,7 +58,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk import strategies
     from spiraltrunk.design import load_design
     from spiraltrunk.record import compute_result, open_record, write_record
-    from spiraltrunk.sim.objects import DEFAULT_OBJECT, parse_object
+    from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 
     strategy = strategies.get(arguments.strategy)
     usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]

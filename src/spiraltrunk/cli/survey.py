@@ -75,7 +75,7 @@ def _build_plan(arguments: argparse.Namespace) -> Plan:
         DesignError: for an object that cannot be.
     """
     from spiraltrunk import strategies
-    from spiraltrunk.sim.objects import parse_object
+    from spiraltrunk.sim.objects.catalogue import parse_object
     from spiraltrunk.survey.plan import Plan
 
     names = strategies.NAMES if arguments.strategies == "all" else arguments.strategies.split(",")

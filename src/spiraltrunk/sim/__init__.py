@@ -1,10 +1,11 @@
 """How the robot moves: MuJoCo models of trunk, arm and objects, and the plant over them."""
 
-from spiraltrunk.sim.arm_spec import arm_spec
-from spiraltrunk.sim.objects import ObjectSpec, parse_object
+from spiraltrunk.sim.objects.catalogue import ObjectSpec, parse_object
 from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.sim.scene import SceneOptions, build_model
-from spiraltrunk.sim.trunk_spec import TrunkOptions, trunk_spec
+from spiraltrunk.sim.robot.arm import arm_spec
+from spiraltrunk.sim.robot.trunk import TrunkOptions, trunk_spec
+from spiraltrunk.sim.scene.build import build_model
+from spiraltrunk.sim.scene.options import SceneOptions
 
 __all__ = [
     "ObjectSpec",

@@ -15,13 +15,14 @@ from spiraltrunk.control.plant import Plant
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
-from spiraltrunk.sim.friction import CableFriction
-from spiraltrunk.sim.gripper_spec import GROUPS
-from spiraltrunk.sim.reach import ArmReach
-from spiraltrunk.sim.scene import SceneOptions, build_model, build_task
+from spiraltrunk.sim.ground_truth import Probe, Sample
+from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.sim.robot.cable_friction import CableFriction
+from spiraltrunk.sim.robot.gripper import GROUPS
+from spiraltrunk.sim.robot.trunk import cable_name
+from spiraltrunk.sim.scene.build import build_model, build_task
+from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import Sensors
-from spiraltrunk.sim.trace import Probe, Sample
-from spiraltrunk.sim.trunk_spec import cable_name
 
 CONTROL_PERIOD = 0.02
 """Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""

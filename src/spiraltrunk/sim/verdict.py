@@ -10,8 +10,8 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Task
-from spiraltrunk.sim.arm_spec import ArmLimits
-from spiraltrunk.sim.trace import Sample
+from spiraltrunk.sim.ground_truth import Sample
+from spiraltrunk.sim.robot.arm import ArmLimits
 
 LIFT_TOLERANCE = 0.25
 """Part of the commanded lift and carry by which the real ones may differ [-]."""

@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from spiraltrunk.control.messages import Task
-from spiraltrunk.sim.arm_spec import ArmLimits
-from spiraltrunk.sim.trace import Sample
+from spiraltrunk.sim.ground_truth import Sample
+from spiraltrunk.sim.robot.arm import ArmLimits
 from spiraltrunk.sim.verdict import Moments, Verdict, arm_conditions, fault_conditions, judge
 
 GATE = math.radians(30.0)

@@ -4,15 +4,13 @@ from typing import Any
 
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.errors import UnknownName
-from spiraltrunk.strategies.flip_grip import FlipGrip
-from spiraltrunk.strategies.kick import Kick
-from spiraltrunk.strategies.pinch import Pinch
-from spiraltrunk.strategies.sweep import Sweep
-from spiraltrunk.strategies.tip_grip import TipGrip
-from spiraltrunk.strategies.wrap_horizontal import WrapHorizontal
-from spiraltrunk.strategies.wrap_oblique import WrapOblique
-from spiraltrunk.strategies.wrap_oblique_low import WrapObliqueLow
-from spiraltrunk.strategies.wrap_vertical import WrapVertical
+from spiraltrunk.strategies.fingertip.flip_grip import FlipGrip
+from spiraltrunk.strategies.fingertip.pinch import Pinch
+from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
+from spiraltrunk.strategies.push.kick import Kick
+from spiraltrunk.strategies.push.sweep import Sweep
+from spiraltrunk.strategies.wrap.hung import WrapVertical
+from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal, WrapOblique, WrapObliqueLow
 
 _STRATEGIES: dict[str, type[Strategy[Any]]] = {
     WrapVertical.name: WrapVertical,

@@ -10,7 +10,7 @@ from itertools import groupby
 from spiraltrunk import strategies
 from spiraltrunk.control.strategy import Status
 from spiraltrunk.design import presets
-from spiraltrunk.sim.objects import parse_object
+from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.survey.plan import Entry
 from spiraltrunk.survey.pool import tell_error
 from spiraltrunk.survey.row import WORLD, Row, build_empty_row

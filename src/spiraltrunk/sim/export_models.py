@@ -1,0 +1,159 @@
+"""The robot as files for other simulators: MJCF with its meshes, and URDF from the same compiled model.
+
+What is written is what this simulation runs, but for the joint limits: here they are one distance a joint, whose
+softness is tuned after compiling, which no file can say. In the files they are straight lines over a joint's two
+angles, a polygon of `N_SIDES` sides round the same limit.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.sim.robot.arm import arm_home, arm_spec
+from spiraltrunk.sim.robot.trunk import TrunkOptions, add_trunk, hinge_names
+from spiraltrunk.sim.scene.build import ARM
+from spiraltrunk.sim.urdf import format_urdf
+
+N_SIDES = 12
+"""Sides of the polygon that stands for a joint's limit in any direction [-]: its corners lie 3.5 % further out."""
+
+ASSETS = "assets"
+"""Folder of the meshes, beside the models."""
+
+KINDS = ("trunk", "hybrid")
+"""The trunk alone, hanging from the world; the trunk on its arm."""
+
+TRUNK_HEIGHT = 1.0
+"""Height that the trunk alone hangs at [m] (ours)."""
+
+
+def build_file_spec(design: TrunkDesign, kind: str) -> mujoco.MjSpec:
+    """The spec that is written: no floor, no object, nothing but the robot, light and gravity."""
+    spec = mujoco.MjSpec()
+    spec.modelname = f"spiraltrunk_{kind}"
+    spec.compiler.degree = False
+    spec.compiler.autolimits = True
+    spec.option.timestep = 1e-3
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
+    if kind == "trunk":
+        # Downwards: the mount's z axis is the trunk's.
+        parent, pos, quat = spec.worldbody, [0.0, 0.0, TRUNK_HEIGHT], [0.0, 1.0, 0.0, 0.0]
+    else:
+        base = spec.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
+        spec.attach(arm_spec(design.arm), prefix=ARM, frame=base)
+        mount = spec.site(f"{ARM}{design.arm.mount_site}")
+        parent, pos, quat = mount.parent, mount.pos, mount.quat
+    add_trunk(spec, parent, design, TrunkOptions(), pos=pos, quat_wxyz=quat)
+    if kind == "hybrid":
+        spec.add_exclude(bodyname1=parent.name, bodyname2="housing")
+    _replace_limits(spec, design)
+    return spec
+
+
+def write_models(design: TrunkDesign, folder: Path, formats: tuple[str, ...]) -> list[Path]:
+    """Write trunk and hybrid as MJCF and URDF, with their meshes, and return the paths.
+
+    Raises:
+        DesignError: for an arm that cannot be read, or one that URDF cannot say.
+        OSError: where a file cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[Path] = []
+    for kind in KINDS:
+        spec = build_file_spec(design, kind)
+        written += _write_meshes(spec, folder / ASSETS)
+        model = spec.compile()
+        if "mjcf" in formats:
+            _add_keyframe(spec, model, design, kind)
+            spec.compile()
+            path = folder / f"{kind}.xml"
+            path.write_text(_to_portable(spec.to_xml()))
+            written.append(path)
+        if "urdf" in formats:
+            path = folder / f"{kind}.urdf"
+            path.write_text(format_urdf(model, name=f"spiraltrunk_{kind}", meshes=_mesh_files(spec)))
+            written.append(path)
+    return sorted(set(written))
+
+
+def _replace_limits(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
+    """Take the distances out and put the polygons in."""
+    for i in range(design.n_joint):
+        spec.delete(spec.tendon(f"limit_{i + 1:02d}"))
+        about_y, about_z = hinge_names(i)
+        for k in range(N_SIDES // 2):
+            angle = 2 * math.pi * k / N_SIDES
+            side = spec.add_tendon(
+                name=f"limit_{i + 1:02d}_{k + 1}", limited=True, range=[-design.joint_limit, design.joint_limit],
+                solref_limit=[0.003, 1], solimp_limit=[0.95, 0.999, 0.005, 0.5, 2], group=4,
+            )  # fmt: skip
+            if abs(math.cos(angle)) > 1e-9:
+                side.wrap_joint(about_y, math.cos(angle))
+            if abs(math.sin(angle)) > 1e-9:
+                side.wrap_joint(about_z, math.sin(angle))
+
+
+def _add_keyframe(spec: mujoco.MjSpec, model: mujoco.MjModel, design: TrunkDesign, kind: str) -> None:
+    """A keyframe "home": the trunk straight and slack, the arm where work starts."""
+    qpos, ctrl = model.qpos0.copy(), np.zeros(model.nu)
+    for i in range(model.nu):
+        if model.actuator(i).name.startswith("cable_"):
+            tendon = int(model.actuator_trnid[i, 0])
+            ctrl[i] = model.tendon_length0[tendon]
+    if kind == "hybrid":
+        driven = [i for i in range(model.nu) if model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT]
+        home = arm_home(design.arm, len(driven))
+        for i, angle in zip(driven, home, strict=True):
+            ctrl[i] = angle
+            qpos[model.jnt_qposadr[model.actuator_trnid[i, 0]]] = angle
+    spec.add_key(name="home", qpos=qpos, ctrl=ctrl)
+
+
+def _write_meshes(spec: mujoco.MjSpec, folder: Path) -> list[Path]:
+    """Give every mesh a file beside the models, and the spec their names alone."""
+    folder.mkdir(exist_ok=True)
+    written = []
+    for mesh in spec.meshes:
+        name = f"{mesh.name.replace('/', '_')}.stl"
+        path = folder / name
+        if mesh.file:
+            shutil.copyfile(mesh.file, path)
+        else:
+            _write_hull(np.array(mesh.uservert, float).reshape(-1, 3), path)
+            mesh.uservert = np.zeros(0)
+        mesh.file = str(path)
+        written.append(path)
+    return written
+
+
+def _write_hull(points: np.ndarray, path: Path) -> None:
+    """Write the convex hull of some points as binary STL, in m."""
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points)
+    corners = points[hull.simplices]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    turned = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
+    corners[turned] = corners[turned][:, ::-1]
+    rows = np.zeros(len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("flags", "<u2")])
+    rows["normal"], rows["corners"] = hull.equations[:, :3], corners
+    path.write_bytes(b"spiraltrunk, m".ljust(80, b" ") + np.uint32(len(rows)).tobytes() + rows.tobytes())
+
+
+def _mesh_files(spec: mujoco.MjSpec) -> dict[str, str]:
+    return {mesh.name: f"{ASSETS}/{Path(mesh.file).name}" for mesh in spec.meshes}
+
+
+def _to_portable(text: str) -> str:
+    """The text with each mesh's path below the folder that it lies in."""
+    import re
+
+    return re.sub(r'file="[^"]*/([^"/]+)"', rf'file="{ASSETS}/\1"', text)

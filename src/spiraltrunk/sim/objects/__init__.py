@@ -1,0 +1,1 @@
+"""Objects to grasp: the catalogue, solids by their measures, meshes and MJCF files."""

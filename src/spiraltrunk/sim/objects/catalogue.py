@@ -1,0 +1,198 @@
+"""Objects to grasp: by name, by their measures, or from a user's file."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+
+from spiraltrunk.checks import check_type
+from spiraltrunk.design.schema import MILLI
+from spiraltrunk.errors import DesignError, UnknownName, Words
+from spiraltrunk.sim.objects.mjcf import load_mjcf_solid
+from spiraltrunk.sim.objects.spec import EXTENTS, MASSES, ObjectSpec, add_object, scaled
+from spiraltrunk.sim.objects.stl import AXES, COLLIDES, UNITS, load_stl_solid
+
+__all__ = [
+    "CATALOGUE",
+    "DEFAULT_OBJECT",
+    "ObjectSpec",
+    "add_object",
+    "load_mjcf",
+    "load_stl",
+    "parse_object",
+    "scaled",
+]
+
+CATALOGUE = {
+    "cylinder-33": "cylinder:diameter_mm=33,height_mm=240,mass_g=150",
+    "cylinder-60": "cylinder:diameter_mm=60,height_mm=240,mass_g=250",
+    "cylinder-60-heavy": "cylinder:diameter_mm=60,height_mm=240,mass_g=1500",
+    "cylinder-90": "cylinder:diameter_mm=90,height_mm=240,mass_g=300",
+    "cylinder-120": "cylinder:diameter_mm=120,height_mm=240,mass_g=400",
+    "cylinder-150": "cylinder:diameter_mm=150,height_mm=240,mass_g=500",
+    "ball-60": "sphere:diameter_mm=60,mass_g=100",
+    "ball-80": "sphere:diameter_mm=80,mass_g=200",
+    "ball-100": "sphere:diameter_mm=100,mass_g=250",
+    "ball-120": "sphere:diameter_mm=120,mass_g=300",
+    "box-60": "box:x_mm=240,y_mm=60,z_mm=60,mass_g=250",
+    "box-80": "box:x_mm=240,y_mm=80,z_mm=80,mass_g=300",
+    "box-100": "box:x_mm=240,y_mm=100,z_mm=100,mass_g=400",
+    "box-120": "box:x_mm=240,y_mm=120,z_mm=120,mass_g=500",
+    "cone-90": "cone:diameter_mm=90,height_mm=160,mass_g=200",
+    "disc-80x20": "cylinder:diameter_mm=80,height_mm=20,mass_g=80",
+    "disc-120x20": "cylinder:diameter_mm=120,height_mm=20,mass_g=150",
+    "ring-90": "ring:outer_mm=90,tube_mm=15,mass_g=40",
+    "bottle-70": "bottle:diameter_mm=70,height_mm=220,neck_mm=30,mass_g=350",
+    "rod-10": "cylinder:diameter_mm=10,height_mm=150,mass_g=30",
+    "rod-20": "cylinder:diameter_mm=20,height_mm=150,mass_g=60",
+    "bar-12x20": "box:x_mm=150,y_mm=12,z_mm=20,mass_g=40",
+    "bar-20x20": "box:x_mm=150,y_mm=20,z_mm=20,mass_g=60",
+    "ball-30": "sphere:diameter_mm=30,mass_g=15",
+    "cube-28": "box:x_mm=28,y_mm=28,z_mm=28,mass_g=20",
+    "cylinder-32": "cylinder:diameter_mm=32,height_mm=40,mass_g=30",
+    "cone-35": "cone:diameter_mm=35,height_mm=45,mass_g=20",
+}
+"""Objects by name, each as its measures: for wraps, for flat and hollow ones, for the pinch, for the tip's gripper."""
+
+DEFAULT_OBJECT = "cylinder-60"
+
+_MEASURES = {
+    "cylinder": ("diameter_mm", "height_mm", "mass_g"),
+    "sphere": ("diameter_mm", "mass_g"),
+    "box": ("x_mm", "y_mm", "z_mm", "mass_g"),
+    "cone": ("diameter_mm", "height_mm", "mass_g"),
+    "ring": ("outer_mm", "tube_mm", "mass_g"),
+    "bottle": ("diameter_mm", "height_mm", "neck_mm", "mass_g"),
+    "stl": ("path", "unit", "mass_g"),
+    "mjcf": ("path",),
+}
+"""Measures that each kind is given by."""
+
+_WORDS = {"path": "FILE", "unit": "|".join(UNITS), "axis": "|".join(AXES), "collide": "|".join(COLLIDES)}
+"""Measures that are words, and which."""
+
+_OPTIONS = {"stl": ("axis", "collide"), "mjcf": ("axis",)}
+"""Measures that may be left out."""
+
+
+def parse_object(text: str) -> ObjectSpec:
+    """An object from a catalogue name or from ``kind:measure=value,...``.
+
+    A cylinder's axis, a box's x, lies across the plane in which the trunk bends.
+
+    Raises:
+        UnknownName: for a name or kind that does not exist.
+        DesignError: for a missing, doubled, unknown or impossible measure, or a file that is no object.
+    """
+    check_type("object", text, str)
+    if ":" not in text:
+        if text not in CATALOGUE:
+            raise UnknownName("object", text, [*CATALOGUE, *map(_form, _MEASURES)])
+        text = CATALOGUE[text]
+    kind, _, rest = text.partition(":")
+    if kind not in _MEASURES:
+        raise UnknownName("kind of object", kind, _MEASURES)
+    given = _split_measures(kind, rest)
+    words = {name: value for name, value in given.items() if name in _WORDS}
+    values = {name: _parse_measure(name, value) for name, value in given.items() if name not in _WORDS}
+    return _build(kind, words, values)
+
+
+def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collide: str = "hull") -> ObjectSpec:
+    """An object of uniform density with the surface of an STL file.
+
+    Its axis is the longest side of the file's extents, or the one named. MuJoCo touches it at its convex hull;
+    `ObjectSpec.warning` says so where that is larger by more than 5 %, and ``collide="parts"`` splits it into convex
+    parts instead (seconds; needs coacd).
+
+    Args:
+        path: the file, binary or ASCII.
+        unit: of its coordinates, m, cm, mm or in; an STL does not say.
+        mass: of the object [kg].
+        axis: longest, x, y or z.
+        collide: hull or parts.
+
+    Raises:
+        DesignError: for a file that encloses no solid of a sensible size, with the reason.
+        UnknownName: for a unit, an axis or a way to collide that does not exist.
+    """
+    solid = load_stl_solid(path, unit=unit, axis=axis, collide=collide)
+    return _compiled(ObjectSpec(kind="mesh", size=solid.extents(), mass=mass, loaded=solid), path)
+
+
+def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
+    """The one rigid body of an MJCF file, with the mass and inertia that the file says.
+
+    Raises:
+        DesignError: for a file that is not one rigid body of a sensible size, with the reason.
+        UnknownName: for an axis that does not exist.
+    """
+    solid, mass = load_mjcf_solid(path, axis=axis)
+    return _compiled(ObjectSpec(kind="mjcf", size=solid.extents(), mass=mass, loaded=solid), path)
+
+
+def _compiled(shape: ObjectSpec, path: str) -> ObjectSpec:
+    """The object itself, refused where MuJoCo cannot build it."""
+    spec = mujoco.MjSpec()
+    add_object(spec, shape)
+    try:
+        spec.compile()
+    except ValueError as error:
+        said = " ".join(str(error).split())
+        raise DesignError("object", got=path, allowed=f"what MuJoCo can build; it says: {said[:200]}") from error
+    return shape
+
+
+def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> ObjectSpec:
+    if kind == "mjcf":
+        return load_mjcf(**words)
+    mass = values["mass_g"]
+    if kind == "stl":
+        return load_stl(**words, mass=mass)
+    if kind == "box":
+        return ObjectSpec(kind=kind, size=(values["x_mm"], values["y_mm"], values["z_mm"]), mass=mass)
+    if kind == "ring":
+        if not values["outer_mm"] > 2 * values["tube_mm"]:
+            got, allowed = f"{1e3 * values['outer_mm']:g}", f"more than twice the tube's {1e3 * values['tube_mm']:g}"
+            raise DesignError("object.outer_mm", got=Words(got), allowed=allowed)
+        return ObjectSpec(kind=kind, size=(values["tube_mm"], values["outer_mm"], values["outer_mm"]), mass=mass)
+    width, neck = values["diameter_mm"], values.get("neck_mm", 0.0)
+    if not neck < width:
+        got, allowed = f"{1e3 * neck:g}", f"less than the diameter's {1e3 * width:g}"
+        raise DesignError("object.neck_mm", got=Words(got), allowed=allowed)
+    return ObjectSpec(kind=kind, size=(values.get("height_mm", width), width, width), mass=mass, neck=neck)
+
+
+def _form(kind: str) -> str:
+    """How a kind is typed, with what its words may be."""
+    return f"{kind}:" + ",".join(f"{name}={_WORDS.get(name, '')}" for name in _MEASURES[kind])
+
+
+def _split_measures(kind: str, text: str) -> dict[str, str]:
+    """What each measure is said to be."""
+    allowed = (*_MEASURES[kind], *_OPTIONS.get(kind, ()))
+    given: dict[str, str] = {}
+    for part in filter(None, (piece.strip() for piece in text.split(","))):
+        name, equals, value = part.partition("=")
+        if name not in allowed or not equals or name in given:
+            options = "".join(f"[,{name}={_WORDS[name]}]" for name in _OPTIONS.get(kind, ()))
+            raise DesignError("measure of the object", got=part, allowed=f"each measure once: {_form(kind)}{options}")
+        given[name] = value.strip()
+    missing = [name for name in _MEASURES[kind] if name not in given]
+    if missing:
+        raise DesignError("object", got=Words(f"without {', '.join(missing)}"), allowed=_form(kind))
+    return given
+
+
+def _parse_measure(name: str, text: str) -> float:
+    """One measure in SI; a refusal tells it in its own unit."""
+    allowed = MASSES if name == "mass_g" else EXTENTS
+    try:
+        value = float(text) if text.isascii() and "_" not in text else math.nan
+    except ValueError:
+        value = math.nan
+    if not allowed.holds(value / 1000.0):
+        got = text if math.isnan(value) else Words(text)
+        raise DesignError(f"object.{name}", got=got, allowed=allowed.told_in(MILLI))
+    return value / 1000.0

@@ -1,0 +1,1 @@
+"""Relaxation of a simulated trunk to its equilibrium, for comparison with the model."""

@@ -1,0 +1,314 @@
+"""The trunk alone in MuJoCo, its base held at any orientation, loaded slowly and left to come to rest.
+
+What the equilibrium models are compared with: the same joints, masses and cables, found by moving there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, final
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spiraltrunk.checks import check_number
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model.kinematics.shape import Shape, Status
+from spiraltrunk.sim.relaxation.clamped_trunk import Point, gripper_center, held_spec, read_shape
+from spiraltrunk.sim.relaxation.options import SettleOptions
+from spiraltrunk.sim.robot.cable_friction import CableFriction
+from spiraltrunk.sim.robot.trunk import cable_name, hinge_names, section_name, tune_joint_limits
+
+__all__ = ["SettleOptions", "SettleRig", "Settled", "Stage", "settle"]
+
+_WATCH_STEPS = 10
+"""Physics steps between two looks at the velocity."""
+
+_SLOW = 1000.0
+"""Speed over that of rest below which nothing is braked [-]."""
+
+_STILL_TIME = 0.05
+"""Time for which the velocity must stay below its bound [s]: at the turning point of a swing it does not."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Stage:
+    """What the cables do next; nan is no command, and a cable with neither command hangs slack."""
+
+    pull: ArrayLike = math.nan
+    """Length to pull in since the straight trunk, negative for cable paid out, shape (n_cable,) [m]."""
+    tension: ArrayLike = math.nan
+    """Tension to hold, or the largest one where a length is commanded too, shape (n_cable,) [N]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Settled:
+    """Where the trunk came to rest, and with which forces."""
+
+    shape: Shape
+    """The shape in the frame that `Shape` describes, its cables through the true holes."""
+    cable_tension: np.ndarray
+    """Tension at the motors, shape (n_cable,) [N]."""
+    cable_pull: np.ndarray
+    """Cable pulled in as the simulation sees it, through its holes, shape (n_cable,) [m]."""
+    speed: float
+    """Largest speed of a hinge at the end [rad/s]."""
+    time: float
+    """Simulated time [s]."""
+
+
+@final
+class SettleRig:
+    """A trunk whose base is held, compiled once for any number of loadings.
+
+    Args:
+        design: the trunk.
+        theta_0: angle of the base axis below the horizontal [rad].
+        roll: turn of the trunk about its base axis from where its dorsal side lies in the plane z = 0 [rad].
+        loads: point mass at the end of each section, shape (n_section,) [kg].
+        options: how it is brought to rest.
+
+    Raises:
+        DesignError: for an angle or a load out of range.
+    """
+
+    def __init__(
+        self,
+        design: TrunkDesign,
+        *,
+        theta_0: float = math.pi / 2,
+        roll: float = 0.0,
+        loads: ArrayLike = 0.0,
+        options: SettleOptions | None = None,
+    ) -> None:
+        check_number("theta_0", theta_0)
+        check_number("roll", roll)
+        self.design = design
+        self.options = SettleOptions() if options is None else options
+        self.loads = np.broadcast_to(np.asarray(loads, float), design.n_section)
+        for n, load in enumerate(self.loads.tolist()):
+            check_number(f"loads[{n}]", load, least=0.0, below=1e3)
+        self.model = self._build(theta_0, roll)
+        tune_joint_limits(self.model, design)
+        # Only now, as the joint limits are as soft as the inertia that they were tuned to is small.
+        hinges = [self.model.joint(name).dofadr[0] for i in range(design.n_joint) for name in hinge_names(i)]
+        self._hinges = np.array(hinges)
+        self.model.dof_armature[self._hinges] *= self.options.armature_factor
+        self._damping = self.model.dof_damping[self._hinges].copy()
+        self.model.tendon_invweight0[self.model.tendon_limited > 0] /= self.options.limit_factor
+        self.data = mujoco.MjData(self.model)
+        self._cables = np.array([self.model.tendon(cable_name(c)).id for c in range(design.n_cable)])
+        self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(design.n_cable)])
+        self._bodies = np.array([self.model.body(section_name(n)).id for n in range(design.n_section)])
+        has_friction = design.cable.friction > 0
+        self.friction = CableFriction(self.model, design, self.options.trunk) if has_friction else None
+        self._force = np.zeros(3)
+        self._forward()
+        self._straight = self.data.ten_length[self._cables].copy()
+
+    @property
+    def section_mass(self) -> np.ndarray:
+        """Mass of each section with the gripper and the loads it carries, shape (n_section,) [kg]."""
+        mass = self.design.section_mass + self.loads
+        mass[-1] += self._gripper[0]
+        return mass
+
+    @property
+    def section_center(self) -> np.ndarray:
+        """Centre of these masses from each section's proximal joint, along its axis, shape (n_section,) [m]."""
+        length, (mass, beyond) = self.design.section_length, self._gripper
+        moment = self.design.section_mass * self.design.section_center + self.loads * length
+        moment[-1] += mass * (length[-1] + beyond)
+        return moment / self.section_mass
+
+    def settle(self, stages: Sequence[Stage] = ()) -> Settled:
+        """Let the trunk rest under gravity with slack cables, then load it stage by stage, at rest after each.
+
+        Raises:
+            ModelError: where a command is negative or not one number per cable.
+        """
+        *_, last = self.visit(stages)
+        return last
+
+    def visit(self, stages: Sequence[Stage] = ()) -> Iterator[Settled]:
+        """`settle`, telling where the trunk rests under gravity and then after each stage."""
+        commands = [self._read(stage) for stage in stages]
+        mujoco.mj_resetData(self.model, self.data)
+        self._force = np.zeros(3)
+        if self.friction is not None:
+            self.friction.reset(self.data)
+        self._command(np.zeros(self.design.n_cable), np.zeros(self.design.n_cable))
+        yield self._result(self._rest(), np.array(math.nan))
+        for pull, tension in commands:
+            self._ramp(pull, tension)
+            yield self._result(self._rest(), pull)
+
+    def push(self, force: ArrayLike, *, hold: Literal["length", "tension"] | None = None) -> Settled:
+        """From where it is, let the trunk rest under a force on its tip, winders holding what they held.
+
+        Args:
+            force: at the end of the last section until the next call, in the frame of `Shape`, shape (3,) [N].
+            hold: what winders of taut cables keep from now on, as it is now; a length up to the largest tension.
+
+        Raises:
+            ModelError: where the force is not three finite numbers.
+        """
+        self._force = np.asarray(force, float)
+        if self._force.shape != (3,) or not np.isfinite(self._force).all():
+            raise ModelError(f"force is {force!r}; allowed: 3 finite numbers")
+        self._aim_force()
+        if hold is not None:
+            self._keep(hold == "length")
+        return self._result(self._rest(), np.array(math.nan))
+
+    # Building.
+
+    @property
+    def _gripper(self) -> tuple[float, float]:
+        """Mass of the gripper [kg] and its centre's distance beyond the last section's end [m]."""
+        gripper = self.design.gripper
+        if gripper is None or not self.options.has_gripper:
+            return 0.0, 0.0
+        return gripper.mass, gripper_center(gripper)
+
+    def _build(self, theta_0: float, roll: float) -> mujoco.MjModel:
+        design, options, (mass, beyond) = self.design, self.options, self._gripper
+        end = design.section_length
+        points = [Point(section=n, along=float(end[n]), mass=float(self.loads[n])) for n in range(design.n_section)]
+        points.append(Point(section=design.n_section - 1, along=float(end[-1]) + beyond, mass=mass))
+        spec = held_spec(replace(design, gripper=None), options.trunk, points, theta_0=theta_0, roll=roll)
+        spec.option.timestep = options.timestep
+        for joint in spec.joints:
+            joint.damping[0] *= options.damping_factor
+        model = spec.compile()
+        if not options.has_contact:
+            model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+        return model
+
+    # Moving.
+
+    def _read(self, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
+        out = []
+        for name in ("pull", "tension"):
+            value = np.asarray(getattr(stage, name), float)
+            least = -2 * self.design.cable_stroke if name == "pull" else 0.0
+            if value.shape not in ((), (self.design.n_cable,)) or np.isinf(value).any() or (value < least).any():
+                allowed = f"{self.design.n_cable} numbers, at least {least:.4g} or nan"
+                raise ModelError(f"{name} is {getattr(stage, name)!r}; allowed: {allowed}")
+            out.append(np.broadcast_to(value, self.design.n_cable))
+        return out[0], out[1]
+
+    def _ramp(self, pull: np.ndarray, tension: np.ndarray) -> None:
+        """Go from what the cables do to the commanded lengths and tensions, all arriving together."""
+        self._forward()
+        now_pull, now_tension = self._pull(), self._tension()
+        has_length, most = np.isfinite(pull), self.design.cable.tension_max
+        first = np.where(has_length, now_pull + now_tension / self.options.trunk.cable_gain, self._straight)
+        last = np.where(has_length, pull, self._straight)
+        ceiling = np.minimum(np.where(np.isfinite(tension), tension, np.where(has_length, most, 0.0)), most)
+        start = np.where(has_length, ceiling, now_tension)
+        seconds = max(
+            float(np.abs(last - first).max()) / self.options.pull_speed,
+            float(np.abs(ceiling - start).max()) / self.options.tension_speed,
+        )
+        steps = max(1, math.ceil(seconds / self.options.timestep))
+        parts = np.arange(1, steps + 1) / steps
+        if self.options.has_smooth_ramps:
+            parts = parts**3 * (10 - 15 * parts + 6 * parts**2)
+        self._brake(True)
+        for part in parts:
+            self._command(first + part * (last - first), start + part * (ceiling - start))
+            self._advance(1)
+
+    def _rest(self) -> bool:
+        """Wait until all hinges stand still; whether they came to."""
+        period = _WATCH_STEPS * self.options.timestep
+        still = 0.0
+        for _ in range(round(self.options.time_most / period)):
+            self._advance(_WATCH_STEPS)
+            speed = self._speed()
+            if speed < _SLOW * self.options.still:
+                self._brake(False)
+            is_slow = speed < self.options.still
+            still = still + period if is_slow else 0.0
+            if still > _STILL_TIME - 1e-9:
+                return True
+        return False
+
+    def _brake(self, is_on: bool) -> None:
+        self.model.dof_damping[self._hinges] = self._damping * (self.options.brake_factor if is_on else 1.0)
+
+    def _advance(self, steps: int) -> None:
+        if self._force.any():
+            self._aim_force()
+        if self.friction is None:
+            mujoco.mj_step(self.model, self.data, steps)
+        else:
+            self.friction.step(self.data, steps)
+
+    def _aim_force(self) -> None:
+        tip, end = self._bodies[-1], self.data.site(f"end_{self.design.n_section:02d}").xpos
+        self.data.xfrc_applied[tip] = *self._force, *np.cross(end - self.data.xipos[tip], self._force)
+
+    def _keep(self, is_length: bool) -> None:
+        self._forward()
+        tension = self._tension()
+        pull = self._pull() + tension / self.options.trunk.cable_gain if is_length else self._straight
+        self._command(pull, np.where((tension > 0) & is_length, self.design.cable.tension_max, tension))
+
+    def _forward(self) -> None:
+        if self.friction is not None:
+            self.friction.apply(self.data)
+        mujoco.mj_forward(self.model, self.data)
+
+    def _command(self, pull: np.ndarray, tension: np.ndarray) -> None:
+        self.data.ctrl[self._motors] = np.maximum(self._straight - pull, 0.0)
+        self.model.actuator_forcerange[self._motors, 0] = -tension
+
+    def _pull(self) -> np.ndarray:
+        return self._straight - self.data.ten_length[self._cables]
+
+    def _tension(self) -> np.ndarray:
+        return np.asarray(-self.data.actuator_force[self._motors])
+
+    def _speed(self) -> float:
+        return float(np.abs(self.data.qvel[self._hinges]).max())
+
+    # Reading.
+
+    def _result(self, is_still: bool, wanted: np.ndarray) -> Settled:
+        self._forward()
+        shape = read_shape(self.design, self.data)
+        tension, pull = self._tension(), self._pull()
+        most = -self.model.actuator_forcerange[self._motors, 0]
+        is_sound = np.isfinite(self.data.qpos).all() and not any(w.number for w in self.data.warning)
+        status = Status.CONVERGED
+        if not (is_still and is_sound):
+            status = Status.NOT_CONVERGED
+        elif shape.is_shut.all():
+            status = Status.ALL_SHUT
+        elif (np.isfinite(wanted) & (most > 0) & (tension > 0.999 * most)).any():
+            status = Status.STALLED
+        return Settled(
+            shape=replace(shape, status=np.array(int(status))), cable_tension=tension, cable_pull=pull,
+            speed=self._speed(), time=float(self.data.time),
+        )  # fmt: skip
+
+
+def settle(
+    design: TrunkDesign,
+    stages: Sequence[Stage] = (),
+    *,
+    theta_0: float = math.pi / 2,
+    roll: float = 0.0,
+    loads: ArrayLike = 0.0,
+    options: SettleOptions | None = None,
+) -> Settled:
+    """Where the trunk rests after its cables went through ``stages``, by simulation; see `SettleRig`."""
+    return SettleRig(design, theta_0=theta_0, roll=roll, loads=loads, options=options).settle(stages)

@@ -1,0 +1,104 @@
+"""The tip gripper's bodies: fingers of phalanges on elastic hinges, one cable group that closes and one that opens."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+
+from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
+
+GROUPS = ("gripper_close", "gripper_open")
+"""Tendon and actuator of the two cable groups, on the fingers' inner and outer sides."""
+
+SOLIMP_LIMIT = [0.95, 0.999, 0.01, 0.5, 2.0]
+"""Impedance of a finger joint's limit: stiff within half a degree, as the phalanges' faces are."""
+
+
+def add_gripper(spec: mujoco.MjSpec, tip: mujoco.MjsBody, design: TrunkDesign) -> None:
+    """Add the design's gripper to the tip section's body."""
+    gripper = design.gripper
+    assert gripper is not None  # The caller asks.
+    end = float(design.section_length[-1])
+    for f in range(gripper.n_finger):
+        _add_finger(tip, gripper, f, end)
+        _exclude_overlaps(spec, gripper, f)
+    for group, side in zip(GROUPS, (-1.0, 1.0), strict=True):
+        _add_group(spec, gripper, group, side)
+
+
+def phalanx_name(finger: int, j: int) -> str:
+    """Body of phalanx ``j`` of a finger, both counted from 0."""
+    return f"finger_{finger + 1}_{j + 1}"
+
+
+def _add_finger(tip: mujoco.MjsBody, gripper: GripperDesign, finger: int, end: float) -> None:
+    angle = 2 * math.pi * finger / gripper.n_finger
+    out = np.array([0.0, math.cos(angle), math.sin(angle)])
+    share = gripper.phalanx_length * gripper.phalanx_width**2
+    masses = gripper.mass / gripper.n_finger * share / share.sum()
+    parent, position = tip, np.array([end, 0.0, 0.0]) + gripper.mount_radius * out
+    turn = [math.cos(angle / 2), math.sin(angle / 2), 0.0, 0.0]
+    for j in range(gripper.n_phalanx):
+        body = parent.add_body(name=phalanx_name(finger, j), pos=position, quat=turn)
+        _add_phalanx(body, gripper, j, masses[j])
+        parent, position, turn = body, np.array([gripper.phalanx_length[j], 0, 0]), [1.0, 0, 0, 0]
+
+
+def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: float) -> None:
+    length, width = gripper.phalanx_length[j], gripper.phalanx_width[j]
+    stiffness = float(gripper.joint_stiffness[j])
+    joint = body.add_joint(
+        name=body.name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, -1], limited=True,
+        range=[-gripper.delta_theta, gripper.delta_theta], armature=1e-6,
+        solref_limit=SOLREF, solimp_limit=SOLIMP_LIMIT,
+    )  # fmt: skip
+    joint.stiffness[0] = stiffness
+    joint.damping[0] = 0.04 * stiffness
+    radius = width / 2
+    body.explicitinertial = True
+    body.mass = mass
+    body.ipos = [length / 2, 0, 0]
+    body.inertia = [mass * radius**2 / 2] + [mass * (3 * radius**2 + length**2) / 12] * 2
+    middle, half = length / 2, _half_core(gripper, j)
+    body.add_geom(
+        name=body.name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[radius, 0, 0],
+        fromto=[middle - half, 0, 0, middle + half, 0, 0], rgba=[0.85, 0.45, 0.40, 1],
+        solref=SOLREF, solimp=SOLIMP, condim=3, friction=[1.0, 0.005, 1e-4],
+    )  # fmt: skip
+
+
+def _half_core(gripper: GripperDesign, j: int) -> float:
+    """Half the length of a phalanx's capsule without its caps [m]: with them, it reaches from joint to joint."""
+    length, width = float(gripper.phalanx_length[j]), float(gripper.phalanx_width[j])
+    return max(length - width, 0.05 * width) / 2
+
+
+def _add_group(spec: mujoco.MjSpec, gripper: GripperDesign, group: str, side: float) -> None:
+    """One cable of as many strands as fingers, past each joint at STRAND_LEVER of the phalanx's width."""
+    tendon = spec.add_tendon(name=group)
+    for f in range(gripper.n_finger):
+        for j in range(gripper.n_phalanx):
+            tendon.wrap_joint(phalanx_name(f, j), side * STRAND_LEVER * float(gripper.phalanx_width[j]))
+    actuator = spec.add_actuator(
+        name=group, target=group, trntype=mujoco.mjtTrn.mjTRN_TENDON, ctrllimited=True,
+        ctrlrange=[0.0, gripper.tension_max],
+    )  # fmt: skip
+    actuator.gear[0] = -1.0
+
+
+def _exclude_overlaps(spec: mujoco.MjSpec, gripper: GripperDesign, finger: int) -> None:
+    """Phalanges do not collide where those between them are so short that they overlap in the straight finger.
+
+    Nothing else is left out: fingers meet each other and the trunk. MuJoCo skips parent and child by itself.
+    """
+    ends = np.cumsum(gripper.phalanx_length)
+    middle = ends - gripper.phalanx_length / 2
+    reach = gripper.phalanx_width / 2 + [_half_core(gripper, j) for j in range(gripper.n_phalanx)]
+    for j in range(gripper.n_phalanx):
+        for k in range(j + 2, gripper.n_phalanx):
+            if middle[j] + reach[j] > middle[k] - reach[k]:
+                spec.add_exclude(bodyname1=phalanx_name(finger, j), bodyname2=phalanx_name(finger, k))

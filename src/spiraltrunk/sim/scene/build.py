@@ -1,0 +1,151 @@
+"""The world of a trial: floor, pedestal, arm, trunk, and an object, hung before a table or resting on the ground."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+
+from spiraltrunk.checks import check_type
+from spiraltrunk.control.messages import Goal, Target, Task
+from spiraltrunk.design import presets
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.sim.robot.arm import arm_spec
+from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
+from spiraltrunk.sim.robot.trunk import add_trunk, tune_joint_limits
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.sim.scene.supports import add_ground, add_hung_object, add_table
+
+ARM = "arm/"
+"""Prefix of every name of the arm."""
+
+
+def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
+    """The task as the robot is told it.
+
+    Raises:
+        DesignError: for anything but a design and options.
+    """
+    check_type("design", design, TrunkDesign)
+    check_type("options", options, SceneOptions)
+    shape = options.shape if options.told is None else options.told
+    is_hung, is_upright = options.stage == "hung", options.stance == "upright"
+    position = np.array(options.position)
+    if not is_hung:
+        position[2] = options.ground + shape.size[0 if is_upright else 2] / 2
+    axis = np.array([math.cos(options.yaw), math.sin(options.yaw), 0.0])
+    target = Target(
+        kind=shape.kind, width=shape.width, length=shape.size[0], mass=shape.mass, position=position,
+        axis=np.array([0.0, 0.0, 1.0]) if is_upright else axis,
+    )  # fmt: skip
+    aside = np.array([0.0, options.aside, 0.0])
+    beside = np.array([0.0, options.place_aside, options.place_rise]) if is_hung else aside
+    if any(options.push):
+        beside = np.array([*options.push, 0.0])
+    ground = None if is_hung else options.ground
+    goal = Goal(lift=options.lift, aside=aside, place=position + beside, ground=ground)
+    for array in (target.position, target.axis, goal.aside, goal.place):
+        array.setflags(write=False)  # The verdict goes by them.
+    return Task(design=design, target=target, goal=goal)
+
+
+def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
+    """The whole world as one spec.
+
+    Raises:
+        DesignError: for anything but a design and options.
+    """
+    check_type("design", design, TrunkDesign)
+    check_type("options", options, SceneOptions)
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    spec.compiler.autolimits = True
+    _set_options(spec, options)
+    _set_look(spec)
+    _add_surroundings(spec, design)
+    base = spec.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
+    spec.attach(arm_spec(design.arm, is_light=True), prefix=ARM, frame=base)
+    mount = spec.site(f"{ARM}{design.arm.mount_site}")
+    add_trunk(spec, mount.parent, design, options.trunk, pos=mount.pos, quat_wxyz=mount.quat)
+    spec.add_exclude(bodyname1=mount.parent.name, bodyname2="housing")
+    if options.stage == "hung":
+        add_hung_object(spec, options)
+        add_table(spec, options, build_task(design, options))
+    else:
+        add_ground(spec, options)
+    return spec
+
+
+def build_model(design: TrunkDesign | None = None, options: SceneOptions | None = None) -> mujoco.MjModel:
+    """The whole world compiled, its joint limits tuned.
+
+    Raises:
+        DesignError: for anything but a design and options, and where MuJoCo cannot build their world.
+    """
+    design = presets.PAPER if design is None else design
+    spec = scene_spec(design, SceneOptions() if options is None else options)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        allowed = f"sizes, masses and places that it builds; it says: {' '.join(str(error).split())[:150]}"
+        raise DesignError("world", got=Words("one that MuJoCo refuses"), allowed=allowed) from None
+    tune_joint_limits(model, design)
+    return model
+
+
+def _set_options(spec: mujoco.MjSpec, options: SceneOptions) -> None:
+    spec.option.timestep = options.timestep
+    spec.option.impratio = options.friction_hardness
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.tolerance = 1e-6  # Fewer iterations than at 1e-8, for the same rate of success.
+    spec.option.gravity = [0, 0, -9.81]
+    # MuJoCo 4.0.0's sparse Cholesky factor is at fault in places; the dense one is not, and no slower here.
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+
+
+def _set_look(spec: mujoco.MjSpec) -> None:
+    """Light and image quality; pictures are drawn larger and shrunk, as multisampling is slow in software."""
+    visual = spec.visual
+    visual.global_.offwidth, visual.global_.offheight = 1920, 1440
+    visual.global_.fovy = 40.0
+    visual.headlight.ambient = [0.40, 0.40, 0.40]
+    visual.headlight.diffuse = [0.30, 0.30, 0.30]
+    visual.headlight.specular = [0.10, 0.10, 0.10]
+    visual.quality.offsamples = 0
+    visual.quality.shadowsize = 2048
+    visual.quality.numslices, visual.quality.numstacks = 20, 8  # Of round things, of which the cables are most.
+    visual.map.znear = 0.02
+    visual.map.shadowclip = 1.2
+    visual.map.haze = 0.6
+    visual.rgba.haze = [0.90, 0.92, 0.94, 1]
+
+
+def _add_surroundings(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
+    world = spec.worldbody
+    spec.add_texture(
+        name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.90, 0.92, 0.94], rgb2=[0.66, 0.74, 0.84], width=64, height=384,
+    )  # fmt: skip
+    spec.add_texture(
+        name="tiles", type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        rgb1=[0.86, 0.86, 0.85], rgb2=[0.80, 0.81, 0.81], width=256, height=256,
+    )  # fmt: skip
+    tiles = spec.add_material(name="tiles", texrepeat=[2, 2], texuniform=True, specular=0.0)
+    tiles.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
+    world.add_light(
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, pos=[1.3, -0.6, 3.0], dir=[-0.45, 0.30, -1], castshadow=True,
+        diffuse=[0.52, 0.51, 0.49], specular=[0.2, 0.2, 0.2],
+    )  # fmt: skip
+    world.add_geom(
+        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05], material="tiles",
+        solref=SOLREF, solimp=SOLIMP,
+    )  # fmt: skip
+    half = design.arm.base_height / 2
+    if half > 0:
+        world.add_geom(
+            name="pedestal", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.13, 0.12, half], pos=[-0.04, 0, half],
+            rgba=[0.30, 0.33, 0.38, 1],
+        )  # fmt: skip

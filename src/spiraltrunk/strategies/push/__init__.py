@@ -1,0 +1,1 @@
+"""Pushes along the ground with the trunk rolled up: kick and sweep."""

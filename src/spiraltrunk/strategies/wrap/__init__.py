@@ -1,0 +1,1 @@
+"""Wraps: the whole trunk round an object, hung or standing."""

@@ -1,0 +1,101 @@
+"""A trunk curling sideways round an object that stands beside it: where the object is, seen from the trunk's base.
+
+The base axis points ahead, at a tilt from hanging straight down, the ventral side to one side. Up to the first section
+that touches, the trunk is taken as the free one in equilibrium (`statics`): the object stands loose, so that it can
+bear no force worth mention while the trunk closes round it. A planning model; what it predicts is checked against the
+simulated trunk in the tests.
+
+Vectors are level: (aside to ventral, ahead, up), from the base.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import nnls
+
+from spiraltrunk.checks import check_number
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model import statics
+from spiraltrunk.model.kinematics.cables import planar_lever
+from spiraltrunk.strategies.wrap.hung_model import predict_wrap
+
+_TILT_RANGE = math.radians(30.0), math.radians(150.0)
+"""Tilts among which one is sought: beyond, the trunk topples over or hangs [rad]."""
+
+
+def cable_pulls(design: TrunkDesign, ventral: float, aside: float) -> np.ndarray:
+    """Least tensions whose sum pulls with ``ventral`` and, along the trunk's z, ``aside`` [N], shape (n_cable,) [N].
+
+    Unequal ventral cables turn the plane of bending: this says how unequal.
+
+    Raises:
+        ModelError: where the cables cannot pull that way.
+    """
+    across = design.cable_direction[:, 1:].T
+    tension, missing = nnls(across, np.array([-ventral, aside]))
+    if missing > 1e-9 * max(1.0, abs(ventral), abs(aside)):
+        raise ModelError(f"no cables of {design.name} pull to ({ventral:g}, {aside:g}) N; allowed: three cables around")
+    return np.asarray(tension)
+
+
+def shut_pull(design: TrunkDesign) -> np.ndarray:
+    """Ventral pull at which each joint reaches its limit, gravity apart, shape (n_joint,) [N]."""
+    ventral = ventral_cables(design)
+    lever = -planar_lever(design, np.full(design.n_joint, -design.joint_limit))[:, ventral].sum(axis=1)
+    sum_pull = float(-design.cable_direction[ventral, 1].sum())
+    return np.asarray(design.joint_stiffness * design.joint_limit / lever * sum_pull)
+
+
+def wrap_start(design: TrunkDesign, width: float) -> int:
+    """First section of a wrap round an object of ``width`` [m], counted from 0 at the base."""
+    return min(predict_wrap(design, width, 0.0, 0.0).first, design.n_section - 1)
+
+
+def object_center(
+    design: TrunkDesign, width: float, tilt: float, tension: np.ndarray, section: int | None = None
+) -> np.ndarray:
+    """Centre of an upright object of ``width`` [m] that a section touches with its middle, level, shape (3,) [m].
+
+    Args:
+        design: the trunk.
+        width: extent of the object across [m].
+        tilt: of the base axis from hanging straight down [rad].
+        tension: of the cables, shape (n_cable,) [N].
+        section: which one, counted from 0 at the base; None is the first of a wrap.
+    """
+    check_number("width", width, above=0.0)
+    ends = _ends(design, tilt, tension)
+    first = wrap_start(design, width) if section is None else section
+    heading = (ends[first + 1] - ends[first])[:2]
+    to_object = np.array([heading[1], -heading[0], 0.0]) / max(float(np.linalg.norm(heading)), 1e-9)
+    return (ends[first] + ends[first + 1]) / 2 + (width / 2 + design.section_radius[first]) * to_object
+
+
+def curl_tilt(design: TrunkDesign, width: float, tension: np.ndarray, slope: float) -> float:
+    """Tilt of the base at which the curled trunk's plane falls ahead by ``slope`` [rad], 0 for level [rad]."""
+    first = wrap_start(design, width)
+    low, high = _TILT_RANGE
+    for _ in range(12):
+        middle = (low + high) / 2
+        if _fall_ahead(_ends(design, middle, tension)[first:]) > slope:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _ends(design: TrunkDesign, tilt: float, tension: np.ndarray) -> np.ndarray:
+    """Base and ends of all sections, level, shape (n_section + 1, 3) [m]."""
+    loads = statics.Loads(mass=0.0 if design.gripper is None else design.gripper.mass)
+    shape = statics.solve(design, tension=tension, theta_0=math.pi / 2 - tilt, roll=-math.pi / 2, loads=loads)
+    x, y, z = np.moveaxis(np.asarray(shape.points), -1, 0)
+    return np.vstack([np.zeros(3), np.stack([z, x, y], axis=-1)])
+
+
+def _fall_ahead(points: np.ndarray) -> float:
+    """Slope ahead of the plane that fits points best, falling positive [rad]."""
+    normal = np.linalg.svd(points - points.mean(axis=0))[2][2]
+    return math.atan2(float(normal[1]), float(abs(normal[2]))) * (1.0 if normal[2] >= 0 else -1.0)
