@@ -29,7 +29,7 @@ from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings, Wei
 from spiraltrunk.capture.session import measure, play_session
 from spiraltrunk.capture.world import WorldOptions, draw_world, expected, weigh
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.mocap.protocol_file import load_protocol
+from spiraltrunk.mocap.protocol.toml import load_protocol
 
 FITTED = ("bend-dorsal_1", "rest-000_1", "rest-090_1")
 JUDGED = ("rest", "bend-dorsal")

@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.motive_csv import read_motive
-from spiraltrunk.mocap.take import Take
+from spiraltrunk.mocap.recordings.motive_csv import read_motive
+from spiraltrunk.mocap.recordings.take import Take
 
 SLOWEST = 1.0
 """Time that a small file may take [s]."""

@@ -19,9 +19,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from spiraltrunk.mocap.motive_csv import read_motive
-from spiraltrunk.mocap.motive_write import format_motive
-from spiraltrunk.mocap.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.motive_csv import read_motive
+from spiraltrunk.mocap.recordings.motive_write import format_motive
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
 
 BAR = 10.0
 """Megabytes a second that are claimed."""

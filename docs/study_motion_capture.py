@@ -18,14 +18,14 @@ from scipy.spatial.transform import Rotation
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.judge import compute_result, judge, write_judgement
-from spiraltrunk.mocap.motive_write import write_motive
-from spiraltrunk.mocap.plan import build_plan
-from spiraltrunk.mocap.predict import predict
-from spiraltrunk.mocap.protocol import Protocol, sort_takes
-from spiraltrunk.mocap.protocol_file import load_protocol
-from spiraltrunk.mocap.register import Motion
+from spiraltrunk.mocap.protocol.protocol import Protocol, sort_takes
+from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.toml import load_protocol
+from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
-from spiraltrunk.mocap.session import SessionSettings
+from spiraltrunk.mocap.session.prediction import predict
+from spiraltrunk.mocap.session.session import SessionSettings
+from spiraltrunk.mocap.signal.registration import Motion
 
 DOCS = Path(__file__).parent
 NOISE = 3e-4

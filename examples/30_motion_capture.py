@@ -14,11 +14,11 @@ import numpy as np
 
 from spiraltrunk.design import presets
 from spiraltrunk.mocap import Protocol, Run, SessionSettings, build_session, compute_deviation
-from spiraltrunk.mocap.motive_write import write_motive
-from spiraltrunk.mocap.plan import build_plan
-from spiraltrunk.mocap.predict import predict
-from spiraltrunk.mocap.register import Motion
+from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
+from spiraltrunk.mocap.session.prediction import predict
+from spiraltrunk.mocap.signal.registration import Motion
 
 trunk = presets.get("paper")
 run = Run(name="bend", kind="bend-dorsal", steps=6, step=0.02, takes=2)

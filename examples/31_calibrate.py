@@ -18,7 +18,7 @@ from spiraltrunk.calibration.identifiability import advise
 from spiraltrunk.capture.session import measure, play_session
 from spiraltrunk.capture.world import draw_world, weigh
 from spiraltrunk.design import presets
-from spiraltrunk.mocap.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 
 design = presets.get("paper")
 protocol = Protocol(

@@ -23,10 +23,10 @@ from spiraltrunk.design.toml import write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files.atomic import write_folder
-from spiraltrunk.mocap.protocol import Protocol
-from spiraltrunk.mocap.register import Alignment
-from spiraltrunk.mocap.session import SessionSettings, build_session
-from spiraltrunk.mocap.shapes_file import write_shapes
+from spiraltrunk.mocap.protocol.protocol import Protocol
+from spiraltrunk.mocap.session.session import SessionSettings, build_session
+from spiraltrunk.mocap.session.shapes_json import write_shapes
+from spiraltrunk.mocap.signal.registration import Alignment
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.report.calibration_plot import Bars, write_calibration
 

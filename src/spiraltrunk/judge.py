@@ -19,12 +19,12 @@ import spiraltrunk
 from spiraltrunk.design.toml import write_design
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files.atomic import write_folder
-from spiraltrunk.mocap.compare import PAPER, Deviation, compute_deviation
-from spiraltrunk.mocap.protocol import Protocol
-from spiraltrunk.mocap.register import KINDS as ALIGNMENTS
-from spiraltrunk.mocap.register import Alignment
-from spiraltrunk.mocap.session import RunShapes, Session, SessionSettings, Tell, build_session, register
-from spiraltrunk.mocap.shapes_file import write_shapes
+from spiraltrunk.mocap.protocol.protocol import Protocol
+from spiraltrunk.mocap.session.session import RunShapes, Session, SessionSettings, Tell, build_session, register
+from spiraltrunk.mocap.session.shapes_json import write_shapes
+from spiraltrunk.mocap.signal.deviation import PAPER, Deviation, compute_deviation
+from spiraltrunk.mocap.signal.registration import KINDS as ALIGNMENTS
+from spiraltrunk.mocap.signal.registration import Alignment
 from spiraltrunk.report.boxes import write_boxes
 from spiraltrunk.report.judged import Judged
 from spiraltrunk.report.overlay import write_overlay

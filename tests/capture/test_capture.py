@@ -12,12 +12,12 @@ from spiraltrunk.capture.session import measure, play_session, write_session
 from spiraltrunk.capture.world import WorldOptions, draw_world, weigh
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
-from spiraltrunk.mocap.load import load_take
-from spiraltrunk.mocap.plan import build_plan
-from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.mocap.protocol_file import load_protocol
-from spiraltrunk.mocap.register import Alignment
-from spiraltrunk.mocap.session import SessionSettings, read_session
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.toml import load_protocol
+from spiraltrunk.mocap.recordings.load import load_take
+from spiraltrunk.mocap.session.session import SessionSettings, read_session
+from spiraltrunk.mocap.signal.registration import Alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 SHORT = Protocol(

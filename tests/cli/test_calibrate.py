@@ -10,7 +10,7 @@ from spiraltrunk.capture.world import draw_world
 from spiraltrunk.cli import main
 from spiraltrunk.design import load_design
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.mocap.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 
 SHORT = Protocol(
     name="short",

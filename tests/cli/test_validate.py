@@ -14,10 +14,10 @@ import pytest
 from spiraltrunk import cli
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap import load_protocol, load_shapes
-from spiraltrunk.mocap.motive_write import write_motive
-from spiraltrunk.mocap.plan import build_plan
-from spiraltrunk.mocap.predict import predict
+from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
+from spiraltrunk.mocap.session.prediction import predict
 
 PROTOCOL = """
 name = "short"

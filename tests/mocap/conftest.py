@@ -11,13 +11,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.mocap.motive_csv import read_motive
-from spiraltrunk.mocap.plan import build_plan
-from spiraltrunk.mocap.predict import predict
-from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.mocap.register import Motion
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.recordings.motive_csv import read_motive
+from spiraltrunk.mocap.recordings.take import Take
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
-from spiraltrunk.mocap.take import Take
+from spiraltrunk.mocap.session.prediction import predict
+from spiraltrunk.mocap.signal.registration import Motion
 
 REAL = Path(__file__).parents[3] / "shared" / "mocap"
 

@@ -9,7 +9,7 @@ import pytest
 
 from spiraltrunk.errors import MissingPackage, TakeError
 from spiraltrunk.mocap import load_take
-from spiraltrunk.mocap.c3d import load_c3d
+from spiraltrunk.mocap.recordings.c3d import load_c3d
 
 LABELS = ["section_01:Marker1", "section_01:Marker2", "loose"]
 

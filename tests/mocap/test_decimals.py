@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.mocap.decimals import read_decimals
+from spiraltrunk.mocap.recordings.decimals import read_decimals
 
 plain = st.from_regex(r"-?[0-9]{1,9}(\.[0-9]{0,6})?|-?\.[0-9]{1,9}", fullmatch=True)
 

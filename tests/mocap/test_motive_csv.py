@@ -14,10 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files import text_lines
-from spiraltrunk.mocap import cells, header
-from spiraltrunk.mocap.motive_csv import load_motive, read_motive
-from spiraltrunk.mocap.motive_write import format_motive, write_motive
-from spiraltrunk.mocap.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings import motive_cells, motive_header
+from spiraltrunk.mocap.recordings.motive_csv import load_motive, read_motive
+from spiraltrunk.mocap.recordings.motive_write import format_motive, write_motive
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
 
 POSE = [0.1, 0.2, 0.3, 0.927362, 1.5, -0.25, 0.125, 0.0002]
 OTHER = [0.1, 0.2, 0.3, 0.927362, 1.6, -0.25, 0.125, 0.0003]
@@ -281,10 +281,10 @@ def test_a_file_without_data_is_refused(write, body, marker, read):
 
 def test_sizes_are_limited(write, body, read, monkeypatch, tmp_path):
     data = write(body("a"), [POSE, OTHER, POSE])
-    monkeypatch.setattr(cells, "MOST_CELLS", 20)
+    monkeypatch.setattr(motive_cells, "MOST_CELLS", 20)
     assert "more than 20 numbers" in str(refuse(read, data))
     with monkeypatch.context() as patch:
-        patch.setattr(header, "MOST_COLUMNS", 5)
+        patch.setattr(motive_header, "MOST_COLUMNS", 5)
         assert "at most 5" in str(refuse(read, data))
     with monkeypatch.context() as patch:
         patch.setattr(text_lines, "_LONGEST", 100)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spiraltrunk.mocap.motive_csv import load_motive
+from spiraltrunk.mocap.recordings.motive_csv import load_motive
 
 FOLDER = Path(__file__).parents[3] / "shared" / "mocap"
 FILES = {

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.errors import DesignError, MissingPackage, TakeError
-from spiraltrunk.mocap.natnet import LiveSettings, record_live
+from spiraltrunk.mocap.recordings.natnet import LiveSettings, record_live
 
 _SPEC = importlib.util.spec_from_file_location("natnet_server", Path(__file__).parent / "fakes" / "natnet_server.py")
 fake = importlib.util.module_from_spec(_SPEC)

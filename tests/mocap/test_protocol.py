@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import SpiralTrunkError, TakeError
-from spiraltrunk.mocap.plan import build_plan
-from spiraltrunk.mocap.plan_text import format_plan, format_schedule
-from spiraltrunk.mocap.protocol import Protocol, Run, sort_takes
-from spiraltrunk.mocap.protocol_file import load_protocol, parse_protocol, read_packaged
+from spiraltrunk.mocap.protocol.checklist import format_plan, format_schedule
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run, sort_takes
+from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.toml import load_protocol, parse_protocol, read_packaged
 from spiraltrunk.model import reference
 
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.errors import ShapeError, TakeError
-from spiraltrunk.mocap.compare import compute_deviation
-from spiraltrunk.mocap.register import (
+from spiraltrunk.mocap.signal.deviation import compute_deviation
+from spiraltrunk.mocap.signal.registration import (
     Alignment,
     fit_motion,
     frame_from_markers,

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, TakeError
-from spiraltrunk.mocap.gaps import find_gaps, tell_gaps
-from spiraltrunk.mocap.segment import (
+from spiraltrunk.mocap.signal.gaps import find_gaps, tell_gaps
+from spiraltrunk.mocap.signal.segmentation import (
     StillSettings,
     compute_calmest,
     compute_middle,

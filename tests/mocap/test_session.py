@@ -12,16 +12,16 @@ from scipy.spatial.transform import Rotation
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.mocap import build_session, compute_deviation, load_shapes, read_session, write_shapes
-from spiraltrunk.mocap.axes import read_axes, turn_quaternions
-from spiraltrunk.mocap.distances import compute_reach
-from spiraltrunk.mocap.motive_write import write_motive
-from spiraltrunk.mocap.plan import build_plan
-from spiraltrunk.mocap.predict import predict
-from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.mocap.register import read_alignment
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
+from spiraltrunk.mocap.recordings.motive_write import write_motive
+from spiraltrunk.mocap.recordings.take import find_stale
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
-from spiraltrunk.mocap.session import SessionSettings
-from spiraltrunk.mocap.take import find_stale
+from spiraltrunk.mocap.session.prediction import predict
+from spiraltrunk.mocap.session.section_spacing import compute_reach
+from spiraltrunk.mocap.session.session import SessionSettings
+from spiraltrunk.mocap.signal.registration import read_alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 SECTIONS = (1, 3, 5, 7, 9, 11, 13, 15)

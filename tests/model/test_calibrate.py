@@ -24,7 +24,7 @@ from spiraltrunk.capture.session import MeasureOptions, measure, play_session
 from spiraltrunk.capture.world import draw_world, weigh
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
-from spiraltrunk.mocap.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 

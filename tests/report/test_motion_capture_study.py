@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from spiraltrunk.mocap.protocol_file import load_protocol
+from spiraltrunk.mocap.protocol.toml import load_protocol
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "motion_capture.md").read_text()

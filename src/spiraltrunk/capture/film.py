@@ -12,9 +12,9 @@ from spiraltrunk.calibration.predict_states import place_points
 from spiraltrunk.capture.play import Played
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.mocap.register import Motion
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take
 from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
-from spiraltrunk.mocap.take import Body, Marker, Take
+from spiraltrunk.mocap.signal.registration import Motion
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 NAME = "virtual capture, not a measurement"

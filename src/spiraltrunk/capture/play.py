@@ -11,7 +11,7 @@ import numpy as np
 from spiraltrunk.calibration.predict_states import State, play_statics
 from spiraltrunk.capture.world import World
 from spiraltrunk.errors import ModelError
-from spiraltrunk.mocap.plan import Plan
+from spiraltrunk.mocap.protocol.schedule import Plan
 from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.sim.relaxation.relax import Settled, SettleOptions, SettleRig, Stage

@@ -16,9 +16,9 @@ from spiraltrunk.capture.play import Played, play_by_model, play_simulated
 from spiraltrunk.capture.world import World
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.mocap.motive_write import write_motive
-from spiraltrunk.mocap.plan import build_plan
-from spiraltrunk.mocap.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_seat
 
 Tell = Callable[[str, int, int], None]

@@ -59,14 +59,14 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if calibrate_bench.has_bench(arguments) and not arguments.takes:
         return calibrate_bench.run_bench(arguments)
     from spiraltrunk.design import load_design
-    from spiraltrunk.mocap.protocol_file import load_protocol
+    from spiraltrunk.mocap.protocol.toml import load_protocol
 
     protocol = load_protocol(arguments.protocol)
     design = load_design(arguments.design or protocol.design)
     if arguments.virtual is not None:
         return _play(arguments, design, protocol)
     from spiraltrunk.calibrated import Recordings, split_takes
-    from spiraltrunk.mocap.protocol import sort_takes
+    from spiraltrunk.mocap.protocol.protocol import sort_takes
 
     given = sort_takes(protocol, arguments.takes)
     fitted, held_out = (given, sort_takes(protocol, arguments.hold_out)) if arguments.hold_out else split_takes(given)

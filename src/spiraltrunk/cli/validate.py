@@ -15,9 +15,9 @@ from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.shape_load import MODELS
 
 if TYPE_CHECKING:
-    from spiraltrunk.mocap.plan import Plan
-    from spiraltrunk.mocap.protocol import Protocol
-    from spiraltrunk.mocap.session import SessionSettings
+    from spiraltrunk.mocap.protocol.protocol import Protocol
+    from spiraltrunk.mocap.protocol.schedule import Plan
+    from spiraltrunk.mocap.session.session import SessionSettings
 
 _MOST_TAKES = 200
 _MOST_FRICTION = 2.0
@@ -60,10 +60,10 @@ def add_verb(verbs: Any) -> None:
 def _run(arguments: argparse.Namespace) -> Answer:
     _check(arguments)
     from spiraltrunk.design import load_design
-    from spiraltrunk.mocap.axes import read_axes
-    from spiraltrunk.mocap.protocol_file import load_protocol
-    from spiraltrunk.mocap.register import read_alignment
-    from spiraltrunk.mocap.session import SessionSettings
+    from spiraltrunk.mocap.protocol.toml import load_protocol
+    from spiraltrunk.mocap.recordings.axes import read_axes
+    from spiraltrunk.mocap.session.session import SessionSettings
+    from spiraltrunk.mocap.signal.registration import read_alignment
 
     protocol = load_protocol(arguments.protocol)
     settings = SessionSettings(
@@ -112,7 +112,7 @@ def _try_folder(folder: str) -> None:
 
 def _judge(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:
     from spiraltrunk.judge import compute_result, judge, write_judgement
-    from spiraltrunk.mocap.protocol import sort_takes
+    from spiraltrunk.mocap.protocol.protocol import sort_takes
 
     takes = sort_takes(protocol, arguments.takes)
     with show_progress(sys.stderr) as tell:
@@ -153,8 +153,8 @@ def _mm(value: float | None) -> str:
 
 
 def _plan(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:
-    from spiraltrunk.mocap.plan import build_plan
-    from spiraltrunk.mocap.plan_text import format_plan, format_schedule
+    from spiraltrunk.mocap.protocol.checklist import format_plan, format_schedule
+    from spiraltrunk.mocap.protocol.schedule import build_plan
 
     plans = [build_plan(settings.design, protocol, run) for run in protocol.runs]
     text = format_plan(settings.design, protocol, plans)
@@ -173,7 +173,7 @@ def _plan(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSe
 
 
 def _read_protocol(path_or_name: str) -> str:
-    from spiraltrunk.mocap.protocol_file import PACKAGED, read_packaged
+    from spiraltrunk.mocap.protocol.toml import PACKAGED, read_packaged
 
     return read_packaged() if path_or_name == PACKAGED else Path(path_or_name).read_text(encoding="utf-8-sig")
 

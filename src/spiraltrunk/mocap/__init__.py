@@ -1,12 +1,12 @@
 """The judge: recordings of motion capture become static shapes, and shapes are held against a model."""
 
-from spiraltrunk.mocap.compare import compute_deviation
-from spiraltrunk.mocap.load import load_take
-from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.mocap.protocol_file import load_protocol
-from spiraltrunk.mocap.session import SessionSettings, build_session, read_session
-from spiraltrunk.mocap.shapes_file import load_shapes, write_shapes
-from spiraltrunk.mocap.take import Take
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.toml import load_protocol
+from spiraltrunk.mocap.recordings.load import load_take
+from spiraltrunk.mocap.recordings.take import Take
+from spiraltrunk.mocap.session.session import SessionSettings, build_session, read_session
+from spiraltrunk.mocap.session.shapes_json import load_shapes, write_shapes
+from spiraltrunk.mocap.signal.deviation import compute_deviation
 
 __all__ = [
     "Protocol",

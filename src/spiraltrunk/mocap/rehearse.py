@@ -9,8 +9,8 @@ import numpy as np
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.mocap.register import Motion
-from spiraltrunk.mocap.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.signal.registration import Motion
 from spiraltrunk.model.kinematics.frames import base_orientation
 
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.protocol import Run
-from spiraltrunk.mocap.register import mean_rotation
-from spiraltrunk.mocap.sections import HeldShape
+from spiraltrunk.mocap.protocol.protocol import Run
+from spiraltrunk.mocap.session.sections import HeldShape
+from spiraltrunk.mocap.signal.registration import mean_rotation
 
 _LEANS = math.radians(2.0)
 """Angle between the base's axis as set and as seen from which on it is told [rad] (ours)."""

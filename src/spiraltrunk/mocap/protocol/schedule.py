@@ -14,7 +14,7 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, TakeError
-from spiraltrunk.mocap.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.model import reference
 from spiraltrunk.model.kinematics.shape import Shape
 

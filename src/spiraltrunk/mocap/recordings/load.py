@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.c3d import load_c3d
-from spiraltrunk.mocap.motive_csv import load_motive
-from spiraltrunk.mocap.take import Take
+from spiraltrunk.mocap.recordings.c3d import load_c3d
+from spiraltrunk.mocap.recordings.motive_csv import load_motive
+from spiraltrunk.mocap.recordings.take import Take
 
 
 def load_take(path: str | Path, *, axes: str, rotations: str = "quaternion") -> Take:

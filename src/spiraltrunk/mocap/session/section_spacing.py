@@ -15,7 +15,7 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.sections import HeldShape
+from spiraltrunk.mocap.session.sections import HeldShape
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 SLACK_SHARE, SLACK = 0.10, 5e-3

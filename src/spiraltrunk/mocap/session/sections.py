@@ -11,10 +11,10 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.protocol import Protocol
-from spiraltrunk.mocap.register import frame_from_markers, mean_rotation, rotation_from_quaternions
-from spiraltrunk.mocap.segment import Still, compute_middle
-from spiraltrunk.mocap.take import Body, Marker, Take
+from spiraltrunk.mocap.protocol.protocol import Protocol
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take
+from spiraltrunk.mocap.signal.registration import frame_from_markers, mean_rotation, rotation_from_quaternions
+from spiraltrunk.mocap.signal.segmentation import Still, compute_middle
 
 FEWEST = 3
 """Sections that a recording has at least [-]."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from spiraltrunk.design.toml import replace_file
-from spiraltrunk.mocap.take import Body, Marker, Take
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take
 
 _BODY = (("Rotation", "XYZW"), ("Position", "XYZ"), ("Mean Marker Error", " "))
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files.text_lines import Lines, decode
-from spiraltrunk.mocap.decimals import read_decimals
+from spiraltrunk.mocap.recordings.decimals import read_decimals
 
 MOST_CELLS = 150_000_000
 """Numbers up to which a recording is read [-]: 1.2 GB of memory, an hour of 18 bodies with their markers at 100 Hz."""

@@ -15,10 +15,10 @@ import numpy as np
 
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files.text_lines import Lines, open_take
-from spiraltrunk.mocap.axes import read_axes, turn_quaternions
-from spiraltrunk.mocap.cells import Table, read_cells
-from spiraltrunk.mocap.header import Column, Header, read_header
-from spiraltrunk.mocap.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
+from spiraltrunk.mocap.recordings.motive_cells import Table, read_cells
+from spiraltrunk.mocap.recordings.motive_header import Column, Header, read_header
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
 
 ROTATIONS = ("quaternion", "ignore")
 """What to do with rotations: read quaternions and refuse all else, or leave them out."""

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import final
 
 from spiraltrunk.errors import TakeError
-from spiraltrunk.mocap.register import Alignment
-from spiraltrunk.mocap.segment import StillSettings
+from spiraltrunk.mocap.signal.registration import Alignment
+from spiraltrunk.mocap.signal.segmentation import StillSettings
 from spiraltrunk.model.kinematics.measured_shapes import KINDS
 
 ORIENTATIONS = ("markers", "body", "none")

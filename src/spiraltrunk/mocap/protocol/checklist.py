@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.mocap.plan import Plan
-from spiraltrunk.mocap.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.schedule import Plan
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 
 _TOLD = 5e-6

@@ -10,9 +10,9 @@ from typing import Any
 
 from spiraltrunk.errors import DesignError, TakeError
 from spiraltrunk.files.text_lines import open_take
-from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.mocap.register import read_alignment
-from spiraltrunk.mocap.segment import StillSettings
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.mocap.signal.registration import read_alignment
+from spiraltrunk.mocap.signal.segmentation import StillSettings
 
 PACKAGED = "paper"
 """Name of the protocol that comes with the package."""

@@ -12,9 +12,9 @@ import numpy as np
 
 from spiraltrunk.errors import MissingPackage, TakeError
 from spiraltrunk.files.text_lines import open_take
-from spiraltrunk.mocap.axes import read_axes
-from spiraltrunk.mocap.cells import MOST_CELLS
-from spiraltrunk.mocap.take import Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.axes import read_axes
+from spiraltrunk.mocap.recordings.motive_cells import MOST_CELLS
+from spiraltrunk.mocap.recordings.take import Marker, Take, find_stale
 
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _FARTHEST = 1e4

@@ -12,17 +12,17 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ShapeError, TakeError
-from spiraltrunk.mocap.base_lean import check_base
-from spiraltrunk.mocap.distances import check_trunk, tell_scale
-from spiraltrunk.mocap.gaps import tell_gaps
-from spiraltrunk.mocap.load import load_take
-from spiraltrunk.mocap.plan import Plan, build_plan
-from spiraltrunk.mocap.predict import Predicted, predict
-from spiraltrunk.mocap.protocol import Protocol, Run
-from spiraltrunk.mocap.register import Alignment, Motion, fit_motion, is_straight, mean_rotation
-from spiraltrunk.mocap.sections import HeldShape, SectionTracks, check_order, find_sections, hold
-from spiraltrunk.mocap.segment import Still, find_stills, find_timed, tell_calmest
-from spiraltrunk.mocap.take import Take
+from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.mocap.protocol.schedule import Plan, build_plan
+from spiraltrunk.mocap.recordings.load import load_take
+from spiraltrunk.mocap.recordings.take import Take
+from spiraltrunk.mocap.session.base_tilt import check_base
+from spiraltrunk.mocap.session.prediction import Predicted, predict
+from spiraltrunk.mocap.session.section_spacing import check_trunk, tell_scale
+from spiraltrunk.mocap.session.sections import HeldShape, SectionTracks, check_order, find_sections, hold
+from spiraltrunk.mocap.signal.gaps import tell_gaps
+from spiraltrunk.mocap.signal.registration import Alignment, Motion, fit_motion, is_straight, mean_rotation
+from spiraltrunk.mocap.signal.segmentation import Still, find_stills, find_timed, tell_calmest
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_seat
 

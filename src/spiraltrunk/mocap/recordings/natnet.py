@@ -15,8 +15,8 @@ import numpy as np
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.errors import MissingPackage, TakeError
-from spiraltrunk.mocap.axes import read_axes, turn_quaternions
-from spiraltrunk.mocap.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
 
 _POLL = 2e-3
 _OCCLUDED = 0x01

@@ -10,7 +10,7 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.mocap.plan import Plan, solve_reference
+from spiraltrunk.mocap.protocol.schedule import Plan, solve_reference
 from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
 from spiraltrunk.model.kinematics.shape import Shape, Status

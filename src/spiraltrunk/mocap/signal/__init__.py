@@ -1,0 +1,1 @@
+"""Signal processing of takes: gaps, static segments, registration and deviations."""
