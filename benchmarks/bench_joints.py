@@ -16,7 +16,7 @@ from spiraltrunk.calibration.joint_bench_fit import fit_static
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.report import format_table
-from spiraltrunk.report.bench_plot import Loaded, write_loads
+from spiraltrunk.report.joint_bench_plot import Loaded, write_loads
 
 
 def main() -> int:

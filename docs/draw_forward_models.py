@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spiraltrunk.report.look import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
+from spiraltrunk.report.style import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

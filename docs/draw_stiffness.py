@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.report.look import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
+from spiraltrunk.report.style import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

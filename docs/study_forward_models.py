@@ -26,7 +26,7 @@ from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics import pull_sequences
 from spiraltrunk.model.statics.equilibrium import Creep, StaticsOptions
-from spiraltrunk.report.shape_plot import write_shape
+from spiraltrunk.report.shape.shape_plot import write_shape
 
 DOCS = Path(__file__).parent
 MUS = (0.0, 0.1, 0.15, 0.2, 0.4)

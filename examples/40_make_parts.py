@@ -12,7 +12,7 @@ from pathlib import Path
 
 import mujoco
 
-from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.design import design_from_rules
 from spiraltrunk.export import Request, export_robot
 

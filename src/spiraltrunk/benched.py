@@ -20,7 +20,7 @@ from spiraltrunk.calibration.parameters import BenchStiffness
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.files.atomic import write_folder
-from spiraltrunk.report.bench_plot import Loaded, Rung, write_loads
+from spiraltrunk.report.joint_bench_plot import Loaded, Rung, write_loads
 
 FILES = ("bench.png", "result.json")
 """What bench records alone leave behind."""

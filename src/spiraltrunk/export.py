@@ -17,27 +17,27 @@ from typing import Any, final
 import numpy as np
 
 import spiraltrunk
-from spiraltrunk.cad import workshop
-from spiraltrunk.cad.agreement import Measured, measure_trunk
-from spiraltrunk.cad.bill import build_bill, estimate_print, format_csv, format_markdown
-from spiraltrunk.cad.catalogue import build_parts, check_groups
-from spiraltrunk.cad.curl import check_curl
-from spiraltrunk.cad.guide import format_guide
-from spiraltrunk.cad.hardware import check_hardware
-from spiraltrunk.cad.kernel import check_packages
-from spiraltrunk.cad.options import MakeOptions
-from spiraltrunk.cad.part import Part
-from spiraltrunk.cad.workshop import Made
+from spiraltrunk.cad.checks.agreement import Measured, measure_trunk
+from spiraltrunk.cad.checks.assembly import check_hardware
+from spiraltrunk.cad.checks.self_collision import check_curl
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.occ import check_packages
+from spiraltrunk.cad.geometry.part import Part
+from spiraltrunk.cad.output import make_part
+from spiraltrunk.cad.output.assembly_guide import format_guide
+from spiraltrunk.cad.output.bill_of_materials import build_bill, estimate_print, format_csv, format_markdown
+from spiraltrunk.cad.output.catalogue import build_parts, check_groups
+from spiraltrunk.cad.output.make_part import Made
 from spiraltrunk.design.toml import load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
 from spiraltrunk.files.atomic import refuse_strangers, write_folder
-from spiraltrunk.report.exploded import Placed, write_pictures
+from spiraltrunk.report.solids.exploded import Placed, write_pictures
 
 MODEL_FORMATS = ("mjcf", "urdf")
 """Formats of the whole robot for simulators."""
 
-FORMATS = (*workshop.FORMATS, *MODEL_FORMATS)
+FORMATS = (*make_part.FORMATS, *MODEL_FORMATS)
 """Everything that `--formats` may ask for."""
 
 Tell = Callable[[str, int, int], None]
@@ -76,7 +76,7 @@ class Request:
     @property
     def part_formats(self) -> tuple[str, ...]:
         """The formats of parts that are asked for."""
-        return tuple(name for name in self.formats if name in workshop.FORMATS)
+        return tuple(name for name in self.formats if name in make_part.FORMATS)
 
     @property
     def model_formats(self) -> tuple[str, ...]:
@@ -179,11 +179,11 @@ def _make(
     if _count_workers(jobs, request.workers) == 1:
         for part in jobs:
             tell(part.name, len(made), len(jobs))
-            made[part.name] = workshop.make_part(part, *arguments)
+            made[part.name] = make_part.make_part(part, *arguments)
     else:
         with _open_pool(_count_workers(jobs, request.workers)) as pool:
             waiting: dict[Future[Made], str] = {
-                pool.submit(workshop.make_part, part, *arguments): part.name for part in jobs
+                pool.submit(make_part.make_part, part, *arguments): part.name for part in jobs
             }
             tell("parts", 0, len(jobs))
             for done in as_completed(waiting):

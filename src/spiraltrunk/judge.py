@@ -25,10 +25,10 @@ from spiraltrunk.mocap.session.shapes_json import write_shapes
 from spiraltrunk.mocap.signal.deviation import PAPER, Deviation, compute_deviation
 from spiraltrunk.mocap.signal.registration import KINDS as ALIGNMENTS
 from spiraltrunk.mocap.signal.registration import Alignment
-from spiraltrunk.report.boxes import write_boxes
-from spiraltrunk.report.judged import Judged
-from spiraltrunk.report.overlay import write_overlay
 from spiraltrunk.report.page import Block, Grid, Heading, Picture, Words, write_page
+from spiraltrunk.report.shape.box_plots import write_boxes
+from spiraltrunk.report.shape.comparison import Judged
+from spiraltrunk.report.shape.overlay import write_overlay
 
 _TITLE = "Recordings against the model"
 _MADE_UP = ("rehearsal", "virtual", "simulat")

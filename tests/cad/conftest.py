@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.components.options import MakeOptions
 
 
 @pytest.fixture(scope="session")

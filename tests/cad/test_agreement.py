@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiraltrunk.cad.options import MakeOptions
-from spiraltrunk.cad.sections import build_trunk
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.trunk.pieces import build_trunk
 from spiraltrunk.design import CableDesign, design_from_rules, presets
 from spiraltrunk.export import compute_agreement
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 
-from spiraltrunk.cad.agreement import measure_trunk, place_faces
-from spiraltrunk.cad.kernel import build_solid, measure_cones, measure_cylinders
+from spiraltrunk.cad.checks.agreement import measure_trunk, place_faces
+from spiraltrunk.cad.geometry.occ import build_solid, measure_cones, measure_cylinders
 
 ASKED = {
     "section_length",
@@ -103,8 +103,8 @@ def test_sections_and_shells_fill_the_outline():
     The printed body without its holes is one polygon; its volume is that of the outlines, less the seats, plus the
     joints' rings between the faces: an exact sum.
     """
-    from spiraltrunk.cad.forms import Revolved, compute_volume
-    from spiraltrunk.cad.sections import build_body
+    from spiraltrunk.cad.geometry.csg import Revolved, compute_volume
+    from spiraltrunk.cad.trunk.body import build_body
 
     design = presets.get("spirob-15")
     body = build_body(design, MakeOptions())

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiraltrunk.cad.forms import Cut, Union, box, compute_volume, rod, shifted
-from spiraltrunk.cad.mesh import Mesh, weld, write_3mf, write_stl
-from spiraltrunk.cad.options import MakeOptions
-from spiraltrunk.cad.part import PLA, Part
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.csg import Cut, Union, box, compute_volume, rod, shifted
+from spiraltrunk.cad.geometry.mesh import Mesh, weld, write_3mf, write_stl
+from spiraltrunk.cad.geometry.part import PLA, Part
 from spiraltrunk.errors import DesignError
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 pytest.importorskip("embreex", reason="walls need the extra cad")
 
-from spiraltrunk.cad.checks import check_part, probe
-from spiraltrunk.cad.kernel import (
+from spiraltrunk.cad.checks.printability import check_part, probe
+from spiraltrunk.cad.geometry.occ import (
     build_mesh,
     build_solid,
     measure_bulk,
@@ -105,7 +105,7 @@ def test_a_mesh_has_the_kernels_volume_and_area():
 
 def test_long_thin_faces_are_meshed_as_finely_as_asked():
     """The kernel's mesher spans this ridge by chords a hundred times coarser than it is told."""
-    from spiraltrunk.cad.forms import Revolved
+    from spiraltrunk.cad.geometry.csg import Revolved
 
     ring = Revolved(profile=((28.2165, -2.0), (30.6165, -2.0), (30.6165, 5.8425), (28.2165, 5.8425)))
     ridge = Revolved(
@@ -142,7 +142,7 @@ def test_files_hold_the_same_solid(tmp_path):
 
 
 def test_a_hole_through_leaning_faces_is_measured_at_its_axis():
-    from spiraltrunk.cad.forms import Revolved
+    from spiraltrunk.cad.geometry.csg import Revolved
 
     lens = Revolved(profile=((0.0, 0.0), (10.0, 3.0), (10.0, 8.0), (0.0, 12.0)))
     drilled = Cut(form=lens, tools=tuple(rod(0.5, (6 * c, 6 * s, -1), (6 * c, 6 * s, 13)) for c, s in ((1, 0), (0, 1))))

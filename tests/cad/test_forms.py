@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.cad.forms import (
+from spiraltrunk.cad.geometry.csg import (
     Common,
     Cut,
     Prism,

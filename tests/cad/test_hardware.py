@@ -8,17 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiraltrunk.cad.bill import build_bill, cable_length
-from spiraltrunk.cad.catalogue import build_parts
-from spiraltrunk.cad.fasteners import LENGTHS, THREADS, Bolt, pick_length
-from spiraltrunk.cad.forms import Cut, box, compute_bounds, contains, rod
-from spiraltrunk.cad.hardware import build_motors, check_hardware, find_faults, list_bolts
-from spiraltrunk.cad.neck_screws import find_neck_screw
-from spiraltrunk.cad.part import PLA, Part
-from spiraltrunk.cad.pins import find_pins
-from spiraltrunk.cad.room import find_room
-from spiraltrunk.cad.sections import build_body, plan_planes
-from spiraltrunk.cad.winder import find_drum, motor_angles, motor_ring
+from spiraltrunk.cad.checks.assembly import build_motors, check_hardware, find_faults, list_bolts
+from spiraltrunk.cad.components.fasteners import LENGTHS, THREADS, Bolt, pick_length
+from spiraltrunk.cad.geometry.csg import Cut, box, compute_bounds, contains, rod
+from spiraltrunk.cad.geometry.part import PLA, Part
+from spiraltrunk.cad.housing.layout import find_room
+from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
+from spiraltrunk.cad.output.bill_of_materials import build_bill, cable_length
+from spiraltrunk.cad.output.catalogue import build_parts
+from spiraltrunk.cad.trunk.body import build_body
+from spiraltrunk.cad.trunk.neck_screws import find_neck_screw
+from spiraltrunk.cad.trunk.pieces import plan_planes
+from spiraltrunk.cad.trunk.pins import find_pins
 from spiraltrunk.design import presets
 from spiraltrunk.errors import PartError
 
@@ -170,7 +171,7 @@ def test_the_bill_counts_every_screw(options):
     bolts = list_bolts(presets.PAPER, options, names)
     rows = {row.material: row for row in build_bill(presets.PAPER, [], options)}
     assert rows == {}
-    from spiraltrunk.cad.bill import _count
+    from spiraltrunk.cad.output.bill_of_materials import _count
 
     counted = {row.material: (row.item, row.count) for row in _count(bolts)}
     assert counted == {

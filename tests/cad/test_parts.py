@@ -10,13 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spiraltrunk.cad.catalogue import GROUPS, build_parts, check_groups
-from spiraltrunk.cad.curl import check_curl, compute_play, find_overlap
-from spiraltrunk.cad.gripper import build_finger, strand_travel
-from spiraltrunk.cad.options import MakeOptions
-from spiraltrunk.cad.sections import build_body, build_joint, build_trunk
-from spiraltrunk.cad.shell import build_moulds, build_shells
-from spiraltrunk.cad.winder import find_arm, find_drum
+from spiraltrunk.cad.checks.self_collision import check_curl, compute_play, find_overlap
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.housing.winder import find_arm, find_drum
+from spiraltrunk.cad.output.catalogue import GROUPS, build_parts, check_groups
+from spiraltrunk.cad.trunk.body import build_body, build_joint
+from spiraltrunk.cad.trunk.gripper import build_finger, strand_travel
+from spiraltrunk.cad.trunk.pieces import build_trunk
+from spiraltrunk.cad.trunk.skin import build_moulds, build_shells
 from spiraltrunk.design import design_from_rules, presets
 from spiraltrunk.errors import DesignError, UnknownName
 
@@ -47,7 +48,7 @@ def test_a_trunk_without_gripper_has_no_channel(options):
 
 @pytest.mark.parametrize("tall", [100.0, 150.0, 256.0, 600.0])
 def test_pieces_fit_the_bed_and_leave_nothing_out(tall, options):
-    from spiraltrunk.cad.forms import compute_bounds
+    from spiraltrunk.cad.geometry.csg import compute_bounds
 
     options = replace(options, bed=(256.0, 256.0, tall))
     parts = build_trunk(presets.PAPER, options)
@@ -65,7 +66,7 @@ def test_pieces_fit_the_bed_and_leave_nothing_out(tall, options):
 @pytest.mark.parametrize("tall", [100.0, 180.0, 256.0])
 def test_pieces_together_are_the_body(tall, options):
     """Their outlines, without holes, have the volume of the whole outline; the first stands on its cut end."""
-    from spiraltrunk.cad.forms import Revolved, compute_volume
+    from spiraltrunk.cad.geometry.csg import Revolved, compute_volume
 
     whole = build_body(presets.PAPER, options)
     parts = build_trunk(presets.PAPER, replace(options, bed=(256.0, 256.0, tall)))
@@ -92,7 +93,7 @@ def test_shells_are_drawn_from_the_seed(options):
 
 def test_a_mould_is_the_negative_of_its_shell(options):
     """Ring and core enclose what is left of the cavity: the shell."""
-    from spiraltrunk.cad.forms import contains
+    from spiraltrunk.cad.geometry.csg import contains
 
     shell = build_shells(presets.PAPER, options)[4]
     core, ring = (part for part in build_moulds(presets.PAPER, options) if part.name.endswith("05"))

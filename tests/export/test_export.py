@@ -11,8 +11,8 @@ from multiprocessing import active_children
 import numpy as np
 import pytest
 
-from spiraltrunk.cad.catalogue import GROUPS, build_parts
-from spiraltrunk.cad.options import MakeOptions
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
 from spiraltrunk.design import design_from_rules, load_design, presets
 from spiraltrunk.errors import PartError, UnknownName
 from spiraltrunk.export import Request, check_robot, export_robot
@@ -66,7 +66,7 @@ def test_every_check_holds(exported, short):
 
 
 def test_a_steps_volume_is_the_parts(exported):
-    from spiraltrunk.cad.kernel import read_step_volume
+    from spiraltrunk.cad.geometry.occ import read_step_volume
 
     folder, result, _ = exported
     for name in ("trunk_1", "gripper", "shell_02", "housing"):

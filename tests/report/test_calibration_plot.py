@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from spiraltrunk.report.bench_plot import Loaded, Rung, build_loads_figure, write_loads
 from spiraltrunk.report.calibration_plot import Bars, build_calibration_figure, write_calibration
+from spiraltrunk.report.joint_bench_plot import Loaded, Rung, build_loads_figure, write_loads
 
 BARS = Bars(
     before=np.array([1.0, 0.5]), value=np.array([1.2, 0.4]), low=np.array([1.1, 0.3]), high=np.array([1.3, 0.5]),

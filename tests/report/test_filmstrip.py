@@ -10,7 +10,7 @@ from PIL import Image
 
 from spiraltrunk.errors import ShapeError
 from spiraltrunk.report import write_filmstrip
-from spiraltrunk.report.filmstrip import build_filmstrip, load_font, wrap_caption
+from spiraltrunk.report.trial.filmstrip import build_filmstrip, load_font, wrap_caption
 
 COLORS = ((200, 30, 40), (20, 160, 60), (30, 60, 210), (240, 200, 20), (10, 10, 10))
 

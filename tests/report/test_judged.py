@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.report.boxes import build_boxes_figure, write_boxes
-from spiraltrunk.report.judged import Judged
-from spiraltrunk.report.overlay import MOST_SHAPES, build_overlay_figure, choose_shapes, write_overlay
 from spiraltrunk.report.page import Grid, Heading, Picture, Words, format_page, write_page
+from spiraltrunk.report.shape.box_plots import build_boxes_figure, write_boxes
+from spiraltrunk.report.shape.comparison import Judged
+from spiraltrunk.report.shape.overlay import MOST_SHAPES, build_overlay_figure, choose_shapes, write_overlay
 
 
 def judged(count=8, n_section=6):

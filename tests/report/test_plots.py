@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from spiraltrunk.report import Series, write_overview, write_plots
-from spiraltrunk.report.bands import place_labels
-from spiraltrunk.report.plots import (
+from spiraltrunk.report.trial.figures import (
     FIGURES,
     build_cables_figure,
     build_curvature_figure,
@@ -26,6 +25,7 @@ from spiraltrunk.report.plots import (
     build_object_figure,
     build_overview_figure,
 )
+from spiraltrunk.report.trial.phase_bands import place_labels
 
 ALL = {**FIGURES, "overview.png": build_overview_figure}
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.report.heatmap import Outcomes, build_heatmap_figure, compute_cells, write_heatmap
-from spiraltrunk.report.rates import Rate, build_rates_figure, write_rates
+from spiraltrunk.report.survey.heatmap import Outcomes, build_heatmap_figure, compute_cells, write_heatmap
+from spiraltrunk.report.survey.rates import Rate, build_rates_figure, write_rates
 
 RATES = [
     Rate(name="wrap-vertical", trials=50, successes=48, low=0.865, high=0.989),

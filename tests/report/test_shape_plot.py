@@ -13,8 +13,8 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference
 from spiraltrunk.model.kinematics.shape import Shape
-from spiraltrunk.report.shape_plot import _size_dots, build_shape_figure, write_shape
-from spiraltrunk.report.shape_solids import build_solids
+from spiraltrunk.report.shape.sections_3d import build_solids
+from spiraltrunk.report.shape.shape_plot import _size_dots, build_shape_figure, write_shape
 
 SHAPES = {
     "rest": (0.0, lambda theta: reference.rest(PAPER, theta)),

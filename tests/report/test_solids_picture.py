@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from spiraltrunk.report.exploded import Placed, assembled, explode
-from spiraltrunk.report.rasterise import rasterise
-from spiraltrunk.report.solids_picture import PictureSolid, draw_view
+from spiraltrunk.report.solids.exploded import Placed, assembled, explode
+from spiraltrunk.report.solids.rasterise import rasterise
+from spiraltrunk.report.solids.solids_picture import PictureSolid, draw_view
 
 
 def triangle(z: float) -> np.ndarray:

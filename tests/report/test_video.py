@@ -116,7 +116,7 @@ def test_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_missing_encoder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from spiraltrunk.report import video
+    from spiraltrunk.report.trial import video
 
     monkeypatch.setattr(video, "_ENCODER", "no_such_encoder")
     with pytest.raises(MissingPackage, match=r"no H\.264 encoder"):

@@ -9,7 +9,7 @@ from PIL import Image
 
 from spiraltrunk.design import presets
 from spiraltrunk.model.inverse import workspace
-from spiraltrunk.report.workspace import build_workspace_figure, write_workspace
+from spiraltrunk.report.shape.workspace_plot import build_workspace_figure, write_workspace
 
 
 def test_picture_has_both_views_in_millimetres(tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def _build_request(arguments: argparse.Namespace) -> Request:
         UnknownName: for a part or a format that does not exist.
         DesignError: for a number out of range, named as it is typed.
     """
-    from spiraltrunk.cad.options import MakeOptions
+    from spiraltrunk.cad.components.options import MakeOptions
     from spiraltrunk.design import presets
     from spiraltrunk.errors import DesignError
     from spiraltrunk.export import Request

@@ -103,7 +103,7 @@ def _check_picture(file: str) -> None:
 
 
 def _draw(design: TrunkDesign, shape: Shape, theta_0: float, file: str, title: str) -> None:
-    from spiraltrunk.report.shape_plot import write_shape
+    from spiraltrunk.report.shape.shape_plot import write_shape
 
     try:
         write_shape(design, shape, theta_0, file, title=title)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.report.look import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
+from spiraltrunk.report.style import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import spiraltrunk
-from spiraltrunk.report.heatmap import Outcomes, write_heatmap
-from spiraltrunk.report.rates import Rate, write_rates
+from spiraltrunk.report.survey.heatmap import Outcomes, write_heatmap
+from spiraltrunk.report.survey.rates import Rate, write_rates
 from spiraltrunk.survey.counts import summarize
 from spiraltrunk.survey.folder import FILES, Log, open_log, write_tables
 from spiraltrunk.survey.plan import Entry, Plan

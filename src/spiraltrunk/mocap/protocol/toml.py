@@ -50,7 +50,7 @@ def load_protocol(path_or_name: str | Path) -> Protocol:
 
 def read_packaged() -> str:
     """Text of the packaged protocol, to be copied and changed."""
-    return (files("spiraltrunk.mocap") / "protocol.toml").read_text(encoding="utf-8")
+    return (files("spiraltrunk.mocap.protocol") / "protocol.toml").read_text(encoding="utf-8")
 
 
 def parse_protocol(data: bytes, *, source: str, folder: Path | None = None) -> Protocol:

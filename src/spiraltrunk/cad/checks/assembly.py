@@ -1,0 +1,159 @@
+"""Does what is bought fit what is made? Screws, nuts, motors, drums and servo in their places, before anything is made.
+
+Everything is looked at by its definition (`forms.contains`), in the assembled robot. Held are: no screw, nut or motor
+in a part's material or in another's place; material under all of each head and nut; a straight way for the key.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+import numpy as np
+
+from spiraltrunk.cad.components.fasteners import Bolt
+from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
+from spiraltrunk.cad.geometry.csg import Form, Revolved, compute_bounds, contains, polar, rod, shifted
+from spiraltrunk.cad.geometry.part import Part
+from spiraltrunk.cad.housing.housing import list_housing_bolts
+from spiraltrunk.cad.housing.test_stand import list_wedge_bolts
+from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
+from spiraltrunk.cad.trunk.neck_screws import list_neck_bolts
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import PartError
+
+SKIN = 0.05
+"""How far inside of a body's surface one looks [mm]."""
+
+_TURNS = 12
+"""Points round a body."""
+
+_HOUSED = ("adapter", "housing", "lid", "neck", "trunk_1")
+
+
+def check_hardware(design: TrunkDesign, options: MakeOptions, parts: Sequence[Part]) -> int:
+    """Hold screws, nuts and motors against those parts that are made.
+
+    Returns:
+        How many screws were looked at.
+
+    Raises:
+        PartError: which screw does not fit which part.
+    """
+    made = {part.name: part for part in parts}
+    housed = {name: part for name, part in made.items() if name in _HOUSED}
+    bolts = [bolt for bolt in list_bolts(design, options, housed) if set(bolt.parts) <= set(housed)]
+    faults = find_faults(bolts, list(housed.values()), build_motors(design, options) if "housing" in made else [])
+    if "wedge" in made:
+        wedge = list_wedge_bolts(options)
+        faults += find_faults(wedge, [made["wedge"]], [])
+        bolts += wedge
+    if faults:
+        more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+        raise PartError(f"{faults[0]}{more}; allowed: none: a larger housing, neck or base")
+    return len(bolts)
+
+
+def list_bolts(design: TrunkDesign, options: MakeOptions, names: Collection[str]) -> list[Bolt]:
+    """Every screw of parts of these names, from the flange to section 1, in its place."""
+    bolts = list_neck_bolts(design) if {"trunk_1", "neck"} & set(names) else []
+    if {"adapter", "housing", "lid", "neck"} & set(names):
+        bolts = [*list_housing_bolts(design, options), *bolts]
+    return [bolt for bolt in bolts if set(bolt.parts) & set(names)]
+
+
+def find_faults(bolts: Sequence[Bolt], parts: Sequence[Part], bodies: Sequence[tuple[str, Form]]) -> list[str]:
+    """What does not fit, in words.
+
+    Args:
+        bolts: screws in their places.
+        parts: what they join, and what is near.
+        bodies: what else is there, by name, in the assembled robot.
+    """
+    faults = []
+    for i, bolt in enumerate(bolts):
+        points = np.concatenate([_fill(form) for form in bolt.forms()])
+        name = f"{bolt.what}: screw {bolt.thread.name} x {bolt.length:g} at {_tell(bolt.seat)}"
+        for part in parts:
+            inside = contains(part.form, part.take_in(points))
+            if inside.any():
+                at = points[np.flatnonzero(inside)[0]]
+                faults.append(f"{name} is in the material of part {part.name} at {_tell(at)}")
+        for what, body in bodies:
+            # A motor's own screws end in it.
+            if what != bolt.what.partition(" ")[0] and contains(body, points).any():
+                faults.append(f"{name} is in the place of a {what}")
+        for other in bolts[:i]:
+            if any(contains(form, points).any() for form in other.forms()):
+                faults.append(f"{name} is in the place of {other.what} at {_tell(other.seat)}")
+        faults += [f"{name} {fault}" for fault in (*_check_seats(bolt, parts), *_check_key(bolt, parts, bodies))]
+    return faults
+
+
+def _check_seats(bolt: Bolt, parts: Sequence[Part]) -> list[str]:
+    """Material under the head, if it is not sunk, and under the nut."""
+    seat, along, thread = np.array(bolt.seat), np.array(bolt.along), bolt.thread
+    rings = []
+    if not (bolt.is_sunk or bolt.is_head_elsewhere):
+        rings.append(("head", seat + 0.2 * along, thread.head / 2))
+    if bolt.nut_at is not None:
+        rings.append(("nut", seat + (bolt.nut_at - 0.2) * along, thread.flats / 2))
+    faults = []
+    for what, middle, outer in rings:
+        around = _circle(middle, along, outer - 0.3)
+        held = np.zeros(len(around), dtype=bool)
+        for part in parts:
+            held |= contains(part.form, part.take_in(around))
+        if not held.all():
+            faults.append(f"has no material under {np.count_nonzero(~held)} of {len(held)} points of its {what}")
+    return faults
+
+
+def _check_key(bolt: Bolt, parts: Sequence[Part], bodies: Sequence[tuple[str, Form]]) -> list[str]:
+    """Parts and motors that are there already when the screw is turned: those that it joins."""
+    way = bolt.key()
+    if way is None:
+        return []
+    points = _fill(way)
+    joined = [part for part in parts if part.name in bolt.parts]
+    blocked = [part.name for part in joined if contains(part.form, part.take_in(points)).any()]
+    if bolt.what.startswith("housing"):
+        blocked += [what for what, body in bodies if what == "motor" and contains(body, points).any()]
+    return [f"cannot be reached by a key for {name}" for name in dict.fromkeys(blocked)]
+
+
+def build_motors(design: TrunkDesign, options: MakeOptions) -> list[tuple[str, Form]]:
+    """Motors and drums in their places."""
+    drum, motor = find_drum(design, options), options.motor
+    floor = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER + options.plate
+    bodies: list[tuple[str, Form]] = []
+    for axis in motor_angles(design):
+        at = polar(motor_ring(design, options), axis, floor)
+        top = motor.height
+        outline = ((0.0, top), (drum.flange, top), (drum.flange, top + drum.height), (0.0, top + drum.height))
+        bodies.append(("motor", shifted(rod(motor.diameter / 2, (0, 0, 0), (0, 0, top)), at)))
+        bodies.append(("drum", shifted(Revolved(profile=outline), at)))
+    return bodies
+
+
+def _fill(form: Form) -> np.ndarray:
+    """Points in a cylinder made by `forms.rod`, near its surface and inside, shape (n, 3) [mm]."""
+    _, high = compute_bounds(form.form)  # type: ignore[union-attr]
+    radius, length = float(high[0]) - SKIN, float(high[2])
+    heights = np.linspace(SKIN, length - SKIN, max(3, int(length)))
+    turns = 2 * math.pi * np.arange(_TURNS) / _TURNS
+    flat = [polar(part * radius, turn, 0.0) for part in (0.5, 1.0) for turn in turns]
+    local = np.array([(x, y, z) for z in heights for x, y, _ in flat])
+    T = np.array(form.T)  # type: ignore[union-attr]
+    return np.asarray(local @ T[:3, :3].T + T[:3, 3])
+
+
+def _circle(middle: np.ndarray, along: np.ndarray, radius: float) -> np.ndarray:
+    """Points round an axis, shape (12, 3) [mm]."""
+    layer = 2 * _TURNS
+    return _fill(rod(radius + SKIN, middle, middle + along))[_TURNS:layer]  # The outer ones of the first layer.
+
+
+def _tell(place: Sequence[float] | np.ndarray) -> str:
+    x, y, z = (float(value) for value in place)
+    return f"({x:.1f}, {y:.1f}, {z:.1f}) mm"

@@ -1,0 +1,1 @@
+"""Geometry of parts: constructive solid geometry, the OCC kernel, meshes."""

@@ -1,0 +1,1 @@
+"""The motor housing: winders, layout, lid, housing and test stand."""

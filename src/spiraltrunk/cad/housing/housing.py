@@ -1,0 +1,167 @@
+"""What carries the trunk: motor housing, lid with the servo's bracket, neck, and the adapter to the robot's flange.
+
+From the flange on: adapter, housing with its floor on it and the motors on the floor, drums, lid with a guide hole for
+each cable above the trunk's holes, neck with the funnel that section 1 sits in. Outer sizes are the design's.
+"""
+
+from __future__ import annotations
+
+import math
+
+from spiraltrunk.cad.components.fasteners import M3_INSERT, M4, M4_INSERT, M6, M6_HEAD, THREADS, Bolt, sink
+from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
+from spiraltrunk.cad.geometry.csg import Common, Cut, Form, Revolved, Union, polar, rod, shifted
+from spiraltrunk.cad.geometry.part import PLA, Part
+from spiraltrunk.cad.housing.layout import FOOT, FOOT_WIDE, POST, Room, find_room, foot_angles, foot_circle, refuse
+from spiraltrunk.cad.housing.lid import build_lid
+from spiraltrunk.cad.housing.winder import motor_angles
+from spiraltrunk.cad.trunk.neck_screws import BOSS, NECK_WALL, between_cables, find_neck_screw
+from spiraltrunk.design.trunk import TrunkDesign
+
+SPIGOT_SEAT = 6.5
+"""Depth of the counterbores for the adapter's M6 heads [mm] (ours)."""
+
+
+def build_housing(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
+    """Housing, lid and neck."""
+    room = find_room(design, options)
+    return (_build_cup(design, room, options), build_lid(design, room, options), _build_neck(design, room, options))
+
+
+def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
+    """The plate between the robot's flange (ISO 9409-1-50-4-M6) and the housing, standing on the housing's side.
+
+    Its spigot centres it in the flange; the M6 heads are sunk into its other side, beneath the housing's floor.
+    """
+    flange, room = options.flange, find_room(design, options)
+    outer = room.base + 7.0
+    spigot = flange.pilot / 2 - options.clearance / 2
+    profile = (
+        (0.0, 0.0),
+        (outer, 0.0),
+        (outer, ADAPTER),
+        (spigot, ADAPTER),
+        (spigot, ADAPTER + flange.pilot_height),
+        (0.0, ADAPTER + flange.pilot_height),
+    )
+    ring = flange.pitch_circle / 2
+    corners = [math.pi / 4 + k * math.pi / 2 for k in range(4)]
+    tools: list[Form] = [rod(M6 / 2, polar(ring, a, -1), polar(ring, a, ADAPTER + 1)) for a in corners]
+    tools += [rod(M6_HEAD / 2, polar(ring, a, -1), polar(ring, a, SPIGOT_SEAT)) for a in corners]
+    tools.append(rod((flange.dowel + 0.1) / 2, polar(ring, 0, ADAPTER - 6.0), polar(ring, 0, ADAPTER + 1)))
+    # Turned over, dorsal stays dorsal and the other side changes sides.
+    tools += [rod(M4_INSERT / 2, polar(room.base, -a, -1), polar(room.base, -a, 8.0)) for a in room.bases]
+    tools.append(rod(8.0, (0, 0, -1), (0, 0, ADAPTER + flange.pilot_height + 1)))
+    top = -1e3 * (design.housing.neck_length + design.housing.length)
+    part = Part(
+        name="adapter", group="adapter", what="plate for a flange ISO 9409-1-50-4-M6", material=PLA,
+        form=Cut(form=Revolved(profile=profile), tools=tuple(tools)), at=(0.0, 0.0, top + ADAPTER), turn=math.pi,
+        thinnest="a finer --nozzle-mm",
+    )  # fmt: skip
+    return (part,)
+
+
+def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
+    inner, floor, motor = room.radius - options.rim, options.plate, options.motor
+    cup = Revolved(
+        profile=(
+            (0.0, 0.0), (room.radius, 0.0), (room.radius, room.height), (inner, room.height), (inner, floor),
+            (0.0, floor),
+        )
+    )  # fmt: skip
+    posts = [rod(POST, polar(room.post, a, floor / 2), polar(room.post, a, room.height)) for a in room.posts]
+    tools: list[Form] = [
+        rod(M3_INSERT / 2, polar(room.post, a, room.height - 8), polar(room.post, a, room.height + 1))
+        for a in room.posts
+    ]
+    for axis in motor_angles(design):
+        center = polar(room.ring, axis, 0.0)
+        tools.append(rod(8.0, (*center[:2], -1), (*center[:2], floor + 1)))
+        for q in range(4):
+            x, y, _ = polar(motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0)
+            tools.append(rod(M4 / 2, (center[0] + x, center[1] + y, -1), (center[0] + x, center[1] + y, floor + 1)))
+            # Sunk, as the adapter lies over them.
+            tools.append(shifted(sink(THREADS["M4"], M4), (center[0] + x, center[1] + y, 0.0)))
+    tools += [rod(M4 / 2, polar(room.base, a, -1), polar(room.base, a, floor + 1)) for a in room.bases]
+    x, y, _ = polar(room.radius, room.posts[0] + 0.2, 0)
+    tools.append(rod(5.0, (0.8 * x, 0.8 * y, floor + 8), (1.1 * x, 1.1 * y, floor + 8)))
+    bottom = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER
+    return Part(
+        name="housing", group="housing", what=f"cup for {design.n_cable} motors", material=PLA,
+        form=Cut(form=Union(forms=(cup, *posts)), tools=tuple(tools)), at=(0.0, 0.0, bottom), thinnest="a thicker rim",
+    )  # fmt: skip
+
+
+def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
+    """A tube whose end is the counterpart of section 1's proximal face, printed on its foot."""
+    solid = design.solid
+    radius, tall, slope = 1e3 * solid.radius, 1e3 * design.housing.neck_length, math.tan(solid.lean_proximal)
+    inner = radius - NECK_WALL
+    if tall < NECK_WALL + FOOT:
+        raise refuse("housing.neck_length_mm", tall, NECK_WALL + FOOT, "the neck's foot and funnel")
+    tube = Revolved(
+        profile=(
+            (0.0, tall), (radius, tall + radius * slope), (radius, FOOT), (radius + FOOT_WIDE, FOOT),
+            (radius + FOOT_WIDE, 0.0),
+            (inner, 0.0), (inner, tall - NECK_WALL + inner * slope), (0.0, tall - NECK_WALL),
+        )
+    )  # fmt: skip
+    ring, high = 1e3 * float(design.hole_position[0, 0, 1]), tall + radius * slope + 1.0
+    screw = find_neck_screw(design)
+    low = tall - NECK_WALL - 1.0
+    tools: list[Form] = [rod(options.hole, polar(ring, a, low), polar(ring, a, high)) for a in design.cable.angles]
+    tools += [rod(M4 / 2, polar(screw.ring, a, low), polar(screw.ring, a, high)) for a in between_cables(design)]
+    below = Revolved(profile=((0.0, 0.0), (radius, 0.0), (radius, tall + radius * slope), (0.0, tall)))
+    seat = tall + screw.seat
+    bosses = [
+        Common(form=rod(BOSS, polar(screw.ring, a, seat), polar(screw.ring, a, high)), other=below)
+        for a in between_cables(design)
+    ]
+    tools += [
+        rod(M4 / 2, polar(foot_circle(design), a, -1), polar(foot_circle(design), a, FOOT + 1))
+        for a in foot_angles(design)
+    ]
+    if design.gripper is not None:
+        tools.append(rod(2.5, (0, 0, low), (0, 0, high)))
+    return Part(
+        name="neck", group="housing", what="neck with the funnel of section 1", material=PLA,
+        form=Cut(form=Union(forms=(tube, *bosses)), tools=tuple(tools)), at=(0.0, 0.0, -tall),
+        thinnest="a thicker neck",
+    )  # fmt: skip
+
+
+def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
+    """Every screw of adapter, housing, lid and neck's foot, in its place along the trunk's axis from the base joint."""
+    room, m3, m4, m6 = find_room(design, options), THREADS["M3"], THREADS["M4"], THREADS["M6"]
+    neck = -1e3 * design.housing.neck_length
+    floor = neck - 1e3 * design.housing.length + ADAPTER
+    flange, up, down = options.flange.pitch_circle / 2, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+    bolts = [
+        Bolt(what="adapter to the arm's flange", parts=("adapter",), thread=m6, length=12.0, along=down,
+             seat=polar(flange, math.pi / 4 + k * math.pi / 2, floor - SPIGOT_SEAT))
+        for k in range(4)
+    ]  # fmt: skip
+    bolts += [
+        Bolt(what="housing to adapter", parts=("housing", "adapter"), thread=m4, length=12.0, along=down,
+             seat=polar(room.base, a, floor + options.plate), way=room.height - options.plate - m4.head_height)
+        for a in room.bases
+    ]  # fmt: skip
+    for axis in motor_angles(design):
+        x, y, _ = polar(room.ring, axis, 0.0)
+        for q in range(4):
+            u, v, _ = polar(options.motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0.0)
+            bolts.append(
+                Bolt(what="motor to housing", parts=("housing",), thread=m4, length=10.0, along=up, is_sunk=True,
+                     seat=(x + u, y + v, floor))
+            )  # fmt: skip
+    bolts += [
+        Bolt(what="lid to housing", parts=("lid", "housing"), thread=m3, length=10.0, along=down, is_sunk=True,
+             seat=polar(room.post, a, neck), way=20.0)
+        for a in room.posts
+    ]  # fmt: skip
+    bolts += [
+        Bolt(what="neck to lid", parts=("neck", "lid"), thread=m4, length=16.0, along=down,
+             seat=polar(foot_circle(design), a, neck + FOOT), nut_at=FOOT + options.plate, way=20.0)
+        for a in foot_angles(design)
+    ]  # fmt: skip
+    return bolts

@@ -1,0 +1,107 @@
+"""Where everything goes in the housing: heights, circles and angles that its parts share. In mm."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from spiraltrunk.cad.components.fasteners import THREADS
+from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
+from spiraltrunk.cad.geometry.csg import polar
+from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError, Words
+
+FOOT, FOOT_WIDE = 5.0, 10.0
+"""Thickness of the neck's foot, and how far it stands out [mm] (ours)."""
+
+POST = 4.0
+"""Radius of the posts that carry the lid [mm] (ours)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Room:
+    """Heights and radii inside the housing, in mm; its floor's underside is 0."""
+
+    radius: float
+    """Outer radius."""
+    height: float
+    """Height without adapter and lid."""
+    ring: float
+    """Radius of the circle of the motors' axes."""
+    post: float
+    """Radius of the circle of the posts that carry the lid."""
+    posts: tuple[float, ...]
+    """Angles of the posts [rad]: between the motors."""
+    base: float
+    """Radius of the circle of screws between floor and adapter."""
+    bases: tuple[float, ...]
+    """Angles of these screws [rad]: between the motors, where a key reaches them from above."""
+    groove: float
+    """Height of the middle of the drums' grooves, which is where the cables' guides end."""
+
+
+def find_room(design: TrunkDesign, options: MakeOptions) -> Room:
+    """Where everything goes in the housing.
+
+    Raises:
+        DesignError: where motors, drums or servo do not fit.
+    """
+    housing, motor = design.housing, options.motor
+    radius, ring = 1e3 * housing.radius, motor_ring(design, options)
+    need = ring + motor.diameter / 2 + options.clearance + options.rim
+    if radius < need:
+        raise refuse(
+            "housing.radius_mm", radius, need, f"{design.n_cable} motors of {motor.diameter:g} mm side by side"
+        )
+    height = 1e3 * housing.length - ADAPTER - options.plate
+    stack = options.plate + motor.height + find_drum(design, options).height + 2.0
+    if height < stack:
+        need = stack + ADAPTER + options.plate
+        raise refuse("housing.length_mm", 1e3 * housing.length, need, "floor, motor, drum, lid and adapter")
+    posts = tuple(angle + math.pi / design.n_cable for angle in motor_angles(design))
+    if 1e3 * design.solid.radius + FOOT_WIDE > radius:
+        raise refuse("housing.radius_mm", radius, 1e3 * design.solid.radius + FOOT_WIDE, "the foot of the neck")
+    drum, post = find_drum(design, options), radius - options.rim - 3.5
+    bases = posts if design.n_cable > 2 else tuple(angle + side for angle in posts for side in (-0.35, 0.35))
+    return Room(
+        radius=radius, height=height, ring=ring, post=post, posts=posts, bases=bases,
+        base=_find_base(design, options, bases, post), groove=options.plate + motor.height + drum.height / 2,
+    )  # fmt: skip
+
+
+def _find_base(design: TrunkDesign, options: MakeOptions, angles: tuple[float, ...], post: float) -> float:
+    """Radius of the circle of the screws into the adapter: outside the robot's flange, their heads beside the motors.
+
+    Raises:
+        DesignError: where there is no room between motors and posts.
+    """
+    head, motor, ring = THREADS["M4"].head / 2 + 0.5, options.motor, motor_ring(design, options)
+    low, high = options.flange.outer / 2 + 6.0, post - POST - head
+    for k in range(int(2 * (high - low)) + 1):
+        radius = low + k / 2
+        apart = min(
+            math.dist(polar(radius, a, 0), polar(ring, axis, 0)) for a in angles for axis in motor_angles(design)
+        )
+        if apart >= motor.diameter / 2 + head:
+            return radius
+    raise refuse("housing.radius_mm", 1e3 * design.housing.radius, low + post - high + 5.0, "screws beside the motors")
+
+
+def foot_circle(design: TrunkDesign) -> float:
+    """Radius of the circle of screws through the neck's foot [mm]."""
+    return 1e3 * design.solid.radius + FOOT_WIDE / 2 + 0.5
+
+
+def foot_angles(design: TrunkDesign) -> tuple[float, ...]:
+    """Angles of the six screws through the neck's foot [rad]; the same pattern is in the lid."""
+    return tuple(math.pi / 6 + k * math.pi / 3 for k in range(6))
+
+
+def refuse(name: str, got: float, least: float, why: str) -> DesignError:
+    """What is too small for what."""
+    return DesignError(
+        f"part housing: {name}", got=Words(f"{got:.1f} mm"), allowed=f"at least {least:.1f} mm, for {why}"
+    )

@@ -1,0 +1,140 @@
+"""The housing's lid, printed on its outer side: cable guides and the servo's bracket stand up from it. In mm."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from spiraltrunk.cad.components.fasteners import M3, M4, THREADS, sink
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar, rod, shifted, turned
+from spiraltrunk.cad.geometry.part import PLA, Part
+from spiraltrunk.cad.housing.layout import Room, foot_angles, foot_circle, refuse
+from spiraltrunk.cad.housing.winder import find_drum
+from spiraltrunk.design.trunk import TrunkDesign
+
+GUIDE, LIP = 7.0, 2.5
+"""Outer radius of a cable's guide under the lid, and radius of the round lip at its end [mm] (ours)."""
+
+
+_DEEP, _RISE, _BAR = 4.0, 10.0, 3.0
+"""Thickness of the servo's bracket, how far the servo hangs below the lid, what of the bracket is below it (ours)."""
+
+_FORE, _AFT = 7.0, 18.0
+"""How far the servo reaches from its lugs towards the axis, gears included, and away from it (9 g class)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Bracket:
+    """Where the servo hangs, in the lid's frame."""
+
+    turn: float
+    """Angle of the line from the axis to the bracket, less a quarter turn [rad]."""
+    away: float
+    """Distance of the bracket's middle from the axis."""
+
+
+def find_bracket(design: TrunkDesign, room: Room, options: MakeOptions) -> Bracket:
+    """The bracket nearest to the axis, and least turned, whose servo is clear of cable guides, nuts and posts.
+
+    Raises:
+        DesignError: where there is none.
+    """
+    ring, foot = 1e3 * float(design.hole_position[0, 0, 1]), foot_circle(design)
+    guides = [polar(ring, -a, 0.0) for a in design.cable.angles]
+    nuts = [polar(foot, -a, 0.0) for a in foot_angles(design)]
+    aside, nut = _aside(options), THREADS["M4"].flats / math.sqrt(3) + 0.5
+    for away in range(8, int(room.radius)):
+        body = _Box(middle=aside, wide=options.servo.lug_pitch + 5.0, near=away - _FORE, far=away + _AFT)
+        wall = _Box(middle=aside, wide=_width(options), near=away - _DEEP / 2, far=away + _DEEP / 2)
+        if max(body.reach, wall.reach) > room.post - 5.0:
+            break
+        for step in range(24):
+            turn = step * math.pi / 12
+            is_clear = all(body.distance(place, turn) >= GUIDE + 0.5 for place in guides)
+            if is_clear and all(wall.distance(place, turn) >= nut for place in nuts):
+                return Bracket(turn=turn, away=float(away))
+    raise refuse("housing.radius_mm", room.radius, room.radius + 5.0, "a servo of the 9 g class beside the cables")
+
+
+def build_lid(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
+    """The lid; turned over to be put on, dorsal stays dorsal and the other side changes sides."""
+    thick = options.plate
+    disc = Revolved(profile=((0.0, 0.0), (room.radius, 0.0), (room.radius, thick), (0.0, thick)))
+    tools: list[Form] = [rod(M3 / 2, polar(room.post, -a, -1), polar(room.post, -a, thick + 1)) for a in room.posts]
+    # Sunk, as the neck's foot may lie over them.
+    tools += [shifted(sink(THREADS["M3"], M3), polar(room.post, -a, 0.0)) for a in room.posts]
+    ring, foot, end = 1e3 * float(design.hole_position[0, 0, 1]), foot_circle(design), thick + room.height - room.groove
+    forms: list[Form] = [disc]
+    forms += [rod(GUIDE, polar(ring, -a, thick / 2), polar(ring, -a, end)) for a in design.cable.angles]
+    tools += [form for a in design.cable.angles for form in _bore_guide(polar(ring, -a, end), options)]
+    tools += [rod(M4 / 2, polar(foot, -a, -1), polar(foot, -a, thick + 1)) for a in foot_angles(design)]
+    if design.gripper is not None:
+        stand, openings = _build_bracket(design, room, options)
+        forms.append(stand)
+        tools += [rod(2.5, (0, 0, -1), (0, 0, thick + 1)), *openings]
+    top = -1e3 * design.housing.neck_length
+    return Part(
+        name="lid", group="housing", what="lid with cable guides and the servo's bracket", material=PLA,
+        form=Cut(form=Union(forms=tuple(forms)), tools=tuple(tools)), at=(0.0, 0.0, top), turn=math.pi,
+        thinnest="a thicker plate",
+    )  # fmt: skip
+
+
+def _bore_guide(end: tuple[float, float, float], options: MakeOptions) -> list[Form]:
+    """What is cut from a guide that ends there: the cable's bore and a round lip, over which it turns to its drum."""
+    x, y, z = end
+    steps = [math.pi / 2 * k / 6 for k in range(7)]
+    lip = [(options.hole + LIP * (1 - math.cos(a)), z - LIP + LIP * math.sin(a)) for a in steps]
+    wide = lip[-1][0]
+    trumpet = Revolved(profile=((0.0, z - LIP), *lip, (wide, z + 1.0), (0.0, z + 1.0)))
+    return [rod(options.hole, (x, y, -1.0), (x, y, z + 1.0)), shifted(trumpet, (x, y, 0.0))]
+
+
+def _build_bracket(design: TrunkDesign, room: Room, options: MakeOptions) -> tuple[Form, list[Form]]:
+    """A wall with the servo's opening and the holes for its lugs; its shaft points to the axis."""
+    servo, thick, place = options.servo, options.plate, find_bracket(design, room, options)
+    middle, aside = thick + _RISE + servo.width / 2, _aside(options)
+    tall = middle + servo.width / 2 + _BAR
+    room_left = thick + room.height - room.groove - find_drum(design, options).height / 2 - 1.0
+    if tall > room_left:
+        raise refuse("room for the servo between lid and drums", room_left, tall, "a servo of the 9 g class")
+    wall = box((_width(options), _DEEP, tall - thick / 2), (aside, place.away, (tall + thick / 2) / 2))
+    openings: list[Form] = [box((servo.length + 0.4, 3 * _DEEP, servo.width + 0.4), (aside, place.away, middle))]
+    for side in (-0.5, 0.5):
+        x = aside + side * servo.lug_pitch
+        openings.append(rod(0.9, (x, place.away - _DEEP, middle), (x, place.away + _DEEP, middle)))
+    return turned(wall, "z", place.turn), [turned(form, "z", place.turn) for form in openings]
+
+
+def _width(options: MakeOptions) -> float:
+    return options.servo.lug_pitch + 8.0
+
+
+def _aside(options: MakeOptions) -> float:
+    """The shaft, not the body, stands on the axis."""
+    return options.servo.length / 2 - options.servo.shaft_offset
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class _Box:
+    """A box seen along the axis, before it is turned about it."""
+
+    middle: float
+    wide: float
+    near: float
+    far: float
+
+    @property
+    def reach(self) -> float:
+        """Distance of its farthest corner from the axis."""
+        return math.hypot(abs(self.middle) + self.wide / 2, self.far)
+
+    def distance(self, place: tuple[float, float, float], turn: float) -> float:
+        """From a point to the turned box."""
+        c, s = math.cos(turn), math.sin(turn)
+        x, y = c * place[0] + s * place[1], c * place[1] - s * place[0]
+        return math.hypot(max(abs(x - self.middle) - self.wide / 2, 0.0), max(self.near - y, 0.0, y - self.far))

@@ -1,0 +1,121 @@
+"""For measuring: a wedge that tilts the base by 45 deg, and seats for motion-capture markers on the sections.
+
+One wedge tilts by 45 deg, two by 90, three by 135, none by 0: the four tilts of the paper's measurement.
+"""
+
+from __future__ import annotations
+
+import math
+
+from spiraltrunk.cad.components.fasteners import M6, THREADS, Bolt
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.csg import Cut, Form, Prism, Union, box, polar, rod, shifted, turned
+from spiraltrunk.cad.geometry.part import PLA, Part
+from spiraltrunk.design.trunk import TrunkDesign
+
+TILT = math.pi / 4
+"""Tilt of one wedge [rad] (paper: 0, 45, 90 and 135 deg)."""
+
+PLATE, WEB = 6.0, 6.0
+"""Thickness of the wedge's plates and side walls [mm] (ours)."""
+
+KEY = 26.0
+"""Distance of the plates from the line on which they would meet [mm]: an angled key turns between them (ours)."""
+
+PER_SECTION = 3
+"""Markers on each section (paper)."""
+
+MARKER_SCREW = 2.5
+"""Hole that a marker's M3 stud cuts its thread in [mm] (ours)."""
+
+
+def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
+    """Two plates at 45 deg with the flange's holes on both, between two walls; open at the front to turn the screws.
+
+    It stands between flange (or bench) and adapter, so that motors, cables and trunk are tilted as one; one wedge
+    stands on another.
+    """
+    flange = options.flange
+    reach = max(flange.outer / 2 + 12.0, flange.pitch_circle / 2 + 8.0 + WEB)
+    middle = reach + KEY  # From the hinge line to the middle of each plate.
+    far, near = middle + reach, middle - reach
+    plate = box((2 * reach, 2 * reach, PLATE), (middle, 0, PLATE / 2))
+    upper = turned(box((2 * reach, 2 * reach, PLATE), (middle, 0, -PLATE / 2)), "y", -TILT)
+    side = (
+        (near, 0.0), (far, 0.0), (far * math.cos(TILT), far * math.sin(TILT)),
+        (near * math.cos(TILT), near * math.sin(TILT)),
+    )  # fmt: skip
+    walls = [_upright(side, y) for y in (-reach, reach - WEB)]
+    holes: list[Form] = [rod(flange.pilot / 2 + options.clearance / 2, (0, 0, -1.0), (0, 0, PLATE + 1))]
+    for x, y, _ in (polar(flange.pitch_circle / 2, math.pi / 4 + k * math.pi / 2, 0.0) for k in range(4)):
+        holes.append(rod(M6 / 2, (x, y, -1.0), (x, y, PLATE + 1)))
+    x, y, _ = polar(flange.pitch_circle / 2, 0.0, 0.0)
+    holes.append(rod((flange.dowel + 0.1) / 2, (x, y, -1.0), (x, y, PLATE + 1)))
+    tools = [shifted(hole, (middle, 0, 0)) for hole in holes]
+    tools += [turned(shifted(hole, (middle, 0, -PLATE)), "y", -TILT) for hole in holes]
+    form = Cut(form=Union(forms=(plate, upper, *walls)), tools=tuple(tools))
+    part = Part(
+        name="wedge", group="wedge", what="wedge of 45 deg between flange and adapter", material=PLA, form=form,
+        count=3, at=(0.0, 0.0, 0.0), thinnest="a finer --nozzle-mm",
+    )  # fmt: skip
+    return (part,)
+
+
+def list_wedge_bolts(options: MakeOptions) -> list[Bolt]:
+    """The screws of a wedge in its own frame: four into what it stands on, four that hold what stands on it."""
+    flange, m6 = options.flange, THREADS["M6"]
+    reach = max(flange.outer / 2 + 12.0, flange.pitch_circle / 2 + 8.0 + WEB)
+    middle, c, s = reach + KEY, math.cos(TILT), math.sin(TILT)
+    bolts = []
+    for x, y, _ in (polar(flange.pitch_circle / 2, math.pi / 4 + k * math.pi / 2, 0.0) for k in range(4)):
+        bolts.append(
+            Bolt(what="wedge to flange or bench", parts=("wedge",), thread=m6, length=16.0,
+                 seat=(middle + x, y, PLATE), along=(0.0, 0.0, -1.0), way=16.0)
+        )  # fmt: skip
+        above, along = middle + x, (s, 0.0, -c)  # Of the upper plate, which the screw goes through from above.
+        seat = (above * c - 3.5 * s, y, above * s + 3.5 * c)
+        bolts.append(
+            Bolt(what="adapter or wedge onto wedge", parts=("wedge",), thread=m6, length=20.0, seat=seat, along=along,
+                 nut_at=PLATE + 3.5, is_head_elsewhere=True)
+        )  # fmt: skip
+    return bolts
+
+
+def build_markers(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
+    """A seat for one marker for each section: a block hollowed to the rim's radius, glued to the lower edge."""
+    parts = []
+    for n in range(design.n_section):
+        radius = 1e3 * float(design.section_radius[n])
+        wide = max(5.0, 0.3 * radius)
+        wide = min(wide, 1.4 * radius)
+        deep = max(3.0 * options.wall, 4.0)
+        hollow = radius - math.sqrt(max(radius**2 - wide**2 / 4, 0.0))
+        block = box((deep + hollow, wide, wide), (radius - hollow + (deep + hollow) / 2, 0, wide / 2))
+        tools = (
+            rod(radius, (0, 0, -1), (0, 0, wide + 1)),
+            rod(
+                min(MARKER_SCREW / 2, wide / 2 - options.wall),
+                (radius + options.wall, 0, wide / 2),
+                (radius + deep + 1, 0, wide / 2),
+            ),
+        )
+        form = shifted(Cut(form=block, tools=tools), (-radius, 0, 0))
+        parts.append(
+            Part(
+                name=f"marker_seat_{n + 1:02d}",
+                group="markers",
+                what=f"marker seat of section {n + 1}",
+                material=PLA,
+                form=form,
+                count=PER_SECTION,
+                at=(radius, 0.0, 1e3 * float(design.section_length[:n].sum())),
+                thinnest="a finer --nozzle-mm",
+            )
+        )
+    return tuple(parts)
+
+
+def _upright(side: tuple[tuple[float, float], ...], y: float) -> Form:
+    """A wall of that outline in x and z, ``WEB`` thick from ``y`` on."""
+    drawn = turned(Prism(corners=tuple((x, -z) for x, z in side), bottom=0.0, top=WEB), "x", -math.pi / 2)
+    return shifted(drawn, (0, y, 0))

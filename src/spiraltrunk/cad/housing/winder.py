@@ -1,0 +1,167 @@
+"""What turns motion into pull: winder drums for the trunk's cables, a double arm for the gripper's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
+from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar, rod
+from spiraltrunk.cad.geometry.part import PLA, Part
+from spiraltrunk.cad.trunk.gripper import strand_travel
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError, Words
+
+DEAD_TURNS = 2.0
+"""Turns that stay on a drum so that the knot carries nothing (ours)."""
+
+SPARE = 0.1
+"""Travel beyond what the trunk can ask for, over that [-] (ours)."""
+
+ROTOR_SCREW, HEAD, TIE = 3.2, 2.9, 1.2
+"""Holes for the M3 screws of the rotor, radius that their heads take, holes for a cable's end [mm]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Drum:
+    """A winder drum, in mm."""
+
+    radius: float
+    """Radius that the cable lies on, at its middle."""
+    rim: float
+    """Radius of the retaining rim."""
+    flange: float
+    """Radius of the flange on the motor."""
+    width: float
+    """Length of the winding surface: one layer of cable."""
+    wall: float
+    """Thickness of rim and flange."""
+    travel_in: float
+    """Cable to wind in from straight, until every gap on its side is shut."""
+    travel_out: float
+    """Cable to pay out from straight, until every gap on its side is wide open."""
+    turns: float
+    """Turns on the drum when all is wound in, dead turns included."""
+
+    @property
+    def height(self) -> float:
+        """Height of the whole drum."""
+        return self.width + 2 * self.wall
+
+
+def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
+    """The drum that pulls the whole stroke in one layer, from the design's stroke, tension and place in the housing.
+
+    The cable goes from the drum to its hole at the trunk's base, so the drum's radius is at most their distance; torque
+    over radius must reach the design's tension.
+
+    Raises:
+        DesignError: where the motor is too weak, or the hole lies on the drum's axis.
+    """
+    motor = options.motor
+    ring, hole = motor_ring(design, options), 1e3 * float(design.hole_position[0, 0, 1])
+    axes = motor_angles(design)
+    distance = min(
+        math.dist(polar(ring, axis, 0), polar(hole, angle, 0))
+        for axis, angle in zip(axes, _ordered(design), strict=True)
+    )
+    rim = motor.rotor_circle / 2 - HEAD  # The screws' heads are beside the rim, where a key reaches them.
+    radius = min(distance - 2.0, rim - 2.5 * options.cable)
+    least = motor.rotor_circle / 2 + ROTOR_SCREW / 2 + options.wall
+    if radius < 5.0:
+        raise DesignError(
+            "part drum: radius", got=Words(f"{radius:.2f} mm"),
+            allowed="at least 5 mm: the cable holes at the base lie too near to the motors' axes; take another base",
+        )  # fmt: skip
+    if motor.torque / (1e-3 * radius) < design.cable.tension_max:
+        raise DesignError(
+            "part drum: tension", got=Words(f"{motor.torque / (1e-3 * radius):.0f} N at most on {radius:.1f} mm"),
+            allowed=f"at least cable.tension_max_n, {design.cable.tension_max:g} N: a stronger motor or less tension",
+        )  # fmt: skip
+    travel_in = 1e3 * design.cable_stroke
+    half = design.delta_theta / 2
+    travel_out = 1e3 * float(2 * design.hole_to_joint.sum()) * (math.sin(2 * half) - math.sin(half))
+    turns = (1 + SPARE) * (travel_in + travel_out) / (2 * math.pi * radius) + DEAD_TURNS
+    return Drum(
+        radius=radius, rim=rim, flange=least,
+        width=1.2 * options.cable * (turns + 1), wall=max(3.0, options.wall), travel_in=travel_in,
+        travel_out=travel_out, turns=turns,
+    )  # fmt: skip
+
+
+def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
+    """The drum, once for each cable, standing on its flange."""
+    drum = find_drum(design, options)
+    core = drum.radius - options.cable / 2
+    top = drum.wall + drum.width
+    profile = (
+        (0.0, 0.0), (drum.flange, 0.0), (drum.flange, drum.wall), (core, drum.wall), (core, top), (drum.rim, top),
+        (drum.rim, drum.height), (0.0, drum.height),
+    )  # fmt: skip
+    screws = [math.pi / 4 + k * math.pi / 2 for k in range(4)]
+    ring = options.motor.rotor_circle / 2
+    holes = [rod(ROTOR_SCREW / 2, polar(ring, angle, -1), polar(ring, angle, drum.wall + 1)) for angle in screws]
+    tie: Form = rod(TIE / 2, (0.0, 0.0, drum.wall + TIE), (drum.rim + 1, 0.0, drum.wall + TIE))
+    bore = rod(max(2.0, core / 3), (0, 0, -1), (0, 0, drum.height + 1))
+    form = Cut(form=Revolved(profile=profile), tools=(bore, *holes, tie))
+    at = polar(motor_ring(design, options), motor_angles(design)[0], _drum_height(design, options))
+    part = Part(
+        name="drum", group="drums", count=design.n_cable, material=PLA, form=form, at=at,
+        what=f"winder drum, {2 * drum.radius:.1f} mm, {drum.turns:.1f} turns", thinnest="a finer --nozzle-mm",
+    )  # fmt: skip
+    return (part,)
+
+
+def find_arm(design: TrunkDesign, options: MakeOptions) -> float:
+    """Radius of the double arm [mm]: turned by the servo's angle, it moves a cable by the fingers' whole way."""
+    if design.gripper is None:
+        return 0.0
+    return (1 + SPARE) * 1e3 * strand_travel(design.gripper) / math.sin(math.radians(options.servo.turn))
+
+
+def build_horn(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
+    """The double arm: a bar that is screwed onto the servo's own round horn, one cable group tied to each end."""
+    if design.gripper is None:
+        return ()
+    arm, hub = find_arm(design, options), options.servo.hub_diameter
+    thick, wide = 3.0, max(6.0, options.hole + 4 * options.wall)
+    length = max(arm, hub / 2 + 3.0)
+    ends = [rod(wide / 2, (x, 0, 0), (x, 0, thick)) for x in (length, -length)]
+    middle = rod(hub / 2 + 2 * options.wall + 1, (0, 0, 0), (0, 0, thick))
+    body = Union(forms=(box((2 * length, wide, thick), (0, 0, thick / 2)), middle, *ends))
+    ties = [rod(TIE / 2, (x, 0, -1), (x, 0, thick + 1)) for x in (arm, -arm)]
+    screws = [rod(0.6, (0, y, -1), (0, y, thick + 1)) for y in (0.42 * hub, -0.42 * hub)]
+    shaft = rod(1.2, (0, 0, -1), (0, 0, thick + 1))
+    part = Part(
+        name="horn", group="horn", what=f"double arm of the servo, {arm:.1f} mm to each cable", material=PLA,
+        form=Cut(form=body, tools=(shaft, *ties, *screws)), thinnest="a finer --nozzle-mm",
+        at=(0.0, -options.servo.width, _drum_height(design, options) + 20.0), turn=math.pi / 2,
+    )  # fmt: skip
+    return (part,)
+
+
+def motor_ring(design: TrunkDesign, options: MakeOptions) -> float:
+    """Distance of the motors' axes from the trunk's [mm]: they stand side by side, one for each cable."""
+    gap = options.motor.diameter + 2 * options.clearance
+    return gap / 2 / math.sin(math.pi / design.n_cable)
+
+
+def motor_angles(design: TrunkDesign) -> tuple[float, ...]:
+    """Directions of the motors' axes, evenly round, each half a step past its cable [rad].
+
+    So a cable has some way from its hole to its drum, and runs onto all of it at a small angle.
+    """
+    step = 2 * math.pi / design.n_cable
+    return tuple(step * (k + 0.5) for k in range(design.n_cable))
+
+
+def _ordered(design: TrunkDesign) -> list[float]:
+    return sorted(angle % (2 * math.pi) for angle in design.cable.angles)
+
+
+def _drum_height(design: TrunkDesign, options: MakeOptions) -> float:
+    housing = design.housing
+    bottom = -1e3 * (housing.neck_length + housing.length)
+    return bottom + ADAPTER + options.plate + options.motor.height

@@ -1,0 +1,1 @@
+"""From parts to files: catalogue, solids and meshes, bill of materials, assembly guide."""

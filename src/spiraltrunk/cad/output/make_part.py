@@ -1,0 +1,100 @@
+"""One part made: built, meshed, checked and written; what a worker process does and gives back."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+import spiraltrunk
+from spiraltrunk.cad.checks.agreement import place_faces
+from spiraltrunk.cad.checks.printability import Finding, check_part
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.csg import compute_volume
+from spiraltrunk.cad.geometry.mesh import Mesh, write_3mf, write_stl
+from spiraltrunk.cad.geometry.occ import build_mesh, build_solid, measure_cones, measure_cylinders, write_step
+from spiraltrunk.cad.geometry.part import Part
+
+FORMATS = ("step", "stl", "3mf")
+"""Formats that a part can have."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Made:
+    """What came of making a part."""
+
+    part: Part
+    """Its definition."""
+    mesh: Mesh
+    """Its surface, in its own frame [mm]."""
+    finding: Finding
+    """What was found of it."""
+    cones: np.ndarray
+    """Leaning faces of a piece of the trunk (`kernel.measure_cones`)."""
+    cylinders: np.ndarray
+    """Cable holes of a piece of the trunk (`kernel.measure_cylinders`)."""
+
+    def place_faces(self) -> tuple[float, np.ndarray, np.ndarray]:
+        """Height of a piece of the trunk, and its leaning faces and cable holes standing as in the robot [mm]."""
+        return place_faces(self.part, self.cones, self.cylinders)
+
+    @property
+    def checks(self) -> dict[str, Any]:
+        """What was found, by the keys of ``spiraltrunk export --json``."""
+        finding = self.finding
+        return {
+            "watertight": finding.watertight,
+            "volume_m3": 1e-9 * finding.volume,
+            "expected_volume_m3": 1e-9 * finding.expected,
+            "min_wall_m": 1e-3 * finding.min_wall,
+            "min_wall_at_m": [1e-3 * value for value in finding.at],
+            "size_m": [1e-3 * value for value in finding.size],
+            "triangles": len(self.mesh.triangles),
+            "faults": list(finding.faults),
+            "holds": finding.holds,
+        }
+
+
+def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder: Path | None, design: str) -> Made:
+    """Make a part and, where a folder is given, write it there in each format, with a JSON that says what it is.
+
+    Args:
+        part: its definition.
+        options: how it is made.
+        formats: of `FORMATS`.
+        folder: an existing folder, or None to write nothing.
+        design: name of the design that it comes from.
+
+    Raises:
+        OSError: where a file cannot be written.
+    """
+    solid = build_solid(part.form)
+    mesh = build_mesh(solid, options.tolerance)
+    made = Made(
+        part=part, mesh=mesh, finding=check_part(part, solid, mesh, compute_volume(part.form), options),
+        cones=measure_cones(solid) if part.group == "trunk" else np.zeros((0, 2)),
+        cylinders=measure_cylinders(solid, options.hole / 2) if part.group == "trunk" else np.zeros((0, 4)),
+    )  # fmt: skip
+    if folder is not None and made.finding.holds:
+        _write(made, solid, formats, folder)
+        about = {
+            "part": part.name, "what": part.what, "count": part.count, "material": part.material.name, "unit": "mm",
+            "design": design, "seed": options.seed, "tolerance_mm": options.tolerance, "nozzle_mm": options.nozzle,
+            "spiraltrunk": spiraltrunk.__version__, "checks": made.checks,
+        }  # fmt: skip
+        (folder / f"{part.name}.json").write_text(json.dumps(about, indent=2, allow_nan=False) + "\n")
+    return made
+
+
+def _write(made: Made, solid: Any, formats: tuple[str, ...], folder: Path) -> None:
+    name = made.part.name
+    if "step" in formats:
+        write_step(solid, folder / f"{name}.step", name)
+    if "stl" in formats:
+        write_stl(made.mesh, folder / f"{name}.stl")
+    if "3mf" in formats:
+        write_3mf(made.mesh, folder / f"{name}.3mf", name)

@@ -1,0 +1,1 @@
+"""The trunk and gripper as printed parts."""

@@ -1,0 +1,148 @@
+"""The body of the trunk: sections on their elastic joints as one solid, cut where a joint bends."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.trunk.gripper_socket import TipSeat, find_seat
+from spiraltrunk.design.trunk import TrunkDesign
+
+RIM = 0.08
+"""Width of the rims beside a shell's seat over the section's radius [-] (ours)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """One elastic joint as it is printed, in mm."""
+
+    radius: float
+    """Radius of the cylinder."""
+    bore: float
+    """Diameter of the channel through it, 0 where there is none."""
+    length: float
+    """Free length: the gap between the faces at the cylinder's surface."""
+
+    @property
+    def wall(self) -> float:
+        """Thickness of what bends: the ring round the bore, or the whole cylinder."""
+        return self.radius - self.bore / 2 if self.bore else 2 * self.radius
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """What every part of the trunk is cut from, in mm."""
+
+    starts: np.ndarray
+    """Position of each section's proximal joint centre on the axis, shape (n_section,)."""
+    profile: tuple[tuple[float, float], ...]
+    """Outline (radius, z) from base to tip, without the points on the axis."""
+    joints: tuple[Joint, ...]
+    """Elastic joints, base to tip."""
+    seats: tuple[tuple[float, float, float, float] | None, ...]
+    """Of each section's shell: inner and outer radius, begin and end on the axis; None where there is no room."""
+    end: float
+    """Where the body ends on the axis."""
+    tip: TipSeat | None
+    """Seat of the gripper."""
+
+    @property
+    def n_hollow(self) -> int:
+        """How many joints, from the base, the gripper's cables run inside of."""
+        return sum(joint.bore > 0 for joint in self.joints)
+
+    def find_aside(self, options: MakeOptions) -> float:
+        """Distance of the gripper's cables from the axis where they pass beside the joints: clear of the thickest."""
+        widest = max((joint.radius for joint in self.joints[self.n_hollow :]), default=0.0)
+        return widest + options.hole / 2 + options.clearance
+
+
+def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:
+    """Joint ``i`` (from 0), as stiff in bending as the design's EI/L though it is hollow and its length is the gap's.
+
+    The design's cylinder has I/L = pi r^4 / (4 l). The printed one is a ring of radius R and bore c as long as the gap
+    there, R (tan lean_proximal + tan lean_distal), so R solves (R^4 - (c/2)^4) / L(R) = r^4 / l. Where the ring would
+    be thinner than two nozzles, there is no bore and the gripper's cables pass beside the joint.
+    """
+    slope = math.tan(design.solid.lean_proximal) + math.tan(design.solid.lean_distal)
+    scale = 1e3 * float(design.scale[i])
+    wanted = (design.joint.radius * scale) ** 4 / (design.joint.length * scale)
+    full = (wanted * slope) ** (1 / 3)
+    bore = options.pair_hole if design.gripper is not None else 0.0
+    ring = full
+    for _ in range(50):  # A contraction: the bore's share of R^4 is small.
+        ring = (wanted * slope * ring + (bore / 2) ** 4) ** 0.25
+    if bore and ring - bore / 2 >= options.wall:
+        return Joint(radius=ring, bore=bore, length=ring * slope)
+    return Joint(radius=full, bore=0.0, length=full * slope)
+
+
+def build_body(design: TrunkDesign, options: MakeOptions) -> Body:
+    """The outline of the whole trunk and all that is cut from it."""
+    joints = tuple(build_joint(design, i, options) for i in range(design.n_joint))
+    starts = 1e3 * np.concatenate([[0.0], np.cumsum(design.section_length)[:-1]])
+    tip = None if design.gripper is None else find_seat(design, options)
+    end = 1e3 * design.length - (0.0 if tip is None else tip.plate)
+    seats = tuple(_find_shell(design, n, options, float(starts[n])) for n in range(design.n_section))
+    profile: list[tuple[float, float]] = []
+    for n in range(design.n_section):
+        profile += _outline(design, n, joints, float(starts[n]), seats[n])
+    profile = [(r, z) for r, z in profile if z <= end]
+    if tip is not None:
+        radius = 1e3 * float(design.section_radius[-1])
+        profile.append((radius, end))
+    return Body(starts=starts, profile=tuple(profile), joints=joints, seats=seats, end=end, tip=tip)
+
+
+def _outline(
+    design: TrunkDesign, n: int, joints: tuple[Joint, ...], start: float, seat: tuple[float, float, float, float] | None
+) -> list[tuple[float, float]]:
+    """Outline of section ``n`` from its proximal joint's surface to its distal one's; the ends lie on the axis."""
+    solid, scale = design.solid, 1e3 * float(design.scale[n])
+    t1, t2 = math.tan(solid.lean_proximal), math.tan(solid.lean_distal)
+    radius, length = solid.radius * scale, solid.length * scale
+    near = joints[n - 1].radius if n > 0 else 0.0
+    far = joints[n].radius if n < design.n_joint else 0.0
+    points = [(near, start + near * t1), (radius, start + radius * t1)]
+    if seat is not None:
+        inner, _, begin, end = seat
+        points += [(radius, begin), (inner, begin), (inner, end), (radius, end)]
+    return [*points, (radius, start + length - radius * t2), (far, start + length - far * t2)]
+
+
+def _find_shell(
+    design: TrunkDesign, n: int, options: MakeOptions, start: float
+) -> tuple[float, float, float, float] | None:
+    """Seat of a section's shell; none where it would leave too little round the holes or between the rims.
+
+    The last section carries the gripper and has none either.
+    """
+    solid, scale = design.solid, 1e3 * float(design.scale[n])
+    radius = solid.radius * scale
+    inner, rim = (1 - options.shell_depth) * radius, RIM * radius
+    hole = 1e3 * float(design.hole_position[n, 0, 1]) + options.hole / 2
+    begin, end = start + solid.rim_start * scale + rim, start + solid.rim_end * scale - rim
+    is_last = n == design.n_section - 1 and design.gripper is not None
+    if is_last or inner - hole < options.wall or rim < options.wall or end - begin < 4 * options.wall:
+        return None
+    return inner, radius, begin, end
+
+
+def _find_radius(body: Body, z: float) -> float:
+    """Radius of the outline at a height where it crosses it once."""
+    for (r0, z0), (r1, z1) in pairwise(body.profile):
+        if z0 <= z <= z1 and z0 < z1:
+            return r0 + (r1 - r0) * (z - z0) / (z1 - z0)
+    return body.profile[-1][0]
+
+
+def _tidy(profile: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    """The polygon without repeated corners."""
+    return tuple(point for i, point in enumerate(profile) if i == 0 or math.dist(point, profile[i - 1]) > 1e-9)

@@ -1,0 +1,192 @@
+"""The tip gripper in one piece: plate with turning tenon, fingers of phalanges on elastic joints, cable paths.
+
+Each finger is a spiral of its own (b, angle per phalanx): its phalanges are sections whose faces open by that angle.
+Strands run past each joint at `STRAND_LEVER` of the phalanx's width, on the inner (ventral) side to close and on the
+outer (dorsal) side to open.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.csg import Common, Cut, Form, Revolved, Union, rod, shifted, turned
+from spiraltrunk.cad.geometry.part import TPU, Part
+from spiraltrunk.cad.trunk.gripper_socket import TipSeat, build_tenon, find_seat
+from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError, Words
+
+STRAND = 0.6
+"""Diameter of a strand's hole over that of a cable's [-]: a cable is unbraided into one strand a finger (ours)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Finger:
+    """A finger's measures in mm, base first; its axis along z, its outer side along x."""
+
+    lengths: tuple[float, ...]
+    """Lengths of the phalanges."""
+    radii: tuple[float, ...]
+    """Half their widths."""
+    joints: tuple[float, ...]
+    """Radii of the elastic joints: EI/L is the design's stiffness."""
+    slopes: tuple[float, float]
+    """Tangents of the leans of proximal and distal faces; the angles together are the angle per phalanx."""
+    strand: float
+    """Radius of a strand's hole."""
+    bead: float
+    """Radius of the bead round it."""
+
+    def lever(self, j: int) -> float:
+        """Distance of the strands from the axis in phalanx ``j``."""
+        return 2 * STRAND_LEVER * self.radii[j]
+
+    def reach(self, j: int) -> float:
+        """Distance from the axis to the outside of phalanx ``j`` with its beads."""
+        return max(self.radii[j], self.lever(j) + self.bead)
+
+
+def build_finger(design: GripperDesign, modulus: float, options: MakeOptions) -> Finger:
+    """A finger's measures, its joints from E I / L = E pi r^4 / (4 r (t1 + t2)), E in Pa.
+
+    Raises:
+        DesignError: where a phalanx has no room between its faces, or fingers meet.
+    """
+    turn, k_p = design.delta_theta, design.k_p
+    lean = math.pi / 2 - math.atan2(k_p * math.sin(turn), 1 - k_p * math.cos(turn))
+    slopes = (math.tan(lean), math.tan(turn - lean))
+    strand = STRAND * options.hole / 2
+    finger = Finger(
+        lengths=tuple(1e3 * float(value) for value in design.phalanx_length),
+        radii=tuple(500 * float(value) for value in design.phalanx_width),
+        joints=tuple(
+            1e3 * (4 * float(value) * sum(slopes) / (math.pi * modulus)) ** (1 / 3) for value in design.joint_stiffness
+        ),
+        slopes=slopes, strand=strand, bead=strand + options.wall,
+    )  # fmt: skip
+    _check_room(design, finger)
+    return finger
+
+
+def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
+    """The gripper, standing on its tenon; nothing where the design has none."""
+    if design.gripper is None:
+        return ()
+    seat = find_seat(design, options)
+    gripper = design.gripper
+    finger = build_finger(gripper, design.joint.youngs_modulus, options)
+    mount, turn = 1e3 * gripper.mount_radius, 2 * math.pi / gripper.n_finger
+    top = seat.plate - finger.joints[0] * finger.slopes[1]
+    widest = max(seat.radius, mount + finger.lever(0) + finger.bead)
+    disc = Revolved(profile=((0.0, 0.0), (widest, 0.0), (widest, top), (0.0, top)))
+    bodies, tools = [disc, *build_tenon(seat)], _ways(seat, finger, (mount, top, widest), options)
+    straight = _finger_forms(finger, top - seat.plate)
+    for f in range(gripper.n_finger):
+        bodies += [turned(shifted(form, (mount, 0, seat.plate)), "z", f * turn) for form in straight]
+    holes = [shifted(form, (mount, 0, seat.plate)) for form in _strand_holes(finger)]
+    tools += [
+        turned(form, "z", f * turn)
+        for form in (*holes, *_legs(seat, finger, mount, top, options))
+        for f in range(gripper.n_finger)
+    ]
+    tools += [turned(_spoke(seat, top, widest, options), "z", f * turn) for f in range(gripper.n_finger)]
+    form = Cut(form=Union(forms=tuple(bodies)), tools=tuple(tools))
+    deep = seat.lip + seat.lug
+    at = 1e3 * design.length - seat.plate
+    ends = [at + seat.plate + sum(finger.lengths[:j]) for j in range(gripper.n_phalanx)]
+    part = Part(
+        name="gripper", group="gripper", what=f"plate with turning tenon and {gripper.n_finger} fingers", material=TPU,
+        form=shifted(form, (0, 0, deep)), at=(0.0, 0.0, at - deep),
+        landmarks=((at - deep, "tenon"), (at, "plate"), *((z, f"finger joint {j + 1}") for j, z in enumerate(ends))),
+        thinnest="a finer --nozzle-mm, or a larger gripper.finger_width_mm or gripper.stiffness_nm_per_rad",
+    )  # fmt: skip
+    return (part,)
+
+
+def strand_travel(design: GripperDesign) -> float:
+    """Way of a cable group from straight to all finger joints at their limit [m]."""
+    return float((STRAND_LEVER * design.phalanx_width * design.delta_theta).sum())
+
+
+def _finger_forms(finger: Finger, floor: float) -> list[Form]:
+    """Phalanges and joints of one finger, from its first joint's centre up; ``floor`` is where that joint stands."""
+    forms: list[Form] = []
+    t1, t2 = finger.slopes
+    z = 0.0
+    for j, length in enumerate(finger.lengths):
+        reach, r, joint = finger.reach(j), finger.radii[j], finger.joints[j]
+        lens = Revolved(
+            profile=((0.0, z), (reach, z + reach * t1), (reach, z + length - reach * t2), (0.0, z + length))
+        )
+        bottom, top = (0, 0, z - 1.0), (0, 0, z + length + 1.0)
+        sides = [
+            rod(finger.bead, (side * finger.lever(j), 0, bottom[2]), (side * finger.lever(j), 0, top[2]))
+            for side in (-1.0, 1.0)
+        ]
+        forms.append(Common(form=lens, other=Union(forms=(rod(r, bottom, top), *sides))))
+        below = floor - 0.5 if j == 0 else z - joint * t2 - 0.2
+        forms.append(rod(joint, (0, 0, below), (0, 0, z + joint * t1 + 0.2)))
+        z += length
+    return forms
+
+
+def _strand_holes(finger: Finger) -> list[Form]:
+    holes: list[Form] = []
+    t1, t2 = finger.slopes
+    z = 0.0
+    for j, length in enumerate(finger.lengths):
+        lever = finger.lever(j)
+        for x in (-lever, lever):
+            holes.append(rod(finger.strand, (x, 0, z + lever * t1 - 1.0), (x, 0, z + length - lever * t2 + 0.4)))
+        z += length
+    return holes
+
+
+def _ways(seat: TipSeat, finger: Finger, sizes: tuple[float, float, float], options: MakeOptions) -> list[Form]:
+    """The hole through the tenon up to the spokes, and the groove for the trunk cables' knots."""
+    _, top, _ = sizes
+    width = 2.5 * options.cable
+    groove = Revolved(
+        profile=(
+            (seat.ring - width, -1.0), (seat.ring + width, -1.0),
+            (seat.ring + width, seat.knot), (seat.ring - width, seat.knot),
+        )
+    )  # fmt: skip
+    bore = rod(seat.bore, (0, 0, -seat.lip - seat.lug - 1.0), (0, 0, _spoke_height(top, options)))
+    return [bore, groove]
+
+
+def _spoke(seat: TipSeat, top: float, widest: float, options: MakeOptions) -> Form:
+    """A straight hole from the plate's outside to its middle: strands are threaded from outside."""
+    z = _spoke_height(top, options)
+    return rod(options.hole / 2, (0.0, 0, z), (widest + 1.0, 0, z))
+
+
+def _spoke_height(top: float, options: MakeOptions) -> float:
+    return top - options.wall - options.hole / 2
+
+
+def _legs(seat: TipSeat, finger: Finger, mount: float, top: float, options: MakeOptions) -> list[Form]:
+    """From the spoke up to the finger's inner and outer strand."""
+    z, lever = _spoke_height(top, options), finger.lever(0)
+    return [rod(finger.strand, (mount + x, 0, z), (mount + x, 0, top + 1.0)) for x in (-lever, lever)]
+
+
+def _check_room(design: GripperDesign, finger: Finger) -> None:
+    for j, length in enumerate(finger.lengths):
+        rim = length - finger.reach(j) * sum(finger.slopes)
+        if rim < 0.05 * length:
+            raise DesignError(
+                f"part gripper, phalanx {j + 1}: length of its outer surface", got=Words(f"{rim:.2f} mm"),
+                allowed=f"at least {0.05 * length:.2f} mm: a longer gripper.finger_length_mm or a narrower finger",
+            )  # fmt: skip
+    apart = 2e3 * design.mount_radius * math.sin(math.pi / design.n_finger)
+    if apart < 2 * finger.reach(0):
+        raise DesignError(
+            "part gripper: distance between fingers", got=Words(f"{apart:.2f} mm"),
+            allowed=f"at least {2 * finger.reach(0):.2f} mm, with their cable beads: a larger gripper.mount_radius_mm",
+        )  # fmt: skip

@@ -1,0 +1,109 @@
+"""Silicone shells with random horizontal cuts, and the two-part moulds that they are cast in.
+
+A shell is a ring in the seat between a section's rims. Its mould is a core with a floor, and a ring with a ridge for
+each cut that stands on the floor's step; silicone is poured in from above and peels off, stretched.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, shifted
+from spiraltrunk.cad.geometry.part import PLA, SILICONE, Part
+from spiraltrunk.cad.trunk.body import build_body
+from spiraltrunk.design.trunk import TrunkDesign
+
+CUT_DEPTH = 0.25
+"""Depth of a cut over the shell's thickness [-] (ours)."""
+
+MOULD_WALL = 2.4
+"""Thickness of a mould's walls and floor [mm] (ours)."""
+
+STEP = 2.0
+"""Height of the step that the mould's ring stands round [mm] (ours)."""
+
+_ARCS = (math.radians(40.0), math.radians(150.0))
+"""Least and largest angle of a cut (ours)."""
+
+
+def build_shells(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
+    """One shell for each section that has a seat."""
+    return tuple(_build_shell(n, seat, options) for n, seat in _seats(design, options))
+
+
+def build_moulds(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
+    """Core and ring of each shell's mould."""
+    return tuple(part for n, seat in _seats(design, options) for part in _build_mould(n, seat, options))
+
+
+def draw_wrinkles(n: int, inner: float, outer: float, height: float, options: MakeOptions) -> tuple[Revolved, ...]:
+    """The cuts of shell ``n`` (from 0): rings' pieces of triangular section, open to the outside.
+
+    Their heights are drawn one in each of as many equal bands, so that cuts do not run into each other; where they
+    begin and how far they go round is drawn as well. Seed and number of the section decide. There are fewer where
+    ridges as wide as two nozzles leave no room for all.
+    """
+    random = np.random.default_rng((options.seed, n))
+    depth = CUT_DEPTH * (outer - inner)
+    half = max(options.wall / 2, depth / 3)
+    count = min(options.n_wrinkle, int((height - 2 * options.wall) / (2 * half + options.wall)))
+    band = (height - 2 * options.wall) / max(1, count)
+    cuts = []
+    for i in range(count):
+        middle = options.wall + band * i + half + (band - 2 * half - options.wall) * float(random.random())
+        start, arc = float(random.uniform(0, 2 * math.pi)), float(random.uniform(*_ARCS))
+        over = 0.2 * depth  # The triangle goes on outside, so that no face lies in the shell's own.
+        wide = half * (1 + over / depth)
+        profile = ((outer - depth, middle), (outer + over, middle - wide), (outer + over, middle + wide))
+        cuts.append(Revolved(profile=profile, start=start, arc=arc))
+    return tuple(cuts)
+
+
+def _seats(design: TrunkDesign, options: MakeOptions) -> list[tuple[int, tuple[float, float, float, float]]]:
+    return [(n, seat) for n, seat in enumerate(build_body(design, options).seats) if seat is not None]
+
+
+def _build_shell(n: int, seat: tuple[float, float, float, float], options: MakeOptions) -> Part:
+    inner, outer, begin, end = _shrunk(seat, options)
+    ring = Revolved(profile=((inner, 0.0), (outer, 0.0), (outer, end - begin), (inner, end - begin)))
+    form = Cut(form=ring, tools=draw_wrinkles(n, inner, outer, end - begin, options))
+    return Part(
+        name=f"shell_{n + 1:02d}", group="shells", what=f"wrinkled shell of section {n + 1}, cast", material=SILICONE,
+        form=form, at=(0.0, 0.0, begin), checks_walls=False,
+    )  # fmt: skip
+
+
+def _build_mould(n: int, seat: tuple[float, float, float, float], options: MakeOptions) -> tuple[Part, Part]:
+    inner, outer, begin, end = _shrunk(seat, options)
+    height, wide = end - begin, outer + MOULD_WALL
+    # The step is the shell's own outline, so that the ring is centred on it.
+    core = Revolved(
+        profile=(
+            (0.0, -MOULD_WALL - STEP), (wide, -MOULD_WALL - STEP), (wide, -STEP), (outer - options.clearance, -STEP),
+            (outer - options.clearance, 0.0), (inner, 0.0), (inner, height), (0.0, height),
+        )
+    )  # fmt: skip
+    wall = Revolved(profile=((outer, -STEP), (wide, -STEP), (wide, height), (outer, height)))
+    ridges: tuple[Form, ...] = draw_wrinkles(n, inner, outer, height, options)
+    at = (0.0, 0.0, begin)
+    hint = "a finer --nozzle-mm"
+    common = f"of the mould of shell {n + 1}"
+    return (
+        Part(name=f"mould_core_{n + 1:02d}", group="moulds", what=f"core and floor {common}", material=PLA,
+             form=_raised(core, MOULD_WALL + STEP), at=at, thinnest=hint),
+        Part(name=f"mould_ring_{n + 1:02d}", group="moulds", what=f"ring with ridges {common}", material=PLA,
+             form=_raised(Union(forms=(wall, *ridges)), STEP), at=at, thinnest=hint),
+    )  # fmt: skip
+
+
+def _shrunk(seat: tuple[float, float, float, float], options: MakeOptions) -> tuple[float, float, float, float]:
+    """The seat as the shell has it: it clings."""
+    inner, outer, begin, end = seat
+    return inner * (1 - options.shell_grip), outer, begin + options.clearance / 2, end - options.clearance / 2
+
+
+def _raised(form: Form, by: float) -> Form:
+    return shifted(form, (0, 0, by))

@@ -1,0 +1,126 @@
+"""Where the tip can be, as a picture: all of it, and a slice along the plane in which the trunk hangs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.model.inverse.workspace import Workspace
+from spiraltrunk.report.style import COLORS, DPI, INK, LIMIT, NORMAL, SMALL, add_look, build_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import PathCollection
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+
+_SLICE = 0.01
+"""Thickness of the slice [m]."""
+
+_COLOR_MAP = "viridis"
+
+
+def write_workspace(workspace: Workspace, path: str | Path, *, title: str = "") -> Path:
+    """Write the picture of a workspace.
+
+    Raises:
+        OSError: where the file cannot be written.
+    """
+    figure = build_workspace_figure(workspace, title=title)
+    with write_draft(path) as draft:
+        figure.savefig(draft, dpi=DPI, format="png")
+    return Path(path)
+
+
+def build_workspace_figure(workspace: Workspace, *, title: str = "") -> Figure:
+    """Tips in space to the left, those near the plane z = 0 to the right, coloured by the sum of tensions [mm], [N]."""
+    figure = build_figure(8.6, 5.4, title)
+    grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.0])
+    space = figure.add_subplot(grid[0], projection="3d")
+    plane = figure.add_subplot(grid[1])
+    total = workspace.tension.sum(axis=1)
+    order = np.argsort(-total)  # Little tension is drawn last, on top.
+    norm = _norm(total)
+    _add_space(space, workspace, order, norm)
+    dots = _add_plane(plane, workspace, order, norm)
+    bar = figure.colorbar(dots, ax=plane, shrink=0.85, pad=0.02)
+    bar.set_label("Sum of the cables' tensions [N]", fontsize=NORMAL, color=INK)
+    bar.ax.tick_params(labelsize=SMALL, colors=INK)
+    bar.outline.set_visible(False)
+    return figure
+
+
+def _norm(total: np.ndarray) -> Normalize:
+    from matplotlib.colors import LogNorm
+
+    most = float(total.max(initial=0.0)) or 1.0
+    least = float(total[total > 0].min(initial=most))
+    return LogNorm(min(least, 0.5 * most), most, clip=True)
+
+
+def _add_space(axes: Any, workspace: Workspace, order: np.ndarray, norm: Normalize) -> None:
+    tip, rest = 1e3 * workspace.tip[order], 1e3 * _from_base(workspace)
+    total = workspace.tension.sum(axis=1)[order]
+    # Matplotlib's third axis points up, ours is y.
+    axes.scatter(
+        tip[:, 0], tip[:, 2], tip[:, 1], c=total, s=3, cmap=_COLOR_MAP, norm=norm, linewidths=0, depthshade=False
+    )
+    axes.plot(rest[:, 0], rest[:, 2], rest[:, 1], color=INK, linewidth=2.2)
+    axes.set_aspect("equal")
+    axes.view_init(elev=16, azim=-62)
+    for name in ("x", "y", "z"):
+        getattr(axes, f"set_{name}label")(
+            {"x": "x [mm]", "y": "z [mm]", "z": "y [mm]"}[name], fontsize=NORMAL, color=INK
+        )
+        axes.tick_params(axis=name, labelsize=SMALL, colors=INK)
+        getattr(axes, f"{name}axis").set_pane_color("#00000008")
+    axes.zaxis.labelpad = 9.0
+    axes.locator_params(axis="x", nbins=4)
+    axes.locator_params(axis="y", nbins=4)
+    axes.set_title(f"{len(tip)} equilibria", fontsize=NORMAL, color=INK)
+
+
+def _add_plane(axes: Axes, workspace: Workspace, order: np.ndarray, norm: Normalize) -> PathCollection:
+    order = order[workspace.in_plane(_SLICE)[order]]
+    tip, rest = 1e3 * workspace.tip[order], 1e3 * _from_base(workspace)
+    dots = axes.scatter(
+        tip[:, 0], tip[:, 1], c=workspace.tension.sum(axis=1)[order], s=9, cmap=_COLOR_MAP, norm=norm, linewidths=0
+    )
+    axes.plot(rest[:, 0], rest[:, 1], color=INK, linewidth=2.2, label="trunk, cables slack")
+    axes.plot(0, 0, marker="s", color=INK, markersize=6, linestyle="none", label="base")
+    angle = np.linspace(0, 2 * np.pi, 361)
+    far = 1e3 * workspace.length
+    axes.plot(
+        far * np.cos(angle), far * np.sin(angle), color=LIMIT, linewidth=1.0, linestyle="--", label="trunk's length"
+    )
+    _add_hull(axes, tip[:, :2])
+    add_look(axes, "y, up [mm]")
+    axes.set_xlabel("x, dorsal where it hangs [mm]", fontsize=NORMAL, color=INK)
+    axes.set_aspect("equal")
+    low, high = np.minimum(tip[:, :2].min(axis=0), 0), np.maximum(tip[:, :2].max(axis=0), 0)
+    room = 0.08 * (high - low).max()
+    axes.set_xlim(low[0] - room, high[0] + room)
+    axes.set_ylim(low[1] - room, high[1] + room)
+    axes.locator_params(axis="x", nbins=5)
+    axes.set_title(f"Tips within {1e3 * _SLICE / 2:g} mm of the plane z = 0", fontsize=NORMAL, color=INK)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, frameon=False, fontsize=SMALL, labelcolor=INK)
+    return dots
+
+
+def _add_hull(axes: Axes, tip: np.ndarray) -> None:
+    """Convex hull of the slice; none where the tips lie on a line."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        corner = ConvexHull(tip).vertices
+    except (QhullError, ValueError):
+        return
+    closed = np.append(corner, corner[0])
+    axes.plot(tip[closed, 0], tip[closed, 1], color=COLORS[0], linewidth=1.0, linestyle=":", label="convex hull")
+
+
+def _from_base(workspace: Workspace) -> np.ndarray:
+    return np.vstack([np.zeros(3), workspace.rest])

@@ -1,0 +1,1 @@
+"""Pictures of parts: one by one and exploded."""

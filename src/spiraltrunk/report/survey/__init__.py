@@ -1,0 +1,1 @@
+"""Pictures of a survey: rates with intervals, and the map over size and mass."""

@@ -1,0 +1,1 @@
+"""Pictures of a trial: plots over time, film strip and video."""

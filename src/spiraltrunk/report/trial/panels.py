@@ -1,0 +1,110 @@
+"""One quantity on one pair of axes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from spiraltrunk.report.style import COLORS, INK, LIMIT, LINE_STYLES, NORMAL, SMALL, add_legend, add_look
+from spiraltrunk.report.trial.phase_bands import add_bands
+from spiraltrunk.report.trial.series import Series
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+
+
+def add_cable_pull(axes: Axes, series: Series) -> None:
+    """Cable pulled in since the straight trunk [mm]."""
+    _add_lines(axes, series, 1e3 * series.cable_pull, _cable_labels(series.n_cable))
+    axes.axhline(0.0, color=INK, linewidth=0.6, zorder=1)
+    _finish(axes, series, "Length change [mm]\n(shortening > 0)")
+
+
+def add_cable_tension(axes: Axes, series: Series) -> None:
+    """Tension of each cable [N]."""
+    _add_lines(axes, series, series.cable_tension, _cable_labels(series.n_cable))
+    axes.set_ylim(bottom=min(0.0, 1.05 * float(series.cable_tension.min())))
+    _finish(axes, series, "Cable tension [N]")
+
+
+def add_joint_bend(axes: Axes, series: Series) -> None:
+    """Bend of each joint over time as colours, base below and tip above, with the limit on the colour bar [deg]."""
+    limit = np.degrees(series.joint_limit)
+    bend = np.degrees(series.joint_bend)
+    mesh = axes.pcolormesh(
+        _edges(series.time), np.arange(series.n_joint + 1) + 0.5, bend.T, cmap="viridis", rasterized=True,
+        vmin=min(0.0, float(bend.min())), vmax=max(1.08 * limit, float(bend.max())),
+    )  # fmt: skip
+    _finish(axes, series, "Joint", is_opaque=True)
+    axes.grid(visible=False)
+    axes.set_ylim(0.5, series.n_joint + 0.5)
+    ticks = sorted({1, *range(5, series.n_joint - 1, 5), series.n_joint})
+    ends = {series.n_joint: f"tip  {series.n_joint}", 1: "base  1"}
+    axes.set_yticks(ticks, [ends.get(tick, str(tick)) for tick in ticks])
+    _add_color_bar(axes, mesh, limit)
+
+
+def add_front(axes: Axes, series: Series) -> None:
+    """Where along the trunk the curl ends, counted from the tip [% of its length]."""
+    front = 100 * series.front
+    _add_lines(axes, series, front[:, None], ["end of the curl"])
+    axes.fill_between(series.time, front, color=COLORS[0], alpha=0.15, linewidth=0.0)
+    axes.set_ylim(0.0, 100.0)
+    axes.set_yticks([0, 25, 50, 75, 100], ["0  tip", "25", "50", "75", "100  base"])
+    _finish(axes, series, "Curled part\n[% of length]")
+
+
+def add_object_height(axes: Axes, series: Series) -> None:
+    """Height of the object, and the heights from and to which it is to be lifted [m]."""
+    _add_lines(axes, series, series.object_height[:, None], ["object"])
+    if series.lift is not None:
+        for height, style, label in zip(series.lift, (":", "--"), ("lift start", "lift target"), strict=True):
+            axes.axhline(height, color=INK, linewidth=1.2, linestyle=style, label=label)
+    _finish(axes, series, "Object height [m]")
+
+
+def add_forces(axes: Axes, series: Series) -> None:
+    """Force between trunk and object, and tension of the strings that carry the object before [N]."""
+    forces = np.column_stack([series.grip_force, series.string_tension])
+    _add_lines(axes, series, forces, ["contact force", "string tension"])
+    axes.set_ylim(bottom=min(0.0, 1.05 * float(forces.min())))
+    _finish(axes, series, "Force on object [N]")
+
+
+def _add_color_bar(axes: Axes, mesh: ScalarMappable, limit: float) -> None:
+    """Colours of the bend, with the limit marked and named among the ticks [deg]."""
+    bar = axes.figure.colorbar(mesh, cax=axes.inset_axes((1.02, 0.0, 0.028, 1.0)))
+    bottom, top = bar.ax.get_ylim()
+    steps = [tick for tick in bar.get_ticks() if bottom <= tick <= top and abs(tick - limit) > 0.08 * (top - bottom)]
+    bar.set_ticks([*steps, limit], labels=[*(f"{step:g}" for step in steps), f"{limit:.3g} limit"])
+    bar.set_label("Bend [°]", fontsize=NORMAL, color=INK)
+    bar.ax.tick_params(labelsize=SMALL, colors=INK)
+    bar.ax.get_yticklabels()[-1].set_color(LIMIT)
+    bar.ax.axhline(limit, color=LIMIT, linewidth=2.0)
+    bar.outline.set_visible(False)
+
+
+def _add_lines(axes: Axes, series: Series, values: np.ndarray, labels: list[str]) -> None:
+    for i, label in enumerate(labels):
+        color, style = COLORS[i % len(COLORS)], LINE_STYLES[i % len(LINE_STYLES)]
+        axes.plot(series.time, values[:, i], label=label, linewidth=1.6, color=color, linestyle=style)
+
+
+def _finish(axes: Axes, series: Series, ylabel: str, *, is_opaque: bool = False) -> None:
+    add_bands(axes, series.phase_spans, is_opaque=is_opaque)
+    add_look(axes, ylabel)
+    axes.set_xlim(float(series.time[0]), float(series.time[-1]))
+    if not is_opaque:
+        add_legend(axes)
+
+
+def _cable_labels(n_cable: int) -> list[str]:
+    return [f"cable {i + 1}" + (" (dorsal)" if i == 0 else "") for i in range(n_cable)]
+
+
+def _edges(time: np.ndarray) -> np.ndarray:
+    """Borders between instants, half-way, shape (n + 1,) [s]."""
+    between = (time[1:] + time[:-1]) / 2
+    return np.concatenate([time[:1], between, time[-1:]])

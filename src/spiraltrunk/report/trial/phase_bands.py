@@ -1,0 +1,102 @@
+"""Phases as shaded bands behind the data, with a labelled strip over the axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from spiraltrunk.report.style import INK, OTHER_PHASE_COLOR, PHASE_COLORS, SMALL
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.transforms import Transform
+
+Spans = Sequence[tuple[str, float, float]]
+
+_FOOT, _STRIP = 0.02, 0.06
+"""Distance of the strip from the axes and its height [in]."""
+
+_LEADER = 0.12
+"""Height of the lines to labels that stand aside of their phases [in]."""
+
+_LETTER = 0.62 * SMALL / 72
+"""Width of a letter, generously [in]."""
+
+_AXES_SHARE = 0.58
+"""Width of the axes over the figure's, where labels and legends take the most."""
+
+
+def add_bands(axes: Axes, spans: Spans, *, is_opaque: bool = False) -> None:
+    """Shade each phase; over an image, which would hide them, draw the borders between them instead."""
+    for phase, begin, end in spans:
+        if not is_opaque:
+            axes.axvspan(begin, end, color=_color(phase), alpha=0.10, linewidth=0.0, zorder=0)
+        elif begin > min(other for _, other, _ in spans):
+            axes.axvline(begin, color="white", linewidth=0.8, linestyle=(0, (4, 3)), alpha=0.9)
+
+
+def add_strip(axes: Axes, spans: Spans) -> None:
+    """Draw the phases over the axes, whose time limits must be set, with their names beside one another."""
+    from matplotlib.patches import Rectangle
+
+    left, right = axes.get_xlim()
+    seen = [(phase, max(begin, left), min(end, right)) for phase, begin, end in sorted(spans, key=lambda span: span[1])]
+    seen = [(phase, begin, end) for phase, begin, end in seen if begin <= end]
+    place = _over(axes)
+    for phase, begin, end in seen:
+        axes.add_patch(
+            Rectangle((begin, _FOOT), end - begin, _STRIP, transform=place, clip_on=False, color=_color(phase), lw=0.0)
+        )
+    width = _AXES_SHARE * axes.figure.get_figure(root=True).get_figwidth()
+    labels = place_labels(seen, letter=_LETTER * (right - left) / width, left=left, right=right)
+    low, high = _FOOT + _STRIP, _FOOT + _STRIP + 0.02
+    if any(at != center for _, center, at in labels):
+        high += _LEADER
+    for phase, center, at in labels:
+        if high > low + _LEADER:
+            axes.plot(
+                [center, at], [low, high], transform=place, clip_on=False, color=INK, lw=0.6, scalex=False, scaley=False
+            )
+        axes.text(at, high, phase, transform=place, ha="center", va="bottom", size=SMALL, color=INK, parse_math=False)
+
+
+def place_labels(spans: Spans, *, letter: float, left: float, right: float) -> list[tuple[str, float, float]]:
+    """Where to write names so that none touches another: name, centre of its phase, centre of the name [-, s, s].
+
+    Names stand over their phases where there is room and else move aside; where there is no room for all, the shortest
+    phases go without.
+
+    Args:
+        spans: phases in order of time.
+        letter: width of a letter [s].
+        left: begin of the row [s].
+        right: end of the row [s].
+    """
+    named = list(spans)
+    while named and sum(len(phase) + 1 for phase, _, _ in named) * letter > right - left:
+        named.remove(min(named, key=lambda span: span[2] - span[1]))
+    centers = [(begin + end) / 2 for _, begin, end in named]
+    halves = [(len(phase) + 1) * letter / 2 for phase, _, _ in named]
+    places, edge = list(centers), left - letter
+    for i, half in enumerate(halves):
+        places[i] = max(places[i], edge + half)
+        edge = places[i] + half
+    edge = right + letter
+    for i, half in reversed(list(enumerate(halves))):
+        places[i] = min(places[i], edge - half)
+        edge = places[i] - half
+    return [(phase, center, place) for (phase, _, _), center, place in zip(named, centers, places, strict=True)]
+
+
+def _color(phase: str) -> str:
+    return PHASE_COLORS.get(phase, OTHER_PHASE_COLOR)
+
+
+def _over(axes: Axes) -> Transform:
+    """Time across, inches over the axes upwards, whatever size layout gives them."""
+    from matplotlib.transforms import ScaledTranslation, blended_transform_factory
+
+    inches = axes.figure.get_figure(root=True).dpi_scale_trans
+    # Any transform will do here, though matplotlib's types ask for an affine one.
+    upwards = inches + ScaledTranslation(0.0, 1.0, axes.transAxes)  # type: ignore[arg-type]
+    return blended_transform_factory(axes.transData, upwards)

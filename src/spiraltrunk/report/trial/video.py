@@ -1,0 +1,97 @@
+"""Frames as an H.264 video, encoded as they come."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from spiraltrunk.errors import MissingPackage, ShapeError
+from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.report.trial.frames import check_frame
+
+if TYPE_CHECKING:
+    from av import VideoStream
+    from av.container import OutputContainer
+
+_ENCODER: Final = "libx264"
+"""The H.264 encoder in PyAV's wheels."""
+
+_QUALITY = {"crf": "23", "preset": "veryfast"}
+"""Constant quality of x264 (0 is lossless, 51 the worst) and its trade of speed against size."""
+
+_BT709 = 1
+"""Number of ITU-R BT.709 as matrix, primaries and transfer curve (ITU-T H.273)."""
+
+_LIMITED = 1
+"""Number of the range 16 to 235 in FFmpeg, which players expect of H.264."""
+
+
+def write_video(path: str | Path, frames: Iterable[np.ndarray], fps: int = 25) -> Path:
+    """Write an MP4 video that plays while it loads, holding one frame at a time; odd sizes lose their last pixel.
+
+    Args:
+        path: file to write.
+        frames: pictures of one size, shape (height, width, 3), 0 to 255. What they raise leaves no file.
+        fps: frames per second.
+
+    Raises:
+        ShapeError: where there is no frame, or one differs from the first.
+        MissingPackage: where PyAV or its H.264 encoder is not installed.
+        OSError: where the file cannot be written.
+    """
+    if fps < 1:
+        raise ShapeError(f"a video has {fps} frames per second; allowed: at least 1")
+    frames = iter(frames)
+    first = next(frames, None)
+    if first is None:
+        raise ShapeError("a video has 0 frames; allowed: at least 1")
+    shape = np.shape(first)
+    check_frame(first, shape, "frame 0")
+    if min(shape[:2]) < 2:
+        raise ShapeError(f"frame 0 has shape {shape}; allowed: at least 2 x 2 pixels")
+    with write_draft(path) as draft, _open_video(draft) as container:
+        stream = _add_stream(container, shape, fps)
+        for i, frame in enumerate(chain([first], frames)):
+            check_frame(frame, shape, f"frame {i}")
+            _add_frame(container, stream, frame, i)
+        container.mux(stream.encode(None))
+    return Path(path)
+
+
+def _open_video(path: Path) -> OutputContainer:
+    try:
+        import av
+    except ImportError:
+        raise MissingPackage("videos need PyAV, which is not installed: pip install av") from None
+    return av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"})
+
+
+def _add_stream(container: OutputContainer, shape: tuple[int, ...], fps: int) -> VideoStream:
+    import av
+
+    try:
+        stream = container.add_stream(_ENCODER, rate=fps, options=_QUALITY)
+    except av.codec.codec.UnknownCodecError:
+        raise MissingPackage("this PyAV has no H.264 encoder: pip install --force-reinstall av") from None
+    stream.height, stream.width = shape[0] // 2 * 2, shape[1] // 2 * 2
+    stream.pix_fmt = "yuv420p"
+    context = stream.codec_context
+    context.colorspace, context.color_primaries, context.color_trc = _BT709, _BT709, _BT709
+    context.color_range = _LIMITED
+    return stream
+
+
+def _add_frame(container: OutputContainer, stream: VideoStream, picture: np.ndarray, index: int) -> None:
+    import av
+
+    even = np.ascontiguousarray(picture[: stream.height, : stream.width])
+    frame = av.VideoFrame.from_ndarray(even, format="rgb24").reformat(
+        format="yuv420p", dst_colorspace=_BT709, dst_color_range=_LIMITED
+    )
+    frame.pts, frame.time_base = index, 1 / Fraction(stream.average_rate or 1)
+    container.mux(stream.encode(frame))
