@@ -26,10 +26,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
 from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings, Weighing, calibrate
-from spiraltrunk.capture.session import measure, play_session
-from spiraltrunk.capture.world import WorldOptions, draw_world, expected, weigh
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap.protocol.toml import load_protocol
+from spiraltrunk.workflows.virtual_session.printed_trunk import WorldOptions, draw_world, expected, weigh
+from spiraltrunk.workflows.virtual_session.session import measure, play_session
 
 FITTED = ("bend-dorsal_1", "rest-000_1", "rest-090_1")
 JUDGED = ("rest", "bend-dorsal")

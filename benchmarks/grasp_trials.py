@@ -25,8 +25,9 @@ from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.survey.interval import wilson
-from spiraltrunk.survey.pool import run_jobs
-from spiraltrunk.trial import EXACT, draw_scene, run_trial
+from spiraltrunk.workflows.grasp.trial import run_trial
+from spiraltrunk.workflows.grasp.world import EXACT, draw_scene
+from spiraltrunk.workflows.survey.process_pool import run_jobs
 
 BAR = 0.96
 """Least part of the trials that must succeed [-]."""

@@ -18,14 +18,14 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
-from spiraltrunk.bench.bending import COUNT, MOST, PULL, TILT, NumpyBending
-from spiraltrunk.bench.claim import one_core, time_in_turns
-from spiraltrunk.bench.rest import rest_in_turn
 from spiraltrunk.design import presets
 from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.reference.constants import prepare
 from spiraltrunk.model.reference.planar_batch import build_room, solve_points
+from spiraltrunk.workflows.bench.bending import COUNT, MOST, PULL, TILT, NumpyBending
+from spiraltrunk.workflows.bench.claim import one_core, time_in_turns
+from spiraltrunk.workflows.bench.rest import rest_in_turn
 
 PAPER = presets.PAPER
 

@@ -25,9 +25,9 @@ from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm import arm_limits
-from spiraltrunk.sim.verdict import LIFT_TOLERANCE, Moments, fault_conditions, judge
 from spiraltrunk.strategies import Status
-from spiraltrunk.trial import EXACT, draw_scene
+from spiraltrunk.workflows.grasp.verdict import LIFT_TOLERANCE, Moments, fault_conditions, judge
+from spiraltrunk.workflows.grasp.world import EXACT, draw_scene
 
 PAPER = {"width_least_m": 0.033, "width_most_m": 0.267, "payload_kg": 4.89}
 """What the paper's design claims ("Grasping by Spiraling", Results)."""

@@ -31,7 +31,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.trial import draw_scene
+from spiraltrunk.workflows.grasp.world import draw_scene
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 

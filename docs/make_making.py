@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 from spiraltrunk.design import presets
-from spiraltrunk.export import Request, export_robot
+from spiraltrunk.workflows.export.export import Request, export_robot
 
 DOCS = Path(__file__).parent
 

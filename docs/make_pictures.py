@@ -18,13 +18,13 @@ from spiraltrunk.design import presets
 from spiraltrunk.errors import RunError
 from spiraltrunk.files.atomic import write_folder
 from spiraltrunk.model.inverse import workspace
-from spiraltrunk.record import compute_series, write_strip
 from spiraltrunk.report import write_filmstrip, write_overview
 from spiraltrunk.report.shape.workspace_plot import write_workspace
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.render import View, render_frames
-from spiraltrunk.trial import Trial, run_trial
+from spiraltrunk.workflows.grasp.artifacts import compute_series, write_strip
+from spiraltrunk.workflows.grasp.trial import Trial, run_trial
 
 IMAGES = Path(__file__).parent / "images"
 

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk import strategies
-from spiraltrunk.survey.engine import write_pictures
-from spiraltrunk.survey.tables import format_markdown
+from spiraltrunk.workflows.survey.run_survey import write_pictures
+from spiraltrunk.workflows.survey.tables import format_markdown
 
 DOCS = Path(__file__).parent
 

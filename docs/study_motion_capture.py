@@ -17,15 +17,16 @@ from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.judge import compute_result, judge, write_judgement
 from spiraltrunk.mocap.protocol.protocol import Protocol, sort_takes
 from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.protocol.toml import load_protocol
 from spiraltrunk.mocap.recordings.motive_write import write_motive
-from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
 from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.session.session import SessionSettings
 from spiraltrunk.mocap.signal.registration import Motion
+from spiraltrunk.workflows.validate.artifacts import write_judgement
+from spiraltrunk.workflows.validate.comparison import compute_result, judge
+from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
 DOCS = Path(__file__).parent
 NOISE = 3e-4

@@ -14,7 +14,7 @@ import trimesh
 
 from spiraltrunk.design import presets
 from spiraltrunk.sim.objects.catalogue import load_stl
-from spiraltrunk.trial import run_trial
+from spiraltrunk.workflows.grasp.trial import run_trial
 
 with tempfile.TemporaryDirectory() as folder:
     path = Path(folder) / "vase.stl"

@@ -16,9 +16,9 @@ from spiraltrunk.design import presets
 from spiraltrunk.mocap import Protocol, Run, SessionSettings, build_session, compute_deviation
 from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.recordings.motive_write import write_motive
-from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
 from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.signal.registration import Motion
+from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
 trunk = presets.get("paper")
 run = Run(name="bend", kind="bend-dorsal", steps=6, step=0.02, takes=2)

@@ -15,10 +15,10 @@ import numpy as np
 
 from spiraltrunk.calibration.calibrate import Settings, Weighing, calibrate
 from spiraltrunk.calibration.identifiability import advise
-from spiraltrunk.capture.session import measure, play_session
-from spiraltrunk.capture.world import draw_world, weigh
 from spiraltrunk.design import presets
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.workflows.virtual_session.printed_trunk import draw_world, weigh
+from spiraltrunk.workflows.virtual_session.session import measure, play_session
 
 design = presets.get("paper")
 protocol = Protocol(

@@ -14,7 +14,7 @@ import mujoco
 
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.design import design_from_rules
-from spiraltrunk.export import Request, export_robot
+from spiraltrunk.workflows.export.export import Request, export_robot
 
 if importlib.util.find_spec("build123d") is None:
     print("skipped: solids need build123d, pip install 'spiraltrunk[cad]'")

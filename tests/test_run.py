@@ -8,7 +8,7 @@ from spiraltrunk.control.messages import Command
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.errors import RunError
-from spiraltrunk.record import compute_phase_spans
+from spiraltrunk.workflows.grasp.artifacts import compute_phase_spans
 
 
 class Seen:

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spiraltrunk.bench import CLAIMS, PEERS, Claim, bending, elastica, equilibrium, reach, rest
-from spiraltrunk.bench.claim import one_core, time_burst, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
 from spiraltrunk.sim.relaxation.relax import SettleRig
+from spiraltrunk.workflows.bench import CLAIMS, PEERS, Claim, bending, elastica, equilibrium, reach, rest
+from spiraltrunk.workflows.bench.claim import one_core, time_burst, time_in_turns
 
 PAPER = presets.PAPER
 

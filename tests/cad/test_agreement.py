@@ -11,7 +11,7 @@ import pytest
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.trunk.pieces import build_trunk
 from spiraltrunk.design import CableDesign, design_from_rules, presets
-from spiraltrunk.export import compute_agreement
+from spiraltrunk.workflows.export.agreement import compute_agreement
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 

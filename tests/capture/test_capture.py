@@ -6,10 +6,6 @@ import numpy as np
 import pytest
 
 from spiraltrunk.calibration.predict_states import place_points
-from spiraltrunk.capture.film import NAME, FilmOptions, film
-from spiraltrunk.capture.play import play_by_model, play_simulated
-from spiraltrunk.capture.session import measure, play_session, write_session
-from spiraltrunk.capture.world import WorldOptions, draw_world, weigh
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
@@ -19,6 +15,10 @@ from spiraltrunk.mocap.recordings.load import load_take
 from spiraltrunk.mocap.session.session import SessionSettings, read_session
 from spiraltrunk.mocap.signal.registration import Alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.workflows.virtual_session.cameras import NAME, FilmOptions, film
+from spiraltrunk.workflows.virtual_session.play import play_by_model, play_simulated
+from spiraltrunk.workflows.virtual_session.printed_trunk import WorldOptions, draw_world, weigh
+from spiraltrunk.workflows.virtual_session.session import measure, play_session, write_session
 
 SHORT = Protocol(
     name="short",

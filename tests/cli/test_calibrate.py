@@ -5,12 +5,12 @@ import math
 
 import pytest
 
-from spiraltrunk.capture.session import play_session, write_session
-from spiraltrunk.capture.world import draw_world
 from spiraltrunk.cli import main
 from spiraltrunk.design import load_design
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
+from spiraltrunk.workflows.virtual_session.printed_trunk import draw_world
+from spiraltrunk.workflows.virtual_session.session import play_session, write_session
 
 SHORT = Protocol(
     name="short",

@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-import spiraltrunk.bench
-import spiraltrunk.record
-import spiraltrunk.trial
+import spiraltrunk.workflows.bench
+import spiraltrunk.workflows.grasp.artifacts
+import spiraltrunk.workflows.grasp.trial
 from spiraltrunk import cli
-from spiraltrunk.bench import Claim
 from spiraltrunk.design import load_design, presets
 from spiraltrunk.errors import MissingPackage, RunError
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
-from spiraltrunk.trial import Trial, run_trial
+from spiraltrunk.workflows.bench import Claim
+from spiraltrunk.workflows.grasp.trial import Trial, run_trial
 
 KEYS = {
     "strategy", "object", "success", "reason", "phases", "lift_m", "hold_s", "max_penetration_m", "max_joint_deg",
@@ -43,7 +43,7 @@ def trial() -> Trial:
 @pytest.fixture
 def played(trial: Trial, monkeypatch: pytest.MonkeyPatch) -> Trial:
     """The command line gets this trial without running it again."""
-    monkeypatch.setattr(spiraltrunk.trial, "run_trial", lambda *args, **options: trial)
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.trial, "run_trial", lambda *args, **options: trial)
     return trial
 
 
@@ -69,7 +69,7 @@ def test_real_grasp_leaves_a_record_and_is_the_same_again(
     assert printed.err.splitlines() == [
         f"spiraltrunk: {what}" for what in ("reach", "prehension", "transport", "release", "plots")
     ]
-    expected = spiraltrunk.record.compute_result(trial, DEFAULT_OBJECT)
+    expected = spiraltrunk.workflows.grasp.artifacts.compute_result(trial, DEFAULT_OBJECT)
     for key in KEYS - {"real_time_factor", "files"}:
         assert result[key] == expected[key], key
 
@@ -79,7 +79,7 @@ def test_default_grasp_succeeds(trial: Trial) -> None:
 
 
 def test_the_curl_spreads_from_the_tip_and_back(trial: Trial) -> None:
-    front = spiraltrunk.record.compute_result(trial, DEFAULT_OBJECT)["front"]
+    front = spiraltrunk.workflows.grasp.artifacts.compute_result(trial, DEFAULT_OBJECT)["front"]
     assert (front["is_inward"], front["is_outward"]) == (True, True)
     assert front["prehension_start"] == front["release_end"] == 0.0
     assert 0.5 < front["transport_max"] < 0.9
@@ -87,7 +87,7 @@ def test_the_curl_spreads_from_the_tip_and_back(trial: Trial) -> None:
 
 
 def test_phases_follow_one_another(trial: Trial) -> None:
-    phases = spiraltrunk.record.compute_result(trial, DEFAULT_OBJECT)["phases"]
+    phases = spiraltrunk.workflows.grasp.artifacts.compute_result(trial, DEFAULT_OBJECT)["phases"]
     assert [phase["name"] for phase in phases] == ["reach", "prehension", "transport", "release"]
     assert all(first["end_s"] == then["start_s"] for first, then in pairwise(phases))
     assert phases[-1]["end_s"] == trial.plant.trace[-1].time
@@ -106,7 +106,7 @@ def test_failed_grasp_exits_1_with_its_reason(
     trial: Trial, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lost = replace(trial, verdict=replace(trial.verdict, success=False, reason="lifted 0 cm", hold=math.nan))
-    monkeypatch.setattr(spiraltrunk.trial, "run_trial", lambda *args, **options: lost)
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.trial, "run_trial", lambda *args, **options: lost)
     assert cli.main(["grasp", "--json"]) == 1
     result = strict(capsys.readouterr().out)
     assert (result["success"], result["reason"], result["hold_s"]) == (False, "lifted 0 cm", None)
@@ -120,7 +120,7 @@ def test_without_graphics_the_rest_is_written(
     def refuse(*args: object, **options: object) -> None:
         raise MissingPackage("no OpenGL for pictures: install libegl1")
 
-    monkeypatch.setattr(spiraltrunk.record, "render_frames", refuse)
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.artifacts, "render_frames", refuse)
     assert cli.main(["grasp", "--out", str(tmp_path)]) == 0
     assert {path.name for path in tmp_path.iterdir()} == PLAIN
     assert [line for line in capsys.readouterr().err.splitlines() if "libegl1" in line] == [
@@ -143,7 +143,10 @@ CUTS = {
 
 
 @pytest.mark.parametrize("cut", CUTS)
-@pytest.mark.parametrize("where", [(spiraltrunk.trial, "run_trial"), (spiraltrunk.record, "write_overview")])
+@pytest.mark.parametrize(
+    "where",
+    [(spiraltrunk.workflows.grasp.trial, "run_trial"), (spiraltrunk.workflows.grasp.artifacts, "write_overview")],
+)
 @pytest.mark.usefixtures("played")
 def test_what_is_cut_short_leaves_nothing(
     cut: str,
@@ -167,7 +170,7 @@ def test_what_is_cut_short_leaves_nothing(
 
 def test_bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     claims = {"fast": lambda: Claim(ours=1.0, other=12.0, bar=10.0)}
-    monkeypatch.setattr(spiraltrunk.bench, "CLAIMS", claims)
+    monkeypatch.setattr(spiraltrunk.workflows.bench, "CLAIMS", claims)
     assert cli.main(["bench", "--json", "--out", str(tmp_path)]) == 0
     result = strict(capsys.readouterr().out)
     assert result == {"claims": {"fast": {"ours": 1.0, "other": 12.0, "ratio": 12.0, "bar": 10.0, "holds": True}}}
@@ -179,8 +182,8 @@ def test_bench(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.C
 
 def test_bench_against_peers(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Without their packages one line says how to get them, and nothing is measured."""
-    monkeypatch.setattr(spiraltrunk.bench, "CLAIMS", {"fast": lambda: Claim(ours=1.0, other=12.0, bar=10.0)})
-    monkeypatch.setattr(spiraltrunk.bench, "PEERS", {"peer": lambda: Claim(ours=1.0, other=2.0, bar=1.0)})
+    monkeypatch.setattr(spiraltrunk.workflows.bench, "CLAIMS", {"fast": lambda: Claim(ours=1.0, other=12.0, bar=10.0)})
+    monkeypatch.setattr(spiraltrunk.workflows.bench, "PEERS", {"peer": lambda: Claim(ours=1.0, other=2.0, bar=1.0)})
     monkeypatch.setitem(sys.modules, "elastica", None)
     assert cli.main(["bench", "--peers"]) == 2
     printed = capsys.readouterr()
@@ -198,7 +201,7 @@ import sys
 from spiraltrunk import cli
 cli.main(["--version"])  # Sets up the environment, as OpenGL is chosen when MuJoCo is imported.
 import spiraltrunk.record
-spiraltrunk.record.FPS = 1
+spiraltrunk.workflows.grasp.artifacts.FPS = 1
 sys.exit(cli.main(["grasp", "--out", sys.argv[1]]))
 """
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-import spiraltrunk.survey.engine as engine
+import spiraltrunk.workflows.survey.run_survey as engine
 from spiraltrunk import cli, strategies
 
 FAKES = Path(__file__).parents[1] / "survey" / "fakes"

@@ -16,8 +16,8 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap import load_protocol, load_shapes
 from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.recordings.motive_write import write_motive
-from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
 from spiraltrunk.mocap.session.prediction import predict
+from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
 PROTOCOL = """
 name = "short"

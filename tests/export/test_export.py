@@ -15,7 +15,7 @@ from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
 from spiraltrunk.design import design_from_rules, load_design, presets
 from spiraltrunk.errors import PartError, UnknownName
-from spiraltrunk.export import Request, check_robot, export_robot
+from spiraltrunk.workflows.export.export import Request, check_robot, export_robot
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 

@@ -15,9 +15,9 @@ from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.recordings.motive_csv import read_motive
 from spiraltrunk.mocap.recordings.take import Take
-from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
 from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.signal.registration import Motion
+from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
 REAL = Path(__file__).parents[3] / "shared" / "mocap"
 

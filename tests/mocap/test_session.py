@@ -17,12 +17,12 @@ from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.recordings.take import find_stale
-from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
 from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.session.section_spacing import compute_reach
 from spiraltrunk.mocap.session.session import SessionSettings
 from spiraltrunk.mocap.signal.registration import read_alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
 SECTIONS = (1, 3, 5, 7, 9, 11, 13, 15)
 

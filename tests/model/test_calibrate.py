@@ -20,13 +20,13 @@ from spiraltrunk.calibration.parameters import (
     name_knobs,
 )
 from spiraltrunk.calibration.predict_states import find_states, play_statics
-from spiraltrunk.capture.session import MeasureOptions, measure, play_session
-from spiraltrunk.capture.world import draw_world, weigh
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
+from spiraltrunk.workflows.virtual_session.printed_trunk import draw_world, weigh
+from spiraltrunk.workflows.virtual_session.session import MeasureOptions, measure, play_session
 
 NAN = math.nan
 RESTS = tuple(Run(name=f"rest-{t:03d}", kind="rest", theta_0=math.radians(90 - t)) for t in (0, 45, 90, 135))

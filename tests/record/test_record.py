@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.files.results import format_json
-from spiraltrunk.record import open_record
+from spiraltrunk.workflows.grasp.artifacts import open_record
 
 
 def test_files_move_in_at_the_end(tmp_path: Path) -> None:

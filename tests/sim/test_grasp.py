@@ -11,7 +11,8 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim import SimPlant, parse_object
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT
 from spiraltrunk.strategies.wrap.hung_model import predict_wrap
-from spiraltrunk.trial import EXACT, Spread, draw_scene, run_trial
+from spiraltrunk.workflows.grasp.trial import run_trial
+from spiraltrunk.workflows.grasp.world import EXACT, Spread, draw_scene
 
 SHAPE = parse_object(DEFAULT_OBJECT)
 

@@ -6,7 +6,8 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim import parse_object
-from spiraltrunk.trial import draw_scene, run_trial
+from spiraltrunk.workflows.grasp.trial import run_trial
+from spiraltrunk.workflows.grasp.world import draw_scene
 
 
 @pytest.mark.slow

@@ -15,7 +15,8 @@ from spiraltrunk.sim import SceneOptions, SimPlant, build_model, parse_object
 from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.robot import arm, trunk
 from spiraltrunk.sim.sensors import SensorOptions
-from spiraltrunk.trial import Spread, draw_scene, run_trial
+from spiraltrunk.workflows.grasp.trial import run_trial
+from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 OBJECT = parse_object("cylinder-60")
 

@@ -9,7 +9,8 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.scene.build import build_model
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.trial import GRIP_FRICTION, SLOPE_FRICTION, WRAP_FRICTION, draw_scene, run_trial
+from spiraltrunk.workflows.grasp.trial import run_trial
+from spiraltrunk.workflows.grasp.world import GRIP_FRICTION, SLOPE_FRICTION, WRAP_FRICTION, draw_scene
 
 NAMES = ("pinch", "tip-grip", "flip-grip")
 

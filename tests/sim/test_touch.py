@@ -10,7 +10,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim import SimPlant, contact_kernels
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.sensors import SensorOptions, Sensors
-from spiraltrunk.trial import draw_scene
+from spiraltrunk.workflows.grasp.world import draw_scene
 
 
 class _Tight(Exception):

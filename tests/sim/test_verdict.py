@@ -11,7 +11,7 @@ from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.robot.arm import PANDA_HOME, PANDA_LIMITS
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.sim.verdict import Moments, judge
+from spiraltrunk.workflows.grasp.verdict import Moments, judge
 
 TASK = build_task(PAPER, SceneOptions())
 START = TASK.target.position

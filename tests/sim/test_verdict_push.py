@@ -12,8 +12,8 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.robot.arm import PANDA_HOME, PANDA_LIMITS
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.sim.verdict import Moments
-from spiraltrunk.sim.verdict_push import judge_kick, judge_sweep
+from spiraltrunk.workflows.grasp.push_verdict import judge_kick, judge_sweep
+from spiraltrunk.workflows.grasp.verdict import Moments
 
 TASK = build_task(
     PAPER, SceneOptions(shape=parse_object("ball-100"), stage="ground", position=(0.5, 0.0, 0.0), push=(0.0, 0.17))

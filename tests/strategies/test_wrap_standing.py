@@ -15,7 +15,7 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.wrap.standing import StandingState, StandingWrap
 from spiraltrunk.strategies.wrap.standing_model import object_center, shut_pull
 from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal, WrapOblique, WrapObliqueLow
-from spiraltrunk.trial import run_trial
+from spiraltrunk.workflows.grasp.trial import run_trial
 
 PAPER = presets.PAPER
 STRATEGY = WrapHorizontal()

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from spiraltrunk.survey.plan import Plan
+from spiraltrunk.workflows.survey.plan import Plan
 
 FAKES = Path(__file__).parent / "fakes"
 

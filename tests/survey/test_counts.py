@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.survey.counts import count_failures, find_kind, summarize
-from spiraltrunk.survey.plan import Plan
-from spiraltrunk.survey.row import build_empty_row
-from spiraltrunk.survey.tables import format_markdown, format_text
+from spiraltrunk.workflows.survey.plan import Plan
+from spiraltrunk.workflows.survey.row import build_empty_row
+from spiraltrunk.workflows.survey.summary import count_failures, find_kind, summarize
+from spiraltrunk.workflows.survey.tables import format_markdown, format_text
 
 KINDS = {
     "lifted 3 cm": "lifted N cm",

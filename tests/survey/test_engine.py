@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 
 from spiraltrunk.errors import SurveyError
-from spiraltrunk.survey.engine import run_survey
-from spiraltrunk.survey.folder import FILES
-from spiraltrunk.survey.plan import Plan
+from spiraltrunk.workflows.survey.plan import Plan
+from spiraltrunk.workflows.survey.resume_log import FILES
+from spiraltrunk.workflows.survey.run_survey import run_survey
 
 
 def cut_after(count: int) -> Callable[[Sequence[Any]], None]:
@@ -117,7 +117,7 @@ def test_another_survey_is_refused(
 def test_a_survey_does_not_go_on_with_other_code(
     whole: Path, fakes: ModuleType, plan: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("spiraltrunk.survey.engine.compute_source", lambda: "0123456789abcdef")
+    monkeypatch.setattr("spiraltrunk.workflows.survey.run_survey.compute_source", lambda: "0123456789abcdef")
     with pytest.raises(SurveyError, match=r'source "[0-9a-f]{16}", not "0123456789abcdef"'):
         run_survey(plan, folder=whole, work=fakes.work)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from spiraltrunk.errors import DesignError
-from spiraltrunk.survey.plan import Plan, derive_seed
+from spiraltrunk.workflows.survey.plan import Plan, derive_seed
 
 
 def test_strategies_take_turns_and_so_do_objects(plan: Plan) -> None:

@@ -13,8 +13,8 @@ from types import ModuleType
 import pytest
 
 from spiraltrunk.errors import RunError
-from spiraltrunk.survey.plan import Entry
-from spiraltrunk.survey.pool import run_jobs
+from spiraltrunk.workflows.survey.plan import Entry
+from spiraltrunk.workflows.survey.process_pool import run_jobs
 
 
 def entries(count: int) -> list[Entry]:
@@ -74,5 +74,5 @@ def test_leaving_early_ends_the_processes_at_once(fakes: ModuleType) -> None:
 
 def test_the_pool_itself_is_light() -> None:
     """A process sets its threads before a library reads them."""
-    program = "import sys, spiraltrunk.survey.pool; print('numpy' in sys.modules)"
+    program = "import sys, spiraltrunk.workflows.survey.process_pool; print('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, check=True).stdout == b"False\n"

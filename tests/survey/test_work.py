@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-import spiraltrunk.survey.work as work
+import spiraltrunk.workflows.survey.run_entry as work
 from spiraltrunk import cli
 from spiraltrunk.control.strategy import Status
 from spiraltrunk.errors import ModelError
-from spiraltrunk.survey.plan import Entry
-from spiraltrunk.survey.row import build_empty_row
-from spiraltrunk.survey.work import compute_row, count_retries
+from spiraltrunk.workflows.survey.plan import Entry
+from spiraltrunk.workflows.survey.row import build_empty_row
+from spiraltrunk.workflows.survey.run_entry import compute_row, count_retries
 
 ENTRY = Entry(strategy="wrap-vertical", object="cylinder-60", index=3, seed=5)
 

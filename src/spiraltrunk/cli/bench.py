@@ -12,7 +12,7 @@ from spiraltrunk.cli.options import add_parser, read_text
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:
-    from spiraltrunk.bench import Claim
+    from spiraltrunk.workflows.bench import Claim
 
 
 def add_verb(verbs: Any) -> None:
@@ -25,8 +25,8 @@ def add_verb(verbs: Any) -> None:
 def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.out is not None:
         check_folder(arguments.out)
-    from spiraltrunk.bench import CLAIMS, PEERS, check_peers
-    from spiraltrunk.record import open_record
+    from spiraltrunk.workflows.bench import CLAIMS, PEERS, check_peers
+    from spiraltrunk.workflows.grasp.artifacts import open_record
 
     if arguments.peers:
         check_peers()

@@ -12,10 +12,10 @@ from spiraltrunk.cli.options import Typed, add_parser, read_number, read_seed, r
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:
-    from spiraltrunk.benched import Bench
-    from spiraltrunk.calibrated import Recordings
     from spiraltrunk.calibration.calibrate import Settings
     from spiraltrunk.design import TrunkDesign
+    from spiraltrunk.workflows.calibrate.joint_bench import Bench
+    from spiraltrunk.workflows.calibrate.recordings import Recordings
 
 _MOST_TAKES = 200
 
@@ -65,8 +65,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
     design = load_design(arguments.design or protocol.design)
     if arguments.virtual is not None:
         return _play(arguments, design, protocol)
-    from spiraltrunk.calibrated import Recordings, split_takes
     from spiraltrunk.mocap.protocol.protocol import sort_takes
+    from spiraltrunk.workflows.calibrate.recordings import Recordings, split_takes
 
     given = sort_takes(protocol, arguments.takes)
     fitted, held_out = (given, sort_takes(protocol, arguments.hold_out)) if arguments.hold_out else split_takes(given)
@@ -120,8 +120,8 @@ def _check_positive(option: str, value: Typed | None) -> None:
 
 
 def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settings:
-    from spiraltrunk.benched import read_stiffness
     from spiraltrunk.calibration.calibrate import Settings, Weighing
+    from spiraltrunk.workflows.calibrate.joint_bench import read_stiffness
 
     joints = () if bench is None else read_stiffness(bench)
     if arguments.mass_g is None:
@@ -132,8 +132,8 @@ def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settin
 
 
 def _play(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> Answer:
-    from spiraltrunk.capture.session import play_session, write_session
-    from spiraltrunk.capture.world import draw_world
+    from spiraltrunk.workflows.virtual_session.printed_trunk import draw_world
+    from spiraltrunk.workflows.virtual_session.session import play_session, write_session
 
     seed = arguments.seed or 0
     world = draw_world(design, seed)
@@ -156,7 +156,8 @@ def _play(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> 
 
 
 def _fit(arguments: argparse.Namespace, recordings: Recordings, bench: Bench | None) -> Answer:
-    from spiraltrunk.calibrated import compute_result, run_calibration, write_calibration_folder
+    from spiraltrunk.workflows.calibrate.artifacts import compute_result, write_calibration_folder
+    from spiraltrunk.workflows.calibrate.recordings import run_calibration
 
     settings = _read_settings(arguments, bench)
     with show_progress(sys.stderr) as tell:

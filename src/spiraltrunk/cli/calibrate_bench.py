@@ -10,7 +10,7 @@ from spiraltrunk.cli.answers import DONE, Answer, UsageError, format_json, quote
 from spiraltrunk.cli.options import read_number, read_text
 
 if TYPE_CHECKING:
-    from spiraltrunk.benched import Bench, RingFile
+    from spiraltrunk.workflows.calibrate.joint_bench import Bench, RingFile
 
 _MOST_RINGS = 50
 _MOST_JOINT = 199
@@ -62,14 +62,14 @@ def check_bench(arguments: argparse.Namespace) -> None:
 
 def fit_bench_records(arguments: argparse.Namespace) -> Bench:
     """Read and fit the records that are given."""
-    from spiraltrunk.benched import fit_bench
+    from spiraltrunk.workflows.calibrate.joint_bench import fit_bench
 
     return fit_bench(arguments.bench, _read_rings(arguments))
 
 
 def run_bench(arguments: argparse.Namespace) -> Answer:
     """Bench records alone."""
-    from spiraltrunk.benched import compute_bench_result, write_bench_folder
+    from spiraltrunk.workflows.calibrate.joint_bench import compute_bench_result, write_bench_folder
 
     bench = fit_bench_records(arguments)
     result = compute_bench_result(bench)
@@ -124,7 +124,7 @@ def _say(interval: dict[str, float | None]) -> str:
 
 
 def _read_rings(arguments: argparse.Namespace) -> list[RingFile]:
-    from spiraltrunk.benched import RingFile
+    from spiraltrunk.workflows.calibrate.joint_bench import RingFile
 
     inertia: dict[int, float] = {}
     for text in arguments.inertia_kg_m2:

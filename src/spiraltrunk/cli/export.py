@@ -12,7 +12,7 @@ from spiraltrunk.cli.options import add_parser, read_number, read_seed, read_tex
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:
-    from spiraltrunk.export import Request
+    from spiraltrunk.workflows.export.export import Request
 
 _MOST_WORKERS = 4
 """Most processes that make parts: each holds the kernel in memory, and few parts take long."""
@@ -51,7 +51,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.out is not None:
         check_folder(arguments.out)
     from spiraltrunk.design import load_design
-    from spiraltrunk.export import check_robot, export_robot
+    from spiraltrunk.workflows.export.export import check_robot, export_robot
 
     request = _build_request(arguments)
     design = load_design(arguments.design)
@@ -75,7 +75,7 @@ def _build_request(arguments: argparse.Namespace) -> Request:
     from spiraltrunk.cad.components.options import MakeOptions
     from spiraltrunk.design import presets
     from spiraltrunk.errors import DesignError
-    from spiraltrunk.export import Request
+    from spiraltrunk.workflows.export.export import Request
 
     for name in (*arguments.parts, *arguments.formats):
         if name in presets.NAMES or name.endswith(".toml"):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
     from spiraltrunk.design import TrunkDesign
     from spiraltrunk.sim.objects.catalogue import ObjectSpec
-    from spiraltrunk.trial import Trial
+    from spiraltrunk.workflows.grasp.trial import Trial
 
 _GL = ("", "egl", "glfw", "glx", "osmesa", "cgl", "wgl", "on", "true", "1", "enable", "enabled", "off", "false", "0",
        "disable", "disabled")  # fmt: skip
@@ -57,8 +57,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
         check_folder(arguments.out)
     from spiraltrunk import strategies
     from spiraltrunk.design import load_design
-    from spiraltrunk.record import compute_result, open_record, write_record
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
+    from spiraltrunk.workflows.grasp.artifacts import compute_result, open_record, write_record
 
     strategy = strategies.get(arguments.strategy)
     usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]
@@ -85,7 +85,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
 
 def _run_watched(arguments: argparse.Namespace, design: TrunkDesign, shape: ObjectSpec, tell: Tell) -> Trial:
-    from spiraltrunk.trial import run_trial
+    from spiraltrunk.workflows.grasp.trial import run_trial
 
     return run_trial(
         design, shape, strategy=arguments.strategy, seed=arguments.seed,

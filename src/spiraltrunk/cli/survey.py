@@ -15,7 +15,7 @@ from spiraltrunk.cli.options import add_parser, read_seed, read_text
 from spiraltrunk.cli.survey_progress import show_survey
 
 if TYPE_CHECKING:
-    from spiraltrunk.survey.plan import Plan
+    from spiraltrunk.workflows.survey.plan import Plan
 
 _MOST_TRIALS, _MOST_WORKERS = 100_000, 64
 
@@ -46,8 +46,8 @@ def add_verb(verbs: Any) -> None:
 def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.out is not None:
         check_folder(arguments.out)
-    from spiraltrunk.survey.engine import run_survey
-    from spiraltrunk.survey.tables import format_text
+    from spiraltrunk.workflows.survey.run_survey import run_survey
+    from spiraltrunk.workflows.survey.tables import format_text
 
     plan = _build_plan(arguments)
     workers = arguments.workers or min(_count_processors(), _MOST_WORKERS)
@@ -76,7 +76,7 @@ def _build_plan(arguments: argparse.Namespace) -> Plan:
     """
     from spiraltrunk import strategies
     from spiraltrunk.sim.objects.catalogue import parse_object
-    from spiraltrunk.survey.plan import Plan
+    from spiraltrunk.workflows.survey.plan import Plan
 
     names = strategies.NAMES if arguments.strategies == "all" else arguments.strategies.split(",")
     objects = {name: strategies.get(name).objects for name in (name.strip() for name in names)}

@@ -111,8 +111,9 @@ def _try_folder(folder: str) -> None:
 
 
 def _judge(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:
-    from spiraltrunk.judge import compute_result, judge, write_judgement
     from spiraltrunk.mocap.protocol.protocol import sort_takes
+    from spiraltrunk.workflows.validate.artifacts import write_judgement
+    from spiraltrunk.workflows.validate.comparison import compute_result, judge
 
     takes = sort_takes(protocol, arguments.takes)
     with show_progress(sys.stderr) as tell:
@@ -129,8 +130,8 @@ def _judge(arguments: argparse.Namespace, protocol: Protocol, settings: SessionS
 
 def _format(result: dict[str, Any], out: str | None) -> str:
     """The figures as tables."""
-    from spiraltrunk.judge import pair_with_paper
     from spiraltrunk.report import format_table
+    from spiraltrunk.workflows.validate.page import pair_with_paper
 
     friction = "" if result["friction"] is None else f" with friction {result['friction']:g}"
     rows = [

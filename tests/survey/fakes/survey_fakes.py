@@ -9,8 +9,8 @@ import time
 from dataclasses import replace
 from typing import Any
 
-from spiraltrunk.survey.plan import Entry
-from spiraltrunk.survey.row import build_empty_row
+from spiraltrunk.workflows.survey.plan import Entry
+from spiraltrunk.workflows.survey.row import build_empty_row
 
 
 def work(entry: Entry) -> dict[str, Any]:

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from spiraltrunk.bench.claim import Claim, time_in_turns
-from spiraltrunk.bench.rest import rest_in_turn
 from spiraltrunk.design import presets
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import MissingPackage
+from spiraltrunk.workflows.bench.claim import Claim, time_in_turns
+from spiraltrunk.workflows.bench.rest import rest_in_turn
 
 ELEMENTS = 50
 """Elements of the rod."""

@@ -16,7 +16,7 @@ import numpy as np
 from spiraltrunk.control.messages import Task
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.robot.arm import ArmLimits
-from spiraltrunk.sim.verdict import Moments, Verdict, arm_conditions, fault_conditions, judge
+from spiraltrunk.workflows.grasp.verdict import Moments, Verdict, arm_conditions, fault_conditions, judge
 
 GATE = math.radians(30.0)
 """Largest angle between the way to the goal and where the object truly went [rad] (ours)."""

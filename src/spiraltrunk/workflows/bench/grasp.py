@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import statistics
 
-from spiraltrunk.bench.claim import Claim
 from spiraltrunk.design import presets
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
-from spiraltrunk.trial import run_trial
+from spiraltrunk.workflows.bench.claim import Claim
+from spiraltrunk.workflows.grasp.trial import run_trial
 
 REPEATS = 3
 """Trials; the median counts."""

@@ -9,13 +9,13 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.calibration.predict_states import State, play_statics
-from spiraltrunk.capture.world import World
 from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.protocol.schedule import Plan
 from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.sim.relaxation.relax import Settled, SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.robot.trunk import TrunkOptions, hinge_names
+from spiraltrunk.workflows.virtual_session.printed_trunk import World
 
 SETTLE = SettleOptions(
     has_gripper=False, pull_speed=0.005, has_smooth_ramps=True, still=2e-3, time_most=10.0, limit_factor=10.0,

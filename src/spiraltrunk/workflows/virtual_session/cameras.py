@@ -9,13 +9,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.calibration.predict_states import place_points
-from spiraltrunk.capture.play import Played
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.recordings.take import Body, Marker, Take
-from spiraltrunk.mocap.rehearse import Rehearsal, rehearse_take
 from spiraltrunk.mocap.signal.registration import Motion
 from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.workflows.virtual_session.play import Played
+from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
 NAME = "virtual capture, not a measurement"
 """What every such take is called."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from spiraltrunk.bench.bending import measure_bend_batch, measure_bend_single
-from spiraltrunk.bench.claim import Claim
-from spiraltrunk.bench.elastica import check_elastica, measure_rest_pyelastica
-from spiraltrunk.bench.equilibrium import measure_statics_mujoco
-from spiraltrunk.bench.grasp import measure_grasp_real_time
-from spiraltrunk.bench.reach import measure_inverse_least_squares, measure_inverse_success
-from spiraltrunk.bench.rest import measure_rest_fsolve, measure_rest_mujoco
+from spiraltrunk.workflows.bench.bending import measure_bend_batch, measure_bend_single
+from spiraltrunk.workflows.bench.claim import Claim
+from spiraltrunk.workflows.bench.elastica import check_elastica, measure_rest_pyelastica
+from spiraltrunk.workflows.bench.equilibrium import measure_statics_mujoco
+from spiraltrunk.workflows.bench.grasp import measure_grasp_real_time
+from spiraltrunk.workflows.bench.reach import measure_inverse_least_squares, measure_inverse_success
+from spiraltrunk.workflows.bench.rest import measure_rest_fsolve, measure_rest_mujoco
 
 __all__ = ["CLAIMS", "PEERS", "Claim", "check_peers"]
 

@@ -9,12 +9,12 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.bench.claim import Claim, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.robot.trunk import TrunkOptions
+from spiraltrunk.workflows.bench.claim import Claim, time_in_turns
 
 COUNT = 20
 """Cases; the median ratio counts."""

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from spiraltrunk.survey.interval import wilson
-from spiraltrunk.survey.plan import Plan
+from spiraltrunk.workflows.survey.plan import Plan
 
 _NUMBER = re.compile(r"(?<![\w.-])-?(?:\d+(?:\.\d+)?(?:e[+-]?\d+)?|nan|inf)(?![\w])", flags=re.IGNORECASE)
 

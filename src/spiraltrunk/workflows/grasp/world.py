@@ -1,10 +1,8 @@
-"""One trial in simulation: a world drawn from a seed, a strategy, and the verdict."""
+"""The world of a trial, drawn from a seed: object, place, friction, stiffness and errors of sensors."""
 
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, final
 
@@ -12,20 +10,12 @@ import numpy as np
 
 from spiraltrunk import strategies
 from spiraltrunk.checks import check_number, check_numbers, check_text, check_type
-from spiraltrunk.control.loop import RunLog, run
-from spiraltrunk.control.messages import Observation
-from spiraltrunk.control.strategy import Status, Strategy
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.errors import DesignError
-from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, scaled
-from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.sim.robot.arm import arm_limits
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
-from spiraltrunk.sim.verdict import Moments, Verdict, judge
-from spiraltrunk.sim.verdict_push import judge_kick, judge_sweep
 
 NOISE = SensorOptions(
     pull_noise=0.2e-3, tension_noise=0.2, tension_share=0.02, torque_noise=0.02, delay=0.020, look_error=0.003,
@@ -34,17 +24,21 @@ NOISE = SensorOptions(
 """Errors of the real robot's sensors, of our choosing: cable lengths to 0.2 mm, tensions from motor currents to 0.2 N
 and 2 %, the arm's torques to 0.02 N m, commands 20 ms late, a camera that is right to 3 mm and 3 deg."""
 
+
 GRIP_FRICTION = 30.0
 """Hardness of friction in fingers (ours) [-]. At 1, MuJoCo's own, what friction holds creeps: a ball of 15 g out of a
 firm grip by 2 mm/s; at 10 by 0.3 mm/s, at 30 and at 100 not measurably."""
+
 
 WRAP_FRICTION = 10.0
 """The same in wraps (ours) [-]. At 1 a bottle of 70 mm creeps out by up to 15 mm/s and a wide cylinder tilts in its
 loop; at 10 and at 30 bottles and cylinders shift equally little, by the trunk's own give, and at 10 a step is a fifth
 faster. What is heavier than HEAVY creeps more: it gets GRIP_FRICTION."""
 
+
 HEAVY = 1.0
 """Mass above which a wrapped object needs harder friction [kg]: at 10, 1.5 kg tilt further and land askew."""
+
 
 SLOPE_FRICTION = 300.0
 """The same for what narrows upwards (ours) [-]: there the grip itself, and not the weight alone, pushes against
@@ -82,27 +76,6 @@ class Spread:
 
 EXACT = Spread(position=0.015, yaw=0.0, size=0.0, mass=0.0, sensors=SensorOptions())
 """Place within 15 mm, friction and stiffness unknown, everything else as told, sensors without error."""
-
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class Trial:
-    """A trial that has run."""
-
-    strategy: str
-    """Name of the strategy."""
-    seed: int
-    """Seed that the world was drawn from."""
-    options: SceneOptions
-    """The world."""
-    plant: SimPlant
-    """The simulator after the trial, with its record."""
-    log: RunLog
-    """What went between plant and strategy."""
-    verdict: Verdict
-    """What came of it."""
-    real_time_factor: float
-    """Simulated time over the time that the loop took on one core, Python included [-]."""
 
 
 _JOBS = ("grasp", "kick", "sweep")
@@ -170,51 +143,3 @@ def _draw_in_ball(rng: np.random.Generator, radius: float) -> np.ndarray:
     """A point evenly drawn in a ball, shape (3,) [m]."""
     direction = rng.normal(size=3)
     return radius * float(rng.uniform()) ** (1 / 3) * direction / np.linalg.norm(direction)
-
-
-def run_trial(
-    design: TrunkDesign,
-    shape: ObjectSpec,
-    *,
-    strategy: str | Strategy[Any] = "wrap-vertical",
-    seed: int = 0,
-    spread: Spread | None = None,
-    watch: Callable[[Observation, Status], None] | None = None,
-) -> Trial:
-    """Draw a world, run a strategy in it, by its name or one of your own, and judge.
-
-    ``spread`` says how far worlds differ; ``watch`` is called after every step.
-
-    Raises:
-        UnknownName: for a strategy that does not exist.
-        DesignError: for anything but a design, an object, a seed and a spread.
-        ModelError: where the strategy cannot plan for the object.
-        RunError: where the simulation diverges or does not end.
-    """
-    chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
-    options = draw_scene(shape, seed, strategy=chosen, spread=spread)
-    plant = SimPlant(design, options)
-    began = time.perf_counter()
-    with quiet_mujoco():
-        log = run(plant, chosen, watch=watch)
-    factor = plant.trace[-1].time / (time.perf_counter() - began)
-    return Trial(
-        strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=_judge(plant, log, chosen.job),
-        real_time_factor=factor,
-    )  # fmt: skip
-
-
-def _judge(plant: SimPlant, log: RunLog, job: str) -> Verdict:
-    moments = Moments(
-        lift=log.span("transport", "lift"), carry=log.span("transport", "carry"), hold=log.span("transport", "hold")
-    )
-    limits = arm_limits(plant.design.arm)
-    if job == "kick":
-        return judge_kick(plant.trace, plant.task, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)
-    if job == "sweep":
-        swept = log.span("reach", "look over")
-        rest = None if swept is None else swept[1]
-        return judge_sweep(
-            plant.trace, plant.task, moments, rest, gave_up=log.gave_up, warnings=plant.warnings, limits=limits
-        )
-    return judge(plant.trace, plant.task, moments, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)

@@ -11,7 +11,7 @@ from typing import IO, Any, final
 
 from spiraltrunk.errors import SurveyError
 from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.survey.row import check_row
+from spiraltrunk.workflows.survey.row import check_row
 
 FILES = ("survey.json", "trials.jsonl", "table.md", "rates.png", "heatmap.png")
 """Everything that a survey leaves behind; the pictures come when it is complete."""

@@ -7,9 +7,9 @@ from typing import NamedTuple, final
 import numpy as np
 from scipy.optimize import least_squares
 
-from spiraltrunk.bench.claim import Claim, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import inverse, statics
+from spiraltrunk.workflows.bench.claim import Claim, time_in_turns
 
 COUNT = 200
 """Targets that are sought."""

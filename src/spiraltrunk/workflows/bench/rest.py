@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import fsolve
 
-from spiraltrunk.bench.claim import Claim, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
 from spiraltrunk.model.reference.constants import prepare, read_table
 from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig
+from spiraltrunk.workflows.bench.claim import Claim, time_in_turns
 
 TILTS = (0.0, 0.4, 0.8, 1.2)
 """Angles of the base axis below the horizontal, one after the other, so that no answer can be kept [rad]."""

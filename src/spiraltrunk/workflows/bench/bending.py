@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from spiraltrunk.bench.claim import Claim, one_core, time_in_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
 from spiraltrunk.model.reference.constants import prepare, read_table
+from spiraltrunk.workflows.bench.claim import Claim, one_core, time_in_turns
 
 TILT = 0.4
 """Angle of the base axis below the horizontal [rad]."""

@@ -11,10 +11,11 @@ from spiraltrunk import strategies
 from spiraltrunk.control.strategy import Status
 from spiraltrunk.design import presets
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.survey.plan import Entry
-from spiraltrunk.survey.pool import tell_error
-from spiraltrunk.survey.row import WORLD, Row, build_empty_row
-from spiraltrunk.trial import Trial, draw_scene, run_trial
+from spiraltrunk.workflows.grasp.trial import Trial, run_trial
+from spiraltrunk.workflows.grasp.world import draw_scene
+from spiraltrunk.workflows.survey.plan import Entry
+from spiraltrunk.workflows.survey.process_pool import tell_error
+from spiraltrunk.workflows.survey.row import WORLD, Row, build_empty_row
 
 
 def compute_row(entry: Entry) -> Row:

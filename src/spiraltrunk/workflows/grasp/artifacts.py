@@ -21,7 +21,7 @@ from spiraltrunk.report import Series, write_filmstrip, write_overview, write_pl
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.render import View, render_frames
 from spiraltrunk.strategies.moves import PHASES
-from spiraltrunk.trial import Trial
+from spiraltrunk.workflows.grasp.trial import Trial
 
 FPS = 10
 """Frames per second of the video, which plays in real time."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spiraltrunk.survey.plan import Entry
+from spiraltrunk.workflows.survey.plan import Entry
 
 Row = dict[str, Any]
 """One trial in plain values, ready for JSON."""

@@ -11,14 +11,14 @@ from typing import Any
 import spiraltrunk
 from spiraltrunk.report.survey.heatmap import Outcomes, write_heatmap
 from spiraltrunk.report.survey.rates import Rate, write_rates
-from spiraltrunk.survey.counts import summarize
-from spiraltrunk.survey.folder import FILES, Log, open_log, write_tables
-from spiraltrunk.survey.plan import Entry, Plan
-from spiraltrunk.survey.pool import run_jobs
-from spiraltrunk.survey.row import Row, build_empty_row
-from spiraltrunk.survey.source import compute_source
-from spiraltrunk.survey.tables import format_markdown
-from spiraltrunk.survey.work import compute_row
+from spiraltrunk.workflows.survey.code_version import compute_source
+from spiraltrunk.workflows.survey.plan import Entry, Plan
+from spiraltrunk.workflows.survey.process_pool import run_jobs
+from spiraltrunk.workflows.survey.resume_log import FILES, Log, open_log, write_tables
+from spiraltrunk.workflows.survey.row import Row, build_empty_row
+from spiraltrunk.workflows.survey.run_entry import compute_row
+from spiraltrunk.workflows.survey.summary import summarize
+from spiraltrunk.workflows.survey.tables import format_markdown
 
 Watch = Callable[[Sequence[Row]], None]
 """Called with all rows so far, before the first trial and after each."""

@@ -11,15 +11,15 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.calibration.predict_states import place_points
-from spiraltrunk.capture.film import PAPERS, FilmOptions, film
-from spiraltrunk.capture.play import Played, play_by_model, play_simulated
-from spiraltrunk.capture.world import World
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_seat
+from spiraltrunk.workflows.virtual_session.cameras import PAPERS, FilmOptions, film
+from spiraltrunk.workflows.virtual_session.play import Played, play_by_model, play_simulated
+from spiraltrunk.workflows.virtual_session.printed_trunk import World
 
 Tell = Callable[[str, int, int], None]
 """Called with what is being done, how much of it is done and how much there is."""

@@ -1,0 +1,1 @@
+"""One trial: a drawn world, a strategy in it, the verdict, and the files that it leaves."""

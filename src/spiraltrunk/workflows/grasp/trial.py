@@ -1,0 +1,91 @@
+"""One trial in simulation: a world drawn from a seed, a strategy, and the verdict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, final
+
+from spiraltrunk import strategies
+from spiraltrunk.control.loop import RunLog, run
+from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.sim.mujoco_log import quiet_mujoco
+from spiraltrunk.sim.objects.catalogue import ObjectSpec
+from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.robot.arm import arm_limits
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.workflows.grasp.push_verdict import judge_kick, judge_sweep
+from spiraltrunk.workflows.grasp.verdict import Moments, Verdict, judge
+from spiraltrunk.workflows.grasp.world import Spread, draw_scene
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """A trial that has run."""
+
+    strategy: str
+    """Name of the strategy."""
+    seed: int
+    """Seed that the world was drawn from."""
+    options: SceneOptions
+    """The world."""
+    plant: SimPlant
+    """The simulator after the trial, with its record."""
+    log: RunLog
+    """What went between plant and strategy."""
+    verdict: Verdict
+    """What came of it."""
+    real_time_factor: float
+    """Simulated time over the time that the loop took on one core, Python included [-]."""
+
+
+def run_trial(
+    design: TrunkDesign,
+    shape: ObjectSpec,
+    *,
+    strategy: str | Strategy[Any] = "wrap-vertical",
+    seed: int = 0,
+    spread: Spread | None = None,
+    watch: Callable[[Observation, Status], None] | None = None,
+) -> Trial:
+    """Draw a world, run a strategy in it, by its name or one of your own, and judge.
+
+    ``spread`` says how far worlds differ; ``watch`` is called after every step.
+
+    Raises:
+        UnknownName: for a strategy that does not exist.
+        DesignError: for anything but a design, an object, a seed and a spread.
+        ModelError: where the strategy cannot plan for the object.
+        RunError: where the simulation diverges or does not end.
+    """
+    chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
+    options = draw_scene(shape, seed, strategy=chosen, spread=spread)
+    plant = SimPlant(design, options)
+    began = time.perf_counter()
+    with quiet_mujoco():
+        log = run(plant, chosen, watch=watch)
+    factor = plant.trace[-1].time / (time.perf_counter() - began)
+    return Trial(
+        strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=_judge(plant, log, chosen.job),
+        real_time_factor=factor,
+    )  # fmt: skip
+
+
+def _judge(plant: SimPlant, log: RunLog, job: str) -> Verdict:
+    moments = Moments(
+        lift=log.span("transport", "lift"), carry=log.span("transport", "carry"), hold=log.span("transport", "hold")
+    )
+    limits = arm_limits(plant.design.arm)
+    if job == "kick":
+        return judge_kick(plant.trace, plant.task, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)
+    if job == "sweep":
+        swept = log.span("reach", "look over")
+        rest = None if swept is None else swept[1]
+        return judge_sweep(
+            plant.trace, plant.task, moments, rest, gave_up=log.gave_up, warnings=plant.warnings, limits=limits
+        )
+    return judge(plant.trace, plant.task, moments, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)

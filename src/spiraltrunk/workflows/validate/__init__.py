@@ -1,0 +1,1 @@
+"""Recordings compared with a model: figures, pictures and a page."""
