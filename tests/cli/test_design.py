@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from spiraltrunk import cli
-from spiraltrunk.cli.design import compute_figures
+from spiraltrunk.cli.verbs.design import compute_figures
 from spiraltrunk.design import design_from_rules, graspable_range, load_design, payload, presets
 
 KEYS = {

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk import cli
-from spiraltrunk.cli import shape as verb
+from spiraltrunk.cli.verbs import shape as verb
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference
 from spiraltrunk.model.kinematics.shape import Status

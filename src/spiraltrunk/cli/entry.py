@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from typing import final
 
 from spiraltrunk import __version__
-from spiraltrunk.cli import bench, calibrate, design, export, grasp, shape, survey, validate
-from spiraltrunk.cli.answers import BAD_INPUT, DONE, FAILED, INTERRUPTED, UsageError, complain, put
-from spiraltrunk.cli.options import Parser
+from spiraltrunk.cli.arguments import Parser
+from spiraltrunk.cli.output import BAD_INPUT, DONE, FAILED, INTERRUPTED, UsageError, complain, put
 from spiraltrunk.cli.signals import Terminated, raise_signals
+from spiraltrunk.cli.verbs import bench, calibrate, design, export, grasp, shape, survey, validate
 from spiraltrunk.errors import RunError, SpiralTrunkError
 
 VERBS = (design, shape, grasp, survey, validate, calibrate, export, bench)

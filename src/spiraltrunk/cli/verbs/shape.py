@@ -7,9 +7,9 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, FAILED, Answer, UsageError, check_folder, format_json, quote
-from spiraltrunk.cli.options import Typed, add_parser, read_number, read_text
-from spiraltrunk.cli.shape_load import LOADS, MODELS, Load, check_load, pick_model, read_load, solve_load
+from spiraltrunk.cli.arguments import Typed, add_parser, read_number, read_text
+from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, check_folder, format_json, quote
+from spiraltrunk.cli.verbs.shape_load import LOADS, MODELS, Load, check_load, pick_model, read_load, solve_load
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 from typing import Any, NoReturn, final
 
-from spiraltrunk.cli.answers import Answer, UsageError, quote
+from spiraltrunk.cli.output import Answer, UsageError, quote
 
 _MOST_SEED = 2**32
 

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, FAILED, Answer, check_folder, format_json
-from spiraltrunk.cli.options import add_parser, read_text
+from spiraltrunk.cli.arguments import add_parser, read_text
+from spiraltrunk.cli.output import DONE, FAILED, Answer, check_folder, format_json
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:

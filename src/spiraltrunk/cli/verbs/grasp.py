@@ -8,8 +8,8 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, FAILED, Answer, UsageError, check_folder, complain, format_json, quote
-from spiraltrunk.cli.options import add_parser, read_seed, read_text
+from spiraltrunk.cli.arguments import add_parser, read_seed, read_text
+from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, check_folder, complain, format_json, quote
 from spiraltrunk.cli.progress import Tell, show_progress
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, Answer, UsageError, check_folder, format_json, quote
-from spiraltrunk.cli.options import Typed, add_parser, read_number, read_text
+from spiraltrunk.cli.arguments import Typed, add_parser, read_number, read_text
+from spiraltrunk.cli.output import DONE, Answer, UsageError, check_folder, format_json, quote
 from spiraltrunk.errors import DesignError, Words
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, INTERRUPTED, Answer, check_folder, complain, format_json, quote
-from spiraltrunk.cli.options import add_parser, read_seed, read_text
-from spiraltrunk.cli.survey_progress import show_survey
+from spiraltrunk.cli.arguments import add_parser, read_seed, read_text
+from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, check_folder, complain, format_json, quote
+from spiraltrunk.cli.verbs.survey_progress import show_survey
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.survey.plan import Plan

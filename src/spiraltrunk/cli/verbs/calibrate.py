@@ -6,10 +6,10 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli import calibrate_bench
-from spiraltrunk.cli.answers import DONE, Answer, UsageError, check_folder, complain, format_json
-from spiraltrunk.cli.options import Typed, add_parser, read_number, read_seed, read_text
+from spiraltrunk.cli.arguments import Typed, add_parser, read_number, read_seed, read_text
+from spiraltrunk.cli.output import DONE, Answer, UsageError, check_folder, complain, format_json
 from spiraltrunk.cli.progress import show_progress
+from spiraltrunk.cli.verbs import calibrate_bench
 
 if TYPE_CHECKING:
     from spiraltrunk.calibration.calibrate import Settings

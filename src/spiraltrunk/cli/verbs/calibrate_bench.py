@@ -6,8 +6,8 @@ import argparse
 import math
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, Answer, UsageError, format_json, quote
-from spiraltrunk.cli.options import read_number, read_text
+from spiraltrunk.cli.arguments import read_number, read_text
+from spiraltrunk.cli.output import DONE, Answer, UsageError, format_json, quote
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.calibrate.joint_bench import Bench, RingFile

@@ -7,8 +7,8 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, FAILED, Answer, UsageError, check_folder, format_json, quote
-from spiraltrunk.cli.options import add_parser, read_number, read_seed, read_text
+from spiraltrunk.cli.arguments import add_parser, read_number, read_seed, read_text
+from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, check_folder, format_json, quote
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:

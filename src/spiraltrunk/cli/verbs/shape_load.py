@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, final
 
-from spiraltrunk.cli.answers import UsageError
-from spiraltrunk.cli.options import Typed
+from spiraltrunk.cli.arguments import Typed
+from spiraltrunk.cli.output import UsageError
 
 if TYPE_CHECKING:
     from spiraltrunk.design import TrunkDesign

@@ -9,10 +9,10 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.answers import DONE, Answer, UsageError, check_folder, complain, format_json, quote
-from spiraltrunk.cli.options import add_parser, read_number, read_text
+from spiraltrunk.cli.arguments import add_parser, read_number, read_text
+from spiraltrunk.cli.output import DONE, Answer, UsageError, check_folder, complain, format_json, quote
 from spiraltrunk.cli.progress import show_progress
-from spiraltrunk.cli.shape_load import MODELS
+from spiraltrunk.cli.verbs.shape_load import MODELS
 
 if TYPE_CHECKING:
     from spiraltrunk.mocap.protocol.protocol import Protocol
