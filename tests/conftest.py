@@ -19,8 +19,8 @@ settings.load_profile("spiraltrunk")
 HERE = Path(__file__).parent
 WITHOUT_MODELS = (
     "architecture/", "cad/", "cli/test_design", "cli/test_grasp", "cli/test_signals", "cli/test_survey", "design/",
-    "report/test_plots", "sim/test_arm", "sim/test_grasp", "sim/test_object", "sim/test_p", "sim/test_settle",
-    "sim/test_trunk", "strategies/test_push", "strategies/test_strategies", "survey/",
+    "report/trial/test_figures", "sim/objects/", "sim/relaxation/", "sim/robot/test_arm", "sim/robot/test_trunk",
+    "sim/test_grasp", "sim/test_p", "strategies/push/test_push", "strategies/test_strategies", "workflows/survey/",
 )  # fmt: skip
 """Folders and files of tests that no model is compiled for."""
 

@@ -22,30 +22,41 @@ LIGHT = {"spiraltrunk", "numpy", "scipy", "numba", *sys.stdlib_module_names}
 BREACHES = {
     "design above model": ("design/spiral.py", "from spiraltrunk.model import cables", "layers"),
     "errors above design": ("errors.py", "import spiraltrunk.design.spiral", "layers"),
-    "plant above sim": ("plant.py", "import spiraltrunk.sim.breach", "layers"),
+    "checks above files": ("checks.py", "import spiraltrunk.files.atomic", "layers"),
+    "model above control": ("model/kinematics/shape.py", "import spiraltrunk.control.messages", "layers"),
+    "control above sim": ("control/plant.py", "import spiraltrunk.sim.breach", "layers"),
     "sim beside report": ("sim/breach.py", "import spiraltrunk.report.breach", "layers"),
-    "record beside survey": ("record.py", "import spiraltrunk.workflows.survey.plan", "layers"),
-    "judge beside record": ("judge.py", "import spiraltrunk.workflows.grasp.artifacts", "layers"),
-    "mocap beside report": ("mocap/take.py", "import spiraltrunk.report.breach", "layers"),
-    "trial above survey": ("trial.py", "import spiraltrunk.workflows.survey.plan", "layers"),
+    "sim beside strategies": ("sim/breach.py", "import spiraltrunk.strategies.breach", "layers"),
+    "calibration beside mocap": ("calibration/calibrate.py", "import spiraltrunk.mocap.recordings.take", "layers"),
+    "mocap beside report": ("mocap/recordings/take.py", "import spiraltrunk.report.breach", "layers"),
+    "report above workflows": ("report/breach.py", "import spiraltrunk.workflows.grasp.trial", "layers"),
     "hidden in a function": ("design/spiral.py", "def f() -> None:\n    import spiraltrunk.model", "layers"),
     "a folder that is no layer": ("utils/__init__.py", "", "layers"),
+    "grasp above survey": ("workflows/grasp/trial.py", "import spiraltrunk.workflows.export.export", "workflows"),
+    "survey beside validate": (
+        "workflows/survey/plan.py",
+        "import spiraltrunk.workflows.validate.page",
+        "workflows",
+    ),
+    "a circle of two modules": ("cad/geometry/csg.py", "import spiraltrunk.cad.geometry.occ", "circles"),
+    "a circle of two folders": ("model/kinematics/shape.py", "import spiraltrunk.model.statics.loads", "circles"),
     "mujoco in strategies": ("strategies/breach.py", "import mujoco", "dynamics"),
-    "mink in the command line": ("cli/grasp.py", "import mink", "dynamics"),
+    "mink in the command line": ("cli/verbs/grasp.py", "import mink", "dynamics"),
     "mujoco in report": ("report/breach.py", "import mujoco", "dynamics"),
     "matplotlib in sim": ("sim/breach.py", "import matplotlib.pyplot as plt", "pictures"),
-    "matplotlib in the loop": ("run.py", "import matplotlib", "pictures"),
-    "build123d in the export": ("export.py", "import build123d", "solids"),
+    "matplotlib in the loop": ("control/loop.py", "import matplotlib", "pictures"),
+    "build123d in the export": ("workflows/export/export.py", "import build123d", "solids"),
     "OCP in sim": ("sim/breach.py", "from OCP.gp import gp_Pnt", "solids"),
     "cad beside sim": ("cad/__init__.py", "import spiraltrunk.sim.breach", "layers"),
-    "export beside record": ("export.py", "import spiraltrunk.workflows.grasp.artifacts", "layers"),
     "rich in design": ("design/spiral.py", "import rich", "light"),
-    "av in model": ("model/cables.py", "import av", "light"),
+    "av in model": ("model/kinematics/cables.py", "import av", "light"),
 }
 """A file, the line put at its end, and the contract that forbids it."""
 
 CONTRACTS = {
     "layers": "Imports run downwards only",
+    "circles": "No import circle, in no folder",
+    "workflows": "Workflows build on a grasp, and else stand alone",
     "dynamics": "MuJoCo and mink stay in sim and envs",
     "pictures": "matplotlib stays in report",
     "solids": "build123d stays in cad",
@@ -89,7 +100,8 @@ def test_breach_is_noticed(house: Path, breach: str) -> None:
     lint = lint_imports(house)
     assert lint.returncode == 1, lint.stdout + lint.stderr
     assert f"{CONTRACTS[contract]} BROKEN" in lint.stdout
-    assert "1 broken" in lint.stdout
+    broken = {key for key, name in CONTRACTS.items() if f"{name} BROKEN" in lint.stdout}
+    assert broken <= {contract, "circles"}  # An import upwards often closes a circle too.
 
 
 def test_design_and_model_import_nothing_else() -> None:

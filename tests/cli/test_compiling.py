@@ -8,7 +8,7 @@ import sys
 COMPILES = """
 from spiraltrunk.cli import main
 main(["--version"])
-import spiraltrunk.model.compiled
+import spiraltrunk.model.jit
 from numba import njit
 for power in (2, 3):
     law = njit(lambda x: x**power)

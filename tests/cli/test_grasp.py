@@ -200,7 +200,7 @@ DRAWN = """
 import sys
 from spiraltrunk import cli
 cli.main(["--version"])  # Sets up the environment, as OpenGL is chosen when MuJoCo is imported.
-import spiraltrunk.record
+import spiraltrunk.workflows.grasp.artifacts
 spiraltrunk.workflows.grasp.artifacts.FPS = 1
 sys.exit(cli.main(["grasp", "--out", sys.argv[1]]))
 """

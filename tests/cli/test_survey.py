@@ -19,13 +19,13 @@ import pytest
 import spiraltrunk.workflows.survey.run_survey as engine
 from spiraltrunk import cli, strategies
 
-FAKES = Path(__file__).parents[1] / "survey" / "fakes"
+FAKES = Path(__file__).parents[1] / "workflows" / "survey" / "fakes"
 
 SURVEY = """
 import functools, sys
 sys.path.insert(0, sys.argv[1])
 import survey_fakes
-import spiraltrunk.survey.engine as engine
+import spiraltrunk.workflows.survey.run_survey as engine
 from spiraltrunk import cli
 engine.run_survey = functools.partial(engine.run_survey, work=getattr(survey_fakes, sys.argv[2]))
 sys.exit(cli.main(["survey", *sys.argv[3:]]))

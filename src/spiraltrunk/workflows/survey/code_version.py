@@ -8,7 +8,10 @@ from pathlib import Path
 
 import spiraltrunk
 
-_PARTS = ("design", "model", "strategies", "sim", "control", "checks.py", "trial.py")
+_PARTS = (
+    "checks.py", "control", "design", "model", "sim", "strategies", "workflows/grasp/push_verdict.py",
+    "workflows/grasp/trial.py", "workflows/grasp/verdict.py", "workflows/grasp/world.py",
+)  # fmt: skip
 """What a trial's outcome depends on, in the package's folder."""
 
 

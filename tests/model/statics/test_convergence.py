@@ -16,7 +16,7 @@ from spiraltrunk.model import statics
 
 @pytest.fixture(scope="module")
 def script():
-    path = Path(__file__).parents[2] / "benchmarks" / "statics_convergence.py"
+    path = Path(__file__).parents[3] / "benchmarks" / "statics_convergence.py"
     spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

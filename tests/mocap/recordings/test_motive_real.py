@@ -10,7 +10,7 @@ import pytest
 
 from spiraltrunk.mocap.recordings.motive_csv import load_motive
 
-FOLDER = Path(__file__).parents[3] / "shared" / "mocap"
+FOLDER = Path(__file__).parents[4] / "shared" / "mocap"
 FILES = {
     "pathviewr_motive_example_data.csv": (3, 0, 934, 1.0),
     "july-29_group-I_16-20_truncated.csv": (3, 0, 4001, 1.0),
