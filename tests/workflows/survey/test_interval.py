@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.survey.interval import wilson
+from spiraltrunk.workflows.survey.summary import wilson
 
 PUBLISHED = {
     (81, 263): (0.2553, 0.3662),

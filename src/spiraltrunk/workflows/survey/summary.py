@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from spiraltrunk.survey.interval import wilson
 from spiraltrunk.workflows.survey.plan import Plan
 
 _NUMBER = re.compile(r"(?<![\w.-])-?(?:\d+(?:\.\d+)?(?:e[+-]?\d+)?|nan|inf)(?![\w])", flags=re.IGNORECASE)
@@ -55,3 +54,13 @@ def find_kind(reason: str) -> str:
 def _median(values: Iterable[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return statistics.median(known) if known else None
+
+
+def wilson(successes: int, trials: int) -> tuple[float, float]:
+    """Wilson interval of 95 % for a success rate [-]; 0 to 1 without trials."""
+    from scipy.stats import binomtest
+
+    if not trials:
+        return 0.0, 1.0
+    low, high = binomtest(successes, trials).proportion_ci(0.95, method="wilson")
+    return float(low), float(high)
