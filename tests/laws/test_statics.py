@@ -11,6 +11,7 @@ from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.cables import gap_vectors, lengths_from_rotations
 from spiraltrunk.model.kinematics.frames import bend_rotation
 from spiraltrunk.model.kinematics.shape import Status
+from spiraltrunk.model.statics import equilibrium
 from spiraltrunk.model.statics.equilibrium import Loads, StaticsOptions
 from spiraltrunk.model.statics.kernels.cable_gaps import NARROW
 
@@ -210,7 +211,7 @@ def test_torsion_goes_to_the_torsion_free_shape_as_the_joints_stiffen(monkeypatc
     space = {"pull": (0.06, 0.02, FREE), "theta_0": 0.3, "roll": 1.0}
     locked, away = statics.solve(PAPER, **space), []
     for k, factor in enumerate((1e3, 1e4, 1e5)):
-        monkeypatch.setattr(statics, "POISSON", (1 + 0.48) / factor - 1)
+        monkeypatch.setattr(equilibrium, "POISSON", (1 + 0.48) / factor - 1)
         named = replace(PAPER, name=f"stiff in torsion {k}")
         stiff = statics.solve(named, **space, options=StaticsOptions(has_torsion=True))
         away.append(np.linalg.norm(stiff.points - locked.points, axis=-1).max())

@@ -9,8 +9,7 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.model.kinematics.cables import gap_vectors
-from spiraltrunk.sim import TrunkOptions
-from spiraltrunk.sim.robot import trunk
+from spiraltrunk.sim import TrunkOptions, trunk_spec
 from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.cable_friction_kernel import measure_gaps
 from spiraltrunk.sim.robot.trunk import cable_name, hinge_order
@@ -23,7 +22,7 @@ def design(request):
 
 def _bent(design, options, seed):
     """Model, data and friction of a trunk bent at random within its joints' limits."""
-    model = trunk(design, options).compile()
+    model = trunk_spec(design, options).compile()
     data, rng = mujoco.MjData(model), np.random.default_rng(seed)
     for i in range(design.n_joint):
         angle, towards = design.joint_limit * math.sqrt(rng.uniform()), rng.uniform(0, 2 * math.pi)
@@ -83,7 +82,7 @@ def test_the_turns_are_those_of_the_polyline_through_the_true_holes(design):
     """Whatever the set-back: angles between gap and hole at every hole but the first."""
     _, data, friction = _bent(design, TrunkOptions(hole_set_back=0.08), 3)
     _, _, turn = _measure(friction, data.qpos)
-    true = trunk(design, TrunkOptions(hole_set_back=0.0)).compile()
+    true = trunk_spec(design, TrunkOptions(hole_set_back=0.0)).compile()
     other = mujoco.MjData(true)
     other.qpos[:] = data.qpos
     mujoco.mj_forward(true, other)

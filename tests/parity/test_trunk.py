@@ -11,8 +11,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.model.kinematics import cables
 from spiraltrunk.model.kinematics.frames import section_ends, section_frames
-from spiraltrunk.sim import TrunkOptions
-from spiraltrunk.sim.robot import trunk
+from spiraltrunk.sim import TrunkOptions, trunk_spec
 from spiraltrunk.sim.robot.trunk import cable_name, hinge_names, hinge_order, section_name
 
 
@@ -68,7 +67,7 @@ def _base(data):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_section_ends_are_where_the_model_says(design, seed):
-    model = trunk(design).compile()
+    model = trunk_spec(design).compile()
     data, rotation = _bent(design, model, seed)
     position, turn = _base(data)
     expected = position + section_ends(design, section_frames(design, rotation)) @ turn.T
@@ -78,7 +77,7 @@ def test_section_ends_are_where_the_model_says(design, seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_sections_point_where_the_model_says(design, seed):
-    model = trunk(design).compile()
+    model = trunk_spec(design).compile()
     data, rotation = _bent(design, model, seed)
     expected = _base(data)[1] @ section_frames(design, rotation)[:, :3, :3]
     measured = [data.body(section_name(n)).xmat.reshape(3, 3) for n in range(design.n_section)]
@@ -87,7 +86,7 @@ def test_sections_point_where_the_model_says(design, seed):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_tendons_are_as_long_as_the_models_cables(design, seed):
-    model = trunk(design, TrunkOptions(hole_set_back=0.0)).compile()
+    model = trunk_spec(design, TrunkOptions(hole_set_back=0.0)).compile()
     data, rotation = _bent(design, model, seed)
     measured = [data.tendon(cable_name(c)).length[0] for c in range(design.n_cable)]
     np.testing.assert_allclose(measured, cables.lengths_from_rotations(design, rotation).length, rtol=0, atol=1e-9)
@@ -96,7 +95,7 @@ def test_tendons_are_as_long_as_the_models_cables(design, seed):
 @pytest.mark.parametrize("set_back", [TrunkOptions().hole_set_back, 0.15])
 def test_holes_set_back_lengthen_the_gaps_by_that_much(design, set_back):
     """The holes carried along by the frames, both moved into their section along its axis."""
-    model = trunk(design, TrunkOptions(hole_set_back=set_back)).compile()
+    model = trunk_spec(design, TrunkOptions(hole_set_back=set_back)).compile()
     data, rotation = _bent(design, model, 5)
     frames = section_frames(design, rotation)
     back = set_back * design.face_half_width * design.k_p ** np.arange(design.n_section)
@@ -111,7 +110,7 @@ def test_holes_set_back_lengthen_the_gaps_by_that_much(design, set_back):
 
 
 def test_the_straight_trunk_lies_along_the_mounts_axis(design):
-    model = trunk(design).compile()
+    model = trunk_spec(design).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     before = design.housing.length + design.housing.neck_length
@@ -122,7 +121,7 @@ def test_the_straight_trunk_lies_along_the_mounts_axis(design):
 
 
 def test_masses_centres_and_inertias_are_the_designs(design):
-    model = trunk(design).compile()
+    model = trunk_spec(design).compile()
     bodies = [model.body(section_name(n)) for n in range(design.n_section)]
     np.testing.assert_allclose([b.mass[0] for b in bodies], design.section_mass, rtol=1e-9)
     centers = np.stack([design.section_center, 0 * design.section_center, 0 * design.section_center], axis=-1)
@@ -137,14 +136,14 @@ def test_masses_centres_and_inertias_are_the_designs(design):
 
 
 def test_nothing_weighs_but_what_the_design_says(design):
-    model = trunk(design).compile()
+    model = trunk_spec(design).compile()
     carried = design.housing.mass + design.housing.neck_mass
     assert model.body_mass.sum() == pytest.approx(design.total_mass + carried, rel=1e-9)
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.8])
 def test_joints_are_as_stiff_and_damped_as_designed(design, factor):
-    model = trunk(design, TrunkOptions(stiffness_factor=factor)).compile()
+    model = trunk_spec(design, TrunkOptions(stiffness_factor=factor)).compile()
     for i in range(design.n_joint):
         for name in hinge_names(i):
             joint, stiffness = model.joint(name), factor * design.joint_stiffness[i]
@@ -153,6 +152,6 @@ def test_joints_are_as_stiff_and_damped_as_designed(design, factor):
 
 
 def test_motors_pull_no_harder_than_designed(design):
-    model = trunk(design).compile()
+    model = trunk_spec(design).compile()
     for c in range(design.n_cable):
         np.testing.assert_allclose(model.actuator(cable_name(c)).forcerange, [-design.cable.tension_max, 0.0])

@@ -11,9 +11,8 @@ from spiraltrunk.control.loop import run
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, RunError, UnknownName
-from spiraltrunk.sim import SceneOptions, SimPlant, build_model, parse_object
+from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec, build_model, parse_object, trunk_spec
 from spiraltrunk.sim.mujoco_log import quiet_mujoco
-from spiraltrunk.sim.robot import arm, trunk
 from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.workflows.grasp.trial import run_trial
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
@@ -25,9 +24,9 @@ REFUSED = {
     "plant of a table": (lambda: SimPlant({}), "design is {}; allowed: TrunkDesign"),
     "plant with a number": (lambda: SimPlant(PAPER, 5), "options is 5; allowed: SceneOptions"),
     "plant of options": (lambda: SimPlant(SceneOptions()), "design is SceneOptions.*allowed: TrunkDesign"),
-    "trunk of a name": (lambda: trunk("paper"), "design is 'paper'; allowed: TrunkDesign"),
-    "trunk with a table": (lambda: trunk(PAPER, {}), "options is {}; allowed: TrunkOptions"),
-    "arm of a name": (lambda: arm("panda"), "arm is 'panda'; allowed: ArmDesign"),
+    "trunk of a name": (lambda: trunk_spec("paper"), "design is 'paper'; allowed: TrunkDesign"),
+    "trunk with a table": (lambda: trunk_spec(PAPER, {}), "options is {}; allowed: TrunkOptions"),
+    "arm of a name": (lambda: arm_spec("panda"), "arm is 'panda'; allowed: ArmDesign"),
     "model of a name": (lambda: build_model("paper"), "design is 'paper'; allowed: TrunkDesign"),
     "model with a table": (lambda: build_model(PAPER, {}), "options is {}; allowed: SceneOptions"),
     "object of a number": (lambda: parse_object(5), "object is 5; allowed: str"),

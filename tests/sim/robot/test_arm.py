@@ -13,8 +13,7 @@ from spiraltrunk.control.messages import Command
 from spiraltrunk.design import ArmDesign
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
-from spiraltrunk.sim import SceneOptions, SimPlant
-from spiraltrunk.sim.robot import arm
+from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec
 from spiraltrunk.sim.robot.arm import PANDA_HOME, PANDA_LIMITS, arm_home, arm_limits
 from spiraltrunk.sim.robot.arm_ik import SPEED_SHARE, ArmReach, build_arm_model
 from spiraltrunk.sim.robot.mesh_decimation import FACES
@@ -27,7 +26,7 @@ TORQUE = [87, 87, 87, 87, 12, 12, 12]
 
 @pytest.fixture(scope="module")
 def panda():
-    return arm(ArmDesign()).compile()
+    return arm_spec(ArmDesign()).compile()
 
 
 def test_the_ready_posture_puts_the_flange_where_the_table_does(panda):
@@ -50,7 +49,7 @@ def _shape(model, name):
 
 @pytest.mark.parametrize("link", range(8))
 def test_thinned_looks_lie_where_the_published_ones_do(panda, link):
-    light = arm(ArmDesign(), is_light=True).compile()
+    light = arm_spec(ArmDesign(), is_light=True).compile()
     seen, faces = _shape(light, f"link{link}_visual")
     published, many = _shape(panda, f"link{link}_visual")
     assert faces <= FACES < many
@@ -59,7 +58,7 @@ def test_thinned_looks_lie_where_the_published_ones_do(panda, link):
 
 
 def test_thinned_looks_move_and_touch_as_the_published_arm(panda):
-    light = arm(ArmDesign(), is_light=True).compile()
+    light = arm_spec(ArmDesign(), is_light=True).compile()
     for name in ("body_mass", "body_inertia", "body_ipos", "dof_M0", "geom_contype"):
         np.testing.assert_array_equal(getattr(light, name), getattr(panda, name))
     for link in range(8):
@@ -131,7 +130,7 @@ def test_gravity_compensation_holds_any_posture(panda, q):
 
 def test_only_the_flange_carries():
     with pytest.raises(DesignError, match=r"arm\.mount_site is 'hand'; allowed: flange"):
-        arm(ArmDesign(mount_site="hand"))
+        arm_spec(ArmDesign(mount_site="hand"))
 
 
 def test_home_has_a_number_per_joint():
@@ -249,7 +248,7 @@ def test_a_users_arm_carries_the_trunk_and_follows(named):
 
 def test_a_users_arm_may_measure_angles_in_degrees(named):
     """MJCF's default; the ranges above would be 180 rad otherwise."""
-    model = arm(named(_mjcf()).arm).compile()
+    model = arm_spec(named(_mjcf()).arm).compile()
     np.testing.assert_allclose(model.jnt_range[3:], np.tile([-math.pi, math.pi], (3, 1)))
     np.testing.assert_allclose(SimPlant(named(_mjcf())).model.jnt_range[3:6], model.jnt_range[3:])
 
@@ -318,4 +317,4 @@ def test_arms_that_cannot_carry_are_refused(named, text, match):
 
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(DesignError, match=r'arm\.model is .*none\.xml.*; allowed: "panda" or the path of an MJCF file'):
-        arm(ArmDesign(model=str(tmp_path / "none.xml")))
+        arm_spec(ArmDesign(model=str(tmp_path / "none.xml")))

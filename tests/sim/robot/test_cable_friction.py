@@ -10,9 +10,8 @@ import pytest
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.sim import SimPlant
+from spiraltrunk.sim import SimPlant, trunk_spec
 from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage
-from spiraltrunk.sim.robot import trunk
 from spiraltrunk.sim.robot.cable_friction_kernel import measure_gaps
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 
@@ -132,7 +131,7 @@ def test_the_forces_on_the_hinges_are_those_of_the_gaps_tensions():
 
 
 def test_the_model_is_the_same_with_and_without_friction():
-    assert trunk(rub(0.3)).to_xml() == trunk(PAPER).to_xml()
+    assert trunk_spec(rub(0.3)).to_xml() == trunk_spec(PAPER).to_xml()
 
 
 def test_a_trunk_without_friction_has_no_part_in_it():
