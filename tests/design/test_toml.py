@@ -238,8 +238,8 @@ def test_a_relative_model_starts_at_the_files_folder(tmp_path, monkeypatch, mode
         assert load_design(path).arm.model == str(tmp_path / "robots" / model)
 
 
-@pytest.mark.parametrize("model", ["panda", "/arms/ur5.xml"])
-def test_a_known_or_absolute_model_stays(load_text, model):
+@pytest.mark.parametrize("model", ["panda", "fr3", "another-arm_7", "/arms/ur5.xml"])
+def test_a_name_or_absolute_model_stays(load_text, model):
     assert load_text(MINIMAL + f'[arm]\nmodel = "{model}"\n').arm.model == model
 
 

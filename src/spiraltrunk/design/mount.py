@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import final
 
@@ -44,7 +45,8 @@ class ArmDesign:
     """The rigid arm that carries the housing."""
 
     model: str = "panda"
-    """"panda", or the path of another arm's MJCF file (relative paths start at the design's file)."""
+    """Name of an arm that the simulator describes, such as "panda" or "fr3", or the path of another arm's MJCF file
+    (relative paths start at the design's file)."""
     mount_site: str = "flange"
     """Site of the arm that the housing is fixed to, its z axis along the trunk."""
     base_height: float = 0.80
@@ -64,3 +66,8 @@ class ArmDesign:
             check_numbers("arm.home", self.home)
             if not 1 <= len(self.home) <= 32:
                 raise DesignError("arm.home", got=Words(f"{len(self.home)} numbers"), allowed="1 to 32 numbers")
+
+    @property
+    def is_file(self) -> bool:
+        """Whether the model is the path of a file: anything but up to 40 letters, digits, - and _."""
+        return re.fullmatch(r"[A-Za-z0-9_-]{1,40}", self.model) is None

@@ -52,7 +52,7 @@ def load_design(path_or_preset: str | Path) -> TrunkDesign:
         return presets.get(str(path_or_preset))
     path = Path(path_or_preset)
     design = _build_design(_parse(path, _read(path)))
-    if design.arm.model == "panda" or Path(design.arm.model).is_absolute():
+    if not design.arm.is_file or Path(design.arm.model).is_absolute():
         return design
     model = path.absolute().parent / design.arm.model
     return replace(design, arm=replace(design.arm, model=str(model)))

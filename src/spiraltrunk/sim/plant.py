@@ -9,6 +9,7 @@ from typing import final
 import mujoco
 import numpy as np
 
+from spiraltrunk.control.arm_limits import ArmLimits
 from spiraltrunk.control.command_check import read_command
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.plant import Plant
@@ -83,6 +84,11 @@ class SimPlant(Plant):
     def control_period(self) -> float:
         """Time between two commands [s]."""
         return CONTROL_PERIOD
+
+    @property
+    def arm_limits(self) -> ArmLimits:
+        """What is known of the arm's limits."""
+        return self._reach.limits
 
     @property
     def warnings(self) -> int:

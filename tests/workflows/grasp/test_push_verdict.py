@@ -9,7 +9,7 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.sim.robot.arm import PANDA_HOME, PANDA_LIMITS
+from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.grasp.push_verdict import judge_kick, judge_sweep
@@ -25,7 +25,7 @@ MOMENTS = Moments(lift=(5.0, 7.0), carry=(7.0, 9.0), hold=(9.0, 12.0))
 
 
 def _sample(t, position, is_held=False):
-    home = np.array(PANDA_HOME)
+    home = np.array(PANDA.home)
     return Sample(
         time=t, qpos=np.zeros(1), object_position=position, joint_bend=np.full(17, 0.4), cable_pull=np.zeros(3),
         cable_tension=np.zeros(3), grip_force=5.0 if is_held else 0.0, string_tension=0.0, penetration=1e-3,
@@ -49,11 +49,11 @@ def _swept(way=0.17, lift=0.20):
 
 
 def _kick(trace, **changes):
-    return judge_kick(trace, TASK, **{"gave_up": None, "warnings": 0, "limits": PANDA_LIMITS, **changes})
+    return judge_kick(trace, TASK, **{"gave_up": None, "warnings": 0, "limits": PANDA.limits, **changes})
 
 
 def _sweep(trace, swept=SWEPT, **changes):
-    more = {"gave_up": None, "warnings": 0, "limits": PANDA_LIMITS, **changes}
+    more = {"gave_up": None, "warnings": 0, "limits": PANDA.limits, **changes}
     return judge_sweep(trace, TASK, MOMENTS, swept, **more)
 
 

@@ -8,7 +8,8 @@ import pytest
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.sim.robot.arm import PANDA_HOME, PANDA_LIMITS
+from spiraltrunk.sim.robot.fr3 import FR3
+from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.grasp.verdict import Moments, judge
@@ -30,7 +31,7 @@ def _aside(t):
 def _sample(t):
     lifted = 1.0 < t < 9.0
     position = START + np.array([0.0, _aside(t), _height(t)])
-    home = np.array(PANDA_HOME)
+    home = np.array(PANDA.home)
     return Sample(
         time=t, qpos=np.zeros(1), object_position=position, joint_bend=np.full(17, 0.4), cable_pull=np.zeros(3),
         cable_tension=np.zeros(3), grip_force=5.0 if lifted else 0.0, string_tension=0.0 if lifted else 2.45,
@@ -53,7 +54,7 @@ def _doctored(when, **changes):
 
 
 def _judge(trace, moments=MOMENTS, **changes):
-    return judge(trace, TASK, moments, **{"gave_up": None, "warnings": 0, "limits": PANDA_LIMITS, **changes})
+    return judge(trace, TASK, moments, **{"gave_up": None, "warnings": 0, "limits": PANDA.limits, **changes})
 
 
 def _moved(*by):
@@ -144,7 +145,7 @@ def test_a_grip_that_jumps_or_a_short_fall_is_no_drop(trace):
 
 def test_jerk_beyond_the_limit_is_named():
     """A jerk's limit alone: the acceleration that it takes within one period is far over its own."""
-    limits = replace(PANDA_LIMITS, acceleration=None, jerk=np.full(7, 100.0))
+    limits = replace(PANDA.limits, acceleration=None, jerk=np.full(7, 100.0))
     verdict = _judge(_doctored(lambda t: t > 4.0, arm_command=_jump(2, 0.002)), limits=limits)
     assert verdict.reason == "the arm passed its jerk limit"
 
@@ -164,10 +165,31 @@ def test_a_phase_that_never_came_is_no_success(phase, reason):
     assert reason in _judge(CLEAN, replace(MOMENTS, **{phase: None})).reason
 
 
-def test_an_arm_without_published_limits_has_none():
-    nothing = replace(PANDA_LIMITS, position=None, velocity=None, acceleration=None, jerk=None, torque=None)
+def test_limits_that_nobody_states_are_not_judged_and_the_verdict_says_so():
+    nothing = replace(PANDA.limits, position=None, velocity=None, acceleration=None, jerk=None, torque=None)
     for name in ("speed", "torque", "acceleration", "range"):
-        assert _judge(NEGATIVE[name][0], limits=nothing).success
+        verdict = _judge(NEGATIVE[name][0], limits=nothing)
+        assert verdict.success
+        assert verdict.unjudged == ("position", "velocity", "acceleration", "jerk", "torque")
+    assert _judge(CLEAN).unjudged == ()
+
+
+def test_joints_that_have_a_limit_are_judged_where_others_have_none():
+    torque = np.array([np.inf] * 5 + [12.0, np.inf])
+    limits = replace(PANDA.limits, torque=torque)
+    verdict = _judge(NEGATIVE["torque"][0], limits=limits)
+    assert (verdict.reason, verdict.unjudged) == ("the arm passed its torque limit", ("torque of 6 of 7 joints",))
+    elsewhere = _doctored(_at(4.0), arm_torque=np.array([500.0, 0, 0, 0, 0, 0, 0]))
+    assert _judge(elsewhere, limits=limits).success
+
+
+@pytest.mark.parametrize(("speed", "is_kept"), [(0.3, True), (0.5, False), (-0.5, True), (-2.7, False)])
+def test_a_speed_limit_that_falls_towards_the_end_of_a_range_is_judged_where_the_joint_is(speed, is_kept):
+    """The FR3's joint 1 at 0.1 rad from its end: sqrt(12 * 0.1) - 0.66 = 0.44 rad/s outwards, 2.62 inwards."""
+    position, velocity = np.array(FR3.home), np.zeros(7)
+    position[0], velocity[0] = 2.8007, speed
+    verdict = _judge(_doctored(_at(4.0), arm_position=position, arm_velocity=velocity), limits=FR3.limits)
+    assert verdict.reason == ("success" if is_kept else "the arm passed its speed limit")
 
 
 @pytest.mark.parametrize("field", ["penetration", "bend_most"])

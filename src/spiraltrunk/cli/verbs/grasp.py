@@ -25,9 +25,6 @@ _GL = ("", "egl", "glfw", "glx", "osmesa", "cgl", "wgl", "on", "true", "1", "ena
 _WORKERS = 2
 """Processes that draw a video: software OpenGL uses threads by itself, so more gain nothing."""
 
-_PANDA_PAYLOAD = 3.0
-"""Mass that the Panda arm carries behind its flange [kg] (data sheet of the Franka Emika robot)."""
-
 
 def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
@@ -66,6 +63,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     shape, design = parse_object(name), load_design(arguments.design)
     _check_width(strategy, design, shape, name)
     _check_mass(strategy, design, shape, name)
+    _warn_unjudged(design)
     if shape.warning:
         complain(shape.warning, DONE)
 
@@ -105,6 +103,7 @@ def _check_width(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
 def _check_mass(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> None:
     """Refuse an object that is too heavy for the trunk; say so where the arm carries more than it is rated for."""
     from spiraltrunk.design import payload
+    from spiraltrunk.sim.robot.arm import arm_payload
 
     if strategy.job != "grasp":
         return  # What is pushed along the ground is not carried.
@@ -113,10 +112,19 @@ def _check_mass(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec,
         allowed = f"at most {math.floor(1e3 * most):g} g, what the trunk {quote(design.name)} holds at that width"
         raise UsageError(f"--object: {quote(name)} has {1e3 * shape.mass:g} g; allowed: {allowed}")
     carried = design.housing.mass + design.housing.neck_mass + design.total_mass + shape.mass
-    if design.arm.model == "panda" and carried > _PANDA_PAYLOAD:
-        complain(
-            f"the arm carries {carried:.3g} kg, rated for {_PANDA_PAYLOAD:g}: its torques are judged in the trial", DONE
-        )
+    rated = arm_payload(design.arm)
+    if rated is not None and carried > rated:
+        complain(f"the arm carries {carried:.3g} kg, rated for {rated:g}: its torques are judged in the trial", DONE)
+
+
+def _warn_unjudged(design: TrunkDesign) -> None:
+    """Say which limits of the arm are not judged, as none is known."""
+    from spiraltrunk.control.arm_limits import find_unjudged
+    from spiraltrunk.sim.robot.arm import arm_limits
+
+    unjudged = find_unjudged(arm_limits(design.arm))
+    if unjudged:
+        complain(f"the arm {quote(design.arm.model)} has no limit of {', '.join(unjudged)}: not judged", DONE)
 
 
 def _format_verdict(result: dict[str, Any], out: str | None) -> str:

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from scipy.linalg.lapack import dposv
 
+from spiraltrunk.control.arm_limits import standstill_margin, velocity_bounds
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.robot.arm import arm_home, arm_limits, arm_spec
 from spiraltrunk.sim.robot.trunk import add_housing
@@ -40,6 +41,7 @@ class ArmReach:
         self._model = build_arm_model(design)
         self._site = self._model.site("trunk_base").id
         self.home = arm_home(design.arm, self._model.nq)
+        self.limits = arm_limits(design.arm)
         self._configuration = mink.Configuration(self._model, q=self.home)
         self._data = self._configuration.data
         self._arrived = (np.empty(0), np.empty(0))
@@ -47,9 +49,11 @@ class ArmReach:
         self._posture = mink.PostureTask(self._model, cost=_RETURN)
         self._posture.set_target(self.home)
         self._limit = mink.ConfigurationLimit(self._model, min_distance_from_limits=0.01)
+        # Not where a joint may only stand: one that may not move on would stop all others.
+        margin = standstill_margin(self.limits)
+        self._limit.lower, self._limit.upper = self._limit.lower + margin, self._limit.upper - margin
         self._jacobian = np.zeros((6, self._model.nv))
-        speed = arm_limits(design.arm).velocity
-        self._speed = None if speed is None else SPEED_SHARE * speed
+        self._speed = None if self.limits.velocity is None else SPEED_SHARE * self.limits.velocity
 
     @property
     def n_joint(self) -> int:
@@ -102,11 +106,18 @@ class ArmReach:
         if not self._is_within_limits(q, step):
             step = self._limited_step(dt)
         if self._speed is not None:  # Slower along the same way, so that the path is kept.
-            step = step / max(1.0, float((np.abs(step) / self._speed).max()) / dt)
+            step = step / max(1.0, float((np.abs(step) / self._speed_along(q, step, self._speed)).max()) / dt)
         reached = q + step
         if np.abs(step).max() < _STILL:
             self._arrived = (reached.copy(), T_world_base.copy())
         return reached
+
+    def _speed_along(self, q: np.ndarray, step: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        """Speed that each joint may have on a step from ``q``, shape (n_arm,) [rad/s]."""
+        if self.limits.braking is None:
+            return speed
+        low, high = velocity_bounds(self.limits, q)
+        return np.maximum(SPEED_SHARE * np.where(step > 0, high, -low), _STILL)
 
     def _free_step(self, q: np.ndarray) -> np.ndarray:
         """Step of the joints that an arm without limits would take, shape (n_arm,) [rad]."""

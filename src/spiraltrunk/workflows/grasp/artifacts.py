@@ -86,6 +86,8 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
         "place_error_m": verdict.place_error,
         "max_penetration_m": verdict.penetration,
         "max_joint_deg": math.degrees(verdict.bend),
+        "limits_judged": not verdict.unjudged,
+        "limits_not_judged": list(verdict.unjudged),
         "real_time_factor": trial.real_time_factor,
         "world": {
             "offset_m": list(options.offset),

@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from spiraltrunk.control.arm_limits import ArmLimits, find_unjudged
 from spiraltrunk.control.messages import Task
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.sim.robot.arm import ArmLimits
 from spiraltrunk.workflows.grasp.verdict import Moments, Verdict, arm_conditions, fault_conditions, judge
 
 GATE = math.radians(30.0)
@@ -53,6 +53,7 @@ def judge_kick(
         carry=float(np.linalg.norm((trace[-1].object_position - start)[:2])),
         place_error=max(0.0, line - float(along.max())),
         penetration=max(s.penetration for s in trace), bend=max(s.bend_most for s in trace),
+        unjudged=find_unjudged(limits),
     )  # fmt: skip
 
 

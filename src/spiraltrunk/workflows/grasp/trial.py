@@ -15,7 +15,6 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.sim.robot.arm import arm_limits
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.grasp.push_verdict import judge_kick, judge_sweep
 from spiraltrunk.workflows.grasp.verdict import Moments, Verdict, judge
@@ -79,7 +78,7 @@ def _judge(plant: SimPlant, log: RunLog, job: str) -> Verdict:
     moments = Moments(
         lift=log.span("transport", "lift"), carry=log.span("transport", "carry"), hold=log.span("transport", "hold")
     )
-    limits = arm_limits(plant.design.arm)
+    limits = plant.arm_limits
     if job == "kick":
         return judge_kick(plant.trace, plant.task, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)
     if job == "sweep":

@@ -9,9 +9,9 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.arm_limits import ArmLimits, find_unjudged, velocity_bounds
 from spiraltrunk.control.messages import Task
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.sim.robot.arm import ArmLimits
 
 LIFT_TOLERANCE = 0.25
 """Part of the commanded lift and carry by which the real ones may differ [-]."""
@@ -64,6 +64,8 @@ class Verdict:
     """Deepest overlap of two bodies [m]."""
     bend: float
     """Largest joint bend [rad]."""
+    unjudged: tuple[str, ...] = ()
+    """Quantities of the arm of which no limit is known, so that none was judged."""
 
 
 def judge(
@@ -88,7 +90,7 @@ def judge(
     reason = next((text for holds, text in conditions if not holds), "success")
     return Verdict(
         success=reason == "success", reason=reason, lift=lift, carry=carry, hold=hold, place_error=place_error,
-        penetration=penetration, bend=bend,
+        penetration=penetration, bend=bend, unjudged=find_unjudged(limits),
     )  # fmt: skip
 
 
@@ -172,23 +174,29 @@ def _is_released(trace: Sequence[Sample]) -> bool:
 
 
 def arm_conditions(trace: Sequence[Sample], limits: ArmLimits) -> list[tuple[bool, str]]:
-    """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands."""
+    """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands.
+
+    What has no limit yields no condition: `find_unjudged` names it.
+    """
     if len(trace) < 2:
         return []
     dt = trace[1].time - trace[0].time
     command = np.array([s.arm_command for s in trace])
+    position, velocity = (np.array([getattr(s, name) for s in trace]) for name in ("arm_position", "arm_velocity"))
+    conditions = []
+    if limits.velocity is not None:
+        low, high = velocity_bounds(limits, position)
+        conditions.append((bool(((velocity >= low) & (velocity <= high)).all()), "the arm passed its speed limit"))
     measured = (
-        ("speed", np.array([s.arm_velocity for s in trace]), limits.velocity),
         ("torque", np.array([s.arm_torque for s in trace]), limits.torque),
         ("acceleration", np.diff(command, 2, axis=0) / dt**2, limits.acceleration),
         ("jerk", np.diff(command, 3, axis=0) / dt**3, limits.jerk),
     )
-    conditions = [
+    conditions += [
         (bool((np.abs(values) <= most).all()), f"the arm passed its {name} limit")
         for name, values, most in measured
         if most is not None
     ]
-    position = np.array([s.arm_position for s in trace])
     if limits.position is not None:
         low, high = limits.position
         conditions.append((bool(((position >= low) & (position <= high)).all()), "the arm passed a joint range"))
