@@ -183,6 +183,13 @@ def test_joints_that_have_a_limit_are_judged_where_others_have_none():
     assert _judge(elsewhere, limits=limits).success
 
 
+def test_an_actuator_at_its_limit_has_passed_it():
+    """It can give no more, in the simulator least of all; Franka's conditions exclude the limits themselves."""
+    torque = np.array([0.0, 0, 0, 0, 0, -12.0, 0])
+    assert "torque limit" in _judge(_doctored(_at(4.0), arm_torque=torque)).reason
+    assert _judge(_doctored(_at(4.0), arm_torque=0.999 * torque)).success
+
+
 @pytest.mark.parametrize(("speed", "is_kept"), [(0.3, True), (0.5, False), (-0.5, True), (-2.7, False)])
 def test_a_speed_limit_that_falls_towards_the_end_of_a_range_is_judged_where_the_joint_is(speed, is_kept):
     """The FR3's joint 1 at 0.1 rad from its end: sqrt(12 * 0.1) - 0.66 = 0.44 rad/s outwards, 2.62 inwards."""

@@ -176,7 +176,8 @@ def _is_released(trace: Sequence[Sample]) -> bool:
 def arm_conditions(trace: Sequence[Sample], limits: ArmLimits) -> list[tuple[bool, str]]:
     """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands.
 
-    What has no limit yields no condition: `find_unjudged` names it.
+    A torque at its limit counts as passed, as simulated actuators, like real ones, give no more. What has no limit
+    yields no condition: `find_unjudged` names it.
     """
     if len(trace) < 2:
         return []
@@ -187,8 +188,10 @@ def arm_conditions(trace: Sequence[Sample], limits: ArmLimits) -> list[tuple[boo
     if limits.velocity is not None:
         low, high = velocity_bounds(limits, position)
         conditions.append((bool(((velocity >= low) & (velocity <= high)).all()), "the arm passed its speed limit"))
+    if limits.torque is not None:
+        torque = np.array([s.arm_torque for s in trace])
+        conditions.append((bool((np.abs(torque) < limits.torque).all()), "the arm passed its torque limit"))
     measured = (
-        ("torque", np.array([s.arm_torque for s in trace]), limits.torque),
         ("acceleration", np.diff(command, 2, axis=0) / dt**2, limits.acceleration),
         ("jerk", np.diff(command, 3, axis=0) / dt**3, limits.jerk),
     )
