@@ -19,16 +19,18 @@ import spiraltrunk.workflows.bench
 import spiraltrunk.workflows.grasp.artifacts
 import spiraltrunk.workflows.grasp.trial
 from spiraltrunk import cli
-from spiraltrunk.design import load_design, presets
+from spiraltrunk.control.arm_limits import find_unjudged
+from spiraltrunk.design import ArmDesign, load_design, presets, write_design
 from spiraltrunk.errors import MissingPackage, RunError
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
+from spiraltrunk.sim.robot.arm import arm_limits
 from spiraltrunk.workflows.bench import Claim
 from spiraltrunk.workflows.grasp.trial import Trial, run_trial
 
 KEYS = {
     "strategy", "object", "success", "reason", "phases", "lift_m", "hold_s", "max_penetration_m", "max_joint_deg",
     "real_time_factor", "seed", "versions", "world", "place_error_m", "files",
-    "front",
+    "front", "limits_judged", "limits_not_judged",
 }  # fmt: skip
 PLAIN = {
     "result.json", "trunk.toml", "overview.png", "cables.png", "joints.png", "curvature.png", "object.png", "force.png",
@@ -112,6 +114,35 @@ def test_failed_grasp_exits_1_with_its_reason(
     assert (result["success"], result["reason"], result["hold_s"]) == (False, "lifted 0 cm", None)
     assert cli.main(["grasp"]) == 1
     assert "failed: lifted 0 cm" in capsys.readouterr().out
+
+
+def test_an_arm_that_states_no_limits_is_not_passed_in_silence(
+    trial: Trial, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One warning line, and what was not judged in the result; the described arms have neither."""
+    (tmp_path / "slide.xml").write_text("""
+      <mujoco>
+        <worldbody>
+          <body><joint name="up" type="slide" range="-1 1"/><geom size=".1" mass="1"/><site name="tool"/></body>
+        </worldbody>
+        <actuator><position joint="up" kp="1000" forcerange="-500 500"/></actuator>
+      </mujoco>""")
+    design = replace(presets.PAPER, arm=ArmDesign(model="slide.xml", mount_site="tool"))
+    write_design(design, tmp_path / "trunk.toml")
+    unjudged = find_unjudged(arm_limits(load_design(tmp_path / "trunk.toml").arm))
+    told = replace(trial, verdict=replace(trial.verdict, unjudged=unjudged))
+    monkeypatch.setattr(spiraltrunk.trial, "run_trial", lambda *args, **options: told)
+    cli.main(["grasp", "--json", "--design", str(tmp_path / "trunk.toml")])
+    printed = capsys.readouterr()
+    result = strict(printed.out)
+    assert (result["limits_judged"], result["limits_not_judged"]) == (False, ["velocity", "acceleration", "jerk"])
+    (line,) = printed.err.splitlines()
+    assert line.endswith("slide.xml' states no limit of velocity, acceleration, jerk: not judged")
+    monkeypatch.setattr(spiraltrunk.trial, "run_trial", lambda *args, **options: trial)
+    cli.main(["grasp", "--json"])
+    printed = capsys.readouterr()
+    result = strict(printed.out)
+    assert (result["limits_judged"], result["limits_not_judged"], printed.err) == (True, [], "")
 
 
 def test_without_graphics_the_rest_is_written(

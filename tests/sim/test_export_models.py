@@ -10,9 +10,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from spiraltrunk.design import presets
+from spiraltrunk.design import ArmDesign, presets
 from spiraltrunk.model import statics
 from spiraltrunk.sim.export_models import KINDS, write_models
+from spiraltrunk.sim.robot.arm import arm_spec
 from spiraltrunk.sim.robot.trunk import hinge_names, trunk_spec
 
 DESIGNS = ("paper", "spirob-15")
@@ -43,12 +44,21 @@ def test_the_trunk_loads_with_the_designs_mass(folder, name):
 
 
 def test_the_hybrid_is_the_arm_and_the_trunk(folder):
-    from spiraltrunk.sim.robot.arm import arm_spec
-
     model = mujoco.MjModel.from_xml_path(str(folder / "paper" / "hybrid.xml"))
     arm = arm_spec(presets.PAPER.arm).compile()
     assert model.body_mass.sum() == pytest.approx(arm.body_mass.sum() + expected_mass(presets.PAPER), rel=1e-6)
     assert model.nq == arm.nq + 2 * presets.PAPER.n_joint + 6
+
+
+def test_an_arm_of_capsules_is_written_too(tmp_path):
+    design = replace(presets.PAPER, arm=ArmDesign(model="fr3"))
+    write_models(design, tmp_path, ("mjcf", "urdf"))
+    arm = arm_spec(design.arm).compile()
+    for name in ("hybrid.xml", "hybrid.urdf"):
+        model = mujoco.MjModel.from_xml_path(str(tmp_path / name))
+        assert model.body_mass.sum() == pytest.approx(arm.body_mass.sum() + expected_mass(design), rel=2e-6)
+        first = [model.joint(j).name for j in range(7)]
+        np.testing.assert_allclose([model.joint(j).range for j in first], arm.jnt_range, rtol=1e-6)
 
 
 @pytest.mark.parametrize("kind", KINDS)

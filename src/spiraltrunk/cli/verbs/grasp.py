@@ -124,7 +124,7 @@ def _warn_unjudged(design: TrunkDesign) -> None:
 
     unjudged = find_unjudged(arm_limits(design.arm))
     if unjudged:
-        complain(f"the arm {quote(design.arm.model)} has no limit of {', '.join(unjudged)}: not judged", DONE)
+        complain(f"the arm {quote(design.arm.model, 200)} states no limit of {', '.join(unjudged)}: not judged", DONE)
 
 
 def _format_verdict(result: dict[str, Any], out: str | None) -> str:
