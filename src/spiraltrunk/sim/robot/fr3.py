@@ -7,8 +7,8 @@ Research 3.
 
 No Python package that is installed with this one brings the FR3's meshes, and the Panda's are another arm's. The arm is
 therefore drawn and touched as the capsules by which Franka's controller keeps it from colliding with itself
-(franka_description, self-collision geometries, the same for all of Franka's arms). They hold the links' axes and
-thickness, not their outlines: pictures are coarse, and a touch is told to about a centimetre.
+(franka_description, self-collision geometries, the same for all of Franka's arms). They have the links' axes and
+thickness, not their outlines: pictures and touches of the arm are coarse.
 """
 
 from __future__ import annotations
