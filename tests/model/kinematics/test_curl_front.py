@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.errors import ShapeError
 from spiraltrunk.model.kinematics.curl_front import compute_front, compute_order, compute_propagation
 
 LIMIT = np.pi / 6
@@ -147,17 +146,3 @@ def test_what_did_not_come_is_not_claimed() -> None:
     assert (still.transport_max, still.tip_first, still.base_first) == (0.0, None, None)
     assert not still.is_inward
     assert not still.is_outward
-
-
-@pytest.mark.parametrize(
-    ("bend", "length", "limit", "message"),
-    [
-        (np.zeros(16), LENGTH, LIMIT, r"joint_bend has shape \(16,\), section_length \(18,\)"),
-        (np.zeros(17), LENGTH[None], LIMIT, r"section_length \(1, 18\)"),
-        (np.zeros(17), LENGTH, 0.0, r"joint_limit is 0.0; allowed: finite, > 0 rad"),
-        (np.zeros(17), LENGTH, np.nan, "joint_limit is nan"),
-    ],
-)
-def test_misfits_are_named(bend: np.ndarray, length: np.ndarray, limit: float, message: str) -> None:
-    with pytest.raises(ShapeError, match=message):
-        compute_front(bend, length, limit)

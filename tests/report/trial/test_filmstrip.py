@@ -45,9 +45,9 @@ def test_caption_is_written_under_its_frame() -> None:
 
 def test_long_caption_stays_within_its_frame() -> None:
     captions = ["a caption that is much too long for its narrow frame", "x" * 80, ""]
-    font = load_font(10, is_ascii=True)
+    font = load_font(10)
     for caption in captions:
-        lines = wrap_caption(caption, font, 90)
+        lines = wrap_caption(caption, font, 90).splitlines()
         assert all(font.getlength(line) <= 90 for line in lines)
         assert "".join(lines).replace(" ", "") == caption.replace(" ", "")
     one, more = (build_filmstrip(build_frames(1), [caption]) for caption in ("short", captions[0]))
@@ -64,24 +64,12 @@ def test_title_stands_over_the_frames() -> None:
 
 @pytest.mark.parametrize("sign", "\u00e9\u00d7\u2192\u00b5\u00b0")
 def test_sign_beyond_ascii_is_drawn(sign: str) -> None:
-    missing, drawn = (load_font(40, is_ascii=False).getmask(text) for text in ("\ue123", sign))
+    missing, drawn = (load_font(40).getmask(text) for text in ("\ue123", sign))
     assert bytes(drawn) != bytes(missing)
 
 
-@pytest.mark.parametrize(
-    ("frames", "captions", "columns", "message"),
-    [
-        (build_frames(3), ["a", "b"], 4, "2 captions for 3 frames"),
-        ([], [], 4, "0 frames"),
-        (build_frames(1), ["a"], 0, "0 columns"),
-        ([*build_frames(1), *build_frames(1, width=80)], ["a", "b"], 4, r"frame 1 has shape \(60, 80, 3\)"),
-        ([build_frames(1)[0] / 255], ["a"], 4, "frame 0 is .* of float64; allowed: .* of uint8"),
-        ([build_frames(1)[0][..., 0]], ["a"], 4, r"frame 0 is \(60, 90\)"),
-    ],
-)
-def test_misfit_leaves_no_file(
-    tmp_path: Path, frames: list[np.ndarray], captions: list[str], columns: int, message: str
-) -> None:
-    with pytest.raises(ShapeError, match=message):
-        write_filmstrip(tmp_path / "strip.png", frames, captions, columns)
+@pytest.mark.parametrize(("count", "captions"), [(3, ["a", "b"]), (0, [])])
+def test_misfit_leaves_no_file(tmp_path: Path, count: int, captions: list[str]) -> None:
+    with pytest.raises(ShapeError, match=f"{len(captions)} captions for {count} frames"):
+        write_filmstrip(tmp_path / "strip.png", build_frames(count), captions)
     assert list(tmp_path.iterdir()) == []

@@ -86,25 +86,20 @@ def test_failing_iterator_leaves_nothing(tmp_path: Path, n: int) -> None:
 def test_failure_keeps_the_old_video(tmp_path: Path) -> None:
     path = write_video(tmp_path / "run.mp4", build_frames(2))
     before = path.read_bytes()
-    with pytest.raises(ShapeError):
-        write_video(path, [*build_frames(2), *build_frames(1, 50)])
+
+    def fail() -> Iterator[np.ndarray]:
+        yield from build_frames(2)
+        raise RuntimeError("the renderer broke")
+
+    with pytest.raises(RuntimeError, match="the renderer broke"):
+        write_video(path, fail())
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.mark.parametrize(
-    ("frames", "fps", "message"),
-    [
-        ([], 25, "0 frames"),
-        ([*build_frames(1), *build_frames(1, 50)], 25, r"frame 1 has shape \(50, 64, 3\)"),
-        ([np.zeros((48, 64, 3))], 25, "frame 0 is .* of float64"),
-        (list(build_frames(1, 1)), 25, "at least 2 x 2"),
-        (list(build_frames(1)), 0, "0 frames per second"),
-    ],
-)
-def test_misfit_leaves_no_file(tmp_path: Path, frames: list[np.ndarray], fps: int, message: str) -> None:
-    with pytest.raises(ShapeError, match=message):
-        write_video(tmp_path / "run.mp4", frames, fps)
+def test_no_frames_leave_no_file(tmp_path: Path) -> None:
+    with pytest.raises(ShapeError, match="0 frames"):
+        write_video(tmp_path / "run.mp4", [])
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,4 +1,4 @@
-"""Frames as an H.264 video, encoded as they come."""
+"""H.264 videos, encoded frame by frame."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from spiraltrunk.errors import MissingPackage, ShapeError
-from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.report.trial.frames import check_frame
+from spiraltrunk.files.atomic import atomic_file
 
 if TYPE_CHECKING:
     from av import VideoStream
@@ -22,7 +21,7 @@ _ENCODER: Final = "libx264"
 """The H.264 encoder in PyAV's wheels."""
 
 _QUALITY = {"crf": "23", "preset": "veryfast"}
-"""Constant quality of x264 (0 is lossless, 51 the worst) and its trade of speed against size."""
+"""Constant rate factor of x264 (0 lossless to 51 worst) and its preset of speed against size."""
 
 _BT709 = 1
 """Number of ITU-R BT.709 as matrix, primaries and transfer curve (ITU-T H.273)."""
@@ -32,32 +31,25 @@ _LIMITED = 1
 
 
 def write_video(path: str | Path, frames: Iterable[np.ndarray], fps: int = 25) -> Path:
-    """Write an MP4 video that plays while it loads, holding one frame at a time; odd sizes lose their last pixel.
+    """Write an MP4 video that plays while it loads; of odd sizes the last row or column is cut off.
 
     Args:
         path: file to write.
-        frames: pictures of one size, shape (height, width, 3), 0 to 255. What they raise leaves no file.
+        frames: pictures of one size, shape (height, width, 3), 0 to 255. No file is left where they raise.
         fps: frames per second.
 
     Raises:
-        ShapeError: where there is no frame, or one differs from the first.
+        ShapeError: where there is no frame.
         MissingPackage: where PyAV or its H.264 encoder is not installed.
         OSError: where the file cannot be written.
     """
-    if fps < 1:
-        raise ShapeError(f"a video has {fps} frames per second; allowed: at least 1")
     frames = iter(frames)
     first = next(frames, None)
     if first is None:
         raise ShapeError("a video has 0 frames; allowed: at least 1")
-    shape = np.shape(first)
-    check_frame(first, shape, "frame 0")
-    if min(shape[:2]) < 2:
-        raise ShapeError(f"frame 0 has shape {shape}; allowed: at least 2 x 2 pixels")
-    with write_draft(path) as draft, _open_video(draft) as container:
-        stream = _add_stream(container, shape, fps)
+    with atomic_file(path) as draft, _open_video(draft) as container:
+        stream = _add_stream(container, first.shape, fps)
         for i, frame in enumerate(chain([first], frames)):
-            check_frame(frame, shape, f"frame {i}")
             _add_frame(container, stream, frame, i)
         container.mux(stream.encode(None))
     return Path(path)
