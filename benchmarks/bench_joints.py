@@ -16,7 +16,8 @@ from spiraltrunk.calibration.joint_bench_fit import fit_static
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.report import format_table
-from spiraltrunk.report.joint_bench_plot import Loaded, write_loads
+from spiraltrunk.report.joint_bench_plot import LoadedJoint, build_loads_figure
+from spiraltrunk.report.style import write_figure
 
 
 def main() -> int:
@@ -39,8 +40,8 @@ def main() -> int:
             )  # fmt: skip
             moment = GRAVITY * loads.mass * loads.lever_arm
             drawn.append(
-                Loaded(name=f"joint {loads.joint}", bend=loads.bend, moment=np.asarray(moment), beam=fit.beam.value,
-                       law=fit.moment, faces_from=fit.faces_from.value)
+                LoadedJoint(name=f"joint {loads.joint}", bend=loads.bend, moment=np.asarray(moment),
+                            beam=fit.beam.value, law=fit.moment, faces_from=fit.faces_from.value)
             )  # fmt: skip
     except SpiralTrunkError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -57,7 +58,7 @@ def main() -> int:
     )
     print(format_table(rows, header=header, title="Stiffness in N m/rad"))
     if arguments.plot is not None:
-        write_loads(drawn, arguments.plot)
+        write_figure(build_loads_figure(drawn), arguments.plot)
     return 0
 
 

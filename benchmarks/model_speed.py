@@ -19,7 +19,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from spiraltrunk.design import presets
-from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.reference.constants import prepare
 from spiraltrunk.model.reference.planar_batch import build_room, solve_points
@@ -127,7 +127,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     figures = measure()
     if arguments.out is not None:
-        with write_draft(arguments.out / "model_speed.json") as draft:
+        with atomic_file(arguments.out / "model_speed.json") as draft:
             draft.write_text(json.dumps(figures, indent=2) + "\n")
     print(format_figures(figures))
     return 0

@@ -28,7 +28,7 @@ from spiraltrunk.control.loop import run
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Status
 from spiraltrunk.design import presets
-from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.workflows.grasp.world import draw_scene
@@ -181,7 +181,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     figures = measure()
     if arguments.out is not None:
-        with write_draft(arguments.out / "speed.json") as draft:
+        with atomic_file(arguments.out / "speed.json") as draft:
             draft.write_text(json.dumps(figures, indent=2) + "\n")
     print(format_figures(figures))
     return 0

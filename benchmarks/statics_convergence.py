@@ -25,7 +25,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics.kernels import STAMP
@@ -183,7 +183,7 @@ class Table:
         """Put everything on disc, whole or not at all."""
         if self.path is not None:
             table = {"kernels": STAMP, "summary": summary, "chunks": [self.chunks[key] for key in sorted(self.chunks)]}
-            with write_draft(self.path) as draft:
+            with atomic_file(self.path) as draft:
                 draft.write_text(json.dumps(table) + "\n")
 
 

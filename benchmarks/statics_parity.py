@@ -37,7 +37,7 @@ import numpy as np
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.kinematics.shape import Forces, History, Shape, Status
@@ -340,7 +340,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     rows.sort(key=lambda row: (row["kind"], row["trial"]))
     summary = summarise(rows)
     if asked.out is not None:
-        with write_draft(asked.out / "statics_parity.json") as draft:
+        with atomic_file(asked.out / "statics_parity.json") as draft:
             draft.write_text(json.dumps({"summary": summary, "cases": rows}, indent=1) + "\n")
     print(format_summary(summary, rows))
     return code or int(any(part["beyond"] for part in summary.values()))

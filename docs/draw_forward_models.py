@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spiraltrunk.report.style import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
+from spiraltrunk.report.style import COLORS, DPI, INK, NORMAL, SMALL, build_figure, style_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -113,8 +113,7 @@ def _plot(axes: Axes, x: Any, y: np.ndarray, name: str) -> None:
 
 
 def _finish(axes: Axes, xlabel: str, ylabel: str) -> None:
-    add_look(axes, ylabel)
-    axes.set_xlabel(xlabel, fontsize=NORMAL, color=INK)
+    style_axes(axes, ylabel, xlabel=xlabel)
 
 
 def _write(figure: Figure, axes: Axes, path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.report.style import COLORS, DPI, INK, NORMAL, SMALL, add_look, build_figure
+from spiraltrunk.report.style import COLORS, DPI, INK, NORMAL, SMALL, build_figure, style_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,10 +28,8 @@ def draw_stiffness(figures: dict[str, Any], path: Path) -> None:
     for axes, (name, title) in zip(panels, TITLES.items(), strict=True):
         for (mu, mode), color in LOOK.items():
             _plot(axes, list(figures[name][mu].values()), mode, f"mu = {mu}, by {mode}", COLORS[color])
-        axes.set_title(title, fontsize=NORMAL, color=INK)
         axes.set_yscale("log")
-        add_look(axes, "")
-        axes.set_xlabel("Mean tension of the three cables [N]", fontsize=NORMAL, color=INK)
+        style_axes(axes, xlabel="Mean tension of the three cables [N]", title=title)
     panels[0].set_ylabel("Force over way at 5 mm [N/m]", fontsize=NORMAL, color=INK)
     figure.legend(
         *panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False, fontsize=SMALL,

@@ -16,10 +16,11 @@ from PIL import Image
 from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.errors import RunError
-from spiraltrunk.files.atomic import write_folder
-from spiraltrunk.model.inverse import workspace
+from spiraltrunk.files.atomic import atomic_folder
+from spiraltrunk.model.inverse.solve import workspace
 from spiraltrunk.report import write_filmstrip, write_overview
-from spiraltrunk.report.shape.workspace_plot import write_workspace
+from spiraltrunk.report.shape.workspace_plot import build_workspace_figure
+from spiraltrunk.report.style import write_figure
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.render import View, render_frames
@@ -44,7 +45,7 @@ def main() -> int:
     if not trial.verdict.success:
         print(f"make_pictures: the default grasp failed: {trial.verdict.reason}", file=sys.stderr)
         return 1
-    with write_folder(IMAGES, tuple(WIDTH)) as draft:
+    with atomic_folder(IMAGES, tuple(WIDTH)) as draft:
         series = compute_series(trial, DEFAULT_OBJECT)
         write_strip(trial, draft / "filmstrip.png", title=series.title)
         write_overview(series, draft / "overview.png")
@@ -57,7 +58,8 @@ def main() -> int:
 
 def draw_workspace(path: Path) -> None:
     """Where the tip of the hanging trunk can be."""
-    write_workspace(workspace.map(presets.PAPER), path, title="Where the tip of the paper's trunk can be, hanging")
+    title = "Where the tip of the paper's trunk can be, hanging"
+    write_figure(build_workspace_figure(workspace.map(presets.PAPER), title=title), path)
 
 
 def draw_sheet(path: Path) -> None:

@@ -24,9 +24,9 @@ from draw_forward_models import draw_bending, draw_distance, draw_shapes, draw_t
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.shape import Shape, Status
-from spiraltrunk.model.statics import pull_sequences
-from spiraltrunk.model.statics.equilibrium import Creep, StaticsOptions
-from spiraltrunk.report.shape.shape_plot import write_shape
+from spiraltrunk.model.statics.equilibrium import Creep, StaticsOptions, pull_sequences
+from spiraltrunk.report.shape.shape_plot import build_shape_figure
+from spiraltrunk.report.style import write_figure
 
 DOCS = Path(__file__).parent
 MUS = (0.0, 0.1, 0.15, 0.2, 0.4)
@@ -63,7 +63,7 @@ def main() -> int:
     draw_shapes(shapes, images / "forward_shapes.png")
     twisted = pull_sequences.pull_twist(PAPER, 0.06, 0.03, friction=0.1)
     title = "paper, equilibrium with friction 0.1: cable 1 pulled in by 60 mm, then cable 2 by 30 mm"
-    write_shape(PAPER, twisted, HANGING, images / "shape.png", title=title)
+    write_figure(build_shape_figure(PAPER, twisted, HANGING, title=title), images / "shape.png")
     page = DOCS / "forward_models.md"
     if page.exists():
         page.write_text(fill_page(page.read_text(), figures))

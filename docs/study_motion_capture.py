@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.mocap.protocol.protocol import Protocol, sort_takes
 from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.protocol.toml import load_protocol
@@ -61,7 +61,7 @@ def measure(protocol: Protocol, images: Path | None = None) -> dict[str, Any]:
             if images is not None and model == "reference":
                 write_judgement(found, Path(folder) / "out")
                 for name, kept in PICTURES.items():
-                    with write_draft(images / kept) as draft:
+                    with atomic_file(images / kept) as draft:
                         draft.write_bytes((Path(folder) / "out" / name).read_bytes())
     return figures
 

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
-from spiraltrunk.report.calibration_plot import Bars, build_calibration_figure, write_calibration
-from spiraltrunk.report.joint_bench_plot import Loaded, Rung, build_loads_figure, write_loads
+from spiraltrunk.report.calibration_plot import CalibrationBars, build_calibration_figure
+from spiraltrunk.report.joint_bench_plot import LoadedJoint, RingDown, build_loads_figure
+from spiraltrunk.report.style import write_figure
 
-BARS = Bars(
+BARS = CalibrationBars(
     before=np.array([1.0, 0.5]), value=np.array([1.2, 0.4]), low=np.array([1.1, 0.3]), high=np.array([1.3, 0.5]),
     groups=("rest 0 deg", "twist"), errors=np.array([[1e-3, 2e-3, 3e-3], [2e-3, 4e-3, math.nan]]), is_held_out=True,
     title="virtual",
@@ -22,17 +23,17 @@ def test_stiffness_and_errors_are_drawn_in_their_units(tmp_path):
     np.testing.assert_allclose(heights, [1, 2, 2, 4, 3, math.nan])
     assert "held out" in right.get_ylabel()
     assert figure.get_suptitle() == "virtual"
-    assert write_calibration(BARS, tmp_path / "a" / "c.png").stat().st_size > 1000
+    assert write_figure(figure, tmp_path / "a" / "c.png").stat().st_size > 1000
 
 
 def test_each_joint_has_its_panel_with_readings_and_both_laws(tmp_path):
     bend = np.radians([0.0, 10.0, 20.0])
     joints = [
-        Loaded(name=f"joint {i}", bend=bend, moment=0.3 * bend, beam=0.3, law=lambda q: 0.3 * q, faces_from=faces)
+        LoadedJoint(name=f"joint {i}", bend=bend, moment=0.3 * bend, beam=0.3, law=lambda q: 0.3 * q, faces_from=faces)
         for i, faces in enumerate((math.nan, 0.2, math.nan, 0.1, math.nan))
     ]
     time = np.linspace(0.0, 0.2, 50)
-    joints.append(Rung(name="ring", time=time, signal=np.cos(60 * time), law=lambda t: np.cos(60 * t)))
+    joints.append(RingDown(name="ring", time=time, signal=np.cos(60 * time), law=lambda t: np.cos(60 * t)))
     figure = build_loads_figure(joints)
     shown = [axes for axes in figure.axes if axes.get_visible()]
     assert [axes.get_title() for axes in shown] == [joint.name for joint in joints]
@@ -41,4 +42,4 @@ def test_each_joint_has_its_panel_with_readings_and_both_laws(tmp_path):
     assert [text.get_text() for text in figure.legends[0].get_texts()] == [
         "beam law alone", "fitted law", "readings", "faces meet"
     ]  # fmt: skip
-    assert write_loads(joints, tmp_path / "l.png").stat().st_size > 1000
+    assert write_figure(figure, tmp_path / "l.png").stat().st_size > 1000

@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Atomic writing: a file, or the files of a folder, are replaced as a whole or not at all."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pathlib import Path
 
 
 @contextmanager
-def write_draft(path: str | Path) -> Iterator[Path]:
-    """A path to write to, put in place of ``path`` at the end of the block, or removed where the block raises.
+def atomic_file(path: str | Path) -> Iterator[Path]:
+    """Yield a temporary path beside ``path`` that replaces it at the end of the block.
 
-    The draft lies in the same folder, which is made where it is missing, and ends alike, as writers choose their format
-    by the ending.
+    It has the same ending, as writers choose their format by it. The folder is made where it is missing. Where the
+    block raises, the temporary file is removed and ``path`` stays unchanged.
     """
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -29,47 +29,50 @@ def write_draft(path: str | Path) -> Iterator[Path]:
 
 
 @contextmanager
-def write_folder(folder: str | Path, files: Sequence[str]) -> Iterator[Path]:
-    """A draft folder to write to; at the end of the block its files move to ``folder``, which is made where missing.
+def atomic_folder(folder: str | Path, files: Sequence[str]) -> Iterator[Path]:
+    """Yield a temporary folder; at the end of the block its files move to ``folder``, which is made where missing.
 
-    Of what was there ``files`` go then, so that nothing of an earlier run stays; ``result.json`` comes last. Where the
-    block raises, everything is as it was.
+    At that time the ``files`` of an earlier run are removed; ``result.json`` is moved last. Where the block raises,
+    everything is as before.
 
     Args:
         folder: where to.
         files: paths below it that an earlier run may have left there.
 
     Raises:
-        OSError: where the folder cannot be made or written, or holds another's file of the same name.
+        OSError: where the folder cannot be made or written.
+        FileExistsError: where it holds a file of the same name that is not one of ``files``.
     """
     target = Path(folder)
-    made = [path for path in (target, *target.parents) if not path.exists()]
+    missing = [path for path in (target, *target.parents) if not path.exists()]
     draft = target / f".{secrets.token_hex(8)}"
     try:
-        _make_folder(draft, target)
+        try:
+            draft.mkdir(parents=True)
+        except OSError as error:  # It names the draft, which nobody asked for.
+            raise OSError(error.errno, error.strerror, str(target)) from None
         yield draft
-        written = [path for path in draft.rglob("*") if path.is_file()]
-        refuse_strangers(target, [str(path.relative_to(draft)) for path in written], files)
+        written = [path.relative_to(draft) for path in draft.rglob("*") if path.is_file()]
+        check_foreign_files(target, [str(path) for path in written], files)
         for name in files:
             (target / name).unlink(missing_ok=True)
         for path in sorted(written, key=lambda path: path.name == "result.json"):
-            goal = target / path.relative_to(draft)
-            goal.parent.mkdir(parents=True, exist_ok=True)
-            path.replace(goal)
+            (target / path).parent.mkdir(parents=True, exist_ok=True)
+            (draft / path).replace(target / path)
         shutil.rmtree(draft)
         for emptied in sorted({(target / name).parent for name in files} - {target}, reverse=True):
             with suppress(OSError):  # Not empty, or never there.
                 emptied.rmdir()
     except BaseException:
         shutil.rmtree(draft, ignore_errors=True)
-        for path in made:
-            with suppress(OSError):  # Somebody else has put something there, or it was never made.
+        for path in missing:
+            with suppress(OSError):  # Not empty, or never made.
                 path.rmdir()
         raise
 
 
-def refuse_strangers(folder: str | Path, names: Sequence[str], files: Sequence[str]) -> None:
-    """See that no file that is to be written is there already, but for those of an earlier run.
+def check_foreign_files(folder: str | Path, names: Sequence[str], files: Sequence[str]) -> None:
+    """Check that no file in ``names`` exists in the folder, except those in ``files`` of an earlier run.
 
     Raises:
         FileExistsError: names the first.
@@ -78,11 +81,3 @@ def refuse_strangers(folder: str | Path, names: Sequence[str], files: Sequence[s
         path = Path(folder) / name
         if path.exists():
             raise FileExistsError(errno.EEXIST, "it is there, and no earlier run of this command wrote it", str(path))
-
-
-def _make_folder(draft: Path, target: Path) -> None:
-    """Make the draft and the folders above it; an error names the folder that was asked for."""
-    try:
-        draft.mkdir(parents=True)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(target)) from None

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import final
 
 from spiraltrunk.errors import ShapeError
-from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.files.atomic import atomic_file
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 1060px; margin: 2em auto; padding: 0 1em; }
@@ -85,7 +85,7 @@ def write_page(path: str | Path, title: str, blocks: Sequence[Block]) -> Path:
         OSError: where it cannot be written or a picture not be read.
     """
     text = format_page(title, blocks)
-    with write_draft(path) as draft:
+    with atomic_file(path) as draft:
         draft.write_text(text, encoding="utf-8")
     return Path(path)
 

@@ -1,31 +1,35 @@
-"""One look for every plot, set on each figure: matplotlib's global settings stay as they are."""
+"""Style of the figures. It is set on each figure; matplotlib's global settings stay unchanged."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from spiraltrunk.files.atomic import atomic_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Lines, told apart with any colour vision (Okabe and Ito, Color Universal Design)."""
+"""Colours of lines, distinguishable with any colour vision (Okabe and Ito, Color Universal Design)."""
 
 LINE_STYLES = ("-", "--", "-.", ":")
-"""Styles of the lines, so that they differ in print without colours as well."""
+"""Styles of lines, distinguishable in print without colours."""
 
 INK = "#222222"
 """Text and frames."""
 
 PHASE_COLORS = {"reach": "#56B4E9", "prehension": "#E69F00", "transport": "#009E73", "release": "#CC79A7"}
-"""Strips over the plots; the bands in them are the same, much lighter."""
+"""Colour of each phase; the bands behind the data are lighter."""
 
 OTHER_PHASE_COLOR = "#999999"
-"""Strip of a phase with another name."""
+"""Colour of a phase with another name."""
 
 LIMIT = "#B34500"
-"""What must not be passed."""
+"""Colour of limits."""
 
 SMALL, NORMAL, LARGE = 8.0, 9.0, 10.5
 """Text sizes: ticks and legends, axes, title [pt]."""
@@ -35,7 +39,7 @@ DPI = 150
 
 
 def build_figure(width: float, height: float, title: str) -> Figure:
-    """An empty figure that makes room for what is drawn on it, sizes in inches."""
+    """An empty figure with constrained layout; width and height in inches."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained", facecolor="white")
@@ -46,22 +50,41 @@ def build_figure(width: float, height: float, title: str) -> Figure:
     return figure
 
 
-def add_look(axes: Axes, ylabel: str) -> None:
-    """Label the vertical axis, and give ticks, frame and grid the look of the house."""
-    axes.set_ylabel(ylabel, fontsize=NORMAL, color=INK)
+def write_figure(figure: Figure, path: str | Path, **settings: Any) -> Path:
+    """Save a figure in the format that the path's ending names; the file is replaced as a whole.
+
+    Args:
+        figure: what to save.
+        path: file to write.
+        settings: passed on to ``Figure.savefig``.
+
+    Raises:
+        OSError: where the file cannot be written.
+    """
+    with atomic_file(path) as draft:
+        figure.savefig(draft, **{"dpi": DPI, **settings})
+    return Path(path)
+
+
+def style_axes(axes: Axes, ylabel: str = "", *, xlabel: str = "", title: str = "") -> None:
+    """Set labels and title, and the style of ticks, frame and grid; an empty text leaves what is there."""
+    for text, write in ((ylabel, axes.set_ylabel), (xlabel, axes.set_xlabel), (title, axes.set_title)):
+        if text:
+            write(text, fontsize=NORMAL, color=INK)
     axes.tick_params(labelsize=SMALL, colors=INK)
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(visible=True, color="#00000018", linewidth=0.6)
     axes.set_axisbelow(True)
 
 
-def add_time_label(axes: Axes) -> None:
-    """Label the horizontal axis."""
-    axes.set_xlabel("Time [s]", fontsize=NORMAL, color=INK)
+def add_legend(axes: Axes, **settings: Any) -> None:
+    """Add a legend of the labelled artists, to the right of the axes unless ``settings`` place it elsewhere."""
+    place = settings or {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+    axes.legend(**place, frameon=False, fontsize=SMALL, labelcolor=INK)
 
 
-def add_legend(axes: Axes) -> None:
-    """Name the lines to the right of the axes, where no data can be."""
-    axes.legend(
-        loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=SMALL, labelcolor=INK
+def add_legend_below(figure: Figure, handles: Sequence[Any], columns: int = 4) -> None:
+    """Add a legend of these artists below all axes of a figure."""
+    figure.legend(
+        handles=list(handles), loc="outside lower center", ncols=columns, frameon=False, fontsize=SMALL, labelcolor=INK
     )

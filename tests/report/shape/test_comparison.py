@@ -7,9 +7,10 @@ import pytest
 
 from spiraltrunk.errors import ShapeError
 from spiraltrunk.report.page import Grid, Heading, Picture, Words, format_page, write_page
-from spiraltrunk.report.shape.box_plots import build_boxes_figure, write_boxes
-from spiraltrunk.report.shape.comparison import Judged
-from spiraltrunk.report.shape.overlay import MOST_SHAPES, build_overlay_figure, choose_shapes, write_overlay
+from spiraltrunk.report.shape.box_plots import build_boxes_figure
+from spiraltrunk.report.shape.comparison import ShapeComparison
+from spiraltrunk.report.shape.overlay import MOST_SHAPES, build_overlay_figure, choose_shapes
+from spiraltrunk.report.style import write_figure
 
 
 def judged(count=8, n_section=6):
@@ -19,7 +20,9 @@ def judged(count=8, n_section=6):
     measured[2:3, 3] = np.nan
     measured[:, 5] = np.nan
     labels = tuple(f"{5 * i}" for i in range(count))
-    return Judged(title="bend: $5", labels=labels, label="Cable 1 in by [mm]", measured=measured, predicted=predicted)
+    return ShapeComparison(
+        title="bend: $5", labels=labels, label="Cable 1 in by [mm]", measured=measured, predicted=predicted
+    )
 
 
 def test_boxes_hold_every_distance_that_was_seen():
@@ -62,25 +65,14 @@ def test_an_overlay_draws_lines_and_dots():
 
 
 def test_pictures_are_written(tmp_path):
-    for write in (write_boxes, write_overlay):
-        path = write(judged(1), tmp_path / "a.png")
+    for build in (build_boxes_figure, build_overlay_figure):
+        path = write_figure(build(judged(1)), tmp_path / "a.png")
         assert path.read_bytes()[:4] == b"\x89PNG"
     assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
 
 
-@pytest.mark.parametrize("wrong", [
-    {"labels": ("a",)}, {"measured": np.zeros((8, 6))}, {"predicted": np.full((8, 6, 3), np.nan)},
-    {"predicted": np.zeros((8, 5, 3))},
-])  # fmt: skip
-def test_what_does_not_fit_is_refused(wrong):
-    given = judged()
-    parts = {name: getattr(given, name) for name in ("title", "labels", "label", "measured", "predicted")}
-    with pytest.raises(ShapeError):
-        Judged(**{**parts, **wrong})
-
-
 def test_a_page_holds_all_and_no_markup_of_others(tmp_path):
-    picture = write_boxes(judged(2), tmp_path / "a.png")
+    picture = write_figure(build_boxes_figure(judged(2)), tmp_path / "a.png")
     evil = '<script>alert("1")</script> & co'
     words = [Words(texts=(evil,)), Words(texts=(evil,), is_list=True)]
     grid = Grid(header=(evil, "b"), rows=((evil, "1"),), caption=evil)

@@ -14,7 +14,8 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.report.shape.sections_3d import build_solids
-from spiraltrunk.report.shape.shape_plot import _size_dots, build_shape_figure, write_shape
+from spiraltrunk.report.shape.shape_plot import _size_dots, build_shape_figure
+from spiraltrunk.report.style import write_figure
 
 SHAPES = {
     "rest": (0.0, lambda theta: reference.rest(PAPER, theta)),
@@ -81,7 +82,8 @@ def test_nothing_is_cut_off(posed: tuple[Shape, float]) -> None:
 def test_other_designs_are_drawn(tmp_path: Path) -> None:
     design = presets.get("spirob-15")
     shape = reference.bend_dorsal(design, 0.02, 0.0)
-    assert write_shape(design, shape, 0.0, tmp_path / "shape.png").stat().st_size > 10_000
+    figure = build_shape_figure(design, shape, 0.0)
+    assert write_figure(figure, tmp_path / "shape.png").stat().st_size > 10_000
 
 
 def test_of_cables_behind_one_another_both_are_seen() -> None:

@@ -9,12 +9,13 @@ from PIL import Image
 
 from spiraltrunk.design import presets
 from spiraltrunk.model.inverse import workspace
-from spiraltrunk.report.shape.workspace_plot import build_workspace_figure, write_workspace
+from spiraltrunk.report.shape.workspace_plot import build_workspace_figure
+from spiraltrunk.report.style import write_figure
 
 
 def test_picture_has_both_views_in_millimetres(tmp_path: Path) -> None:
     found = workspace.map(presets.PAPER, levels=5)
-    path = write_workspace(found, tmp_path / "workspace.png", title="Tips")
+    path = write_figure(build_workspace_figure(found, title="Tips"), tmp_path / "workspace.png")
     with Image.open(path) as picture:
         assert picture.width > 800
     space, plane, bar = build_workspace_figure(found).axes

@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from PIL import Image
 
-from spiraltrunk.errors import ShapeError
-from spiraltrunk.report.survey.heatmap import Outcomes, build_heatmap_figure, compute_cells, write_heatmap
-from spiraltrunk.report.survey.rates import Rate, build_rates_figure, write_rates
+from spiraltrunk.report.style import write_figure
+from spiraltrunk.report.survey.heatmap import Outcomes, build_heatmap_figure, compute_cells
+from spiraltrunk.report.survey.rates import Rate, build_rates_figure
 
 RATES = [
     Rate(name="wrap-vertical", trials=50, successes=48, low=0.865, high=0.989),
@@ -34,7 +33,7 @@ def test_dots_and_lines_are_rates_and_intervals(tmp_path: Path) -> None:
     assert list(empty.get_xdata()) == [0.0, 100.0]
     assert [text.get_text() for text in axes.texts] == ["48 of 50", "0 of 0"]
     assert [text.get_text() for text in axes.get_yticklabels()] == ["wrap-vertical", "kick"]
-    with Image.open(write_rates(RATES, tmp_path / "rates.png")) as picture:
+    with Image.open(write_figure(build_rates_figure(RATES), tmp_path / "rates.png")) as picture:
         assert picture.width > 800
 
 
@@ -73,14 +72,9 @@ def test_the_sheet_has_a_map_for_each_and_its_counts(tmp_path: Path) -> None:
     drawn = maps[0].collections[0].get_array()
     assert np.ma.count_masked(drawn) == (cells.trials == 0).sum()
     assert not maps[3].collections
-    with Image.open(write_heatmap(sheet, tmp_path / "heatmap.png")) as picture:
+    with Image.open(write_figure(figure, tmp_path / "heatmap.png")) as picture:
         assert picture.width > 1000
 
 
 def test_a_sheet_of_nothing_is_drawn(tmp_path: Path) -> None:
-    assert write_heatmap([], tmp_path / "heatmap.png").stat().st_size > 0
-
-
-def test_unequal_numbers_are_refused() -> None:
-    with pytest.raises(ShapeError, match="2, 1 and 1 widths"):
-        Outcomes(name="x", width=[1.0, 2.0], mass=[1.0], success=[True])
+    assert write_figure(build_heatmap_figure([]), tmp_path / "heatmap.png").stat().st_size > 0

@@ -16,18 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from spiraltrunk.report import Series, write_overview, write_plots
-from spiraltrunk.report.trial.figures import (
-    FIGURES,
-    build_cables_figure,
-    build_curvature_figure,
-    build_force_figure,
-    build_joints_figure,
-    build_object_figure,
-    build_overview_figure,
-)
+from spiraltrunk.report.trial.figures import FIGURES, build_run_figure
 from spiraltrunk.report.trial.phase_bands import place_labels
-
-ALL = {**FIGURES, "overview.png": build_overview_figure}
 
 
 def draw(figure: Figure) -> np.ndarray:
@@ -38,7 +28,7 @@ def draw(figure: Figure) -> np.ndarray:
 
 
 def test_cables_show_millimetres_and_newtons(series: Series) -> None:
-    pull, tension = build_cables_figure(series).axes
+    pull, tension = build_run_figure(series, "cables.png").axes
     for axes, values in ((pull, 1e3 * series.cable_pull), (tension, series.cable_tension)):
         lines, labels = axes.get_legend_handles_labels()
         assert labels == ["cable 1 (dorsal)", "cable 2", "cable 3"]
@@ -53,7 +43,7 @@ def test_cables_show_millimetres_and_newtons(series: Series) -> None:
 def test_heat_map_shows_the_tip_where_it_says_tip(build: Callable[..., Series]) -> None:
     bend = np.zeros((120, 17))
     bend[:, -1], bend[60:, 0] = 0.3, 0.5
-    figure = build_joints_figure(build(joint_bend=bend))
+    figure = build_run_figure(build(joint_bend=bend), "joints.png")
     pixels = draw(figure)
     axes = figure.axes[0]
     (mesh,) = (one for one in axes.collections if one.get_array() is not None)
@@ -68,7 +58,7 @@ def test_heat_map_shows_the_tip_where_it_says_tip(build: Callable[..., Series]) 
 
 
 def test_color_bar_names_the_limit(series: Series) -> None:
-    figure = build_joints_figure(series)
+    figure = build_run_figure(series, "joints.png")
     draw(figure)
     bar = figure.axes[0].child_axes[0]
     ticks = {label.get_text(): tick for tick, label in zip(bar.get_yticks(), bar.get_yticklabels(), strict=True)}
@@ -78,7 +68,7 @@ def test_color_bar_names_the_limit(series: Series) -> None:
 
 
 def test_bend_beyond_the_limit_is_told_apart(build: Callable[..., Series], series: Series) -> None:
-    figure = build_joints_figure(build(joint_bend=2.0 * series.joint_bend))
+    figure = build_run_figure(build(joint_bend=2.0 * series.joint_bend), "joints.png")
     (mesh,) = (one for one in figure.axes[0].collections if one.get_array() is not None)
     assert mesh.get_clim()[1] == pytest.approx(np.degrees(2.0 * series.joint_bend.max()))
 
@@ -87,7 +77,7 @@ def test_front_is_shown_in_parts_of_the_length(build: Callable[..., Series]) -> 
     bend = np.zeros((120, 17))
     bend[30:, 10:], bend[60:, 5:] = 0.5, 0.5
     series = build(joint_bend=bend)
-    (axes,) = build_curvature_figure(series).axes
+    (axes,) = build_run_figure(series, "curvature.png").axes
     (line,) = axes.get_legend_handles_labels()[0]
     length = series.section_length
     expected = np.repeat([0.0, length[11:].sum(), length[6:].sum()], [30, 30, 60]) / length.sum()
@@ -99,7 +89,7 @@ def test_front_is_shown_in_parts_of_the_length(build: Callable[..., Series]) -> 
 
 @pytest.mark.parametrize("lift", [(0.9, 1.1), None])
 def test_object_shows_its_lift(build: Callable[..., Series], lift: tuple[float, float] | None) -> None:
-    (axes,) = build_object_figure(build(lift=lift)).axes
+    (axes,) = build_run_figure(build(lift=lift), "object.png").axes
     lines, labels = axes.get_legend_handles_labels()
     assert labels == (["object"] if lift is None else ["object", "lift start", "lift target"])
     if lift is not None:
@@ -108,21 +98,21 @@ def test_object_shows_its_lift(build: Callable[..., Series], lift: tuple[float, 
 
 
 def test_forces_are_told_apart(series: Series) -> None:
-    (axes,) = build_force_figure(series).axes
+    (axes,) = build_run_figure(series, "force.png").axes
     shown = dict(zip(*axes.get_legend_handles_labels()[::-1], strict=True))
     np.testing.assert_array_equal(shown["contact force"].get_ydata(), series.grip_force)
     np.testing.assert_array_equal(shown["string tension"].get_ydata(), series.string_tension)
 
 
 def test_overview_shares_its_time(series: Series) -> None:
-    columns = build_overview_figure(series).axes
+    columns = build_run_figure(series, "overview.png").axes
     assert len(columns) == 6
     assert all(columns[0].get_shared_x_axes().joined(columns[0], axes) for axes in columns)
     assert [axes.get_xlabel() for axes in columns] == ["", "", "", "", "", "Time [s]"]
 
 
 @pytest.mark.parametrize("spans", ["even", "short", "beyond", "none"])
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", FIGURES)
 def test_nothing_is_cut_off_or_covered(build: Callable[..., Series], name: str, spans: str) -> None:
     changes = {
         "even": {},
@@ -130,7 +120,7 @@ def test_nothing_is_cut_off_or_covered(build: Callable[..., Series], name: str, 
         "beyond": {"phase_spans": (("reach", -9.0, 6.0), ("release", 6.0, 40.0), ("later", 50.0, 60.0))},
         "none": {"phase_spans": (), "title": ""},
     }[spans]
-    figure = ALL[name](build(**changes))
+    figure = build_run_figure(build(**changes), name)
     draw(figure)
     drawn = figure.get_tightbbox()
     assert (drawn.min >= 0.0).all()
@@ -143,7 +133,7 @@ def test_nothing_is_cut_off_or_covered(build: Callable[..., Series], name: str, 
 
 
 def test_phases_are_named_over_the_first_axes(series: Series) -> None:
-    first, *others = build_overview_figure(series).axes
+    first, *others = build_run_figure(series, "overview.png").axes
     assert [text.get_text() for text in first.texts] == ["reach", "prehension", "transport", "release"]
     assert [text.get_position()[0] for text in first.texts] == pytest.approx([0.95, 3.45, 7.45, 11.0])
     assert not any(axes.texts for axes in others)

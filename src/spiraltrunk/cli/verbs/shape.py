@@ -103,10 +103,11 @@ def _check_picture(file: str) -> None:
 
 
 def _draw(design: TrunkDesign, shape: Shape, theta_0: float, file: str, title: str) -> None:
-    from spiraltrunk.report.shape.shape_plot import write_shape
+    from spiraltrunk.report.shape.shape_plot import build_shape_figure
+    from spiraltrunk.report.style import write_figure
 
     try:
-        write_shape(design, shape, theta_0, file, title=title)
+        write_figure(build_shape_figure(design, shape, theta_0, title=title), file)
     except OSError as error:  # It names the draft, which nobody typed.
         why = error.strerror or str(error)
         raise UsageError(

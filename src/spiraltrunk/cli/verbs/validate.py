@@ -161,9 +161,9 @@ def _plan(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSe
     text = format_plan(settings.design, protocol, plans)
     files = ["plan.md", "protocol.toml", "schedule.csv"] if arguments.out is not None else []
     if arguments.out is not None:
-        from spiraltrunk.files.atomic import write_folder
+        from spiraltrunk.files.atomic import atomic_folder
 
-        with write_folder(arguments.out, files) as draft:
+        with atomic_folder(arguments.out, files) as draft:
             (draft / "plan.md").write_text(text)
             (draft / "protocol.toml").write_text(_read_protocol(arguments.protocol))
             (draft / "schedule.csv").write_text(format_schedule(settings.design, plans))

@@ -1,15 +1,13 @@
-"""Where the tip can be, as a picture: all of it, and a slice along the plane in which the trunk hangs."""
+"""Figure of the workspace: all tip positions, and a slice along the plane in which the trunk hangs."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spiraltrunk.files.atomic import write_draft
 from spiraltrunk.model.inverse.workspace import Workspace
-from spiraltrunk.report.style import COLORS, DPI, INK, LIMIT, NORMAL, SMALL, add_look, build_figure
+from spiraltrunk.report.style import COLORS, INK, LIMIT, NORMAL, SMALL, add_legend, build_figure, style_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,20 +21,8 @@ _SLICE = 0.01
 _COLOR_MAP = "viridis"
 
 
-def write_workspace(workspace: Workspace, path: str | Path, *, title: str = "") -> Path:
-    """Write the picture of a workspace.
-
-    Raises:
-        OSError: where the file cannot be written.
-    """
-    figure = build_workspace_figure(workspace, title=title)
-    with write_draft(path) as draft:
-        figure.savefig(draft, dpi=DPI, format="png")
-    return Path(path)
-
-
 def build_workspace_figure(workspace: Workspace, *, title: str = "") -> Figure:
-    """Tips in space to the left, those near the plane z = 0 to the right, coloured by the sum of tensions [mm], [N]."""
+    """Tips in space, left, and those near the plane z = 0, right [mm], coloured by the sum of tensions [N]."""
     figure = build_figure(8.6, 5.4, title)
     grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.0])
     space = figure.add_subplot(grid[0], projection="3d")
@@ -71,12 +57,10 @@ def _add_space(axes: Any, workspace: Workspace, order: np.ndarray, norm: Normali
     axes.plot(rest[:, 0], rest[:, 2], rest[:, 1], color=INK, linewidth=2.2)
     axes.set_aspect("equal")
     axes.view_init(elev=16, azim=-62)
-    for name in ("x", "y", "z"):
-        getattr(axes, f"set_{name}label")(
-            {"x": "x [mm]", "y": "z [mm]", "z": "y [mm]"}[name], fontsize=NORMAL, color=INK
-        )
-        axes.tick_params(axis=name, labelsize=SMALL, colors=INK)
-        getattr(axes, f"{name}axis").set_pane_color("#00000008")
+    for axis, label in ((axes.xaxis, "x [mm]"), (axes.yaxis, "z [mm]"), (axes.zaxis, "y [mm]")):
+        axis.set_label_text(label, fontsize=NORMAL, color=INK)
+        axis.set_tick_params(labelsize=SMALL, colors=INK)
+        axis.set_pane_color("#00000008")
     axes.zaxis.labelpad = 9.0
     axes.locator_params(axis="x", nbins=4)
     axes.locator_params(axis="y", nbins=4)
@@ -91,22 +75,17 @@ def _add_plane(axes: Axes, workspace: Workspace, order: np.ndarray, norm: Normal
     )
     axes.plot(rest[:, 0], rest[:, 1], color=INK, linewidth=2.2, label="trunk, cables slack")
     axes.plot(0, 0, marker="s", color=INK, markersize=6, linestyle="none", label="base")
-    angle = np.linspace(0, 2 * np.pi, 361)
-    far = 1e3 * workspace.length
-    axes.plot(
-        far * np.cos(angle), far * np.sin(angle), color=LIMIT, linewidth=1.0, linestyle="--", label="trunk's length"
-    )
+    circle = 1e3 * workspace.length * np.exp(1j * np.linspace(0, 2 * np.pi, 361))
+    axes.plot(circle.real, circle.imag, color=LIMIT, linewidth=1.0, linestyle="--", label="trunk's length")
     _add_hull(axes, tip[:, :2])
-    add_look(axes, "y, up [mm]")
-    axes.set_xlabel("x, dorsal where it hangs [mm]", fontsize=NORMAL, color=INK)
+    title = f"Tips within {1e3 * _SLICE / 2:g} mm of the plane z = 0"
+    style_axes(axes, "y, up [mm]", xlabel="x, dorsal where it hangs [mm]", title=title)
     axes.set_aspect("equal")
     low, high = np.minimum(tip[:, :2].min(axis=0), 0), np.maximum(tip[:, :2].max(axis=0), 0)
     room = 0.08 * (high - low).max()
-    axes.set_xlim(low[0] - room, high[0] + room)
-    axes.set_ylim(low[1] - room, high[1] + room)
+    axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
     axes.locator_params(axis="x", nbins=5)
-    axes.set_title(f"Tips within {1e3 * _SLICE / 2:g} mm of the plane z = 0", fontsize=NORMAL, color=INK)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, frameon=False, fontsize=SMALL, labelcolor=INK)
+    add_legend(axes, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2)
     return dots
 
 

@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.report.solids.rasterise import rasterise
 from spiraltrunk.report.style import INK, LARGE, NORMAL, SMALL, build_figure
 
@@ -125,7 +125,7 @@ def _save(figure, path: str | Path) -> None:  # type: ignore[no-untyped-def]
     from matplotlib import rc_context
 
     told = {"Date": None} if Path(path).suffix == ".svg" else {}
-    with write_draft(path) as draft, rc_context({"svg.hashsalt": "spiraltrunk"}):
+    with atomic_file(path) as draft, rc_context({"svg.hashsalt": "spiraltrunk"}):
         figure.savefig(draft, dpi=150, metadata=told)
 
 

@@ -1,18 +1,15 @@
-"""Where in size and mass trials succeed: a map for each strategy, all of them on one sheet."""
+"""Heat maps of the success rate over the object's width and mass, one for each strategy."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from spiraltrunk.errors import ShapeError
-from spiraltrunk.files.atomic import write_draft
-from spiraltrunk.report.style import DPI, INK, NORMAL, SMALL, build_figure
+from spiraltrunk.report.style import INK, NORMAL, SMALL, build_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,23 +18,19 @@ if TYPE_CHECKING:
 _COLOR_MAP = "viridis"
 
 _BINS = 4
-"""About how many bins there are in each direction: their edges are round numbers."""
+"""Approximate number of bins in each direction; their edges are round numbers."""
 
 _COLUMNS = 3
-"""Maps side by side."""
+"""Largest number of maps in a row."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Outcomes:
-    """Trials of one strategy.
-
-    Raises:
-        ShapeError: where there are not equally many widths, masses and outcomes.
-    """
+    """Trials of one strategy; all sequences are equally long."""
 
     name: str
-    """What was tried."""
+    """Name of the strategy."""
     width: Sequence[float]
     """Width of each trial's object [m]."""
     mass: Sequence[float]
@@ -45,16 +38,11 @@ class Outcomes:
     success: Sequence[bool]
     """Whether the trial succeeded."""
 
-    def __post_init__(self) -> None:
-        if not len(self.width) == len(self.mass) == len(self.success):
-            got = f"{len(self.width)}, {len(self.mass)} and {len(self.success)}"
-            raise ShapeError(f"{got} widths, masses and outcomes; allowed: equally many")
-
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Cells:
-    """Trials in bins of size and mass."""
+    """Two-dimensional histogram of trials over width and mass."""
 
     width_mm: np.ndarray
     """Edges of the bins of width, shape (n + 1,) [mm]."""
@@ -63,11 +51,11 @@ class Cells:
     trials: np.ndarray
     """Trials in each bin, shape (n, m) [-]."""
     successes: np.ndarray
-    """Successful ones among them, shape (n, m) [-]."""
+    """Successful trials in each bin, shape (n, m) [-]."""
 
 
 def compute_cells(outcomes: Outcomes) -> Cells:
-    """Trials and successes in bins with round edges; every trial is in one."""
+    """Trials and successes in bins with round edges; every trial lies in one bin."""
     width, mass = 1e3 * np.asarray(outcomes.width, dtype=float), 1e3 * np.asarray(outcomes.mass, dtype=float)
     edges = (_round_edges(width), _round_edges(mass))
     success = np.asarray(outcomes.success, dtype=bool)
@@ -76,20 +64,8 @@ def compute_cells(outcomes: Outcomes) -> Cells:
     return Cells(width_mm=edges[0], mass_g=edges[1], trials=trials.astype(int), successes=successes.astype(int))
 
 
-def write_heatmap(sheet: Sequence[Outcomes], path: str | Path) -> Path:
-    """Write the sheet of all strategies.
-
-    Raises:
-        OSError: where the file cannot be written.
-    """
-    figure = build_heatmap_figure(sheet)
-    with write_draft(path) as draft:
-        figure.savefig(draft, dpi=DPI, format="png")
-    return Path(path)
-
-
 def build_heatmap_figure(sheet: Sequence[Outcomes]) -> Figure:
-    """A map for each strategy: colour is the rate, the text successes of trials; hatched where nothing was tried."""
+    """One map for each strategy: the colour is the rate, the text successes/trials; bins without trials are hatched."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -135,11 +111,14 @@ def _add_map(axes: Axes, outcomes: Outcomes) -> None:
 
 
 def _round_edges(values: np.ndarray) -> np.ndarray:
-    """Round numbers from below the least value to above the largest, evenly apart."""
+    """Evenly spaced round numbers that enclose all values."""
     from matplotlib.ticker import MaxNLocator
 
     if not values.size:
         return np.array([0.0, 1.0])
     edges = np.array(MaxNLocator(nbins=_BINS, steps=[1, 2, 2.5, 5, 10]).tick_values(values.min(), values.max()), float)
-    edges[0], edges[-1] = min(edges[0], values.min()), max(edges[-1], values.max())  # They are a rounding off.
+    edges[0], edges[-1] = (
+        min(edges[0], values.min()),
+        max(edges[-1], values.max()),
+    )  # Rounding may leave a value just outside.
     return edges

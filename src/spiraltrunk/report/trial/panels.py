@@ -1,4 +1,4 @@
-"""One quantity on one pair of axes."""
+"""Panels of the figures of a run: one quantity over time on one pair of axes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spiraltrunk.report.style import COLORS, INK, LIMIT, LINE_STYLES, NORMAL, SMALL, add_legend, add_look
+from spiraltrunk.report.style import COLORS, INK, LIMIT, LINE_STYLES, NORMAL, SMALL, add_legend, style_axes
 from spiraltrunk.report.trial.phase_bands import add_bands
 from spiraltrunk.report.trial.series import Series
 
@@ -30,7 +30,7 @@ def add_cable_tension(axes: Axes, series: Series) -> None:
 
 
 def add_joint_bend(axes: Axes, series: Series) -> None:
-    """Bend of each joint over time as colours, base below and tip above, with the limit on the colour bar [deg]."""
+    """Heat map of the bend of each joint over time, base at the bottom, with the limit on the colour bar [deg]."""
     limit = np.degrees(series.joint_limit)
     bend = np.degrees(series.joint_bend)
     mesh = axes.pcolormesh(
@@ -47,7 +47,7 @@ def add_joint_bend(axes: Axes, series: Series) -> None:
 
 
 def add_front(axes: Axes, series: Series) -> None:
-    """Where along the trunk the curl ends, counted from the tip [% of its length]."""
+    """Length of the curled part from the tip [% of the trunk's length]."""
     front = 100 * series.front
     _add_lines(axes, series, front[:, None], ["end of the curl"])
     axes.fill_between(series.time, front, color=COLORS[0], alpha=0.15, linewidth=0.0)
@@ -57,7 +57,7 @@ def add_front(axes: Axes, series: Series) -> None:
 
 
 def add_object_height(axes: Axes, series: Series) -> None:
-    """Height of the object, and the heights from and to which it is to be lifted [m]."""
+    """Height of the object, and start and target of its lift [m]."""
     _add_lines(axes, series, series.object_height[:, None], ["object"])
     if series.lift is not None:
         for height, style, label in zip(series.lift, (":", "--"), ("lift start", "lift target"), strict=True):
@@ -66,7 +66,7 @@ def add_object_height(axes: Axes, series: Series) -> None:
 
 
 def add_forces(axes: Axes, series: Series) -> None:
-    """Force between trunk and object, and tension of the strings that carry the object before [N]."""
+    """Contact force between trunk and object, and tension of the strings that carry it before the grasp [N]."""
     forces = np.column_stack([series.grip_force, series.string_tension])
     _add_lines(axes, series, forces, ["contact force", "string tension"])
     axes.set_ylim(bottom=min(0.0, 1.05 * float(forces.min())))
@@ -74,7 +74,7 @@ def add_forces(axes: Axes, series: Series) -> None:
 
 
 def _add_color_bar(axes: Axes, mesh: ScalarMappable, limit: float) -> None:
-    """Colours of the bend, with the limit marked and named among the ticks [deg]."""
+    """Colour bar of the bend with the joint limit as a labelled tick [deg]."""
     bar = axes.figure.colorbar(mesh, cax=axes.inset_axes((1.02, 0.0, 0.028, 1.0)))
     bottom, top = bar.ax.get_ylim()
     steps = [tick for tick in bar.get_ticks() if bottom <= tick <= top and abs(tick - limit) > 0.08 * (top - bottom)]
@@ -94,7 +94,7 @@ def _add_lines(axes: Axes, series: Series, values: np.ndarray, labels: list[str]
 
 def _finish(axes: Axes, series: Series, ylabel: str, *, is_opaque: bool = False) -> None:
     add_bands(axes, series.phase_spans, is_opaque=is_opaque)
-    add_look(axes, ylabel)
+    style_axes(axes, ylabel)
     axes.set_xlim(float(series.time[0]), float(series.time[-1]))
     if not is_opaque:
         add_legend(axes)
@@ -105,6 +105,6 @@ def _cable_labels(n_cable: int) -> list[str]:
 
 
 def _edges(time: np.ndarray) -> np.ndarray:
-    """Borders between instants, half-way, shape (n + 1,) [s]."""
+    """Edges half-way between instants, shape (n + 1,) [s]."""
     between = (time[1:] + time[:-1]) / 2
     return np.concatenate([time[:1], between, time[-1:]])

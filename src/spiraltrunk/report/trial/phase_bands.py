@@ -1,4 +1,4 @@
-"""Phases as shaded bands behind the data, with a labelled strip over the axes."""
+"""Phases of a run: shaded bands behind the data and a labelled strip above the axes."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _FOOT, _STRIP = 0.02, 0.06
 """Distance of the strip from the axes and its height [in]."""
 
 _LEADER = 0.12
-"""Height of the lines to labels that stand aside of their phases [in]."""
+"""Height of the leader lines to labels beside their phases [in]."""
 
 _LETTER = 0.62 * SMALL / 72
-"""Width of a letter, generously [in]."""
+"""Upper estimate of a letter's width [in]."""
 
 _AXES_SHARE = 0.58
-"""Width of the axes over the figure's, where labels and legends take the most."""
+"""Lower estimate of the width of the axes over that of the figure [-]."""
 
 
 def add_bands(axes: Axes, spans: Spans, *, is_opaque: bool = False) -> None:
-    """Shade each phase; over an image, which would hide them, draw the borders between them instead."""
+    """Shade each phase; over an opaque image draw the borders between phases instead."""
     for phase, begin, end in spans:
         if not is_opaque:
             axes.axvspan(begin, end, color=_color(phase), alpha=0.10, linewidth=0.0, zorder=0)
@@ -36,7 +36,7 @@ def add_bands(axes: Axes, spans: Spans, *, is_opaque: bool = False) -> None:
 
 
 def add_strip(axes: Axes, spans: Spans) -> None:
-    """Draw the phases over the axes, whose time limits must be set, with their names beside one another."""
+    """Draw coloured phases with their names above the axes, whose time limits must be set."""
     from matplotlib.patches import Rectangle
 
     left, right = axes.get_xlim()
@@ -61,10 +61,10 @@ def add_strip(axes: Axes, spans: Spans) -> None:
 
 
 def place_labels(spans: Spans, *, letter: float, left: float, right: float) -> list[tuple[str, float, float]]:
-    """Where to write names so that none touches another: name, centre of its phase, centre of the name [-, s, s].
+    """Places of the names such that none overlaps another: name, centre of the phase, centre of the name [-, s, s].
 
-    Names stand over their phases where there is room and else move aside; where there is no room for all, the shortest
-    phases go without.
+    A name is centred over its phase where there is room, else moved aside. Where there is no room for all names, those
+    of the shortest phases are left out.
 
     Args:
         spans: phases in order of time.
@@ -93,10 +93,10 @@ def _color(phase: str) -> str:
 
 
 def _over(axes: Axes) -> Transform:
-    """Time across, inches over the axes upwards, whatever size layout gives them."""
+    """Transform of (time, inches above the axes), independent of the size of the axes."""
     from matplotlib.transforms import ScaledTranslation, blended_transform_factory
 
     inches = axes.figure.get_figure(root=True).dpi_scale_trans
-    # Any transform will do here, though matplotlib's types ask for an affine one.
+    # Any transform works here, though matplotlib's types ask for an affine one.
     upwards = inches + ScaledTranslation(0.0, 1.0, axes.transAxes)  # type: ignore[arg-type]
     return blended_transform_factory(axes.transData, upwards)

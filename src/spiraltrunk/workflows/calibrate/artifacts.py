@@ -18,10 +18,11 @@ from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings
 from spiraltrunk.calibration.identifiability import advise, find_tied, find_untold
 from spiraltrunk.design.toml import write_design
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.files.atomic import write_folder
+from spiraltrunk.files.atomic import atomic_folder
 from spiraltrunk.mocap.session.shapes_json import write_shapes
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
-from spiraltrunk.report.calibration_plot import Bars, write_calibration
+from spiraltrunk.report.calibration_plot import CalibrationBars, build_calibration_figure
+from spiraltrunk.report.style import write_figure
 from spiraltrunk.workflows.calibrate.joint_bench import Bench, tell_bench, write_bench_plot
 from spiraltrunk.workflows.calibrate.recordings import _MODELS, Recordings, _is_virtual, _list, _mean
 
@@ -88,12 +89,13 @@ def write_calibration_folder(
     """
     calibration, shapes, bench = found
     told = {**result, "files": [*FILES, *([] if bench is None else [BENCH_FILE])]}
-    with write_folder(folder, (*FILES, BENCH_FILE)) as draft:
+    with atomic_folder(folder, (*FILES, BENCH_FILE)) as draft:
         if bench is not None:
             write_bench_plot(bench, draft / BENCH_FILE)
         named = replace(calibration.design, name=f"{calibration.design.name}, calibrated"[:200])
         write_design(named, draft / "trunk.toml", provenance(result, calibration))
-        write_calibration(_title_bars(recordings, calibration, shapes), draft / "calibration.png")
+        bars = _title_bars(recordings, calibration, shapes)
+        write_figure(build_calibration_figure(bars), draft / "calibration.png")
         write_shapes(shapes, draft / "shapes.json")
         (draft / "result.json").write_text(json.dumps(told, indent=2, allow_nan=False) + "\n")
     return told
@@ -118,13 +120,13 @@ def provenance(result: dict[str, Any], found: Calibration) -> list[str]:
     return notes
 
 
-def build_bars(design: TrunkDesign, found: Calibration, shapes: MeasuredShapes) -> Bars:
+def build_bars(design: TrunkDesign, found: Calibration, shapes: MeasuredShapes) -> CalibrationBars:
     """What the picture of a calibration shows."""
     joints = found.parameters[: design.n_joint]
     errors = found.held_out if len(found.held_out.index) else found.fitted
     groups = _group(errors, shapes)
     rows = [[_mean(getattr(errors, model)[own]) for model in _MODELS] for own in groups.values()]
-    return Bars(
+    return CalibrationBars(
         before=design.joint_stiffness, value=np.array([p.value for p in joints]),
         low=np.array([p.low for p in joints]), high=np.array([p.high for p in joints]),
         groups=tuple(groups), errors=np.array([[math.nan if v is None else v for v in row] for row in rows]),
@@ -132,7 +134,7 @@ def build_bars(design: TrunkDesign, found: Calibration, shapes: MeasuredShapes) 
     )  # fmt: skip
 
 
-def _title_bars(recordings: Recordings, found: Calibration, shapes: MeasuredShapes) -> Bars:
+def _title_bars(recordings: Recordings, found: Calibration, shapes: MeasuredShapes) -> CalibrationBars:
     made = any(_is_virtual(file) for file in (*_list(recordings.fitted), *_list(recordings.held_out)))
     words = f"Calibration of {recordings.design.name}" + (", virtual capture: not a measurement" if made else "")
     return replace(build_bars(recordings.design, found, shapes), title=words)

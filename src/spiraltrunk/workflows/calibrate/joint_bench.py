@@ -19,8 +19,9 @@ from spiraltrunk.calibration.joint_bench_fit import Interval, RingFit, StaticFit
 from spiraltrunk.calibration.parameters import BenchStiffness
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import ModelError, TakeError
-from spiraltrunk.files.atomic import write_folder
-from spiraltrunk.report.joint_bench_plot import Loaded, Rung, write_loads
+from spiraltrunk.files.atomic import atomic_folder
+from spiraltrunk.report.joint_bench_plot import LoadedJoint, RingDown, build_loads_figure
+from spiraltrunk.report.style import write_figure
 
 FILES = ("bench.png", "result.json")
 """What bench records alone leave behind."""
@@ -142,7 +143,7 @@ def write_bench_folder(bench: Bench, result: dict[str, Any], folder: str | Path)
         OSError: where the folder cannot be written.
     """
     told = {**result, "files": list(FILES)}
-    with write_folder(folder, FILES) as draft:
+    with atomic_folder(folder, FILES) as draft:
         write_bench_plot(bench, draft / "bench.png")
         (draft / "result.json").write_text(json.dumps(told, indent=2, allow_nan=False) + "\n")
     return told
@@ -154,18 +155,18 @@ def write_bench_plot(bench: Bench, path: Path) -> Path:
     Raises:
         OSError: where the file cannot be written.
     """
-    loaded: list[Loaded | Rung] = [
-        Loaded(
+    loaded: list[LoadedJoint | RingDown] = [
+        LoadedJoint(
             name=f"Joint {loads.joint}", bend=loads.bend, moment=GRAVITY * loads.mass * loads.lever_arm,
             beam=fit.beam.value, law=fit.moment, faces_from=fit.faces_from.value,
         )
         for loads, fit in bench.static
     ]  # fmt: skip
     loaded += [
-        Rung(name=f"Joint {ring.joint}, ring-down", time=ring.time, signal=ring.signal, law=ring.fit.signal)
+        RingDown(name=f"Joint {ring.joint}, ring-down", time=ring.time, signal=ring.signal, law=ring.fit.signal)
         for ring in bench.rings
     ]
-    return write_loads(loaded, path)
+    return write_figure(build_loads_figure(loaded), path)
 
 
 def _tell_static(loads: StaticLoads, fit: StaticFit) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from spiraltrunk.cad.output.make_part import Made
 from spiraltrunk.design.toml import load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
-from spiraltrunk.files.atomic import refuse_strangers, write_folder
+from spiraltrunk.files.atomic import atomic_folder, check_foreign_files
 from spiraltrunk.report.solids.exploded import Placed, write_pictures
 from spiraltrunk.workflows.export.agreement import compute_agreement
 
@@ -108,8 +108,8 @@ def export_robot(
     if request.part_formats:
         definitions = _define(design, request)
     earlier = _read_earlier(Path(folder), design)
-    refuse_strangers(folder, _FIRST, earlier)
-    with write_folder(folder, earlier) as draft:
+    check_foreign_files(folder, _FIRST, earlier)
+    with atomic_folder(folder, earlier) as draft:
         result = _fill(design, draft, request, definitions, tell)
     return result | {"removed": sorted(set(earlier) - set(result["files"]))}
 

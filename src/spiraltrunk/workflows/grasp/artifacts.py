@@ -14,7 +14,7 @@ import numpy as np
 from spiraltrunk.control.loop import RunLog
 from spiraltrunk.design.toml import write_design
 from spiraltrunk.errors import MissingPackage
-from spiraltrunk.files.atomic import write_folder
+from spiraltrunk.files.atomic import atomic_folder
 from spiraltrunk.files.results import Tell, _tell_nobody, _to_json, _versions, format_json
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_filmstrip, write_overview, write_plots, write_video
@@ -131,7 +131,7 @@ def open_record(folder: str | Path) -> Iterator[Path]:
     Raises:
         OSError: where the folder cannot be made or written.
     """
-    with write_folder(folder, FILES) as draft:
+    with atomic_folder(folder, FILES) as draft:
         yield draft
 
 

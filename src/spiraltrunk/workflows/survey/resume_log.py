@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import IO, Any, final
 
 from spiraltrunk.errors import SurveyError
-from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.workflows.survey.row import check_row
 
 FILES = ("survey.json", "trials.jsonl", "table.md", "rates.png", "heatmap.png")
@@ -83,9 +83,9 @@ def check_settings(folder: Path, settings: Mapping[str, Any]) -> None:
 
 def write_tables(folder: Path, result: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], markdown: str) -> None:
     """Write ``survey.json``, the result with all its trials, and ``table.md``, each whole or not at all."""
-    with write_draft(folder / "survey.json") as draft:
+    with atomic_file(folder / "survey.json") as draft:
         draft.write_text(json.dumps({**result, "rows": list(rows)}, indent=2, allow_nan=False) + "\n")
-    with write_draft(folder / "table.md") as draft:
+    with atomic_file(folder / "table.md") as draft:
         draft.write_text(markdown)
 
 

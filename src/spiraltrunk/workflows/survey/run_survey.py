@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import spiraltrunk
-from spiraltrunk.report.survey.heatmap import Outcomes, write_heatmap
-from spiraltrunk.report.survey.rates import Rate, write_rates
+from spiraltrunk.report.style import write_figure
+from spiraltrunk.report.survey.heatmap import Outcomes, build_heatmap_figure
+from spiraltrunk.report.survey.rates import Rate, build_rates_figure
 from spiraltrunk.workflows.survey.code_version import compute_source
 from spiraltrunk.workflows.survey.plan import Entry, Plan
 from spiraltrunk.workflows.survey.process_pool import run_jobs
@@ -78,7 +79,8 @@ def write_pictures(result: dict[str, Any], rows: Sequence[Row], rates: Path, hea
     """
     told = result["strategies"].items()
     keys = ("trials", "successes", "low", "high")
-    write_rates([Rate(name=name, **{key: counts[key] for key in keys}) for name, counts in told], rates)
+    figure = build_rates_figure([Rate(name=name, **{key: counts[key] for key in keys}) for name, counts in told])
+    write_figure(figure, rates)
     outcomes = [
         Outcomes(
             name=name,
@@ -89,7 +91,7 @@ def write_pictures(result: dict[str, Any], rows: Sequence[Row], rates: Path, hea
         for name, _ in told
         for own in [[row for row in rows if row["strategy"] == name and row["width_m"] is not None]]
     ]
-    write_heatmap(outcomes, heatmap)
+    write_figure(build_heatmap_figure(outcomes), heatmap)
 
 
 def _run_entries(

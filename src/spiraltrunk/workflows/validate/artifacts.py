@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 
 from spiraltrunk.design.toml import write_design
-from spiraltrunk.files.atomic import write_folder
+from spiraltrunk.files.atomic import atomic_folder
 from spiraltrunk.mocap.session.session import RunShapes
 from spiraltrunk.mocap.session.shapes_json import write_shapes
 from spiraltrunk.report.page import write_page
-from spiraltrunk.report.shape.box_plots import write_boxes
-from spiraltrunk.report.shape.comparison import Judged
-from spiraltrunk.report.shape.overlay import write_overlay
+from spiraltrunk.report.shape.box_plots import build_boxes_figure
+from spiraltrunk.report.shape.comparison import ShapeComparison
+from spiraltrunk.report.shape.overlay import build_overlay_figure
+from spiraltrunk.report.style import write_figure
 from spiraltrunk.workflows.validate.comparison import Judgement, _find_made_up, _tilt, compute_result
 from spiraltrunk.workflows.validate.page import _build_blocks
 
@@ -42,9 +43,10 @@ def write_judgement(judgement: Judgement, folder: str | Path) -> dict[str, Any]:
         "trunk.toml",
     ]
     result = compute_result(judgement, sorted(names))
-    with write_folder(folder, names) as draft:
+    with atomic_folder(folder, names) as draft:
         for name, judged in pictures:
-            (write_overlay if name.startswith("overlay") else write_boxes)(judged, draft / name)
+            build = build_overlay_figure if name.startswith("overlay") else build_boxes_figure
+            write_figure(build(judged), draft / name)
         (draft / "deviations.csv").write_text(format_deviations(judgement))
         write_shapes(judgement.session.shapes, draft / "shapes.json")
         write_design(judgement.settings.design, draft / "trunk.toml")
@@ -67,9 +69,9 @@ def format_deviations(judgement: Judgement) -> str:
     return text.getvalue()
 
 
-def _plan_pictures(judgement: Judgement) -> list[tuple[str, Judged]]:
+def _plan_pictures(judgement: Judgement) -> list[tuple[str, ShapeComparison]]:
     """Names of the pictures and what is in them: rest at all tilts together, other runs by themselves."""
-    pictures: list[tuple[str, Judged]] = []
+    pictures: list[tuple[str, ShapeComparison]] = []
     rests = [run for run in judgement.session.runs if run.plan.run.kind == "rest"]
     if rests:
         judged = _join_rests(rests, judgement.settings.model)
@@ -85,17 +87,17 @@ def _name_recordings(runs: Sequence[RunShapes]) -> str:
     return "made-up recordings" if _find_made_up(runs) else "recordings"
 
 
-def _join_rests(runs: Sequence[RunShapes], model: str) -> Judged:
-    return Judged(
+def _join_rests(runs: Sequence[RunShapes], model: str) -> ShapeComparison:
+    return ShapeComparison(
         title=f"Rest under gravity: {_name_recordings(runs)} and the model {model}", label="Tilt from hanging [deg]",
         labels=tuple(f"{_tilt(run):g}" for run in runs), measured=np.concatenate([run.points for run in runs]),
         predicted=np.concatenate([run.predicted.points for run in runs]),
     )  # fmt: skip
 
 
-def _judge_run(run: RunShapes, model: str) -> Judged:
+def _judge_run(run: RunShapes, model: str) -> ShapeComparison:
     cable = {"bend-dorsal": "Cable 1 in by", "bend-ventral": "Cable 1 out by", "twist": "Cable 2 in by"}
-    return Judged(
+    return ShapeComparison(
         title=f"{run.plan.run.name}: {_name_recordings([run])} and the model {model}",
         label=f"{cable[run.plan.run.kind]} [mm]",
         labels=tuple(f"{1e3 * amount:g}" for amount in run.plan.amount), measured=run.points,

@@ -8,12 +8,12 @@ from typing import Any
 
 from spiraltrunk.mocap.signal.deviation import PAPER
 from spiraltrunk.report.page import Block, Grid, Heading, Picture, Words
-from spiraltrunk.report.shape.comparison import Judged
+from spiraltrunk.report.shape.comparison import ShapeComparison
 from spiraltrunk.workflows.validate.comparison import Judgement
 
 
 def _build_blocks(
-    judgement: Judgement, result: dict[str, Any], pictures: Sequence[tuple[str, Judged]], folder: Path
+    judgement: Judgement, result: dict[str, Any], pictures: Sequence[tuple[str, ShapeComparison]], folder: Path
 ) -> list[Block]:
     """What the page says."""
     settings = judgement.settings

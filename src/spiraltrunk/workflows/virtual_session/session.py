@@ -12,7 +12,7 @@ import numpy as np
 
 from spiraltrunk.calibration.predict_states import place_points
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.files.atomic import write_draft
+from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.recordings.motive_write import write_motive
@@ -71,7 +71,7 @@ def write_session(
             path = target / f"{run.plan.run.name}_{take + 1}.csv"
             files.append(write_motive(film(design, run, 1000 * seed + 10 * number + take, options), path))
     period = (FilmOptions() if options is None else options).period
-    with write_draft(target / "protocol.toml") as draft:
+    with atomic_file(target / "protocol.toml") as draft:
         draft.write_text(format_protocol([run.plan.run for run in played], period))
     return [*files, target / "protocol.toml"]
 
