@@ -17,7 +17,7 @@ from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.errors import RunError
 from spiraltrunk.files.atomic import atomic_folder
-from spiraltrunk.model.inverse.solve import workspace
+from spiraltrunk.model.inverse import workspace
 from spiraltrunk.report import write_filmstrip, write_overview
 from spiraltrunk.report.shape.workspace_plot import build_workspace_figure
 from spiraltrunk.report.style import write_figure

@@ -24,7 +24,7 @@ from draw_forward_models import draw_bending, draw_distance, draw_shapes, draw_t
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.shape import Shape, Status
-from spiraltrunk.model.statics.equilibrium import Creep, StaticsOptions, pull_sequences
+from spiraltrunk.model.statics import Creep, StaticsOptions, pull_sequences
 from spiraltrunk.report.shape.shape_plot import build_shape_figure
 from spiraltrunk.report.style import write_figure
 

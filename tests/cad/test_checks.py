@@ -6,15 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from spiraltrunk.cad.geometry.mesh import Mesh, weld, write_3mf, write_stl
 
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Union, box, compute_volume, rod, shifted
-from spiraltrunk.cad.geometry.mesh import Mesh, weld, write_3mf, write_stl
 from spiraltrunk.cad.geometry.part import PLA, Part
 from spiraltrunk.errors import DesignError
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 pytest.importorskip("embreex", reason="walls need the extra cad")
+
+import lib3mf
+import trimesh
+from trimesh.util import concatenate
 
 from spiraltrunk.cad.checks.printability import check_part, probe
 from spiraltrunk.cad.geometry.occ import (
@@ -23,6 +27,7 @@ from spiraltrunk.cad.geometry.occ import (
     measure_bulk,
     measure_cylinders,
     read_step_volume,
+    write_3mf,
     write_step,
 )
 
@@ -77,23 +82,25 @@ def test_a_part_larger_than_the_bed_is_told():
     assert any("the bed" in fault for fault in check(box((51, 40, 45), (0, 0, 0)), small).faults)
 
 
-def test_an_open_mesh_is_told():
-    mesh = build_mesh(build_solid(box((4, 4, 4), (0, 0, 0))), 0.05)
-    assert mesh.count_open_edges() == 0
-    assert Mesh(points=mesh.points, triangles=mesh.triangles[1:]).count_open_edges() == 3
-    turned = mesh.triangles.copy()
-    turned[0] = turned[0, ::-1]
-    assert Mesh(points=mesh.points, triangles=turned).count_open_edges() == 3
+@pytest.mark.parametrize("fault", ["", "open", "turned"])
+def test_an_open_mesh_is_told(fault):
+    form = box((4, 4, 4), (0, 0, 0))
+    solid = build_solid(form)
+    mesh = build_mesh(solid, 0.05)
+    if fault == "open":
+        mesh.update_faces(np.arange(len(mesh.faces)) > 0)
+    elif fault == "turned":
+        mesh.faces[0] = mesh.faces[0, ::-1]
+    finding = check_part(Part(name="a", group="b", what="", material=PLA, form=form), solid, mesh, 64.0, OPTIONS)
+    assert finding.watertight == (not fault)
+    assert any("mesh is not closed" in fault for fault in finding.faults) == bool(fault)
 
 
 def test_a_mesh_that_cuts_itself_is_told():
     one = build_mesh(build_solid(rod(4.0, (0, 0, 0), (0, 0, 10))), 0.05)
-    both = weld(
-        np.concatenate([one.points, one.points + np.array([3.0, 0.5, 1.0])]),
-        np.concatenate([one.triangles, one.triangles + len(one.points)]),
-    )
+    other = one.copy().apply_translation((3.0, 0.5, 1.0))
     assert probe(one)[0] == 0
-    assert probe(both)[0] > 10
+    assert probe(concatenate([one, other]))[0] > 10
 
 
 def test_a_mesh_has_the_kernels_volume_and_area():
@@ -112,33 +119,34 @@ def test_long_thin_faces_are_meshed_as_finely_as_asked():
         profile=((26.6364, 4.3029), (28.5326, 3.6709), (28.5326, 4.935)), start=0.0019367, arc=2.0914194
     )  # fmt: skip
     mesh = build_mesh(build_solid(Union(forms=(ring, ridge))), 0.05)
-    middle = mesh.corners.mean(axis=1)
+    middle = mesh.triangles_center
     assert np.hypot(middle[:, 0], middle[:, 1]).min() > 26.6364 - 0.1
 
 
 def test_files_hold_the_same_solid(tmp_path):
     """STEP read again by the kernel, STL and 3MF by another reader."""
-    import trimesh
-
     solid = build_solid(shifted(tube(2.0), (1, 2, 3)))
     mesh = build_mesh(solid, 0.02)
     write_step(solid, tmp_path / "thing.step", "thing")
     assert read_step_volume(tmp_path / "thing.step") == pytest.approx(solid.volume, rel=1e-6)
-    write_stl(mesh, tmp_path / "thing.stl")
+    mesh.export(tmp_path / "thing.stl")
     write_3mf(mesh, tmp_path / "thing.3mf", 'a <name> & "more"')
-    lib3mf = pytest.importorskip("lib3mf", reason="reads 3MF")
+    first = (tmp_path / "thing.3mf").read_bytes()
+    write_3mf(mesh, tmp_path / "again.3mf", 'a <name> & "more"')
+    assert (tmp_path / "again.3mf").read_bytes() == first
     model = lib3mf.get_wrapper().CreateModel()
     model.QueryReader("3mf").ReadFromFile(str(tmp_path / "thing.3mf"))
+    assert model.GetUnit() == lib3mf.ModelUnit.MilliMeter
     objects = model.GetMeshObjects()
     assert objects.MoveNext()
     read = objects.GetCurrentMeshObject()
     assert read.GetName() == 'a <name> & "more"'
-    assert (read.GetVertexCount(), read.GetTriangleCount()) == (len(mesh.points), len(mesh.triangles))
+    assert (read.GetVertexCount(), read.GetTriangleCount()) == (len(mesh.vertices), len(mesh.faces))
     assert read.IsManifoldAndOriented()
     stl = trimesh.load_mesh(tmp_path / "thing.stl")
     assert stl.is_watertight
     assert stl.volume == pytest.approx(mesh.volume, rel=1e-5)
-    assert stl.bounds == pytest.approx(np.array([mesh.points.min(axis=0), mesh.points.max(axis=0)]), abs=1e-4)
+    assert stl.bounds == pytest.approx(mesh.bounds, abs=1e-4)
 
 
 def test_a_hole_through_leaning_faces_is_measured_at_its_axis():

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from spiraltrunk.cad.components.options import MakeOptions
-from spiraltrunk.cad.geometry.mesh import Mesh
 from spiraltrunk.cad.geometry.part import Part
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 VOLUME_ERROR = 0.01
 """Largest error of a volume [-]."""
@@ -19,6 +21,9 @@ PARALLEL = 0.906
 
 _STEP = 1e-3
 """How far above a surface a ray starts [mm]."""
+
+_SLIVER = 0.02
+"""Height of a triangle up to which its normal is not trusted [mm]."""
 
 _SAMPLES = 20_000
 
@@ -51,13 +56,13 @@ class Finding:
         return not self.faults
 
 
-def check_part(part: Part, solid: Any, mesh: Mesh, expected: float, options: MakeOptions) -> Finding:
+def check_part(part: Part, solid: Any, mesh: Trimesh, expected: float, options: MakeOptions) -> Finding:
     """Everything that is checked of one part."""
     faults = []
-    open_edges = mesh.count_open_edges()
+    is_closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
     volume = float(solid.volume)
-    if open_edges:
-        faults.append(f"its mesh is open at {open_edges} edges; allowed: none")
+    if not is_closed:
+        faults.append("its mesh is not closed; allowed: every edge between two triangles of the same sense")
     if not solid.is_valid:
         faults.append("the kernel finds its boundary unsound; allowed: a sound solid")
     if len(solid.solids()) != 1:
@@ -77,86 +82,53 @@ def check_part(part: Part, solid: Any, mesh: Mesh, expected: float, options: Mak
             f"{wall:.2f} mm thick, {options.least_wall - wall:.2f} mm too thin; "
             f"allowed: at least {options.least_wall:g} mm, two nozzles: {part.thinnest}"
         )
-    size = np.ptp(mesh.points, axis=0)
+    size = mesh.extents
     faults += _check_bed(size, options) if part.material.flow else []
     return Finding(
-        watertight=open_edges == 0, volume=volume, expected=expected, min_wall=wall, at=at, area=mesh.area,
+        watertight=is_closed, volume=volume, expected=expected, min_wall=wall, at=at, area=float(mesh.area),
         size=(float(size[0]), float(size[1]), float(size[2])), faults=tuple(faults),
     )  # fmt: skip
 
 
-def probe(mesh: Mesh) -> tuple[int, float, tuple[float, float, float]]:
-    """Rays into and out of the surface at points spread over it.
+def probe(mesh: Trimesh) -> tuple[int, float, tuple[float, float, float]]:
+    """Cast rays into and out of the surface at points spread over it.
 
-    A ray that starts just inside and next leaves has gone through a wall; one that next enters again, or one that
-    starts just outside and next leaves, shows that the surface cuts or overlaps itself.
+    A ray that starts just inside and next leaves through a nearly parallel face has gone through a wall. One that next
+    enters, or one that starts just outside and next leaves, shows a self-intersection, unless it slipped through at an
+    edge: where the surface encloses a point twice, the point does not count as inside (even-odd rule).
 
     Returns:
-        How many rays show that; the thinnest wall [mm]; where that begins [mm].
+        How many rays show a self-intersection; the thinnest wall [mm]; where that begins [mm].
     """
-    from trimesh import Trimesh
-    from trimesh.ray.ray_pyembree import RayMeshIntersector
-
-    normals = mesh.double_area
-    size = np.linalg.norm(normals, axis=1)
-    chosen, points = _spread(mesh, size)
-    outward = normals / np.maximum(size[:, None], 1e-30)
-    rays = RayMeshIntersector(Trimesh(mesh.points, mesh.triangles, process=False))
-    inward = -outward[chosen]
+    chosen, points = _spread(mesh)
+    normals = np.asarray(mesh.face_normals)
+    inward = -normals[chosen]
     start = points + _STEP * inward
-    hit, index, place = rays.intersects_id(start, inward, multiple_hits=False, return_locations=True)
-    along = np.einsum("ij,ij->i", outward[hit], inward[index])
+    hit, index, place = mesh.ray.intersects_id(start, inward, multiple_hits=False, return_locations=True)
+    along = np.einsum("ij,ij->i", normals[hit], inward[index])
     depth = np.einsum("ij,ij->i", place - points[index], inward[index])
-    back, other, _ = rays.intersects_id(points - _STEP * inward, -inward, multiple_hits=False, return_locations=True)
-    toward = np.einsum("ij,ij->i", outward[back], -inward[other])
-    within = _count_overlaps(mesh, (place + _STEP * inward[index])[along < 0.0])
-    beyond = _count_overlaps(mesh, start[other[toward > 0.0]])
-    crossings = within + beyond
+    back, other, _ = mesh.ray.intersects_id(
+        points - _STEP * inward, -inward, multiple_hits=False, return_locations=True
+    )
+    toward = np.einsum("ij,ij->i", normals[back], -inward[other])
+    suspects = np.concatenate([(place + _STEP * inward[index])[along < 0.0], start[other[toward > 0.0]]])
+    crossings = int(np.count_nonzero(~mesh.contains(suspects))) if len(suspects) else 0
     walls = np.flatnonzero((along > PARALLEL) & (depth > 2 * _STEP))
     if not len(walls):
-        return crossings, float(np.ptp(mesh.points, axis=0).min()), (0.0, 0.0, 0.0)
+        return crossings, float(mesh.extents.min()), (0.0, 0.0, 0.0)
     least = walls[np.argmin(depth[walls])]
     x, y, z = (float(value) for value in points[index[least]])
     return crossings, float(depth[least]), (x, y, z)
 
 
-def _count_overlaps(mesh: Mesh, points: np.ndarray, most: int = 100) -> int:
-    """How many of the points, at most so many of them, the surface encloses more than once.
+def _spread(mesh: Trimesh) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles that are no slivers: the centre of each, and points drawn evenly over their area, from a fixed seed."""
+    from trimesh.sample import sample_surface
 
-    Near an edge a ray may start on the wrong side of it or slip out through it, so its first hit alone proves nothing:
-    one that then is where the surface encloses twice does.
-    """
-    sides = np.ascontiguousarray(mesh.corners.transpose(1, 2, 0))
-    chosen = points[np.linspace(0, len(points) - 1, min(most, len(points))).astype(int)] if len(points) else points
-    return sum(_winding(point, sides) > 1.5 for point in chosen)
-
-
-def _winding(point: np.ndarray, sides: np.ndarray) -> float:
-    """How often the surface encloses the point: the triangles' solid angles over 4 pi (van Oosterom, Strackee, 1983).
-
-    Args:
-        point: shape (3,) [mm].
-        sides: corners of the triangles, coordinates apart, shape (3, 3, m) [mm].
-    """
-    a, b, c = sides - point[:, None]
-    la, lb, lc = (np.sqrt((side * side).sum(axis=0)) for side in (a, b, c))
-    volume = (a * np.cross(b, c, axis=0)).sum(axis=0)
-    ab, bc, ca = (a * b).sum(axis=0), (b * c).sum(axis=0), (c * a).sum(axis=0)
-    return float(np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb).sum() / (2 * np.pi))
-
-
-def _spread(mesh: Mesh, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The middle of every triangle that is no sliver, and points drawn evenly over the area; the same for one mesh."""
-    corners = mesh.corners
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    sound = np.flatnonzero(size > 0.02 * longest)
-    random = np.random.default_rng(0)
-    drawn = sound[
-        np.searchsorted(np.cumsum(size[sound]) / size[sound].sum(), random.random(_SAMPLES)).clip(max=len(sound) - 1)
-    ]
-    weight = random.dirichlet((1.0, 1.0, 1.0), _SAMPLES)
-    middle = corners[sound].mean(axis=1)
-    return np.concatenate([sound, drawn]), np.concatenate([middle, np.einsum("ni,nij->nj", weight, corners[drawn])])
+    is_sound = mesh.nondegenerate_faces(height=_SLIVER)
+    points, drawn = sample_surface(mesh, _SAMPLES, face_weight=mesh.area_faces * is_sound, seed=0)
+    sound = np.flatnonzero(is_sound)
+    return np.concatenate([sound, drawn]), np.concatenate([mesh.triangles_center[sound], points])
 
 
 def _check_bed(size: np.ndarray, options: MakeOptions) -> list[str]:

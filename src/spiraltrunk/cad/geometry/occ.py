@@ -1,4 +1,4 @@
-"""The one place that speaks to build123d: forms become solids, solids become meshes and STEP files."""
+"""Geometry kernel (build123d): forms become solids, solids become meshes, STEP and 3MF files."""
 
 from __future__ import annotations
 
@@ -9,18 +9,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from spiraltrunk.cad.geometry.csg import Common, Cut, Form, Moved, Prism, Revolved, Union
-from spiraltrunk.cad.geometry.mesh import Mesh, weld
 from spiraltrunk.errors import MissingPackage, PartError
 
 if TYPE_CHECKING:
     from build123d import Shape
+    from trimesh import Trimesh
 
 ANGLE = 0.25
 """Largest angle between neighbouring facets of a mesh [rad]; the tolerance rules where it is finer (ours)."""
 
 
 SEAMS = (0.0, 0.4, 1.1)
-"""Angles at which round faces may have their seam, one after the other [rad] (ours)."""
+"""Angles of the seams of round faces, tried in this order [rad] (ours)."""
+
+_ANY = 1e6
+"""Tolerance that any triangulation meets [mm]."""
 
 
 def check_packages() -> None:
@@ -75,19 +78,19 @@ def _build(form: Form, seam: float) -> Shape[Any]:
             return _single(_build(inner, seam).intersect(_build(other, seam)))
 
 
-def build_mesh(solid: Shape[Any], tolerance: float) -> Mesh:
-    """The solid's surface as triangles, hardly anywhere further from it than ``tolerance`` [mm].
+def build_mesh(solid: Shape[Any], tolerance: float) -> Trimesh:
+    """Triangulate the surface to within ``tolerance`` [mm].
 
-    On long thin faces the kernel's mesher now and then spans chords far wider than it was told. So the middles of all
-    triangles are held against the round faces that they stand for, and what is too far off is meshed more finely; so is
-    what has a face that the mesher gave up on, as it does at one tolerance and not at another.
+    On long thin faces the kernel's mesher sometimes spans chords far wider than the tolerance, and sometimes leaves a
+    face without triangles. So the deviation is measured, and the solid is meshed again with other tolerances until the
+    mesh is whole and deviates by less than twice the tolerance; else the best mesh is taken.
 
     Raises:
-        PartError: where it gives up on a face at every tolerance.
+        PartError: where a face has no triangles at any tolerance.
     """
-    meshes = (_mesh(solid, finer * tolerance, finer * ANGLE) for finer in (1.0, 0.5, 0.25, 0.1, 0.7))
-    best: tuple[Mesh, float] | None = None
-    for found in meshes:
+    best: tuple[Trimesh, float] | None = None
+    for factor in (1.0, 0.5, 0.25, 0.1, 0.7):
+        found = _mesh(solid, factor * tolerance, factor * ANGLE)
         if found is not None and (best is None or found[1] < best[1]):
             best = found
         if best is not None and best[1] <= 2 * tolerance:
@@ -97,64 +100,45 @@ def build_mesh(solid: Shape[Any], tolerance: float) -> Mesh:
     return best[0]
 
 
-def _mesh(solid: Shape[Any], tolerance: float, angle: float) -> tuple[Mesh, float] | None:
-    """A mesh, and how far the middle of a triangle is from its round face at most [mm]; None where a face has none."""
-    from OCP.BRep import BRep_Tool
+def _mesh(solid: Shape[Any], tolerance: float, angle: float) -> tuple[Trimesh, float] | None:
+    """A mesh and its largest deviation at the centres of triangles [mm]; None where a face has no triangles."""
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.BRepTools import BRepTools
-    from OCP.IMeshTools import IMeshTools_Parameters
-    from OCP.TopAbs import TopAbs_Orientation
-    from OCP.TopLoc import TopLoc_Location
+    from trimesh import Trimesh
+    from trimesh.util import append_faces
 
-    settings = IMeshTools_Parameters()
-    settings.Deflection, settings.Angle, settings.Relative = tolerance, angle, False
     BRepTools.Clean_s(solid.wrapped)
-    BRepMesh_IncrementalMesh(solid.wrapped, settings)
-    points: list[np.ndarray] = []
-    triangles: list[np.ndarray] = []
-    count, error = 0, 0.0
+    BRepMesh_IncrementalMesh(solid.wrapped, tolerance, False, angle)
+    if not BRepTools.Triangulation_s(solid.wrapped, _ANY):
+        return None
+    points, triangles, deviation = [], [], 0.0
     for face in solid.faces():
-        place = TopLoc_Location()
-        facets = BRep_Tool.Triangulation_s(face.wrapped, place)
-        if facets is None:
-            return None
-        move = place.Transformation()
-        nodes = (facets.Node(i).Transformed(move) for i in range(1, facets.NbNodes() + 1))
-        own = np.array([(node.X(), node.Y(), node.Z()) for node in nodes])
-        sides = np.array([facets.Triangle(i).Get() for i in range(1, facets.NbTriangles() + 1)]) - 1
-        if face.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
-            sides = sides[:, [0, 2, 1]]
-        error = max(error, _miss(face, own[sides].mean(axis=1)))
-        points.append(own)
-        triangles.append(sides + count)
-        count += len(own)
-    return weld(np.concatenate(points), np.concatenate(triangles)), error
+        nodes, corners = face.tessellate(_ANY)  # The triangles that are there.
+        points.append(np.array([tuple(node) for node in nodes]))
+        triangles.append(np.array(corners))
+        deviation = max(deviation, _measure_deviation(face, points[-1], triangles[-1]))
+    mesh = Trimesh(*append_faces(points, triangles), process=False)
+    mesh.merge_vertices(digits_vertex=5)  # The kernel gives faces that share an edge the same points on it.
+    mesh.update_faces((np.diff(np.sort(mesh.faces, axis=1)) > 0).all(axis=1))
+    return mesh, deviation
 
 
-def _miss(face: Any, middles: np.ndarray) -> float:
-    """Largest distance of points from the cylinder or cone that a face lies on; 0 for other faces [mm]."""
-    import build123d as bd
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
-
-    if face.geom_type == bd.GeomType.CYLINDER:
-        surface = BRepAdaptor_Surface(face.wrapped).Cylinder()
-        radius, lean = surface.Radius(), 0.0
-    elif face.geom_type == bd.GeomType.CONE:
-        surface = BRepAdaptor_Surface(face.wrapped).Cone()
-        radius, lean = surface.RefRadius(), surface.SemiAngle()
-    else:
+def _measure_deviation(face: Any, points: np.ndarray, triangles: np.ndarray) -> float:
+    """Largest distance of the triangles' centres from a cylinder or cone, whose axis the kernel knows; else 0 [mm]."""
+    if face.axis_of_rotation is None:
         return 0.0
-    origin, axis = surface.Location(), surface.Axis().Direction()
-    direction = np.array([axis.X(), axis.Y(), axis.Z()])
-    from_origin = middles - [origin.X(), origin.Y(), origin.Z()]
-    along = from_origin @ direction
-    across = np.linalg.norm(from_origin - along[:, None] * direction, axis=1)
-    wanted = np.abs(radius + along * math.tan(lean))
-    return float((np.abs(across - wanted) * math.cos(lean)).max())
+    origin, axis = np.array(tuple(face.axis_of_rotation.position)), np.array(tuple(face.axis_of_rotation.direction))
+
+    def measure(places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return (places - origin) @ axis, np.linalg.norm(np.cross(places - origin, axis), axis=1)
+
+    slope, start = np.polyfit(*measure(points), 1)  # The corners lie on it.
+    along, radius = measure(points[triangles].mean(axis=1))
+    return float(np.abs(radius - start - slope * along).max() / math.hypot(1.0, slope))
 
 
 _WHEN = "1980-01-01T00:00:00"
-"""Time that STEP files tell [-]: always the same, so that the same part is the same file."""
+"""Time stamp of STEP files [-]: fixed, so that the same part gives the same file."""
 
 
 def write_step(solid: Shape[Any], path: Path, name: str) -> None:
@@ -164,6 +148,28 @@ def write_step(solid: Shape[Any], path: Path, name: str) -> None:
     solid.label = name
     if not bd.export_step(solid, str(path), timestamp=_WHEN):
         raise OSError(f"the STEP writer failed at {path.name}")
+
+
+def write_3mf(mesh: Trimesh, path: Path, name: str) -> None:
+    """Write 3MF in mm with lib3mf, which comes with build123d; the same mesh gives the same file."""
+    from ctypes import c_float, c_uint32
+    from uuid import NAMESPACE_OID, uuid5
+
+    import lib3mf
+
+    wrapper = lib3mf.get_wrapper()
+    model = wrapper.CreateModel()
+    model.SetUnit(lib3mf.ModelUnit.MilliMeter)
+    body = model.AddMeshObject()
+    body.SetName(name)
+    body.SetGeometry(
+        [lib3mf.Position((c_float * 3)(*point)) for point in mesh.vertices.tolist()],
+        [lib3mf.Triangle((c_uint32 * 3)(*corners)) for corners in mesh.faces.tolist()],
+    )
+    item = model.AddBuildItem(body, wrapper.GetIdentityTransform())
+    for what, write in (("build", model.SetBuildUUID), ("item", item.SetUUID), ("body", body.SetUUID)):
+        write(str(uuid5(NAMESPACE_OID, f"{name} {what}")))  # They would be random.
+    model.QueryWriter("3mf").WriteToFile(str(path))
 
 
 def read_step_volume(path: Path) -> float:
@@ -199,34 +205,30 @@ def _compound(solids: list[Any]) -> Any:
 def measure_cylinders(solid: Shape[Any], radius: float) -> np.ndarray:
     """Holes along z of one radius: x, y of the axis, lowest and highest end along the axis, shape (n, 4) [mm].
 
-    An end that a leaning face cuts counts at the axis: halfway between its rim's lowest and highest point.
+    Where a leaning face cuts the hole, its end is taken at the axis: halfway between the rim's extremes.
     """
     import build123d as bd
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
 
     rims: dict[tuple[float, float], list[list[float]]] = {}
-    for face in solid.faces():
-        if face.geom_type != bd.GeomType.CYLINDER:
+    face: Any
+    for face in solid.faces().filter_by(bd.GeomType.CYLINDER):
+        axis = face.axis_of_rotation
+        if axis is None or abs(face.radius - radius) > 1e-6 or abs(axis.direction.Z) < 1 - 1e-9:
             continue
-        cylinder = BRepAdaptor_Surface(face.wrapped).Cylinder()
-        if abs(cylinder.Radius() - radius) > 1e-6 or abs(cylinder.Axis().Direction().Z()) < 1 - 1e-9:
-            continue
-        place = cylinder.Location()
         heights = [
             point.Z for edge in face.edges() if edge.geom_type != bd.GeomType.LINE for point in edge.positions(_ALONG)
         ]
         if heights:
-            rims.setdefault((round(place.X(), 4), round(place.Y(), 4)), []).append(heights)
-    return np.array([(*axis, *_ends(heights)) for axis, faces in rims.items() for heights in _joined(faces)]).reshape(
-        -1, 4
-    )
+            rims.setdefault((round(axis.position.X, 4), round(axis.position.Y, 4)), []).append(heights)
+    rows = [(*axis, *_ends(heights)) for axis, faces in rims.items() for heights in _join(faces)]
+    return np.array(rows).reshape(-1, 4)
 
 
 _ALONG = [i / 32 for i in range(33)]
-"""Where along an edge its height is taken."""
+"""Places along an edge at which its height is taken [-]."""
 
 
-def _joined(faces: list[list[float]]) -> list[list[float]]:
+def _join(faces: list[list[float]]) -> list[list[float]]:
     """Heights of the rims of each hole: faces that overlap along one axis are one hole, cut by a seam."""
     holes: list[list[float]] = []
     for heights in sorted(faces, key=min):
@@ -245,16 +247,11 @@ def _ends(heights: list[float]) -> tuple[float, float]:
 
 
 def measure_cones(solid: Shape[Any]) -> np.ndarray:
-    """Leaning faces about z: where their apex is on the axis [mm], and their lean from the axis' normal [rad]."""
+    """Cones about z: height of the apex [mm], and angle between face and the axis' normal plane [rad], shape (n, 2)."""
     import build123d as bd
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
 
-    rows = []
-    for face in solid.faces():
-        if face.geom_type == bd.GeomType.CONE:
-            cone = BRepAdaptor_Surface(face.wrapped).Cone()
-            rows.append((cone.Apex().Z(), math.pi / 2 - abs(cone.SemiAngle())))
-    return np.array(rows).reshape(-1, 2)
+    cones = [face.geom_adaptor() for face in solid.faces().filter_by(bd.GeomType.CONE)]
+    return np.array([(cone.Apex().Z(), math.pi / 2 - abs(cone.SemiAngle())) for cone in cones]).reshape(-1, 2)
 
 
 def measure_bulk(solid: Shape[Any]) -> tuple[float, float, float, float]:

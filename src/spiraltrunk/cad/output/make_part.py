@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -14,9 +14,18 @@ from spiraltrunk.cad.checks.agreement import place_faces
 from spiraltrunk.cad.checks.printability import Finding, check_part
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import compute_volume
-from spiraltrunk.cad.geometry.mesh import Mesh, write_3mf, write_stl
-from spiraltrunk.cad.geometry.occ import build_mesh, build_solid, measure_cones, measure_cylinders, write_step
+from spiraltrunk.cad.geometry.occ import (
+    build_mesh,
+    build_solid,
+    measure_cones,
+    measure_cylinders,
+    write_3mf,
+    write_step,
+)
 from spiraltrunk.cad.geometry.part import Part
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 FORMATS = ("step", "stl", "3mf")
 """Formats that a part can have."""
@@ -29,7 +38,7 @@ class Made:
 
     part: Part
     """Its definition."""
-    mesh: Mesh
+    mesh: Trimesh
     """Its surface, in its own frame [mm]."""
     finding: Finding
     """What was found of it."""
@@ -53,7 +62,7 @@ class Made:
             "min_wall_m": 1e-3 * finding.min_wall,
             "min_wall_at_m": [1e-3 * value for value in finding.at],
             "size_m": [1e-3 * value for value in finding.size],
-            "triangles": len(self.mesh.triangles),
+            "triangles": len(self.mesh.faces),
             "faults": list(finding.faults),
             "holds": finding.holds,
         }
@@ -95,6 +104,6 @@ def _write(made: Made, solid: Any, formats: tuple[str, ...], folder: Path) -> No
     if "step" in formats:
         write_step(solid, folder / f"{name}.step", name)
     if "stl" in formats:
-        write_stl(made.mesh, folder / f"{name}.stl")
+        made.mesh.export(folder / f"{name}.stl")
     if "3mf" in formats:
         write_3mf(made.mesh, folder / f"{name}.3mf", name)
