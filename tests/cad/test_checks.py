@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from spiraltrunk.cad.geometry.mesh import Mesh, weld, write_3mf, write_stl
 
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Union, box, compute_volume, rod, shifted

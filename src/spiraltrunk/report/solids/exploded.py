@@ -1,4 +1,4 @@
-"""The maker's two pictures: the robot taken apart along its axis, and every kind of part on one sheet."""
+"""Pictures of the printed robot: its exploded view, and a sheet with one part of each kind."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import final
+from typing import TYPE_CHECKING, final
 
-import numpy as np
+from spiraltrunk.report.solids.solids_picture import DrawnSolid, write_exploded, write_sheet
 
-from spiraltrunk.report.solids.solids_picture import PictureSolid, write_exploded, write_sheet
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 _COLORS = {
     "trunk": (0.62, 0.67, 0.74), "gripper": (0.86, 0.47, 0.41), "shells": (0.93, 0.78, 0.66),
@@ -21,114 +22,85 @@ _COLORS = {
 }  # fmt: skip
 
 _APART = 45.0
-"""Room between neighbours of the exploded view [mm]."""
+"""Gap between neighbours in the exploded view [mm]."""
 
 _ORDER = ("adapter", "housing", "drum", "horn", "lid", "neck")
-"""What comes before the trunk, from the arm on."""
+"""Parts before the trunk, from the arm on."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Placed:
-    """One part and where it belongs."""
+class PlacedPart:
+    """One part and its place in the robot."""
 
     name: str
     """Its name."""
     group: str
-    """What it belongs to."""
-    note: str
-    """What it is."""
+    """Its group, which gives the colour."""
     count: int
-    """How many there are."""
-    corners: np.ndarray
-    """Triangles in its own frame, shape (n, 3, 3) [mm]."""
+    """How many the robot needs."""
+    mesh: Trimesh
+    """Surface in its own frame [mm]."""
     at: tuple[float, float, float]
-    """Where its frame is in the straight trunk's [mm]."""
+    """Origin of its frame in that of the straight trunk [mm]."""
     turn: float
-    """Turn about x into that frame [rad]."""
+    """Rotation about x into the frame of the straight trunk [rad]."""
+
+    def assembled(self) -> Trimesh:
+        """Its surface in the frame of the straight trunk [mm]."""
+        return _turn(self.mesh, self.turn, (1.0, 0.0, 0.0)).apply_translation(self.at)
 
 
-def write_pictures(placed: Sequence[Placed], folder: Path, *, title: str, n_cable: int) -> None:
-    """Write ``parts.png``, and ``exploded.png`` and ``exploded.svg`` where there is more than one part to take apart.
+def write_pictures(parts: Sequence[PlacedPart], folder: Path, *, title: str, n_cable: int) -> None:
+    """Write ``parts.png``, and ``exploded.png`` and ``exploded.svg`` where more than one part can be exploded.
 
     Raises:
         OSError: where a file cannot be written.
     """
-    write_sheet([_plain(part, placed) for part in _kinds(placed)], folder / "parts.png", title=f"{title}: parts")
-    apart = explode(placed, n_cable)
+    kinds: dict[str, PlacedPart] = {}
+    for part in parts:
+        kinds.setdefault(part.name if part.group == "trunk" else re.sub(r"_\d+$", "", part.name), part)
+    write_sheet([_draw_alone(part) for part in kinds.values()], folder / "parts.png", title=f"{title}: parts")
+    apart = explode(parts, n_cable)
     if len(apart) > 1:
         paths = [folder / f"exploded.{ending}" for ending in ("png", "svg")]
         write_exploded(apart, paths, title=f"{title}: taken apart")
 
 
-def explode(placed: Sequence[Placed], n_cable: int) -> list[PictureSolid]:
-    """The parts of the robot, assembled but pulled apart along its axis; shells lifted off their sections."""
-    by_name = {part.name: part for part in placed}
+def _draw_alone(part: PlacedPart) -> DrawnSolid:
+    size = " x ".join(f"{value:.0f}" for value in part.mesh.extents) + " mm"
+    note = f"{size}, {part.count} needed" if part.count > 1 else size
+    return DrawnSolid(name=part.name, mesh=part.mesh, color=_COLORS[part.group], note=note)
+
+
+def explode(parts: Sequence[PlacedPart], n_cable: int) -> list[DrawnSolid]:
+    """The robot's parts pulled apart along its axis; shells lifted off their sections, a drum for each cable."""
+    by_name = {part.name: part for part in parts}
     chain = [by_name[name] for name in _ORDER if name in by_name]
-    chain += [part for part in placed if part.group in ("trunk", "gripper")]
-    solids: list[PictureSolid] = []
-    shift, last = 0.0, -math.inf
+    chain += [part for part in parts if part.group in ("trunk", "gripper")]
+    solids: list[DrawnSolid] = []
+    shift, end = 0.0, -math.inf
     for part in chain:
-        corners = assembled(part)
-        low, high = float(corners[..., 2].min()), float(corners[..., 2].max())
-        shift = max(shift, last + _APART - low) if math.isfinite(last) else shift
-        solids += _copies(part, corners + np.array([0.0, 0.0, shift]), n_cable)
-        if part.group == "trunk":
-            inside = [other for other in placed if other.group == "shells" and low <= other.at[2] < high]
-            solids += [_lifted(other, shift) for other in inside]
-        last = high + shift
-    return [
-        solid if i == 0 or solid.name != "shells" or not _has(solids[:i]) else _unnamed(solid)
-        for i, solid in enumerate(solids)
-    ]
+        mesh = part.assembled()
+        low, high = (float(z) for z in mesh.bounds[:, 2])
+        shift = max(shift, end + _APART - low) if solids else shift
+        count, plural = (n_cable, "s") if part.group == "drums" else (1, "")
+        for k in range(count):
+            copy = _turn(mesh, 2 * math.pi * k / count, (0.0, 0.0, 1.0))
+            name = "" if k else part.name + plural
+            solids.append(DrawnSolid(name=name, mesh=copy.apply_translation((0, 0, shift)), color=_COLORS[part.group]))
+        for shell in parts if part.group == "trunk" else ():
+            if shell.group == "shells" and low <= shell.at[2] < high:
+                lifted = shell.assembled()
+                lifted.apply_translation((1.9 * float(lifted.bounds[1, 0]) + 25.0, 0, shift))
+                name = "" if any(solid.name == "shells" for solid in solids) else "shells"
+                solids.append(DrawnSolid(name=name, mesh=lifted, color=_COLORS["shells"]))
+        end = high + shift
+    return solids
 
 
-def assembled(part: Placed) -> np.ndarray:
-    """Its triangles in the straight trunk's frame, shape (n, 3, 3) [mm]."""
-    c, s = math.cos(part.turn), math.sin(part.turn)
-    turned = part.corners @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
-    return np.asarray(turned + part.at)
+def _turn(mesh: Trimesh, angle: float, axis: tuple[float, float, float]) -> Trimesh:
+    """A copy rotated about an axis through the origin by an angle [rad]."""
+    from trimesh.transformations import rotation_matrix
 
-
-def _copies(part: Placed, corners: np.ndarray, n_cable: int) -> list[PictureSolid]:
-    """A drum for each motor, one of everything else."""
-    color, count = _COLORS[part.group], n_cable if part.group == "drums" else 1
-    copies = []
-    for k in range(count):
-        angle = 2 * math.pi * k / count
-        c, s = math.cos(angle), math.sin(angle)
-        turned = corners @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-        name = part.name if k == 0 else ""
-        copies.append(PictureSolid(name=f"{name}s" if name and count > 1 else name, corners=turned, color=color))
-    return copies
-
-
-def _lifted(part: Placed, shift: float) -> PictureSolid:
-    corners = assembled(part)
-    beside = np.array([1.9 * float(corners[..., 0].max()) + 25.0, 0.0, shift])
-    return PictureSolid(name="shells", corners=corners + beside, color=_COLORS["shells"])
-
-
-def _has(solids: Sequence[PictureSolid]) -> bool:
-    return any(solid.name == "shells" for solid in solids)
-
-
-def _unnamed(solid: PictureSolid) -> PictureSolid:
-    return PictureSolid(name="", corners=solid.corners, color=solid.color)
-
-
-def _kinds(placed: Sequence[Placed]) -> list[Placed]:
-    """One part of each family that differs in size alone: the first."""
-    kinds: dict[str, Placed] = {}
-    for part in placed:
-        family = part.name if part.group == "trunk" else re.sub(r"_\d+$", "", part.name)
-        kinds.setdefault(family, part)
-    return list(kinds.values())
-
-
-def _plain(part: Placed, placed: Sequence[Placed]) -> PictureSolid:
-    size = np.ptp(part.corners, axis=(0, 1))
-    note = " x ".join(f"{value:.0f}" for value in size) + " mm"
-    if part.count > 1:
-        note += f", {part.count} needed"
-    return PictureSolid(name=part.name, corners=part.corners, color=_COLORS[part.group], note=note)
+    return mesh.copy().apply_transform(rotation_matrix(angle, axis))  # type: ignore[no-untyped-call]

@@ -1,4 +1,4 @@
-"""Triangles to pixels by a depth buffer."""
+"""Rasterisation of triangles with a depth buffer."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from numba import njit
 
 @njit(cache=True)
 def rasterise(corners: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
-    """Depth and triangle of what is seen at each pixel.
+    """Depth and index of the visible triangle at each pixel.
 
     Args:
-        corners: triangles in pixels, counter-clockwise from outside, z towards the camera, shape (n, 3, 3).
+        corners: triangles, counter-clockwise from outside, z towards the camera, shape (n, 3, 3) [px].
         width: of the picture [px].
         height: of the picture [px].
 
     Returns:
-        Depth, minus infinity where there is nothing, and number of the triangle, -1 there; both of shape
+        Depth, minus infinity where there is nothing, and index of the triangle, -1 there; both of shape
         (height, width), the first row the lowest y.
     """
     depth, face = np.full((height, width), -np.inf), np.full((height, width), -1)

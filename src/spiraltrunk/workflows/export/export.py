@@ -30,7 +30,7 @@ from spiraltrunk.design.toml import load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
 from spiraltrunk.files.atomic import atomic_folder, check_foreign_files
-from spiraltrunk.report.solids.exploded import Placed, write_pictures
+from spiraltrunk.report.solids.exploded import PlacedPart, write_pictures
 from spiraltrunk.workflows.export.agreement import compute_agreement
 
 MODEL_FORMATS = ("mjcf", "urdf")
@@ -223,19 +223,14 @@ def _ignore_interrupts() -> None:
 
 
 def _draw(design: TrunkDesign, made: Sequence[Made], folder: Path) -> None:
-    placed = [
-        Placed(
-            name=one.part.name,
-            group=one.part.group,
-            note=one.part.what,
-            count=one.part.count,
-            corners=one.mesh.corners,
-            at=one.part.at,
+    parts = [
+        PlacedPart(
+            name=one.part.name, group=one.part.group, count=one.part.count, mesh=one.mesh, at=one.part.at,
             turn=one.part.turn,
         )
         for one in made
-    ]
-    write_pictures(placed, folder, title=" ".join(design.name.split()), n_cable=design.n_cable)
+    ]  # fmt: skip
+    write_pictures(parts, folder, title=" ".join(design.name.split()), n_cable=design.n_cable)
 
 
 def _summarise(design: TrunkDesign, request: Request, made: Sequence[Made], files: tuple[str, ...]) -> dict[str, Any]:
