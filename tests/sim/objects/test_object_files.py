@@ -212,7 +212,7 @@ def folded():
 
 BAD = {
     "open": (opened, "not closed: 3 edges do not join two triangles; allowed: a watertight surface"),
-    "flipped face": (flipped, "partly inside out: at [1-3] edges neighbours face .*; allowed: .*recompute the normals"),
+    "flipped face": (flipped, "partly inside out: neighbours face .*; allowed: .*recompute the normals"),
     "inside out": (inside_out, "is inside out; allowed: .*flip the normals"),
     "bow tie": (bow_tie, "cutting or overlapping itself, or partly inside out"),
     "inverted neighbour": (with_inverted_neighbour, "cutting or overlapping itself, or partly inside out"),

@@ -1,4 +1,4 @@
-"""What an object is made of: convex parts that collide, and the mass distribution of the whole."""
+"""Parts of an object: convex collision shapes, and the mass distribution of the whole."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ FORMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "mesh": mujoco.mjtGeom.mjGEOM_MESH,
 }
-"""Forms of a part, as MuJoCo has them."""
+"""Forms of a part and MuJoCo's types."""
 
 HIDDEN = 3
-"""Group of the parts that collide but are not drawn."""
+"""MuJoCo's geom group of parts that collide and are not drawn."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Part:
-    """One form, placed in the object."""
+    """One shape of an object and its pose."""
 
     form: str
     """One of `FORMS`."""
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Half its extents, in MuJoCo's order for the form; unused for a mesh [m]."""
+    """MuJoCo's geom size for the form; unused for a mesh [m]."""
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     """Its middle in the object's frame, shape (3,) [m]."""
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
@@ -40,15 +40,12 @@ class Part:
     faces: np.ndarray | None = None
     """Triangles of a mesh, counter-clockwise from outside, shape (m, 3)."""
     collides: bool = True
-    """Whether anything touches it; a mesh is touched at its convex hull."""
+    """Whether it collides; a mesh collides by its convex hull."""
     group: int = 0
-    """MuJoCo's group: up to 2 it is drawn."""
+    """MuJoCo's geom group; 0 to 2 are drawn."""
 
     def reach(self, direction: np.ndarray) -> float:
-        """Largest distance of a point of the part along a unit ``direction``, from the object's origin [m].
-
-        The support function of each form: what the part's shadow on a line is bounded by.
-        """
+        """Support function: largest coordinate of the part along a unit ``direction``, from the object's origin [m]."""
         own = self.rotation.T @ direction
         a, b, c = self.size
         if self.vertices is not None:
@@ -85,22 +82,21 @@ class Part:
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solid:
-    """Parts, and the mass distribution of one kilogram of them; the origin is the middle of what collides."""
+    """Parts and their mass distribution per unit mass; the origin is the middle of the colliding parts."""
 
     parts: tuple[Part, ...]
-    """What is touched and drawn."""
+    """Shapes that collide or are drawn."""
     centroid: np.ndarray
     """Centre of mass, shape (3,) [m]."""
     inertia: np.ndarray
     """Inertia about the centre of mass over the mass, shape (3, 3) [m^2]."""
     excess: float = 0.0
-    """Volume of the parts that collide over the true volume, less one [-]."""
+    """Volume of the colliding parts over the true volume, less one [-]."""
 
     def extents(self) -> tuple[float, float, float]:
-        """Length along x, width along y and height along z [m]."""
+        """Extents along x, y and z [m]."""
         low, high = compute_bounds(self.parts)
-        length, width, height = (float(value) for value in high - low)
-        return length, width, height
+        return tuple((high - low).tolist())
 
     def centered(self) -> Solid:
         """The same solid with the origin in the middle of its extents."""

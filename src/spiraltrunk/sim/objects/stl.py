@@ -1,4 +1,4 @@
-"""A user's STL as an object: read, checked, weighed; what does not enclose a solid is refused."""
+"""Objects from STL files: reading, surface checks and mass distribution."""
 
 from __future__ import annotations
 
@@ -16,44 +16,43 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 25.4e-3}
-"""Units that a file may be in [m]."""
+"""Units of a file [m]."""
 
 AXES = ("longest", "x", "y", "z")
-"""Which direction of a file becomes the object's axis."""
+"""Directions of a file that can become the object's axis."""
 
 COLLIDES = ("hull", "parts")
-"""What a mesh is touched at: its convex hull, or convex parts."""
+"""Collision shapes of a mesh: its convex hull, or convex parts."""
 
 FILE_MOST = 20_000_000
 """Largest file that is read [bytes]."""
 
 FACES_MOST = 100_000
-"""Most triangles of a mesh."""
+"""Largest number of triangles of a mesh."""
 
 PARTS_MOST = 24
-"""Most convex parts that a mesh is touched at (ours)."""
+"""Largest number of convex parts of a mesh (ours)."""
 
 CONCAVITY = 0.05
-"""How hollow a convex part may be, CoACD's default threshold (Wei et al., SIGGRAPH 2022) [-]."""
+"""Largest concavity of a part, CoACD's default threshold (Wei et al., SIGGRAPH 2022) [-]."""
 
 SAMPLES_MOST = 200
-"""Triangles at which the winding number is looked at."""
+"""Largest number of triangles at which the winding number is computed."""
 
 MERGE_DIGITS = 7
-"""Decimals of a metre to which corners are the same."""
+"""Decimals of a metre to which equal corners are merged."""
 
 
 def load_stl_solid(path: str, *, unit: str, axis: str = "longest", collide: str = "hull") -> Solid:
     """The solid of uniform density that an STL's surface encloses.
 
     Volume, centre of mass and inertia are integrals over the surface (divergence theorem), exact for the triangles.
-    MuJoCo collides convex shapes alone: with ``collide="hull"`` the whole is touched at its convex hull, and
-    ``Solid.excess`` says how much larger that is; with ``"parts"`` at up to `PARTS_MOST` convex parts, for which
-    the package coacd is needed. A surface that cuts itself is found at the triangles that are looked at, up to
-    `SAMPLES_MOST` of them; a smaller cut can be missed.
+    MuJoCo collides only convex shapes: with ``collide="hull"`` the convex hull of the whole, whose excess volume is
+    ``Solid.excess``; with ``"parts"`` up to `PARTS_MOST` convex parts, which the package coacd finds. The surface is
+    tested for self-intersection at up to `SAMPLES_MOST` triangles; a small one can be missed.
 
     Raises:
-        DesignError: for a file that cannot be read or that encloses no solid of a sensible size.
+        DesignError: for a file that cannot be read, or whose surface does not enclose one solid of 5 mm to 1 m.
         UnknownName: for a unit, an axis or a way to collide that does not exist.
         MissingPackage: for ``"parts"`` without coacd.
     """
@@ -69,10 +68,10 @@ def load_stl_solid(path: str, *, unit: str, axis: str = "longest", collide: str 
 
 
 def read_bytes(path: str, kind: str) -> bytes:
-    """A file of a bearable size.
+    """Content of a file of at most `FILE_MOST` bytes.
 
     Raises:
-        DesignError: where there is none.
+        DesignError: where it cannot be read, is empty or larger.
     """
     try:
         file = Path(path).expanduser()
@@ -89,7 +88,7 @@ def read_bytes(path: str, kind: str) -> bytes:
 
 
 def winding_numbers(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """How often a surface encloses each point: 1 inside a sound solid, 0 outside, -1 inside one turned inside out.
+    """Winding number of a surface about each point: 1 inside a valid solid, 0 outside, -1 inside an inverted one.
 
     The sum of the triangles' solid angles over 4 pi (van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 1983).
 
@@ -115,13 +114,13 @@ def _read(content: bytes, path: str) -> Trimesh:
     import trimesh
 
     try:
-        with np.errstate(all="ignore"):  # What is not finite is refused below.
+        with np.errstate(all="ignore"):  # Numbers that are not finite are refused below.
             mesh = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
         faces = len(mesh.faces)
+        if faces == 0:  # The reader may take any bytes for an empty ASCII file.
+            raise ValueError("no triangles")
     except Exception as error:  # The reader raises whatever broken bytes lead it to.
         raise refusal(path, "no STL that can be read", "an STL, binary or ASCII") from error
-    if faces == 0:  # With some other packages installed the reader takes any bytes for an empty ASCII file.
-        raise refusal(path, "no STL that can be read", "an STL, binary or ASCII, of one triangle or more")
     if not 4 <= faces <= FACES_MOST:
         raise refusal(path, f"of {faces} triangles", f"4 to {FACES_MOST}; a coarser export has fewer")
     if not np.isfinite(mesh.vertices).all():
@@ -139,49 +138,39 @@ def _check_size(mesh: Trimesh, path: str, unit: str) -> None:
 
 
 def _clean(mesh: Trimesh) -> None:
-    """Join corners at the same place, and drop triangles that thereby lost a side."""
+    """Merge equal corners, and drop triangles that thereby lost a side."""
     mesh.merge_vertices(digits_vertex=MERGE_DIGITS)
-    faces = mesh.faces
-    keeps = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    mesh.update_faces(keeps)
+    mesh.update_faces((np.diff(np.sort(mesh.faces, axis=1)) > 0).all(axis=1))
     mesh.remove_unreferenced_vertices()
 
 
 def _check_surface(mesh: Trimesh, path: str) -> None:
-    """Refuse what does not enclose one solid, the outside of every triangle outside."""
-    edges = np.array(mesh.faces)[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    _, both = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
-    if len(edges) == 0 or (both != 2).any():
-        reason = f"not closed: {int((both != 2).sum())} edges do not join two triangles"
+    """Refuse a surface that does not enclose one solid, with all triangles facing outwards."""
+    if not mesh.is_watertight:
+        _, count = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
+        reason = f"not closed: {np.count_nonzero(count != 2)} edges do not join two triangles"
         raise refusal(path, reason, "a watertight surface; repair it or export it as a solid")
-    _, one_way = np.unique(edges, axis=0, return_counts=True)
-    if (one_way != 1).any():
-        reason = f"partly inside out: at {int((one_way > 1).sum())} edges neighbours face opposite ways"
+    if not mesh.is_winding_consistent:
+        reason = "partly inside out: neighbours face opposite ways"
         raise refusal(path, reason, "all facing outwards; recompute the normals")
-    corners = np.array(mesh.vertices)[np.array(mesh.faces)]  # Without the watch that trimesh keeps over its own.
-    volume = float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6)
-    if abs(volume) < 1e-6 * float(np.prod(np.ptp(mesh.vertices, axis=0))):
+    if abs(mesh.volume) < 1e-6 * np.prod(mesh.extents):
         raise refusal(path, "without volume", "a surface that encloses a solid")
-    if volume < 0:
+    if mesh.volume < 0:
         raise refusal(path, "inside out", "triangles that face outwards; flip the normals")
-    _check_winding(corners, path)
+    _check_winding(mesh, path)
     pieces = sum(part.volume > 0 for part in mesh.split(only_watertight=False))
     if pieces != 1:
         raise refusal(path, f"in {pieces} pieces that do not touch", "one piece; unite them or take one")
 
 
-def _check_winding(corners: np.ndarray, path: str) -> None:
-    """Refuse a surface that cuts or overlaps itself: just inside it the winding number is 1, just outside 0."""
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    double_area = np.linalg.norm(normals, axis=1)
-    girth = sum(np.linalg.norm(corners[:, i] - corners[:, i - 1], axis=1) for i in range(3))
-    depth = 1e-3 * double_area / np.maximum(girth, 1e-12)
+def _check_winding(mesh: Trimesh, path: str) -> None:
+    """Refuse a surface that intersects itself: the winding number is 1 just inside each triangle and 0 just outside."""
+    corners = np.array(mesh.triangles)
+    girth = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).sum(axis=1)
+    depth = 2e-3 * mesh.area_faces / girth
     usable = np.flatnonzero(depth > 1e-9)
-    if usable.size == 0:
-        raise refusal(path, "made of slivers", "triangles of at least some um; export it again")
     chosen = usable[np.linspace(0, usable.size - 1, min(usable.size, SAMPLES_MOST)).astype(int)]
-    step = normals[chosen] * (depth[chosen] / double_area[chosen])[:, None]
-    middle = corners[chosen].mean(axis=1)
+    step, middle = mesh.face_normals[chosen] * depth[chosen, None], mesh.triangles_center[chosen]
     inside, outside = winding_numbers(middle - step, corners), winding_numbers(middle + step, corners)
     if np.abs(inside - 1).max() > 0.1 or np.abs(outside).max() > 0.1:
         allowed = "a surface that does neither; unite its parts and recompute the normals"
@@ -189,7 +178,9 @@ def _check_winding(corners: np.ndarray, path: str) -> None:
 
 
 def _build(mesh: Trimesh, axis: str, collide: str) -> Solid:
-    """The solid with its origin in the middle and its axis along x."""
+    """The solid with its origin in the middle of its extents and its axis along x."""
+    from scipy.spatial import ConvexHull
+
     vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
     mesh.density = 1.0
     volume = float(mesh.volume)
@@ -198,7 +189,7 @@ def _build(mesh: Trimesh, axis: str, collide: str) -> Solid:
     if collide == "parts":
         pieces = _decompose(vertices, faces)
         parts = (Part(form="mesh", vertices=vertices, faces=faces, collides=False), *pieces)
-    touched = sum(_hull_volume(part) for part in parts if part.collides)
+    touched = sum(float(ConvexHull(part.vertices).volume) for part in parts if part.collides)
     solid = Solid(
         parts=parts, centroid=np.array(mesh.center_mass), inertia=np.array(mesh.moment_inertia) / volume,
         excess=touched / volume - 1,
@@ -206,14 +197,8 @@ def _build(mesh: Trimesh, axis: str, collide: str) -> Solid:
     return solid.turned(compute_turn((whole,), axis)).centered()
 
 
-def _hull_volume(part: Part) -> float:
-    from scipy.spatial import ConvexHull
-
-    return float(ConvexHull(part.vertices).volume)
-
-
 def _decompose(vertices: np.ndarray, faces: np.ndarray) -> tuple[Part, ...]:
-    """Convex parts that together are about the mesh; the same mesh gives the same parts."""
+    """Convex decomposition of a mesh; the same mesh gives the same parts."""
     try:
         import coacd
     except ImportError as error:
@@ -227,5 +212,5 @@ def _decompose(vertices: np.ndarray, faces: np.ndarray) -> tuple[Part, ...]:
 
 
 def refusal(path: str, reason: str, allowed: str) -> DesignError:
-    """The error for a file that cannot be an object; ``reason`` goes on from "is"."""
+    """The error for a file that cannot be an object: "the file ... is ``reason``; allowed: ``allowed``"."""
     return DesignError(f"the file {Path(path).name!r}", got=Words(reason), allowed=allowed)
