@@ -1,40 +1,41 @@
-"""Solids as arithmetic: a part is a tree of revolved, straight and cut forms, in plain numbers.
+"""Constructive solid geometry: a part is a tree of revolved polygons, prisms and Boolean operations, in plain numbers.
 
-The same tree is built by the geometry kernel (`kernel.build_solid`) and integrated here from its definition alone, so
-that each checks the other. Lengths are in mm, as in the files that leave this folder; angles in rad. Every form has the
-axis of the trunk along z, towards the tip, and the dorsal side along x.
+The geometry kernel builds the tree (`kernel.build_solid`). Volume and membership are computed here from the definition
+alone, as an independent check of the kernel. Lengths are in mm, angles in rad. The axis of the trunk is z, towards the
+tip; x is dorsal.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import final
 
 import numpy as np
 
 SAMPLES = 1 << 13
-"""Points that a volume without closed form is integrated with."""
+"""Number of quadrature points of a volume without closed form."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Revolved:
-    """A polygon turned about z."""
+    """A polygon revolved about z."""
 
     profile: tuple[tuple[float, float], ...]
     """Corners (radius, z), in order round the polygon [mm]."""
     start: float = 0.0
-    """Angle at which the turn begins [rad]."""
+    """Angle at which the revolution begins [rad]."""
     arc: float = 2 * math.pi
-    """Angle of the turn, up to a whole one [rad]."""
+    """Angle of the revolution, up to 2 pi [rad]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Prism:
-    """A polygon in x and y, drawn out along z."""
+    """A polygon in x and y, extruded along z."""
 
     corners: tuple[tuple[float, float], ...]
     """Corners (x, y), in order round the polygon [mm]."""
@@ -47,10 +48,10 @@ class Prism:
 @final
 @dataclass(frozen=True, kw_only=True)
 class Moved:
-    """A form turned and shifted."""
+    """A form under a rigid transform."""
 
     form: Form
-    """What is moved."""
+    """The form before the transform."""
     T: tuple[tuple[float, ...], ...]
     """Rigid transform, 4 rows of 4 [-, mm]."""
 
@@ -58,32 +59,32 @@ class Moved:
 @final
 @dataclass(frozen=True, kw_only=True)
 class Union:
-    """All that is in any of the forms; the largest first, as its volume is taken as it is."""
+    """Union of forms; the first is the largest, as its volume counts in full."""
 
     forms: tuple[Form, ...]
-    """What is united."""
+    """The operands."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Cut:
-    """A form without what is in the tools."""
+    """Difference of a form and tools."""
 
     form: Form
-    """What is cut."""
+    """The minuend."""
     tools: tuple[Form, ...]
-    """What is taken away."""
+    """The subtrahends."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Common:
-    """What is in both forms."""
+    """Intersection of two forms."""
 
     form: Form
-    """One form, of known volume."""
+    """One operand, whose volume is computed."""
     other: Form
-    """The other."""
+    """The other operand."""
 
 
 Form = Revolved | Prism | Moved | Union | Cut | Common
@@ -105,12 +106,12 @@ def box(size: Sequence[float], center: Sequence[float]) -> Prism:
 
 
 def shifted(form: Form, by: Sequence[float]) -> Form:
-    """The form somewhere else."""
+    """The form translated."""
     return Moved(form=form, T=((1, 0, 0, float(by[0])), (0, 1, 0, float(by[1])), (0, 0, 1, float(by[2])), (0, 0, 0, 1)))
 
 
 def turned(form: Form, axis: str, angle: float) -> Form:
-    """The form turned about x, y or z by ``angle`` [rad]."""
+    """The form rotated about x, y or z by ``angle`` [rad]."""
     i = "xyz".index(axis)
     T = np.eye(4)
     j, k = (i + 1) % 3, (i + 2) % 3
@@ -120,12 +121,12 @@ def turned(form: Form, axis: str, angle: float) -> Form:
 
 
 def polar(radius: float, angle: float, z: float) -> tuple[float, float, float]:
-    """The point at a distance from the axis, ``angle`` [rad] from dorsal."""
+    """Point of cylindrical coordinates, ``angle`` from dorsal [rad]."""
     return (radius * math.cos(angle), radius * math.sin(angle), z)
 
 
 def compute_bounds(form: Form) -> np.ndarray:
-    """Box along the axes that holds the form, shape (2, 3) [mm]; it need not be the least."""
+    """Axis-aligned bounding box, not necessarily tight, shape (2, 3) [mm]."""
     match form:
         case Revolved(profile=profile):
             widest = max(r for r, _ in profile)
@@ -152,7 +153,7 @@ def compute_bounds(form: Form) -> np.ndarray:
 
 
 def contains(form: Form, points: np.ndarray) -> np.ndarray:
-    """Which points lie in the form; shape (n, 3) [mm] gives shape (n,) [bool]."""
+    """Whether points (n, 3) [mm] lie in the form, shape (n,) [bool]."""
     match form:
         case Revolved(profile=profile, start=start, arc=arc):
             radial = np.stack([np.hypot(points[:, 0], points[:, 1]), points[:, 2]], axis=-1)
@@ -174,63 +175,54 @@ def contains(form: Form, points: np.ndarray) -> np.ndarray:
 
 
 def compute_volume(form: Form) -> float:
-    """Volume of the form [mm^3]: closed for revolved and straight forms, else integrated over the smaller ones.
+    """Volume of the form [mm^3]: in closed form for revolved polygons and prisms, else by quasi-Monte Carlo.
 
-    A union is its first form and of each further one the share that is in none before it; a cut takes from its form
-    the share of each tool that is in the form and in no tool before it. Such shares are means over a fixed sequence of
-    points of low discrepancy (Halton) in the tool or form, so that the same form has the same volume every time.
+    A union counts of each form the part that is in none before it. A cut takes from its form the part of each tool that
+    is in the form and in no tool before it. These parts are means over the first points of the Halton sequence in the
+    smaller of tool and form, so the result is reproducible.
     """
     match form:
         case Revolved(profile=profile, arc=arc):
-            return arc * _turned_area(profile)
+            r, z = np.array(profile).T  # Pappus: the first moment of the polygon about the axis, times the angle.
+            after, above = np.roll(r, -1), np.roll(z, -1)
+            return arc * abs(float(np.sum((r * above - after * z) * (r + after)) / 6))
         case Prism(corners=corners, bottom=bottom, top=top):
-            return abs(_area(corners)) * (top - bottom)
+            x, y = np.array(corners).T
+            return abs(float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)) * (top - bottom)
         case Moved(form=inner):
             return compute_volume(inner)
         case Union(forms=forms):
-            return sum(
-                compute_volume(part) * (1.0 - _share(part, lambda points, n=i: _in_any(forms[:n], points)))
-                for i, part in enumerate(forms)
-            )
+            shares = [_share(part, partial(_in_any, forms[:i])) for i, part in enumerate(forms)]
+            return sum(compute_volume(part) * (1.0 - share) for part, share in zip(forms, shares, strict=True))
         case Cut(form=inner, tools=tools):
             whole = compute_volume(inner)
             return whole - sum(_compute_taken(inner, whole, tools, i) for i in range(len(tools)))
         case Common(form=inner, other=other):
-            return compute_volume(inner) * _share(inner, lambda points: contains(other, points))
+            return compute_volume(inner) * _share(inner, partial(contains, other))
 
 
 def _compute_taken(form: Form, whole: float, tools: tuple[Form, ...], i: int) -> float:
-    """Volume that tool ``i`` takes from a form of volume ``whole``, less what the tools before it took."""
+    """Volume that tool ``i``, and no tool before it, takes from a form of volume ``whole`` [mm^3]."""
     size = compute_volume(tools[i])
     if size < whole:
         return size * _share(tools[i], lambda points: contains(form, points) & ~_in_any(tools[:i], points))
     return whole * _share(form, lambda points: contains(tools[i], points) & ~_in_any(tools[:i], points))
 
 
-def _share(form: Form, test) -> float:  # type: ignore[no-untyped-def]
-    """Part of a form's volume at which the test holds [-]."""
+def _share(form: Form, test: Callable[[np.ndarray], np.ndarray]) -> float:
+    """Share of a form's volume in which the test holds [-]."""
     low, high = compute_bounds(form)
     points = low + _unit_points() * (high - low)
     points = points[contains(form, points)]
     return float(np.mean(test(points))) if len(points) else 0.0
 
 
+@cache
 def _unit_points() -> np.ndarray:
-    """Halton's sequence in the unit cube, shape (SAMPLES, 3)."""
-    if not _CUBE:
-        columns = []
-        for base in (2, 3, 5):
-            number, scale, value = np.arange(1, SAMPLES + 1), 1.0, np.zeros(SAMPLES)
-            while number.any():
-                scale /= base
-                value += scale * (number % base)
-                number //= base
-            columns.append(value)
-        _CUBE.append(np.stack(columns, axis=-1))
-    return _CUBE[0]
+    """Halton sequence in the unit cube without its first point, the origin; shape (SAMPLES, 3)."""
+    from scipy.stats.qmc import Halton
 
-
-_CUBE: list[np.ndarray] = []
+    return np.asarray(Halton(3, scramble=False).random(SAMPLES + 1)[1:])
 
 
 def _in_any(forms: Sequence[Form], points: np.ndarray) -> np.ndarray:
@@ -243,7 +235,7 @@ def _in_any(forms: Sequence[Form], points: np.ndarray) -> np.ndarray:
 
 
 def _in_polygon(points: np.ndarray, corners: Sequence[tuple[float, float]]) -> np.ndarray:
-    """Even-odd rule, edge by edge."""
+    """Whether points lie in a polygon, by the even-odd rule."""
     inside = np.zeros(len(points), dtype=bool)
     x, y = points[:, 0], points[:, 1]
     for (x0, y0), (x1, y1) in zip(corners, (*corners[1:], corners[0]), strict=True):
@@ -252,20 +244,8 @@ def _in_polygon(points: np.ndarray, corners: Sequence[tuple[float, float]]) -> n
     return inside
 
 
-def _area(corners: Sequence[tuple[float, float]]) -> float:
-    x, y = np.array(corners).T
-    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
-
-
-def _turned_area(profile: Sequence[tuple[float, float]]) -> float:
-    """First moment of a polygon about the axis: times the angle, the volume (Pappus) [mm^3]."""
-    r, z = np.array(profile).T
-    after, above = np.roll(r, -1), np.roll(z, -1)
-    return abs(float(np.sum((r * above - after * z) * (r + after)) / 6))
-
-
 def _frame(direction: np.ndarray, origin: Sequence[float] | np.ndarray) -> tuple[tuple[float, ...], ...]:
-    """Rigid transform that takes z to ``direction`` and the origin to ``origin``."""
+    """Rigid transform that maps z to ``direction`` and the origin to ``origin``."""
     other = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     x = np.cross(other, direction)
     x /= np.linalg.norm(x)
