@@ -20,13 +20,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from spiraltrunk import strategies
 from spiraltrunk.control.loop import run
 from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.strategy import Milestone, Status
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm import arm_limits
-from spiraltrunk.strategies import Status
-from spiraltrunk.workflows.grasp.verdict import LIFT_TOLERANCE, Moments, fault_conditions, judge
+from spiraltrunk.workflows.grasp.verdict import LIFT_TOLERANCE, Evidence, Moments, evaluate_grasp, fault_conditions
 from spiraltrunk.workflows.grasp.world import EXACT, draw_scene
 
 PAPER = {"width_least_m": 0.033, "width_most_m": 0.267, "payload_kg": 4.89}
@@ -72,10 +72,10 @@ def hold_once(width: float, mass: float, seed: int) -> bool:
     shape = ObjectSpec(kind="cylinder", size=(LENGTH, width, width), mass=mass)
     strategy = strategies.get("wrap-vertical")
     plant = SimPlant(presets.PAPER, draw_scene(shape, seed, strategy=strategy, spread=EXACT))
-    times: dict[str, list[float]] = {}
+    times: dict[Milestone | None, list[float]] = {}
 
     def watch(observation: Observation, status: Status) -> None:
-        times.setdefault(status.action, []).append(observation.time)
+        times.setdefault(status.milestone, []).append(observation.time)
         if status.phase == "release":
             raise _Done
 
@@ -88,14 +88,19 @@ def hold_once(width: float, mass: float, seed: int) -> bool:
     return False
 
 
-def _is_held(plant: SimPlant, times: dict[str, list[float]]) -> bool:
-    trace, task = plant.trace, plant.task
-    lift, carry, hold = ((times[name][0], times[name][-1]) for name in ("lift", "carry", "hold"))
-    moments, limits = Moments(lift=lift, carry=carry, hold=hold), arm_limits(plant.design.arm)
-    verdict = judge(trace, task, moments, gave_up=None, warnings=plant.warnings, limits=limits)
-    faults = fault_conditions(trace, task, gave_up=None, warnings=plant.warnings)
-    is_up = abs(verdict.lift / task.goal.lift - 1) <= LIFT_TOLERANCE
-    return all(holds for holds, _ in faults) and is_up and verdict.hold >= task.goal.hold - 0.05
+def _is_held(plant: SimPlant, times: dict[Milestone | None, list[float]]) -> bool:
+    goal = plant.task.goal
+    lift, carry, hold = (
+        (times[milestone][0], times[milestone][-1])
+        for milestone in (Milestone.LIFTED, Milestone.CARRIED, Milestone.HELD)
+    )
+    evidence = Evidence(
+        trace=plant.trace, task=plant.task, moments=Moments(lift=lift, carry=carry, hold=hold), gave_up=None,
+        warnings=plant.warnings, limits=arm_limits(plant.design.arm),
+    )  # fmt: skip
+    verdict = evaluate_grasp(evidence)
+    is_up = abs(verdict.lift / goal.lift - 1) <= LIFT_TOLERANCE
+    return all(holds for holds, _ in fault_conditions(evidence)) and is_up and verdict.hold >= goal.hold - 0.05
 
 
 def every_seed(width: float, mass: float, seeds: Sequence[int]) -> bool:

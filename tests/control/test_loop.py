@@ -6,7 +6,7 @@ import pytest
 from spiraltrunk.control.loop import LONGEST, run
 from spiraltrunk.control.messages import Command
 from spiraltrunk.control.plant import Plant
-from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.errors import RunError
 from spiraltrunk.workflows.grasp.artifacts import compute_phase_spans
 
@@ -53,8 +53,9 @@ class Count(Strategy):
 
     def status(self, state):
         is_done = state > self.most
-        phase = "reach" if state <= self.most // 2 else "transport"
-        return Status(phase=phase, action="lift", is_done=is_done, gave_up=self.gave_up if is_done else None)
+        phase, milestone = ("reach", None) if state <= self.most // 2 else ("transport", Milestone.LIFTED)
+        gave_up = self.gave_up if is_done else None
+        return Status(phase=phase, action="lift", milestone=milestone, is_done=is_done, gave_up=gave_up)
 
 
 def test_everything_is_logged_in_step():
@@ -70,6 +71,8 @@ def test_spans_are_the_times_after_the_first_and_last_command():
     assert log.span("transport", "lift") == (2.0, 3.0)
     assert log.span("transport", "hold") is None
     assert log.span("release") is None
+    assert log.milestone_span(Milestone.LIFTED) == (2.0, 3.0)
+    assert log.milestone_span(Milestone.HELD) is None
 
 
 def test_why_it_gave_up_is_kept():
@@ -135,6 +138,11 @@ class Stuck(Clock):
         (Clock(), Broken(step=None), "strategy.step returned None; allowed: a pair"),
         (Clock(), Broken(step=(1, 2, 3)), r"strategy.step returned \(1, 2, 3\); allowed: a pair"),
         (Clock(), Broken(status=None), "strategy.status returned None; allowed: a Status"),
+        (
+            Clock(),
+            Broken(status=Status(phase="transport", action="lift", milestone="lifted")),
+            "status.milestone is 'lifted'; allowed: a Milestone, or None",
+        ),
         (Stuck(None), Count(3), "plant.step returned None; allowed: an Observation"),
         (Stuck(Seen(0.5), Seen(0.5)), Count(3), "time went from 0.5 to 0.5 s; allowed: forward"),
         (Stuck(Seen(0.5), Seen(0.1)), Count(3), "time went from 0.5 to 0.1 s; allowed: forward"),

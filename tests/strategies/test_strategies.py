@@ -11,6 +11,7 @@ from spiraltrunk import strategies
 from spiraltrunk.control.loop import run
 from spiraltrunk.control.messages import Command, Goal, Observation, Target, Task
 from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.strategies.moves import PHASES
@@ -116,6 +117,13 @@ def test_phases_come_in_order(strategy):
     phases = [status.phase for status in log.statuses]
     order = [phase for i, phase in enumerate(phases) if i == 0 or phases[i - 1] != phase]
     assert order == list(PHASES)
+
+
+def test_milestones_come_in_order(strategy):
+    log = run(Stub(_task(), _carried), strategy)
+    spans = [log.milestone_span(milestone) for milestone in Milestone if milestone is not Milestone.PUSHED]
+    times = [time for span in spans for time in span]
+    assert times == sorted(times)
 
 
 def test_commands_are_smooth_and_within_the_motors_tension(strategy):

@@ -3,12 +3,13 @@
 from spiraltrunk.control.loop import RunLog, run
 from spiraltrunk.control.messages import Command, Goal, Look, Observation, Target, Task
 from spiraltrunk.control.plant import Plant
-from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.control.strategy import Milestone, Status, Strategy
 
 __all__ = [
     "Command",
     "Goal",
     "Look",
+    "Milestone",
     "Observation",
     "Plant",
     "RunLog",

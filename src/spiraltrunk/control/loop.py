@@ -10,7 +10,7 @@ from typing import Any, final
 
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.plant import Plant
-from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.errors import RunError, tell
 
 LONGEST = 300.0
@@ -36,11 +36,14 @@ class RunLog:
 
     def span(self, phase: str, action: str | None = None) -> tuple[float, float] | None:
         """First and last time of a phase, or of one action in it [s]; None where it never came."""
-        times = [
-            seen.time
-            for seen, status in zip(self.observations[1:], self.statuses, strict=True)
-            if status.phase == phase and action in (None, status.action)
-        ]
+        return self._span([s.phase == phase and action in (None, s.action) for s in self.statuses])
+
+    def milestone_span(self, milestone: Milestone) -> tuple[float, float] | None:
+        """Begin of the first attempt at a milestone and end of the last one [s]; None where none was reported."""
+        return self._span([s.milestone is milestone for s in self.statuses])
+
+    def _span(self, is_part: list[bool]) -> tuple[float, float] | None:
+        times = [seen.time for seen, holds in zip(self.observations[1:], is_part, strict=True) if holds]
         return (times[0], times[-1]) if times else None
 
 
@@ -104,6 +107,8 @@ def _decided(value: tuple[Any, Command]) -> tuple[Any, Command]:
 def _told(value: Status) -> Status:
     if not isinstance(value, Status):
         raise RunError(f"strategy.status returned {tell(value)}; allowed: a Status")
+    if not isinstance(value.milestone, Milestone | None):
+        raise RunError(f"status.milestone is {tell(value.milestone)}; allowed: a Milestone, or None")
     return value
 
 

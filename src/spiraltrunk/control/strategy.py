@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from enum import Enum
 from typing import Generic, TypeVar, final
 
 from spiraltrunk.control.messages import Command, Observation
@@ -14,6 +15,32 @@ State = TypeVar("State")
 
 
 @final
+class Milestone(Enum):
+    """What a strategy achieves with the object; the value is its name in reports.
+
+    A step carries the milestone that it works towards, from the first step of the attempt to the step at which the
+    milestone is reached. The first and the last step that carry LIFTED are thus the begin and the end of the lift. The
+    verdict on a grasp needs LIFTED, CARRIED and HELD; the verdict on a sweep needs PUSHED besides. Film strips show
+    every milestone.
+    """
+
+    PUSHED = "pushed"
+    """The object rests where it was pushed along the ground, and the trunk has withdrawn from it."""
+    TOUCHED = "touched"
+    """The trunk or its fingers touch the object."""
+    LIFTED = "lifted"
+    """The object is raised by the goal's lift, off the strings or the ground."""
+    CARRIED = "carried"
+    """The lifted object is moved aside by the goal's way."""
+    HELD = "held"
+    """The object is held in the air for the goal's time, the arm at rest."""
+    SET_DOWN = "set down"
+    """The object stands on the table or the ground again."""
+    RELEASED = "released"
+    """The trunk has let go and rests away from the object."""
+
+
+@final
 @dataclass(frozen=True, kw_only=True)
 class Status:
     """Where a strategy stands."""
@@ -21,7 +48,9 @@ class Status:
     phase: str
     """reach, prehension, transport or release."""
     action: str
-    """What is being done within the phase."""
+    """What is being done within the phase, in the strategy's own words; nothing depends on them."""
+    milestone: Milestone | None = None
+    """What the step works towards; None between milestones."""
     is_done: bool = False
     """Whether the strategy has ended."""
     gave_up: str | None = None
@@ -41,9 +70,10 @@ class Strategy(ABC, Generic[State]):
     looks: bool = False
     """Whether it needs a camera's looks at the object; otherwise the announced place must do."""
     holds: str = "trunk"
-    """What holds the object: the "trunk" round it, or the "fingers" at its tip."""
+    """What holds the object: the "trunk" round it, the "fingers" at its tip, or "nothing" where it is only pushed."""
     job: str = "grasp"
-    """What counts as success: "grasp" carries the object to its place, "kick" and "sweep" move it along the ground."""
+    """What counts as success: a "grasp" carries the object to its place, a "kick" sends it along the ground, a "sweep"
+    pushes it to its place and grasps it there."""
     objects: tuple[str, ...] = ("cylinder-60",)
     """Objects of the catalogue that it is for."""
     position: tuple[float, float] | None = None

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.strategy import Milestone, Status
 
 PHASES = ("reach", "prehension", "transport", "release")
 """The four phases, in order."""
@@ -26,6 +27,8 @@ class Move:
     """One of the four."""
     action: str
     """What the move is for."""
+    milestone: Milestone | None = None
+    """What it works towards."""
     duration: float
     """Time it takes [s]."""
     position: np.ndarray
@@ -78,6 +81,14 @@ def begin(moves: tuple[Move, ...], observation: Observation) -> Progress:
     return Progress(
         moves=moves, index=0, since=observation.time, T_start=observation.T_world_base,
         tension_start=np.zeros(observation.cable_tension.shape), velocity_start=np.zeros(3),
+    )  # fmt: skip
+
+
+def status_of(progress: Progress, *, is_done: bool, gave_up: str | None) -> Status:
+    """Where a strategy stands that follows moves."""
+    move = progress.move
+    return Status(
+        phase=move.phase, action=move.action, milestone=move.milestone, is_done=is_done, gave_up=gave_up
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from spiraltrunk import strategies
 from spiraltrunk.control.loop import run
 from spiraltrunk.control.messages import Goal, Look, Observation, Target, Task
 from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.plan import TipOptions, closing, opening, tip_height, turned_across
@@ -116,6 +117,13 @@ def test_phases_come_in_order_and_the_object_ends_at_its_place(strategy):
     phases = [status.phase for status in log.statuses]
     assert [phase for i, phase in enumerate(phases) if i == 0 or phases[i - 1] != phase] == list(PHASES)
     np.testing.assert_allclose(plant.place, plant.task.goal.place, rtol=0, atol=2e-3)
+
+
+def test_milestones_come_in_order(strategy):
+    log = run(Hand(_task()), strategy)
+    spans = [log.milestone_span(milestone) for milestone in Milestone if milestone is not Milestone.PUSHED]
+    times = [time for span in spans for time in span]
+    assert times == sorted(times)
 
 
 def test_commands_are_smooth_and_end_slack(strategy):

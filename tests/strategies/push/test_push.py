@@ -11,7 +11,7 @@ import pytest
 from spiraltrunk.control.loop import run
 from spiraltrunk.control.messages import Command, Look, Observation
 from spiraltrunk.control.plant import Plant
-from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
@@ -148,6 +148,7 @@ def test_the_sweep_is_all_reach_and_the_grasp_comes_after_a_look_at_rest():
     actions = [status.action for status in seen]
     assert {status.phase for status in seen if status.action != "lift"} == {"reach"}
     assert actions[actions.index("lift") - 1] == "look over"
+    assert log.milestone_span(Milestone.PUSHED)[1] == log.span("reach", "look over")[1]
     np.testing.assert_allclose(log.observations[-1].T_world_base, HOME, atol=1e-9)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.control.messages import Look, Observation
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
@@ -55,6 +56,11 @@ def test_the_housing_stays_above_the_ground_in_every_move(name: str, strategy: S
         for back in (housing.neck_length, housing.neck_length + housing.length):
             low = (move.position - back * along)[2] - housing.radius * np.sqrt(1 - along[2] ** 2)
             assert low > ground + 0.01
+
+
+def test_the_plan_has_every_milestone_in_order(start: tuple[StandingState, Observation]) -> None:
+    planned = dict.fromkeys(move.milestone for move in start[0].progress.moves if move.milestone is not None)
+    assert list(planned) == [milestone for milestone in Milestone if milestone is not Milestone.PUSHED]
 
 
 def test_tension_rises_to_the_grip_and_falls_again(start: tuple[StandingState, Observation]) -> None:

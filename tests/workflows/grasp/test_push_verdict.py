@@ -12,8 +12,8 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.grasp.push_verdict import judge_kick, judge_sweep
-from spiraltrunk.workflows.grasp.verdict import Moments
+from spiraltrunk.workflows.grasp.push_verdict import evaluate_kick, evaluate_sweep
+from spiraltrunk.workflows.grasp.verdict import Evidence, Moments
 
 TASK = build_task(
     PAPER, SceneOptions(shape=parse_object("ball-100"), stage="ground", position=(0.5, 0.0, 0.0), push=(0.0, 0.17))
@@ -21,7 +21,7 @@ TASK = build_task(
 START = TASK.target.position
 TIMES = np.arange(0, 801) * 0.02
 SWEPT = 4.0
-MOMENTS = Moments(lift=(5.0, 7.0), carry=(7.0, 9.0), hold=(9.0, 12.0))
+MOMENTS = Moments(push=(1.0, SWEPT), lift=(5.0, 7.0), carry=(7.0, 9.0), hold=(9.0, 12.0))
 
 
 def _sample(t, position, is_held=False):
@@ -48,13 +48,17 @@ def _swept(way=0.17, lift=0.20):
     return [_sample(float(t), place, bool(h)) for t, place, h in zip(TIMES, places, held, strict=True)]
 
 
+def _evidence(trace, moments, **changes):
+    given = {"gave_up": None, "warnings": 0, "limits": PANDA.limits, **changes}
+    return Evidence(trace=trace, task=TASK, moments=moments, **given)
+
+
 def _kick(trace, **changes):
-    return judge_kick(trace, TASK, **{"gave_up": None, "warnings": 0, "limits": PANDA.limits, **changes})
+    return evaluate_kick(_evidence(trace, Moments(), **changes))
 
 
-def _sweep(trace, swept=SWEPT, **changes):
-    more = {"gave_up": None, "warnings": 0, "limits": PANDA.limits, **changes}
-    return judge_sweep(trace, TASK, MOMENTS, swept, **more)
+def _sweep(trace, moments=MOMENTS, **changes):
+    return evaluate_sweep(_evidence(trace, moments, **changes))
 
 
 def test_clean_records_succeed():
@@ -130,12 +134,16 @@ def test_a_sweep_must_begin_outside_the_zone():
     assert _sweep(trace).reason == "the object began in the zone"
 
 
-def test_a_sweep_must_end_at_rest_and_at_all():
+def test_a_sweep_must_end_at_rest():
     moving = _swept()
     i = round(SWEPT / 0.02)
     moving[i] = replace(moving[i], object_position=moving[i].object_position + np.array([0.0, 0.005, 0.0]))
     assert _sweep(moving).reason == "not at rest after the sweep"
-    assert _sweep(_swept(), swept=None).reason == "not at rest after the sweep"
+
+
+@pytest.mark.parametrize(("gave_up", "reason"), [(None, "the strategy reported no push"), ("enough", "enough")])
+def test_a_sweep_that_reported_no_push_is_no_success(gave_up, reason):
+    assert _sweep(_swept(), replace(MOMENTS, push=None), gave_up=gave_up).reason == reason
 
 
 def test_the_grasp_after_a_sweep_is_judged_as_any_grasp():

@@ -8,11 +8,10 @@ import pytest
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.sim.robot.fr3 import FR3
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.grasp.verdict import Moments, judge
+from spiraltrunk.workflows.grasp.verdict import Evidence, Moments, evaluate_grasp
 
 TASK = build_task(PAPER, SceneOptions())
 START = TASK.target.position
@@ -53,8 +52,9 @@ def _doctored(when, **changes):
     return [change(sample) if when(sample.time) else sample for sample in CLEAN]
 
 
-def _judge(trace, moments=MOMENTS, **changes):
-    return judge(trace, TASK, moments, **{"gave_up": None, "warnings": 0, "limits": PANDA.limits, **changes})
+def _evaluate(trace, moments=MOMENTS, **changes):
+    given = {"gave_up": None, "warnings": 0, "limits": PANDA.limits, **changes}
+    return evaluate_grasp(Evidence(trace=trace, task=TASK, moments=moments, **given))
 
 
 def _moved(*by):
@@ -62,12 +62,12 @@ def _moved(*by):
 
 
 def test_a_record_of_one_instant_is_judged():
-    verdict = _judge(CLEAN[:1], Moments(lift=None, carry=None, hold=None), gave_up="out of reach")
+    verdict = _evaluate(CLEAN[:1], Moments(), gave_up="out of reach")
     assert verdict.reason == "out of reach"
 
 
 def test_a_clean_record_succeeds():
-    verdict = _judge(CLEAN)
+    verdict = _evaluate(CLEAN)
     assert verdict.success
     assert verdict.reason == "success"
     assert verdict.lift == pytest.approx(0.20, abs=1e-9)
@@ -124,7 +124,7 @@ NEGATIVE = {
 @pytest.mark.parametrize("name", NEGATIVE)
 def test_what_went_wrong_is_named(name):
     trace, reason = NEGATIVE[name]
-    verdict = _judge(trace)
+    verdict = _evaluate(trace)
     assert not verdict.success
     assert reason in verdict.reason
 
@@ -140,65 +140,35 @@ def test_what_went_wrong_is_named(name):
 )
 def test_a_grip_that_jumps_or_a_short_fall_is_no_drop(trace):
     """Contacts that flicker while the height stays, or for 7 mm; 0.47 m/s down; a touch before the lift has ended."""
-    assert _judge(trace).success
+    assert _evaluate(trace).success
 
 
 def test_jerk_beyond_the_limit_is_named():
     """A jerk's limit alone: the acceleration that it takes within one period is far over its own."""
     limits = replace(PANDA.limits, acceleration=None, jerk=np.full(7, 100.0))
-    verdict = _judge(_doctored(lambda t: t > 4.0, arm_command=_jump(2, 0.002)), limits=limits)
+    verdict = _evaluate(_doctored(lambda t: t > 4.0, arm_command=_jump(2, 0.002)), limits=limits)
     assert verdict.reason == "the arm passed its jerk limit"
 
 
 def test_what_the_strategy_says_is_the_reason():
-    assert _judge(CLEAN, gave_up="nothing was lifted").reason == "nothing was lifted"
+    assert _evaluate(CLEAN, gave_up="nothing was lifted").reason == "nothing was lifted"
 
 
 def test_a_solver_warning_comes_first():
-    assert _judge(NEGATIVE["bend"][0], warnings=2, gave_up="nothing").reason == "the solver warned 2 times"
+    assert _evaluate(NEGATIVE["bend"][0], warnings=2, gave_up="nothing").reason == "the solver warned 2 times"
 
 
-@pytest.mark.parametrize(
-    ("phase", "reason"), [("lift", "lifted 0"), ("carry", "carried 0"), ("hold", "held alone for 0")]
-)
-def test_a_phase_that_never_came_is_no_success(phase, reason):
-    assert reason in _judge(CLEAN, replace(MOMENTS, **{phase: None})).reason
+@pytest.mark.parametrize("moment", ["lift", "carry", "hold"])
+def test_a_milestone_that_was_not_reported_is_no_success(moment):
+    assert _evaluate(CLEAN, replace(MOMENTS, **{moment: None})).reason == f"the strategy reported no {moment}"
 
 
 def test_limits_that_nobody_states_are_not_judged_and_the_verdict_says_so():
     nothing = replace(PANDA.limits, position=None, velocity=None, acceleration=None, jerk=None, torque=None)
     for name in ("speed", "torque", "acceleration", "range"):
-        verdict = _judge(NEGATIVE[name][0], limits=nothing)
-        assert verdict.success
-        assert verdict.unjudged == ("position", "velocity", "acceleration", "jerk", "torque")
-    assert _judge(CLEAN).unjudged == ()
-
-
-def test_joints_that_have_a_limit_are_judged_where_others_have_none():
-    torque = np.array([np.inf] * 5 + [12.0, np.inf])
-    limits = replace(PANDA.limits, torque=torque)
-    verdict = _judge(NEGATIVE["torque"][0], limits=limits)
-    assert (verdict.reason, verdict.unjudged) == ("the arm passed its torque limit", ("torque of 6 of 7 joints",))
-    elsewhere = _doctored(_at(4.0), arm_torque=np.array([500.0, 0, 0, 0, 0, 0, 0]))
-    assert _judge(elsewhere, limits=limits).success
-
-
-def test_an_actuator_at_its_limit_has_passed_it():
-    """It can give no more, in the simulator least of all; Franka's conditions exclude the limits themselves."""
-    torque = np.array([0.0, 0, 0, 0, 0, -12.0, 0])
-    assert "torque limit" in _judge(_doctored(_at(4.0), arm_torque=torque)).reason
-    assert _judge(_doctored(_at(4.0), arm_torque=0.999 * torque)).success
-
-
-@pytest.mark.parametrize(("speed", "is_kept"), [(0.3, True), (0.5, False), (-0.5, True), (-2.7, False)])
-def test_a_speed_limit_that_falls_towards_the_end_of_a_range_is_judged_where_the_joint_is(speed, is_kept):
-    """The FR3's joint 1 at 0.1 rad from its end: sqrt(12 * 0.1) - 0.66 = 0.44 rad/s outwards, 2.62 inwards."""
-    position, velocity = np.array(FR3.home), np.zeros(7)
-    position[0], velocity[0] = 2.8007, speed
-    verdict = _judge(_doctored(_at(4.0), arm_position=position, arm_velocity=velocity), limits=FR3.limits)
-    assert verdict.reason == ("success" if is_kept else "the arm passed its speed limit")
+        assert _evaluate(NEGATIVE[name][0], limits=nothing).success
 
 
 @pytest.mark.parametrize("field", ["penetration", "bend_most"])
 def test_a_figure_that_is_not_a_number_is_no_success(field):
-    assert not _judge(_doctored(lambda t: True, **{field: math.nan})).success
+    assert not _evaluate(_doctored(lambda t: True, **{field: math.nan})).success

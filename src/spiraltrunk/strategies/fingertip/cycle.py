@@ -18,7 +18,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.fingertip.moves import Curl, again, carry, grip, gripping_base, holding, opened, put, reach
 from spiraltrunk.strategies.fingertip.plan import TipOptions, gripper_of, turned_across
-from spiraltrunk.strategies.moves import Progress, advance, begin, command_at, fraction, insert_next
+from spiraltrunk.strategies.moves import Progress, advance, begin, command_at, fraction, insert_next, status_of
 from spiraltrunk.strategies.options import choose
 from spiraltrunk.strategies.sensing import weight
 
@@ -114,8 +114,7 @@ class TipStrategy(Strategy[TipState]):
 
     def status(self, state: TipState) -> Status:
         """Where the strategy stands."""
-        move = state.progress.move
-        return Status(phase=move.phase, action=move.action, is_done=state.is_done, gave_up=state.gave_up)
+        return status_of(state.progress, is_done=state.is_done, gave_up=state.gave_up)
 
     def _has_ended(self, state: TipState, observation: Observation) -> bool:
         if state.progress.move.action == "lower" and state.weight_held - state.weight > self.options.touch:

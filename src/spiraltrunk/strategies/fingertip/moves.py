@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.strategies.fingertip.plan import TipOptions, closing, gripper_of, opening, tip_height
 from spiraltrunk.strategies.moves import Move
 
@@ -51,10 +52,14 @@ def grip(above: Move, base: np.ndarray, rotation: np.ndarray, lift: float, hold:
     turn = replace(above, phase="reach", action="turn", duration=1.0, position=over, rotation=rotation)
     descend = replace(turn, action="descend", duration=1.5, position=base)
     settle = replace(descend, action="settle", duration=0.8)
-    close = replace(settle, phase="prehension", action="close", duration=1.2, gripper=hold)
-    tighten = replace(close, action="tighten", duration=0.6)
-    lifted = replace(close, phase="transport", action="lift", duration=2.0, position=base + np.array([0.0, 0.0, lift]))
-    return turn, descend, settle, close, tighten, lifted, replace(lifted, action="check", duration=CHECK)
+    close = replace(settle, phase="prehension", action="close", milestone=Milestone.TOUCHED, duration=1.2, gripper=hold)
+    tighten = replace(close, action="tighten", milestone=None, duration=0.6)
+    lifted = replace(
+        close, phase="transport", action="lift", milestone=Milestone.LIFTED, duration=2.0,
+        position=base + np.array([0.0, 0.0, lift]),
+    )  # fmt: skip
+    check = replace(lifted, action="check", milestone=None, duration=CHECK)
+    return turn, descend, settle, close, tighten, lifted, check
 
 
 def carry(checked: Move, observation: Observation, curl: Curl | None, place: np.ndarray) -> tuple[Move, ...]:
@@ -67,15 +72,19 @@ def carry(checked: Move, observation: Observation, curl: Curl | None, place: np.
         place: of the base when the object stands over its goal, as high as now, shape (3,) [m].
     """
     goal = observation.task.goal
-    over = replace(checked, action="carry", duration=2.5, position=checked.position + goal.aside)
-    hold = replace(over, action="hold", duration=goal.hold)
+    over = replace(
+        checked, action="carry", milestone=Milestone.CARRIED, duration=2.5, position=checked.position + goal.aside
+    )
+    hold = replace(over, action="hold", milestone=Milestone.HELD, duration=goal.hold)
     if curl is None:
-        return over, hold, replace(hold, phase="release", action="bring", duration=2.0, position=place)
+        return over, hold, replace(
+            hold, phase="release", action="bring", milestone=None, duration=2.0, position=place
+        )  # fmt: skip
     straight = np.where(curl.tension > 0, 0.0, curl.pull)
     taut = replace(checked, action="draw taut", duration=0.5, tension=curl.tension, pull=straight)
     flip = replace(taut, action="flip", duration=4.0, pull=curl.pull)
     over, hold = (replace(move, tension=curl.tension, pull=curl.pull) for move in (over, hold))
-    back = replace(hold, action="flip back", duration=4.0, pull=straight)
+    back = replace(hold, action="flip back", milestone=None, duration=4.0, pull=straight)
     bring = replace(back, phase="release", action="bring", duration=2.0, position=place, tension=checked.tension)
     return taut, flip, over, hold, back, bring
 
@@ -88,8 +97,8 @@ def put(brought: Move, base: np.ndarray, gripper: float) -> tuple[Move, ...]:
         base: where the base lets go, shape (3,) [m].
         gripper: command that opens [-].
     """
-    lower = replace(brought, action="lower", duration=4.0, position=base)
-    let_go = replace(lower, action="open", duration=1.5, gripper=gripper)
+    lower = replace(brought, action="lower", milestone=Milestone.SET_DOWN, duration=4.0, position=base)
+    let_go = replace(lower, action="open", milestone=Milestone.RELEASED, duration=1.5, gripper=gripper)
     leave = replace(let_go, action="leave", duration=2.0, position=brought.position)
     return lower, let_go, leave, replace(leave, action="rest", duration=2.0)
 

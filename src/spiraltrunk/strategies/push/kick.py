@@ -20,10 +20,19 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.design.rules import GRAVITY, graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.strategies.moves import Move, Progress, advance, begin, command_at, fraction, insert_next
+from spiraltrunk.strategies.moves import (
+    Move,
+    Progress,
+    advance,
+    begin,
+    command_at,
+    fraction,
+    insert_next,
+    status_of,
+)
 from spiraltrunk.strategies.options import check_choices, choose
 from spiraltrunk.strategies.push.stance import Stance, go_down, keep_level, plan_stance, reach_of, roll_up
 from spiraltrunk.strategies.push.steering import seen_place
@@ -84,6 +93,7 @@ class Kick(Strategy[KickState]):
     stage = "ground"
     stance = "upright"
     looks = True
+    holds = "nothing"
     job = "kick"
     objects = ("box-80", "box-100", "cylinder-90", "cylinder-120", "ball-80", "ball-100", "ball-120")
     position = (0.50, 0.10)
@@ -118,8 +128,7 @@ class Kick(Strategy[KickState]):
 
     def status(self, state: KickState) -> Status:
         """Where the strategy stands."""
-        move = state.progress.move
-        return Status(phase=move.phase, action=move.action, is_done=state.is_done, gave_up=state.gave_up)
+        return status_of(state.progress, is_done=state.is_done, gave_up=state.gave_up)
 
     def _next(self, state: KickState, observation: Observation) -> KickState:
         progress = state.progress
@@ -147,8 +156,8 @@ class Kick(Strategy[KickState]):
         stroke = options.run_up + options.follow
         end = start + stroke * stance.way
         kick = Move(
-            phase="transport", action="kick", duration=_PEAK * stroke / self._speed(observation), position=end,
-            tension=stance.tension, rotation=stance.rotation,
+            phase="transport", action="kick", milestone=Milestone.PUSHED, position=end, tension=stance.tension,
+            duration=_PEAK * stroke / self._speed(observation), rotation=stance.rotation,
         )  # fmt: skip
         up = end - 0.10 * stance.way + np.array([0.0, 0.0, 0.15])
         rise = replace(kick, phase="release", action="rise", duration=1.5, position=up)

@@ -27,11 +27,20 @@ import numpy as np
 
 from spiraltrunk.checks import check_type
 from spiraltrunk.control.messages import Command, Observation, Task
-from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
-from spiraltrunk.strategies.moves import Move, Progress, advance, begin, command_at, fraction, insert_next
+from spiraltrunk.strategies.moves import (
+    Move,
+    Progress,
+    advance,
+    begin,
+    command_at,
+    fraction,
+    insert_next,
+    status_of,
+)
 from spiraltrunk.strategies.options import check_choices, choose
 from spiraltrunk.strategies.push.stance import Stance, go_down, keep_level, plan_stance, reach_of, roll_up
 from spiraltrunk.strategies.push.steering import (
@@ -164,8 +173,9 @@ class Sweep(Strategy[SweepState]):
         """Where the strategy stands; once the grasp has taken over, where that stands."""
         if state.task is not None:
             return self._grasp(state.task).status(state.grasp)
-        action = state.progress.move.action if state.steering is None else "push"
-        return Status(phase="reach", action=action, is_done=state.gave_up is not None, gave_up=state.gave_up)
+        if state.steering is not None:
+            return Status(phase="reach", action="push", milestone=Milestone.PUSHED)
+        return status_of(state.progress, is_done=state.gave_up is not None, gave_up=state.gave_up)
 
     def _step_grasp(self, state: SweepState, task: Task, observation: Observation) -> tuple[SweepState, Command]:
         grasp, command = self._grasp(task).step(state.grasp, told(observation, task))
@@ -220,8 +230,8 @@ class Sweep(Strategy[SweepState]):
         back = steering.base - options.back * stance.way
         up = np.array([back[0], back[1], home[2, 3]])
         still = Move(
-            phase="reach", action="stop", duration=0.5, position=steering.base, tension=stance.tension,
-            rotation=stance.rotation,
+            phase="reach", action="stop", milestone=Milestone.PUSHED, duration=0.5, position=steering.base,
+            tension=stance.tension, rotation=stance.rotation,
         )  # fmt: skip
         if self._is_low(stance, observation):  # Backing off would take along what is under the fist.
             off = replace(still, action="lift off", duration=1.5, position=steering.base + np.array([0.0, 0.0, 0.08]))

@@ -26,7 +26,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import ventral_cables
 from spiraltrunk.strategies.moves import (
@@ -38,6 +38,7 @@ from spiraltrunk.strategies.moves import (
     insert_next,
     raise_tension,
     shift_later,
+    status_of,
 )
 from spiraltrunk.strategies.options import choose
 from spiraltrunk.strategies.sensing import in_step, lever, ventral_pull, ventral_tension, way_to_turn_flat, weight
@@ -134,8 +135,7 @@ class WrapVertical(Strategy[WrapState]):
 
     def status(self, state: WrapState) -> Status:
         """Where the strategy stands."""
-        move = state.progress.move
-        return Status(phase=move.phase, action=move.action, is_done=state.is_done, gave_up=state.gave_up)
+        return status_of(state.progress, is_done=state.is_done, gave_up=state.gave_up)
 
     def _feel(self, state: WrapState, observation: Observation) -> WrapState:
         action = state.progress.move.action
@@ -238,7 +238,9 @@ class WrapVertical(Strategy[WrapState]):
         rise = -options.ease_rise * length * observation.T_world_base[:3, 0]
         place = command_at(progress, observation.time).T_world_base[:3, 3] + rise
         eased = options.ease * progress.move.tension
-        ease = replace(progress.move, action="ease", duration=0.8, position=place, tension=eased)
+        ease = replace(
+            progress.move, action="ease", milestone=Milestone.RELEASED, duration=0.8, position=place, tension=eased
+        )
         back = options.back_off * length * observation.T_world_base[:3, 1]
         uncurl = replace(ease, action="uncurl", duration=options.open_time, position=place + back, tension=0.0 * eased)
         return advance(insert_next(progress, (ease, uncurl)), observation.time)

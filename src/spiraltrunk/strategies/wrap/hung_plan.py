@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Observation, Target
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, Progress
@@ -19,6 +20,16 @@ OVERSHOOT = 0.3
 
 LOWERING_SPEED = 0.05
 """Speed at which an object is set down [m/s]."""
+
+_MILESTONES = {
+    "touch": Milestone.TOUCHED,
+    "lift": Milestone.LIFTED,
+    "carry": Milestone.CARRIED,
+    "hold": Milestone.HELD,
+    "lower": Milestone.SET_DOWN,
+    **dict.fromkeys(("draw up", "leave", "rest"), Milestone.RELEASED),
+}
+"""What the actions work towards."""
 
 RISING_SPEED = 0.1
 """Mean speed at which what was hefted is put back onto its strings [m/s]."""
@@ -131,7 +142,10 @@ def _moves(observation: Observation, options: WrapOptions, pull: np.ndarray, wra
     opened = clear + np.dot(goal.place + from_object - clear, down) * down
 
     def move(phase: str, action: str, duration: float, position: np.ndarray, tension: np.ndarray) -> Move:
-        return Move(phase=phase, action=action, duration=duration, position=position, tension=tension)
+        return Move(
+            phase=phase, action=action, milestone=_MILESTONES.get(action), duration=duration, position=position,
+            tension=tension,
+        )  # fmt: skip
 
     return (
         move("reach", "approach", 2.0, beside - options.clearance * length * ahead, slack),

@@ -39,7 +39,16 @@ import numpy as np
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.strategies.moves import Move, Progress, advance, begin, command_at, fraction, insert_next
+from spiraltrunk.strategies.moves import (
+    Move,
+    Progress,
+    advance,
+    begin,
+    command_at,
+    fraction,
+    insert_next,
+    status_of,
+)
 from spiraltrunk.strategies.options import choose
 from spiraltrunk.strategies.sensing import ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
@@ -138,8 +147,7 @@ class StandingWrap(Strategy[StandingState]):
 
     def status(self, state: StandingState) -> Status:
         """Where the strategy stands."""
-        move = state.progress.move
-        return Status(phase=move.phase, action=move.action, is_done=state.is_done, gave_up=state.gave_up)
+        return status_of(state.progress, is_done=state.is_done, gave_up=state.gave_up)
 
     def _feel(self, state: StandingState, observation: Observation) -> StandingState:
         action = state.progress.move.action
@@ -276,12 +284,16 @@ def _once_more(progress: Progress) -> tuple[Move, ...]:
     release = [move for move in progress.moves if move.phase == "release"]
     eased = sum(move.action == "uncurl" for move in release)
     again = progress.moves[last["touch"] : progress.index + 1]
-    back = [replace(move, action="let go") for move in reversed(again) if move.action != "try"][: eased + 1]
+    back = [_letting_go(move) for move in reversed(again) if move.action != "try"][: eased + 1]
     spring = [
-        replace(move, phase="prehension", action="let go", position=back[-1].position, rotation=back[-1].rotation)
+        replace(_letting_go(move), phase="prehension", position=back[-1].position, rotation=back[-1].rotation)
         for move in release
         if move.action == "open"
     ]
-    first = replace(again[0], action="let go", duration=1.0)
+    first = replace(_letting_go(again[0]), duration=1.0)
     apart = replace(progress.moves[last["descend"]], phase="prehension", action="back off", duration=2.0)
     return (*back, *spring, first, apart, *again)
+
+
+def _letting_go(move: Move) -> Move:
+    return replace(move, action="let go", milestone=None)

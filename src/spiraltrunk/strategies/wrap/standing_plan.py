@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Observation, Target
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, ModelError
@@ -31,6 +32,16 @@ _ACTIONS = {
 }
 _PHASE = {action: phase for phase, actions in _ACTIONS.items() for action in actions}
 """What belongs to which phase."""
+
+_MILESTONES = {
+    "touch": Milestone.TOUCHED,
+    "lift": Milestone.LIFTED,
+    "carry": Milestone.CARRIED,
+    "hold": Milestone.HELD,
+    "lower": Milestone.SET_DOWN,
+    **dict.fromkeys(("uncurl", "open", "draw off", "leave", "rest"), Milestone.RELEASED),
+}
+"""What the actions work towards."""
 
 
 @final
@@ -180,10 +191,10 @@ def _moves(
     touch, wrapped, away = start + steps[0].closing, start + last.closing, place + steps[0].opening
 
     def move(action: str, duration: float, position: np.ndarray, tension: np.ndarray, step: _Step = last) -> Move:
-        phase = _PHASE[action]
         return Move(
-            phase=phase, action=action, duration=duration, position=position, tension=tension, rotation=step.rotation
-        )
+            phase=_PHASE[action], action=action, milestone=_MILESTONES.get(action), duration=duration,
+            position=position, tension=tension, rotation=step.rotation,
+        )  # fmt: skip
 
     slack, eased = steps[0].tension, [step for step in steps if step.pull >= options.spring]
     return (

@@ -12,6 +12,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.control.loop import RunLog
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.toml import write_design
 from spiraltrunk.errors import MissingPackage
 from spiraltrunk.files.atomic import atomic_folder
@@ -32,22 +33,14 @@ FILES = (
 )  # fmt: skip
 """Everything that a trial can leave behind."""
 
-_MOMENTS = (
-    ("approach", "approach", 1.0),
-    ("touch", "touch", 1.0),
-    ("curling", "curl", 0.55),
-    ("wrapped", "settle", 1.0),
-    ("closed", "tighten", 1.0),
-    ("lifted", "lift", 1.0),
-    ("flipped", "flip", 1.0),
-    ("carried", "hold", 0.5),
-    ("set down", "lower", 1.0),
-    ("released", "rest", 1.0),
-)
-"""Telling moments of a film strip: caption, action, and how far into it."""
+_HOW_FAR = {Milestone.HELD: 0.5}
+"""Where in the steps of a milestone its picture is taken, 0 to 1 [-]; 1, where it is reached, for the others."""
 
-_UNTOLD = {"settle": "reach"}
-"""Phases in which an action of that name is another one."""
+_UNSHOWN = (Milestone.CARRIED,)
+"""Milestones without a picture of their own: the object is where it is held afterwards."""
+
+_PARTS = (("prehension", 0.55), ("prehension", 1.0), ("reach", 0.5))
+"""Pictures between milestones: phase, and how far into it [-]; those first in the list come first."""
 
 _VIEWS = {
     "hung": View(lookat=(0.32, 0.20, 1.14), distance=1.70),
@@ -203,28 +196,34 @@ def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
 
 
 def find_moments(trial: Trial, count: int = 8) -> list[tuple[str, Sample]]:
-    """Moments that tell the trial, in order of time: the known actions, else moments evenly apart."""
-    trace, log = trial.plant.trace, trial.log
-    if not log.statuses:
+    """Captions and samples of a film strip, in order of time.
+
+    Every milestone is shown. Up to ``count``, moments of the phases are added, then ends of further actions, evenly
+    chosen; these are captioned by the action.
+    """
+    trace, statuses = trial.plant.trace, trial.log.statuses
+    if not statuses:
         return [(f"start, {trace[0].time:.1f} s", trace[0])]
-    named = {}
-    for caption, action, part in _MOMENTS:
-        ticks = [i + 1 for i, s in enumerate(log.statuses) if s.action == action and s.phase != _UNTOLD.get(action)]
-        if ticks:
-            named[ticks[round(part * (len(ticks) - 1))]] = caption
-    if len(named) < count:
-        spare = _find_ends(log, set(named.values()) | {action for _, action, _ in _MOMENTS})
-        chosen = np.linspace(0, len(spare) - 1, min(len(spare), count - len(named)))
-        named |= {spare[round(i)]: log.statuses[spare[round(i)] - 1].action for i in chosen}
+    shown = {}
+    for milestone in Milestone:
+        ticks = [i for i, status in enumerate(statuses) if status.milestone is milestone]
+        if ticks and milestone not in _UNSHOWN:
+            shown[_at(ticks, _HOW_FAR.get(milestone, 1.0))] = milestone.value
+    for phase, part in _PARTS:
+        ticks = [i for i, status in enumerate(statuses) if status.phase == phase]
+        if ticks and len(shown) < count:
+            shown.setdefault(_at(ticks, part), statuses[_at(ticks, part)].action)
+    told = {statuses[i].action for i in shown}
+    ends = sorted({status.action: i for i, status in enumerate(statuses) if status.action not in told}.values())
+    for choice in np.linspace(0, len(ends) - 1, max(0, min(len(ends), count - len(shown)))):
+        shown[ends[round(choice)]] = statuses[ends[round(choice)]].action
     return [
-        (f"{log.statuses[i - 1].phase}: {named[i]}, {trace[i].time:.1f} s", trace[i]) for i in sorted(named)
+        (f"{statuses[i].phase}: {shown[i]}, {trace[i + 1].time:.1f} s", trace[i + 1]) for i in sorted(shown)
     ]  # fmt: skip
 
 
-def _find_ends(log: RunLog, told: set[str]) -> list[int]:
-    """Ticks at which each action ends that is not told yet, once an action."""
-    ends = {status.action: i + 1 for i, status in enumerate(log.statuses) if status.action not in told}
-    return sorted(ends.values())
+def _at(ticks: list[int], part: float) -> int:
+    return ticks[round(part * (len(ticks) - 1))]
 
 
 def compute_series(trial: Trial, name: str) -> Series:
@@ -248,8 +247,8 @@ def compute_series(trial: Trial, name: str) -> Series:
 
 
 def _find_lift(trial: Trial) -> tuple[float, float] | None:
-    """Height of the object where its transport begins, and the same plus the lift that is asked for [m]."""
-    begin = trial.log.span("transport")
+    """Height of the object where its lift begins, and the height to which it is to be lifted [m]; None for no lift."""
+    begin = trial.log.milestone_span(Milestone.LIFTED)
     if begin is None:
         return None
     start = float(next(s.object_position[2] for s in trial.plant.trace if s.time >= begin[0] - 1e-9))

@@ -13,10 +13,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from spiraltrunk.control.arm_limits import ArmLimits, find_unjudged
 from spiraltrunk.control.messages import Task
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.workflows.grasp.verdict import Moments, Verdict, arm_conditions, fault_conditions, judge
+from spiraltrunk.workflows.grasp.verdict import (
+    Evidence,
+    Verdict,
+    arm_conditions,
+    decide,
+    evaluate_grasp,
+    fault_conditions,
+)
 
 GATE = math.radians(30.0)
 """Largest angle between the way to the goal and where the object truly went [rad] (ours)."""
@@ -31,49 +37,37 @@ REST_WAY = 0.002
 """Way by which an object at rest may still move in that time [m]."""
 
 
-def judge_kick(
-    trace: Sequence[Sample], task: Task, *, gave_up: str | None, warnings: int, limits: ArmLimits
-) -> Verdict:
-    """Weigh a kick; ``carry`` of the verdict is how far the object went the goal's way, place_error what it lacked."""
-    start = trace[0].object_position
+def evaluate_kick(evidence: Evidence) -> Verdict:
+    """Whether a kick succeeded; ``carry`` is how far the object went, ``place_error`` what lacked the goal's way."""
+    trace, task = evidence.trace, evidence.task
     line = float(np.dot(task.goal.place - task.target.position, _way(task)))
     along, aside = _progress(trace, task)
     passed = next((i for i in range(len(trace)) if along[i] >= line), None)
     angle = 0.0 if passed is None else math.atan2(abs(float(aside[passed])), float(along[passed]))
-    conditions = (
-        *fault_conditions(trace, task, gave_up=gave_up, warnings=warnings),
-        (passed is not None, f"went {along.max() * 100:.0f} cm the goal's way"),
-        (angle <= GATE, f"went {math.degrees(angle):.0f} deg off the goal's way"),
-        (_rests(trace, trace[-1].time, task), "not at rest on the ground"),
-        *arm_conditions(trace, limits),
-    )
-    reason = next((text for holds, text in conditions if not holds), "success")
-    return Verdict(
-        success=reason == "success", reason=reason, lift=0.0, hold=0.0,
-        carry=float(np.linalg.norm((trace[-1].object_position - start)[:2])),
-        place_error=max(0.0, line - float(along.max())),
-        penetration=max(s.penetration for s in trace), bend=max(s.bend_most for s in trace),
-        unjudged=find_unjudged(limits),
+    return decide(
+        (
+            *fault_conditions(evidence),
+            (passed is not None, f"went {along.max() * 100:.0f} cm the goal's way"),
+            (angle <= GATE, f"went {math.degrees(angle):.0f} deg off the goal's way"),
+            (_rests(trace, trace[-1].time, task), "not at rest on the ground"),
+            *arm_conditions(evidence),
+        ),
+        evidence, lift=0.0, hold=0.0, place_error=max(0.0, line - float(along.max())),
+        carry=float(np.linalg.norm((trace[-1].object_position - trace[0].object_position)[:2])),
     )  # fmt: skip
 
 
-def judge_sweep(
-    trace: Sequence[Sample], task: Task, moments: Moments, swept: float | None, *, gave_up: str | None, warnings: int,
-    limits: ArmLimits,
-) -> Verdict:  # fmt: skip
-    """Weigh a sweep and the grasp after it; ``swept`` is when the trunk had withdrawn and looked [s].
-
-    The grasp is judged from where the object truly rested.
-    """
-    at = trace[-1] if swept is None else min(trace, key=lambda s: abs(s.time - swept))
+def evaluate_sweep(evidence: Evidence) -> Verdict:
+    """Whether a sweep and the grasp after it succeeded; the grasp is evaluated from where the object truly rested."""
+    trace, task, push = evidence.trace, evidence.task, evidence.moments.push
+    at = trace[-1] if push is None else min(trace, key=lambda s: abs(s.time - push[1]))
     goal = replace(task.goal, place=at.object_position + task.goal.aside, zone=GRASP_ZONE)
-    grasp = judge(
-        trace, replace(task, goal=goal), moments, gave_up=gave_up, warnings=warnings, limits=limits
-    )  # fmt: skip
+    grasp = evaluate_grasp(replace(evidence, task=replace(task, goal=goal)))
     conditions = (
-        *fault_conditions(trace, task, gave_up=None, warnings=warnings),
+        *fault_conditions(replace(evidence, gave_up=None)),
         (_beside(trace[0], task) > task.goal.zone, "the object began in the zone"),
-        (swept is not None and _rests(trace, at.time, task), "not at rest after the sweep"),
+        (push is not None, evidence.gave_up or "the strategy reported no push"),
+        (_rests(trace, at.time, task), "not at rest after the sweep"),
         (_beside(at, task) <= task.goal.zone, f"swept to {_beside(at, task) * 100:.1f} cm from the place"),
         (grasp.success, grasp.reason),
     )

@@ -16,8 +16,8 @@ from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.grasp.push_verdict import judge_kick, judge_sweep
-from spiraltrunk.workflows.grasp.verdict import Moments, Verdict, judge
+from spiraltrunk.workflows.grasp.jobs import JOBS
+from spiraltrunk.workflows.grasp.verdict import Evidence, Moments, Verdict
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 
@@ -51,7 +51,7 @@ def run_trial(
     spread: Spread | None = None,
     watch: Callable[[Observation, Status], None] | None = None,
 ) -> Trial:
-    """Draw a world, run a strategy in it, by its name or one of your own, and judge.
+    """Draw a world, run a strategy in it, by its name or one of your own, and evaluate the run by the strategy's job.
 
     ``spread`` says how far worlds differ; ``watch`` is called after every step.
 
@@ -68,23 +68,11 @@ def run_trial(
     with quiet_mujoco():
         log = run(plant, chosen, watch=watch)
     factor = plant.trace[-1].time / (time.perf_counter() - began)
+    evidence = Evidence(
+        trace=plant.trace, task=plant.task, moments=Moments.from_log(log), gave_up=log.gave_up,
+        warnings=plant.warnings, limits=plant.arm_limits,
+    )  # fmt: skip
     return Trial(
-        strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=_judge(plant, log, chosen.job),
+        strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=JOBS[chosen.job](evidence),
         real_time_factor=factor,
     )  # fmt: skip
-
-
-def _judge(plant: SimPlant, log: RunLog, job: str) -> Verdict:
-    moments = Moments(
-        lift=log.span("transport", "lift"), carry=log.span("transport", "carry"), hold=log.span("transport", "hold")
-    )
-    limits = plant.arm_limits
-    if job == "kick":
-        return judge_kick(plant.trace, plant.task, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)
-    if job == "sweep":
-        swept = log.span("reach", "look over")
-        rest = None if swept is None else swept[1]
-        return judge_sweep(
-            plant.trace, plant.task, moments, rest, gave_up=log.gave_up, warnings=plant.warnings, limits=limits
-        )
-    return judge(plant.trace, plant.task, moments, gave_up=log.gave_up, warnings=plant.warnings, limits=limits)

@@ -10,7 +10,9 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.arm_limits import ArmLimits, find_unjudged, velocity_bounds
+from spiraltrunk.control.loop import RunLog
 from spiraltrunk.control.messages import Task
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.sim.ground_truth import Sample
 
 LIFT_TOLERANCE = 0.25
@@ -33,14 +35,43 @@ strategies let down at 0.1."""
 @final
 @dataclass(frozen=True, kw_only=True)
 class Moments:
-    """When the strategy lifted, carried and held [s]; None for what never came."""
+    """Begin and end of what the strategy reported by its milestones [s]; None for what it did not report."""
 
-    lift: tuple[float, float] | None
-    """From where the lift begins to its end."""
-    carry: tuple[float, float] | None
+    push: tuple[float, float] | None = None
+    """From where the push begins to where the trunk has withdrawn."""
+    lift: tuple[float, float] | None = None
+    """The lift."""
+    carry: tuple[float, float] | None = None
     """The carry aside."""
-    hold: tuple[float, float] | None
+    hold: tuple[float, float] | None = None
     """The hold."""
+
+    @classmethod
+    def from_log(cls, log: RunLog) -> Moments:
+        """Moments of a run, by the milestones of its statuses."""
+        return cls(
+            push=log.milestone_span(Milestone.PUSHED), lift=log.milestone_span(Milestone.LIFTED),
+            carry=log.milestone_span(Milestone.CARRIED), hold=log.milestone_span(Milestone.HELD),
+        )  # fmt: skip
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What a verdict rests on."""
+
+    trace: Sequence[Sample]
+    """True state of the simulation over time."""
+    task: Task
+    """What was to be done."""
+    moments: Moments
+    """When the strategy lifted, carried and held, as it reported."""
+    gave_up: str | None
+    """Why the strategy ended before its goal, if it did."""
+    warnings: int
+    """How often the solver warned."""
+    limits: ArmLimits
+    """What the arm may do."""
 
 
 @final
@@ -68,41 +99,52 @@ class Verdict:
     """Quantities of the arm of which no limit is known, so that none was judged."""
 
 
-def judge(
-    trace: Sequence[Sample], task: Task, moments: Moments, *, gave_up: str | None, warnings: int, limits: ArmLimits
-) -> Verdict:
-    """Weigh a whole trial; conditions are tried in the order in which a trial would fail."""
+def evaluate_grasp(evidence: Evidence) -> Verdict:
+    """Whether a grasp succeeded; conditions are tried in the order in which a trial would fail."""
+    trace, task, moments = evidence.trace, evidence.task, evidence.moments
     lift, carry = _rise(trace, moments.lift), _way(trace, moments.carry)
     hold = _held(trace, moments.hold, task)
     place_error = float(np.linalg.norm(trace[-1].object_position - task.goal.place))
-    penetration, bend = max(s.penetration for s in trace), max(s.bend_most for s in trace)
     aside = float(np.linalg.norm(task.goal.aside))
-    conditions = (
-        *fault_conditions(trace, task, gave_up=gave_up, warnings=warnings),
-        (abs(lift / task.goal.lift - 1) <= LIFT_TOLERANCE, f"lifted {lift * 100:.0f} cm"),
-        (abs(carry / aside - 1) <= LIFT_TOLERANCE, f"carried {carry * 100:.0f} cm aside"),
-        (hold >= task.goal.hold - 0.05, f"held alone for {hold:.1f} s"),
-        (_is_released(trace), "not released at rest"),
-        (place_error <= task.goal.zone, f"released {place_error * 100:.1f} cm from the target"),
-        *_drop_conditions(trace, moments),
-        *arm_conditions(trace, limits),
-    )
-    reason = next((text for holds, text in conditions if not holds), "success")
-    return Verdict(
-        success=reason == "success", reason=reason, lift=lift, carry=carry, hold=hold, place_error=place_error,
-        penetration=penetration, bend=bend, unjudged=find_unjudged(limits),
+    return decide(
+        (
+            *fault_conditions(evidence),
+            (moments.lift is not None, "the strategy reported no lift"),
+            (abs(lift / task.goal.lift - 1) <= LIFT_TOLERANCE, f"lifted {lift * 100:.0f} cm"),
+            (moments.carry is not None, "the strategy reported no carry"),
+            (abs(carry / aside - 1) <= LIFT_TOLERANCE, f"carried {carry * 100:.0f} cm aside"),
+            (moments.hold is not None, "the strategy reported no hold"),
+            (hold >= task.goal.hold - 0.05, f"held alone for {hold:.1f} s"),
+            (_is_released(trace), "not released at rest"),
+            (place_error <= task.goal.zone, f"released {place_error * 100:.1f} cm from the target"),
+            *_drop_conditions(trace, moments),
+            *arm_conditions(evidence),
+        ),
+        evidence, lift=lift, carry=carry, hold=hold, place_error=place_error,
     )  # fmt: skip
 
 
-def fault_conditions(
-    trace: Sequence[Sample], task: Task, *, gave_up: str | None, warnings: int
-) -> list[tuple[bool, str]]:
+def decide(
+    conditions: Sequence[tuple[bool, str]], evidence: Evidence, *, lift: float, carry: float, hold: float,
+    place_error: float,
+) -> Verdict:  # fmt: skip
+    """The verdict whose reason is the first condition that fails, with its figures as in `Verdict` [m], [s]."""
+    reason = next((text for holds, text in conditions if not holds), "success")
+    return Verdict(
+        success=reason == "success", reason=reason, lift=lift, carry=carry, hold=hold, place_error=place_error,
+        penetration=max(s.penetration for s in evidence.trace), bend=max(s.bend_most for s in evidence.trace),
+        unjudged=find_unjudged(evidence.limits),
+    )  # fmt: skip
+
+
+def fault_conditions(evidence: Evidence) -> list[tuple[bool, str]]:
     """What no trial may show, whatever its job: faults of the simulation, overbent joints, touches of the arm."""
+    trace, warnings = evidence.trace, evidence.warnings
     penetration, bend = max(s.penetration for s in trace), max(s.bend_most for s in trace)
-    bend_most = task.design.joint_limit * BEND_MOST / math.radians(30.0)
+    bend_most = evidence.task.design.joint_limit * BEND_MOST / math.radians(30.0)
     return [
         (warnings == 0, f"the solver warned {warnings} times"),
-        (gave_up is None, f"{gave_up}"),
+        (evidence.gave_up is None, f"{evidence.gave_up}"),
         (bend <= bend_most, f"a joint bent {math.degrees(bend):.1f} deg"),
         (penetration <= PENETRATION_MOST, f"bodies overlapped by {penetration * 1e3:.1f} mm"),
         (not any(s.touches_robot for s in trace), "the object touched housing or arm"),
@@ -173,12 +215,13 @@ def _is_released(trace: Sequence[Sample]) -> bool:
     return moved <= 0.002 and part[-1].grip_force == 0.0 and part[-1].touches_table
 
 
-def arm_conditions(trace: Sequence[Sample], limits: ArmLimits) -> list[tuple[bool, str]]:
+def arm_conditions(evidence: Evidence) -> list[tuple[bool, str]]:
     """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands.
 
     A torque at its limit counts as passed, as simulated actuators, like real ones, give no more. What has no limit
     yields no condition: `find_unjudged` names it.
     """
+    trace, limits = evidence.trace, evidence.limits
     if len(trace) < 2:
         return []
     dt = trace[1].time - trace[0].time

@@ -16,6 +16,7 @@ from spiraltrunk.sim.objects.catalogue import ObjectSpec, scaled
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
+from spiraltrunk.workflows.grasp.jobs import JOBS
 
 NOISE = SensorOptions(
     pull_noise=0.2e-3, tension_noise=0.2, tension_share=0.02, torque_noise=0.02, delay=0.020, look_error=0.003,
@@ -78,10 +79,6 @@ EXACT = Spread(position=0.015, yaw=0.0, size=0.0, mass=0.0, sensors=SensorOption
 """Place within 15 mm, friction and stiffness unknown, everything else as told, sensors without error."""
 
 
-_JOBS = ("grasp", "kick", "sweep")
-"""What a strategy may be for, each with a verdict of its own."""
-
-
 def draw_scene(
     shape: ObjectSpec, seed: int, *, strategy: Strategy[Any] | None = None, spread: Spread | None = None
 ) -> SceneOptions:
@@ -126,13 +123,13 @@ def _check_strategy(strategy: Strategy[Any]) -> None:
     if not isinstance(strategy, Strategy):
         raise DesignError("strategy", got=strategy, allowed="a Strategy, as strategies.get makes of a name")
     check_text("strategy.name", getattr(strategy, "name", None))
-    if strategy.job not in _JOBS:
-        raise DesignError("strategy.job", got=strategy.job, allowed=", ".join(_JOBS))
+    if strategy.job not in JOBS:
+        raise DesignError("strategy.job", got=strategy.job, allowed=", ".join(JOBS))
 
 
 def _hardness(strategy: Strategy[Any], shape: ObjectSpec) -> float:
-    """Hardness of friction in the worlds of a strategy and an object; a kick holds nothing [-]."""
-    if strategy.job == "kick":
+    """Hardness of friction in the worlds of a strategy and an object [-]; MuJoCo's own where nothing is held."""
+    if strategy.holds == "nothing":
         return 1.0
     if shape.kind == "cone":
         return SLOPE_FRICTION

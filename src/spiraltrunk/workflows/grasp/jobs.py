@@ -1,0 +1,15 @@
+"""What counts as success, by a strategy's job."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from spiraltrunk.workflows.grasp.push_verdict import evaluate_kick, evaluate_sweep
+from spiraltrunk.workflows.grasp.verdict import Evidence, Verdict, evaluate_grasp
+
+JOBS: Mapping[str, Callable[[Evidence], Verdict]] = {
+    "grasp": evaluate_grasp,
+    "kick": evaluate_kick,
+    "sweep": evaluate_sweep,
+}
+"""Every job that a strategy may have, and its verdict."""
