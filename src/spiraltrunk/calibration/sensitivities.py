@@ -23,6 +23,7 @@ from spiraltrunk.model.kinematics.frames import base_orientation, bend_rotation
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.statics.equilibrium import SHUT, StaticsOptions, get_trunk
 from spiraltrunk.model.statics.kernels.cable_gaps import NARROW
+from spiraltrunk.model.statics.kernels.capstan_law import tension_ratio
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Trunk, Work, linearise, room_for_work
 from spiraltrunk.model.statics.loads import read_fields
 
@@ -135,13 +136,13 @@ class _State:
         last, out = self.first.copy(), np.empty_like(self.tension)
         held = np.vstack([self.first, self.tension[:-1]]) - self.tension
         for k, mode in enumerate(self.mode):
-            last = np.where(mode == 0.0, last - held[k], last * np.exp(-mode * friction * turn[k]))
+            last = np.where(mode == 0.0, last - held[k], last * tension_ratio(mode * friction, turn[k]))
             out[k] = last
         return out
 
     def by_motors(self) -> np.ndarray:
         """Tension of each gap per tension of its motor, shape (n_joint, n_cable) [-]."""
-        slides = np.exp(-self.mode * self.design.cable.friction * self.gaps.turn)
+        slides = tension_ratio(self.mode * self.design.cable.friction, self.gaps.turn)
         return np.cumprod(np.where(self.mode == 0.0, 1.0, slides), axis=0)
 
     def _by_bends(self) -> np.ndarray:
@@ -162,7 +163,7 @@ class _State:
             if k:
                 turned[:, k - 1] = far[k - 1]
             mode = self.mode[k][:, None, None]
-            slides = np.exp(-mode * mu * self.gaps.turn[k][:, None, None])
+            slides = tension_ratio(mode * mu, self.gaps.turn[k][:, None, None])
             here = last * slides - mode * mu * self.tension[k][:, None, None] * turned
             last = np.where(mode == 0.0, last, here)
             out[k] = last

@@ -1,12 +1,12 @@
 """Capstan friction of the cables at every hole of the simulated trunk.
 
 Between gap k - 1 and gap k a cable turns by w_k: at the proximal hole of section k, from the gap's direction to the
-section's axis (none for k = 1), and at its distal hole, from the axis to the next gap's direction. Where it slides
-towards the motor T_k = T_(k-1) exp(-mu w_k), away from it the inverse, and between the two where it sticks (Euler and
-Eytelwein's capstan). The generalised force -sum T_k grad L_k of the gaps L_k equals that of the motor's T_0 on the
-whole cable and of F_k = T_(k-1) - T_k on S_k, the cable beyond hole k. So the model needs nothing but forces on its
-hinges: each F_k is an elastic force that yields at the capstan's bounds, as stiff as the time step allows. It holds at
-rest without creep; the solver's own dry friction, one row per hole, creeps and costs three times as much.
+section's axis (none for k = 1), and at its distal hole, from the axis to the next gap's direction. The tensions T_(k-1)
+and T_k on both sides obey `model.statics.kernels.capstan_law`. The generalised force -sum T_k grad L_k of the gaps L_k
+equals that of the motor's T_0 on the whole cable and of F_k = T_(k-1) - T_k on S_k, the cable beyond hole k. So the
+model needs nothing but forces on its hinges: each F_k is an elastic force that yields at the slip forces of the law, as
+stiff as the time step allows. It holds at rest without creep; the solver's own dry friction, one row per hole, creeps
+and costs three times as much.
 
 Turns are those at the true holes; lengths and their gradients those of the holes as simulated (`TrunkOptions`), which
 are set back because a gap that is exactly shut has no direction.

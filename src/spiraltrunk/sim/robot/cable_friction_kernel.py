@@ -7,10 +7,16 @@ beyond hole k; T_k is the tension in gap k and T_0 the motor's. Arrays count gap
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any, NamedTuple, final
 
 import numpy as np
-from numba import njit
+
+from spiraltrunk.model.jit import compiler, hash_files
+from spiraltrunk.model.statics.kernels import capstan_law
+from spiraltrunk.model.statics.kernels.capstan_law import ratio, slip_forces
+
+_compiled = compiler(hash_files([Path(__file__), Path(capstan_law.__file__)]))
 
 
 @final
@@ -53,7 +59,7 @@ class State(NamedTuple):
     """Turn of the cable between gap k - 1 and gap k, shape (n_cable, n_joint) [rad]."""
 
 
-@njit(cache=True)
+@_compiled
 def joint_turn(z_first: bool, first: float, second: float) -> Any:
     """Rotation of a joint as nine numbers by rows, and the distal hinge's axis in the proximal section."""
     c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
@@ -62,7 +68,7 @@ def joint_turn(z_first: bool, first: float, second: float) -> Any:
     return (c1 * c2, -c1 * s2, s1, s2, c2, 0.0, -s1 * c2, s1 * s2, c1), (s1, 0.0, c1)  # Ry(first) Rz(second).
 
 
-@njit(cache=True)
+@_compiled
 def hole_vectors(turn: Any, beyond: Any, before: Any, direction: Any) -> Any:
     """From the joint's centre to the true hole beyond it, and across the gap, both in the proximal section's frame."""
     u, v, w = beyond[0], beyond[1] * direction[0], beyond[1] * direction[1]
@@ -72,14 +78,14 @@ def hole_vectors(turn: Any, beyond: Any, before: Any, direction: Any) -> Any:
     return (x, y, z), (x - before[0], y - before[1] * direction[0], z - before[1] * direction[1])
 
 
-@njit(cache=True)
+@_compiled
 def set_back(turn: Any, hole: Any, across: Any, back: Any) -> Any:
     """The same two vectors for holes that lie behind the true ones."""
     x, y, z = back[0] * turn[0], back[0] * turn[3], back[0] * turn[6]
     return (hole[0] + x, hole[1] + y, hole[2] + z), (across[0] + x + back[1], across[1] + y, across[2] + z)
 
 
-@njit(cache=True)
+@_compiled
 def gap_gradient(z_first: bool, second_axis: Any, hole: Any, across: Any) -> Any:
     """Length of a gap and its derivatives by the proximal and the distal hinge."""
     x, y, z = hole
@@ -91,7 +97,7 @@ def gap_gradient(z_first: bool, second_axis: Any, hole: Any, across: Any) -> Any
     return length, first / length, second / length
 
 
-@njit(cache=True)
+@_compiled
 def gap_turns(turn: Any, across: Any) -> Any:
     """Turns of the cable at the hole before and at the hole beyond a joint: angles between gap and sections' axes.
 
@@ -104,7 +110,7 @@ def gap_turns(turn: Any, across: Any) -> Any:
     return before, math.acos(min(1.0, max(-1.0, along_distal / length)))
 
 
-@njit(cache=True)
+@_compiled
 def measure_gaps(geometry: Geometry, qpos: Any, gap: Any, gradient: Any, turn: Any) -> None:
     """Fill lengths and gradients of the gaps as simulated and the turns at the true holes, at hinge angles ``qpos``."""
     count = geometry.before.shape[0]
@@ -121,7 +127,7 @@ def measure_gaps(geometry: Geometry, qpos: Any, gap: Any, gradient: Any, turn: A
             gap[c, j], gradient[c, j, 0], gradient[c, j, 1] = gap_gradient(is_z, axis, hole, across)
 
 
-@njit(cache=True)
+@_compiled
 def slide(c: int, gap: Any, state: State, slid: Any) -> float:
     """What slid through each hole since the last step, away from the motor; the length of all gaps."""
     beyond = 0.0
@@ -132,7 +138,7 @@ def slide(c: int, gap: Any, state: State, slid: Any) -> float:
     return beyond
 
 
-@njit(cache=True)
+@_compiled
 def motor_tension(actuator: int, length: float, motors: Any) -> float:
     """Tension of a cable at its motor, by the law of its actuator."""
     ctrl, gain, force_range = motors
@@ -140,23 +146,23 @@ def motor_tension(actuator: int, length: float, motors: Any) -> float:
     return -min(max(force, force_range[actuator, 0]), force_range[actuator, 1])
 
 
-@njit(cache=True)
+@_compiled
 def pass_holes(c: int, mu: float, stiffness: float, slid: Any, state: State) -> None:
     """Friction at each hole and tension from gap to gap.
 
-    An elastic force that yields at the capstan's bounds, T_(k-1) (1 - exp(-mu w)) towards the motor and
-    T_(k-1) (exp(mu w) - 1) away from it. A jump of the tension alone, without sliding, creates none of it.
+    An elastic force that yields at the slip forces of `capstan_law`. A jump of the tension alone, without sliding,
+    creates none of it.
     """
     tension = state.tension[c, 0]
     for k in range(slid.shape[0]):
-        kept = math.exp(-mu * state.turn[c, k])
-        lost, gained = tension * (1.0 - kept), tension * (1.0 / kept - 1.0)
+        kept = ratio(mu, state.turn[c, k])
+        lost, gained = slip_forces(tension, kept, 1.0 / kept)
         state.force[c, k] = min(lost, max(-gained, state.force[c, k] - stiffness * slid[k]))
         tension -= state.force[c, k]
         state.tension[c, k + 1] = tension
 
 
-@njit(cache=True)
+@_compiled
 def apply_friction(geometry: Geometry, state: State, law: Any, motors: Any, forces: Any) -> None:
     """Advance the friction to the hinge angles of this step, and write its forces on the hinges.
 

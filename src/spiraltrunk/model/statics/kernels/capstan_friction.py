@@ -1,19 +1,17 @@
-"""Capstan friction of the cables, and the loading history that it needs.
+"""Capstan friction along the cables, and the loading history that it needs.
 
-Over hole k of a cable, counted by gaps, the tension falls to T_k = T_{k-1} exp(-mu w_k) where the cable slides to the
-motor and grows to T_{k-1} exp(mu w_k) where it slides away; between, it sticks. w_k is the turn at the hole beyond gap
-k - 1 plus that at the hole before gap k. What a hole can take is found by repetition: the shape at the last forces
-gives tensions and turns, those the next forces.
+Hole k of a cable, counted by gaps, obeys `capstan_law` with w_k, the turn at the hole beyond gap k - 1 plus that at the
+hole before gap k. Below the slip force the cable sticks. Slip forces are found by fixed-point iteration: the shape at
+the last forces gives tensions and turns, and those give the next forces.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, inlined, owning
 from spiraltrunk.model.statics.kernels.cable_gaps import hole_turns
+from spiraltrunk.model.statics.kernels.capstan_law import ratio, slip_forces
 from spiraltrunk.model.statics.kernels.energy import Case, Control, hold, place
 from spiraltrunk.model.statics.kernels.projected_newton import solve_safely
 
@@ -49,8 +47,7 @@ def update_forces(mu, share, trunk, pulls, work, turns, friction):
         tension = pulls[c]
         for i in range(turns.shape[0]):
             lever = abs(trunk.before[i, c, 1]) + abs(trunk.before[i, c, 2])
-            forward = tension * (1 - math.exp(-mu * turns[i, c]))
-            backward = tension * (math.exp(mu * turns[i, c]) - 1)
+            forward, backward = slip_forces(tension, ratio(mu, turns[i, c]), ratio(-mu, turns[i, c]))
             held = work.tension[i, c] - tension
             used = forward - friction.force[i, c] if held < 0 else backward - friction.force_back[i, c]
             worst = max(worst, abs(used) * lever)
@@ -69,8 +66,8 @@ def recall_forces(q, pulls, case, mu, work, turns):
     for c in range(turns.shape[1]):
         tension, beyond = pulls[c], work.gap[:, c].sum()
         for i in range(turns.shape[0]):
-            friction.force[i, c] = tension * (1 - math.exp(-mu * turns[i, c]))
-            friction.force_back[i, c] = tension * (math.exp(mu * turns[i, c]) - 1)
+            towards, away = slip_forces(tension, ratio(mu, turns[i, c]), ratio(-mu, turns[i, c]))
+            friction.force[i, c], friction.force_back[i, c] = towards, away
             tension = max(tension + hold(beyond, i, c, friction)[0], 0.0)
             beyond -= work.gap[i, c]
 
