@@ -23,7 +23,7 @@ from spiraltrunk.model.kinematics.cables import PULL_MARGIN
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.reference.constants import check_ventral, prepare, rest_mass
 from spiraltrunk.model.statics import equilibrium
-from spiraltrunk.model.statics.kernels.batch import NEARLY
+from spiraltrunk.model.statics.kernels.joint_limits import NEARLY
 
 LENGTH_TOLERANCE = 1e-6
 """How closely a ventral pull lengthens cable 1 as asked [m]."""
@@ -175,7 +175,7 @@ def pull_cables(
 
 def find_shut(design: TrunkDesign, shape: Shape) -> np.ndarray:
     """Which joints are at their limit, by faces that meet or a gap pulled shut, shape (..., n_joint) [bool]."""
-    return shape.is_shut | (shape.joint_angle >= design.joint_limit - NEARLY)
+    return shape.is_shut | (shape.joint_angle > design.joint_limit - NEARLY)
 
 
 def _read_pull(name: str, value: float, full: float) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model.kinematics.cables import lengths_from_rotations
+from spiraltrunk.model.kinematics.joint_limits import joint_angle
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.sim.robot.trunk import TrunkOptions, add_trunk, section_name, trunk_quat_wxyz
 
@@ -59,8 +60,7 @@ def read_shape(design: TrunkDesign, data: mujoco.MjData) -> Shape:
     ends = np.array([data.site(f"end_{n + 1:02d}").xpos for n in range(design.n_section)])
     rotation = np.swapaxes(turn[:-1], -1, -2) @ turn[1:]
     cables = lengths_from_rotations(design, rotation)
-    across = np.linalg.norm(np.cross(turn[:-1, :, 0], turn[1:, :, 0]), axis=-1)
-    angle = np.arctan2(across, rotation[:, 0, 0])
+    angle = joint_angle(rotation)
     return Shape(
         points=ends - base, joint_rotation=rotation, joint_angle=angle, gap=cables.gap, cable_change=cables.change,
         is_shut=angle >= design.joint_limit, status=np.array(int(Status.CONVERGED)),

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
+from spiraltrunk.model.kinematics.joint_limits import clip_bend
 
 _TENSIONS, _SAMPLES = 81, 20
 """Tensions tried, and points along a phalanx looked at."""
@@ -28,7 +29,7 @@ def finger_bend(gripper: GripperDesign, tension: ArrayLike) -> np.ndarray:
         Shape (..., n_phalanx) [rad].
     """
     torque = STRAND_LEVER * gripper.phalanx_width * np.asarray(tension)[..., None]
-    return np.asarray(np.clip(torque / gripper.joint_stiffness, -gripper.delta_theta, gripper.delta_theta))
+    return clip_bend(torque / gripper.joint_stiffness, gripper.delta_theta)
 
 
 def finger_points(gripper: GripperDesign, bend: np.ndarray) -> np.ndarray:

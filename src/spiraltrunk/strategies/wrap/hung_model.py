@@ -19,7 +19,8 @@ from spiraltrunk.checks import check_number
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.model.kinematics.cables import planar_gap, planar_lever
-from spiraltrunk.model.kinematics.enclosure import WRAP_TURN
+from spiraltrunk.model.kinematics.enclosure import WRAP_TURN, snug_bend
+from spiraltrunk.model.kinematics.joint_limits import clip_bend
 
 _ROUNDS = 30
 """Rounds of the damped iteration: enough where the cables carry the load; with less tension it need not settle."""
@@ -44,7 +45,7 @@ def predict_wrap(design: TrunkDesign, width: float, mass: float, tension: float)
     """The trunk wrapped round an object of ``width`` [m] and ``mass`` [kg], all ventral cables at ``tension`` [N]."""
     check_number("width", width, above=0.0)
     check_number("mass", mass, least=0.0)
-    bend = _snug_bend(design, width)
+    bend = snug_bend(design, width)
     first = _first_wrapped(bend)
     for _ in range(_ROUNDS):
         center = _object_center(design, bend, first, width)
@@ -67,7 +68,7 @@ def unrolled_center(design: TrunkDesign, width: float, pull: float) -> np.ndarra
         The object's centre (down, ahead) from the base, shape (2,) [m].
     """
     check_number("width", width, above=0.0)
-    snug, ventral = _snug_bend(design, width), ventral_cables(design)
+    snug, ventral = snug_bend(design, width), ventral_cables(design)
     pulls, centers = np.zeros(design.n_joint + 1), np.zeros((design.n_joint + 1, 2))
     for straight in range(design.n_joint + 1):
         bend = np.where(np.arange(design.n_joint) < straight, 0.0, snug)
@@ -109,12 +110,6 @@ def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: floa
     return high
 
 
-def _snug_bend(design: TrunkDesign, width: float) -> np.ndarray:
-    """Bend of each joint round a circle that the sections' surfaces touch, up to the limit, shape (n_joint,) [rad]."""
-    half_turn = np.arctan(design.section_length / 2 / (width / 2 + design.section_radius))
-    return np.minimum(half_turn[:-1] + half_turn[1:], design.joint_limit)
-
-
 def _first_wrapped(snug: np.ndarray) -> int:
     """Index of the first joint of those that follow the object."""
     return int(np.count_nonzero(np.cumsum(snug[::-1])[::-1] > WRAP_TURN))
@@ -125,7 +120,7 @@ def _balance(
 ) -> np.ndarray:
     """Bends at which each joint's moments cancel, within the limits, shape (..., n_joint) [rad]."""
     moment = tension * _ventral_lever(design, bend) - _weight_moment(design, bend, mass, center)
-    return np.clip(moment / design.joint_stiffness, -design.joint_limit, design.joint_limit)
+    return clip_bend(moment / design.joint_stiffness, design.joint_limit)
 
 
 def _ventral_lever(design: TrunkDesign, bend: np.ndarray) -> np.ndarray:

@@ -10,17 +10,13 @@ import numpy as np
 from spiraltrunk.model.statics.kernels import compiled, inlined, owning
 from spiraltrunk.model.statics.kernels.capstan_friction import COARSER, follow, release
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, room_for_work
+from spiraltrunk.model.statics.kernels.joint_limits import is_shut
 from spiraltrunk.model.statics.kernels.projected_newton import TIGHT, room_for_steps
 from spiraltrunk.model.statics.kernels.quasi_static import creep
 from spiraltrunk.model.statics.kernels.tip_compliance import tip_compliance
 
 CONVERGED, ALL_SHUT, STALLED, NOT_CONVERGED = range(4)
 """The numbers of `Status`."""
-
-
-NEARLY = 5e-4
-"""Angle short of the limit at which faces count as meeting [rad]: a gap of ``shut`` keeps the tip's joint that open."""
-
 
 NUDGE = 1e-6
 """Bend from which a solution starts [rad], so that a trunk balanced on its base falls to one side."""
@@ -124,7 +120,7 @@ def measure(trunk, problem, solution, b):
     for i in range(solution.angle.shape[1]):
         rotation = solution.rotation[b, i]
         solution.angle[b, i] = math.atan2(math.hypot(rotation[1, 0], rotation[2, 0]), rotation[0, 0])
-        solution.shut[b, i] = solution.angle[b, i] > trunk.limit - NEARLY
+        solution.shut[b, i] = is_shut(solution.angle[b, i], trunk.limit)
         are_all_shut = are_all_shut and solution.shut[b, i]
     for c in range(solution.change.shape[1]):
         total = 0.0

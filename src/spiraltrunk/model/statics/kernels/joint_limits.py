@@ -1,7 +1,8 @@
-"""Joints in their cones: which are pressed against the limit, and the equations along the rim alone.
+"""Joint limit of the compiled model: every joint bends within a cone, |q_i| <= limit, in any direction.
 
-A pressed joint moves along the rim only. Its rows (y, z) are turned to (normal, tangent), the normal one is held, and
-the tangent's curvature grows by the reaction times that of the rim.
+The active set is the pressed joints. A pressed joint moves along the rim of its cone only: its rows (y, z) are turned
+to (normal, tangent), the normal one is held, and the tangent's curvature grows by the reaction times that of the rim.
+`model.kinematics.joint_limits` has the limit for arrays of planar bends.
 """
 
 from __future__ import annotations
@@ -10,6 +11,15 @@ import math
 
 from spiraltrunk.model.statics.kernels import compiled
 from spiraltrunk.model.statics.kernels.joint_rotation import bend_size
+
+NEARLY = 5e-4
+"""Angle short of the limit at which faces count as meeting [rad]: a gap of ``shut`` keeps the tip's joint that open."""
+
+
+@compiled
+def is_shut(angle, limit):
+    """Whether the faces at a joint meet, whose neighbouring axes lie ``angle`` apart."""
+    return angle > limit - NEARLY
 
 
 @compiled
