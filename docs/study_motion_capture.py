@@ -24,8 +24,8 @@ from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.session.session import SessionSettings
 from spiraltrunk.mocap.signal.registration import Motion
-from spiraltrunk.workflows.validate.artifacts import write_judgement
-from spiraltrunk.workflows.validate.comparison import compute_result, judge
+from spiraltrunk.workflows.validate.artifacts import write_comparison
+from spiraltrunk.workflows.validate.comparison import compare_to_model, compute_result
 from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
 DOCS = Path(__file__).parent
@@ -56,10 +56,10 @@ def measure(protocol: Protocol, images: Path | None = None) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         takes = sort_takes(protocol, rehearse(protocol, Path(folder)))
         for model in ("reference", "statics"):
-            found = judge(protocol, takes, SessionSettings(design=PAPER, axes="y-up", model=model))
+            found = compare_to_model(protocol, takes, SessionSettings(design=PAPER, axes="y-up", model=model))
             figures["mean_rmse_by_alignment_m"][model] = compute_result(found)["mean_rmse_by_alignment_m"]
             if images is not None and model == "reference":
-                write_judgement(found, Path(folder) / "out")
+                write_comparison(found, Path(folder) / "out")
                 for name, kept in PICTURES.items():
                     with atomic_file(images / kept) as draft:
                         draft.write_bytes((Path(folder) / "out" / name).read_bytes())

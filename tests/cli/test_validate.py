@@ -85,7 +85,7 @@ def test_json_tells_the_errors_that_were_put_in(folder: Path, capsys: pytest.Cap
     assert [told["paper"]["rest"][tilt]["rmse_m"] for tilt in ("0", "45", "90", "135")] == [
         0.00548, 0.01057, 0.01045, 0.01986,
     ]  # fmt: skip
-    assert told["notes"][0].startswith("not a measurement: 3 recordings are made up")
+    assert told["notes"][0].startswith("not a measurement: 3 recordings are synthetic")
 
 
 class Page(HTMLParser):

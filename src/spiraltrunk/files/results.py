@@ -1,4 +1,4 @@
-"""What results are written in: strict JSON, the versions that made them, and how progress is reported."""
+"""Results as strict JSON, the versions that produced them, and the progress callback of long work."""
 
 from __future__ import annotations
 
@@ -6,46 +6,40 @@ import json
 import math
 import platform
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 import spiraltrunk
 
-Tell = Callable[[str, int, int], None]
-"""Called with what is being made, how much of it is done, and how much there is."""
+Progress = Callable[[str, int, int], None]
+"""Called with the name of the current step, how much of it is done, and the total."""
+
+
+def ignore_progress(step: str, done: int, total: int) -> None:
+    """Report nothing."""
+
+
+def read_versions(*packages: str) -> dict[str, str]:
+    """Versions of spiraltrunk, Python and the installed ``packages``."""
+    own = {"spiraltrunk": spiraltrunk.__version__, "python": platform.python_version()}
+    return own | {name: version(name) for name in packages}
 
 
 def format_json(value: object) -> str:
-    """Strict JSON, without NaN."""
-    return json.dumps(_to_json(value), indent=2, allow_nan=False)
+    """Strict JSON; numbers that are not finite are null."""
+    return json.dumps(to_json(value), indent=2, allow_nan=False)
 
 
-def _versions() -> dict[str, str | None]:
-    packages = {name: _version_of(name) for name in ("mujoco", "mink", "numpy")}
-    return {"spiraltrunk": spiraltrunk.__version__, "python": platform.python_version(), **packages}
-
-
-def _version_of(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
-
-
-def _to_json(value: Any) -> Any:
-    """The value in JSON's types; null for what is not finite."""
+def to_json(value: Any) -> Any:
+    """The value in JSON's types; null for numbers that are not finite."""
     if isinstance(value, dict):
-        return {str(key): _to_json(part) for key, part in value.items()}
+        return {str(key): to_json(part) for key, part in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):
-        return [_to_json(part) for part in value]
+        return [to_json(part) for part in value]
     if isinstance(value, np.generic):
-        return _to_json(value.item())
+        return to_json(value.item())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
-
-
-def _tell_nobody(what: str, done: int, total: int) -> None:
-    """Say nothing."""

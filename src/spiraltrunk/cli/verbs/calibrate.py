@@ -121,9 +121,9 @@ def _check_positive(option: str, value: Typed | None) -> None:
 
 def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settings:
     from spiraltrunk.calibration.calibrate import Settings, Weighing
-    from spiraltrunk.workflows.calibrate.joint_bench import read_stiffness
+    from spiraltrunk.workflows.calibrate.joint_bench import compute_prior
 
-    joints = () if bench is None else read_stiffness(bench)
+    joints = () if bench is None else compute_prior(bench)
     if arguments.mass_g is None:
         return Settings(bench=joints)
     mass = 1e-3 * float(arguments.mass_g)
@@ -156,16 +156,13 @@ def _play(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> 
 
 
 def _fit(arguments: argparse.Namespace, recordings: Recordings, bench: Bench | None) -> Answer:
-    from spiraltrunk.workflows.calibrate.artifacts import compute_result, write_calibration_folder
-    from spiraltrunk.workflows.calibrate.recordings import run_calibration
+    from spiraltrunk.workflows.calibrate.artifacts import compute_result, run_calibration, write_calibration_folder
 
     settings = _read_settings(arguments, bench)
-    with show_progress(sys.stderr) as tell:
-        found, shapes, odd = run_calibration(recordings, settings, tell=tell)
-        result = compute_result(recordings, (settings, bench), found, shapes, odd)
-        if arguments.out is not None:
-            tell("report", 0, 1)
-            result = write_calibration_folder(recordings, result, (found, shapes, bench), arguments.out)
+    with show_progress(sys.stderr) as progress:
+        run = run_calibration(recordings, settings, bench, progress=progress)
+        progress("report", 0, 1)
+        result = compute_result(run) if arguments.out is None else write_calibration_folder(run, arguments.out)
     for note in (*result["notes"], *result["odd_in_recordings"]):
         complain(f"note: {note}", DONE)
     return DONE, format_json(result) if arguments.json else _format(result, arguments.out)

@@ -10,7 +10,7 @@ from spiraltrunk.cli.arguments import read_number, read_text
 from spiraltrunk.cli.output import DONE, Answer, UsageError, format_json, quote
 
 if TYPE_CHECKING:
-    from spiraltrunk.workflows.calibrate.joint_bench import Bench, RingFile
+    from spiraltrunk.workflows.calibrate.joint_bench import Bench, RingDownFile
 
 _MOST_RINGS = 50
 _MOST_JOINT = 199
@@ -72,9 +72,7 @@ def run_bench(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.workflows.calibrate.joint_bench import compute_bench_result, write_bench_folder
 
     bench = fit_bench_records(arguments)
-    result = compute_bench_result(bench)
-    if arguments.out is not None:
-        result = write_bench_folder(bench, result, arguments.out)
+    result = compute_bench_result(bench) if arguments.out is None else write_bench_folder(bench, arguments.out)
     if arguments.json:
         return DONE, format_json(result)
     text = format_bench(result)
@@ -123,8 +121,8 @@ def _say(interval: dict[str, float | None]) -> str:
     return f"{value:.4g}" if low is None or high is None else f"{value:.4g} ({low:.3g} to {high:.3g})"
 
 
-def _read_rings(arguments: argparse.Namespace) -> list[RingFile]:
-    from spiraltrunk.workflows.calibrate.joint_bench import RingFile
+def _read_rings(arguments: argparse.Namespace) -> list[RingDownFile]:
+    from spiraltrunk.workflows.calibrate.joint_bench import RingDownFile
 
     inertia: dict[int, float] = {}
     for text in arguments.inertia_kg_m2:
@@ -139,7 +137,7 @@ def _read_rings(arguments: argparse.Namespace) -> list[RingFile]:
         if joint not in inertia:
             raise UsageError(f"no inertia for the ring-down of joint {joint}; allowed: --inertia-kg-m2 {joint}=I")
         spread = inertia[joint] * percent / 100
-        rings.append(RingFile(joint=joint, path=path, inertia=inertia[joint], inertia_spread=spread))
+        rings.append(RingDownFile(joint=joint, path=path, inertia=inertia[joint], inertia_spread=spread))
     idle = set(inertia) - {ring.joint for ring in rings}
     if idle:
         joint = min(idle)

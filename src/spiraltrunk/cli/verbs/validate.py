@@ -73,7 +73,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     )  # fmt: skip
     if settings.axes is not None:
         read_axes(settings.axes)
-    return _plan(arguments, protocol, settings) if arguments.plan else _judge(arguments, protocol, settings)
+    return _plan(arguments, protocol, settings) if arguments.plan else _compare(arguments, protocol, settings)
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -110,19 +110,16 @@ def _try_folder(folder: str) -> None:
                 path.rmdir()
 
 
-def _judge(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:
+def _compare(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:
     from spiraltrunk.mocap.protocol.protocol import sort_takes
-    from spiraltrunk.workflows.validate.artifacts import write_judgement
-    from spiraltrunk.workflows.validate.comparison import compute_result, judge
+    from spiraltrunk.workflows.validate.artifacts import write_comparison
+    from spiraltrunk.workflows.validate.comparison import compare_to_model, compute_result
 
     takes = sort_takes(protocol, arguments.takes)
-    with show_progress(sys.stderr) as tell:
-        judgement = judge(protocol, takes, settings, tell)
-        if arguments.out is None:
-            result = compute_result(judgement)
-        else:
-            tell("report", 0, 1)
-            result = write_judgement(judgement, arguments.out)
+    with show_progress(sys.stderr) as progress:
+        comparison = compare_to_model(protocol, takes, settings, progress)
+        progress("report", 0, 1)
+        result = compute_result(comparison) if arguments.out is None else write_comparison(comparison, arguments.out)
     for note in result["notes"]:
         complain(f"note: {note}", DONE)
     return DONE, format_json(result) if arguments.json else _format(result, arguments.out)
@@ -131,26 +128,18 @@ def _judge(arguments: argparse.Namespace, protocol: Protocol, settings: SessionS
 def _format(result: dict[str, Any], out: str | None) -> str:
     """The figures as tables."""
     from spiraltrunk.report import format_table
-    from spiraltrunk.workflows.validate.page import pair_with_paper
+    from spiraltrunk.workflows.validate.page import format_run, pair_with_paper
 
     friction = "" if result["friction"] is None else f" with friction {result['friction']:g}"
-    rows = [
-        (name, *(str(value) for value in (run["shapes"], len(run["takes"]), len(run["sections"]))),
-         *(_mm(run[key]) for key in ("mean_rmse_m", "max_rmse_m", "max_deviation_m", "spread_of_takes_m")))
-        for name, run in result["runs"].items()
-    ]  # fmt: skip
+    rows = [(name, *format_run(run)) for name, run in result["runs"].items()]
     title = f"{result['design']}, {result['model']}{friction}, alignment {result['alignment']}; RMSE in mm"
     header = ("run", "shapes", "takes", "sections", "mean", "max", "largest distance", "takes differ")
     paper = format_table(
-        pair_with_paper(result), header=("in mm", "made up" if result["is_made_up"] else "here", "paper"),
+        pair_with_paper(result), header=("in mm", "synthetic" if result["is_made_up"] else "here", "paper"),
         title="The paper's figures, of its authors' model and robot", indent=2,
     )  # fmt: skip
     text = f"{format_table(rows, header=header, title=title, indent=2)}\n\n{paper}"
     return text if out is None else f"{text}\n\n{len(result['files'])} files in {out}"
-
-
-def _mm(value: float | None) -> str:
-    return "-" if value is None else f"{1e3 * value:.2f}"
 
 
 def _plan(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:

@@ -75,7 +75,7 @@ def read_motive(stream: BinaryIO, *, source: str, axes: str, rotations: str = "q
     _note_stale([*bodies, *markers], notes)
     return Take(
         source=source, name=header.take, started=header.started, rate=header.rate, frame=frame, time=time,
-        bodies=tuple(bodies), markers=tuple(markers), notes=tuple(notes),
+        bodies=tuple(bodies), markers=tuple(markers), comment=header.comment, notes=tuple(notes),
     )  # fmt: skip
 
 

@@ -53,6 +53,8 @@ class Header:
 
     take: str
     """Name of the take."""
+    comment: str
+    """Take Notes."""
     started: str
     """When it was recorded, as it says it."""
     version: str
@@ -99,11 +101,12 @@ def read_header(lines: Lines) -> Header:
         told = f"Export Frame Rate is {given[0][:40]!r} and Capture Frame Rate {given[1][:40]!r}; {allowed}"
         raise TakeError(told, file=lines.source, line=1)
     return Header(
-        take=pairs.get("take name", ""), started=pairs.get("capture start time", ""),
+        take=pairs.get("take name", ""), comment=pairs.get("take notes", ""),
+        started=pairs.get("capture start time", ""), rotation=pairs.get("rotation type", ""),
         version=_check_version(pairs["format version"], lines.source, notes), rate=rate, capture_rate=capture,
-        unit=_read_unit(pairs, lines.source), rotation=pairs.get("rotation type", ""),
-        frames=_read_count(pairs.get("total exported frames", "")), n_column=n_column, time=_find_time(axes, columns),
-        columns=columns, line=line, notes=(*notes, *_check_space(pairs, lines.source)),
+        unit=_read_unit(pairs, lines.source), frames=_read_count(pairs.get("total exported frames", "")),
+        n_column=n_column, time=_find_time(axes, columns), columns=columns, line=line,
+        notes=(*notes, *_check_space(pairs, lines.source)),
     )  # fmt: skip
 
 

@@ -48,10 +48,10 @@ def _format(take: Take, block: int = 1000) -> list[bytes]:
 def _header(take: Take, labels: Sequence[tuple[str, ...]]) -> bytes:
     rate, count = f"{take.rate:.6f}", str(len(take.frame))
     pairs = (
-        ("Format Version", "1.23"), ("Take Name", take.name), ("Take Notes", ""), ("Capture Frame Rate", rate),
-        ("Export Frame Rate", rate), ("Capture Start Time", take.started), ("Total Frames in Take", count),
-        ("Total Exported Frames", count), ("Rotation Type", "Quaternion"), ("Length Units", "Meters"),
-        ("Coordinate Space", "Global"),
+        ("Format Version", "1.23"), ("Take Name", take.name), ("Take Notes", take.comment),
+        ("Capture Frame Rate", rate), ("Export Frame Rate", rate), ("Capture Start Time", take.started),
+        ("Total Frames in Take", count), ("Total Exported Frames", count), ("Rotation Type", "Quaternion"),
+        ("Length Units", "Meters"), ("Coordinate Space", "Global"),
     )  # fmt: skip
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\r\n")

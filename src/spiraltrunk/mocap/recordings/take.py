@@ -10,6 +10,9 @@ import numpy as np
 
 from spiraltrunk.errors import TakeError
 
+SYNTHETIC = "synthetic, not a measurement"
+"""Take Notes of a recording that was computed from a model."""
+
 HELD = 3
 """Frames with the very same coordinates from which on a pose is not measured but held [-] (ours).
 
@@ -85,8 +88,15 @@ class Take:
     """Rigid bodies in the order of the file."""
     markers: tuple[Marker, ...]
     """Markers in the order of the file."""
+    comment: str = ""
+    """What the header says under Take Notes."""
     notes: tuple[str, ...] = ()
     """What was odd about the recording and how it was read."""
+
+    @property
+    def is_synthetic(self) -> bool:
+        """Whether it was computed from a model: the header's Take Notes say so, whatever take and file are called."""
+        return self.comment.startswith(SYNTHETIC)
 
     def body(self, name: str) -> Body:
         """The rigid body of that name.

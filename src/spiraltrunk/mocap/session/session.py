@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import final
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ShapeError, TakeError
+from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import Plan, build_plan
 from spiraltrunk.mocap.recordings.load import load_take
@@ -25,9 +27,6 @@ from spiraltrunk.mocap.signal.registration import Alignment, Motion, fit_motion,
 from spiraltrunk.mocap.signal.segmentation import Still, find_stills, find_timed, tell_calmest
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_seat
-
-Tell = Callable[[str, int, int], None]
-"""Called with what is being done, how much of it is done and how much there is."""
 
 _BASE_MOVED = 2e-3
 """Way of the base over a take from which on it is told [m] (ours)."""
@@ -101,6 +100,11 @@ class Session:
     shapes: MeasuredShapes
     """All shapes, run after run."""
 
+    @property
+    def synthetic(self) -> list[str]:
+        """Sources of the recordings that were computed from a model."""
+        return [take.take.source for run in self.runs for take in run.takes if take.take.is_synthetic]
+
 
 def read_session(
     protocol: Protocol, takes: Mapping[str, Sequence[str | Path | Take]], settings: SessionSettings
@@ -120,7 +124,7 @@ def read_session(
 
 def build_session(
     protocol: Protocol, takes: Mapping[str, Sequence[str | Path | Take]], settings: SessionSettings,
-    tell: Tell | None = None,
+    progress: Progress = ignore_progress,
 ) -> Session:  # fmt: skip
     """As `read_session`, with everything on the way.
 
@@ -136,20 +140,17 @@ def build_session(
         plan = build_plan(settings.design, protocol, run)
         held: list[TakeShapes] = []
         for file in files:
-            if tell is not None:
-                tell(f"reading {run.name}", len(held), len(files))
+            progress(f"reading {run.name}", len(held), len(files))
             held.append(_read_take(file, run, protocol, settings))
         _refuse_copies(run, held)
-        watch = None if tell is None else _watch(tell, f"{settings.model}, {run.name}")
-        predicted = predict(settings.design, plan, model=settings.model, friction=settings.friction, watch=watch)
+        predicted = predict(
+            settings.design, plan, model=settings.model, friction=settings.friction,
+            watch=partial(progress, f"{settings.model}, {run.name}"),
+        )  # fmt: skip
         runs.append(_average(plan, predicted, tuple(held), settings.alignment or protocol.alignment))
     return Session(
         runs=tuple(runs), alignment=settings.alignment or protocol.alignment, shapes=_gather(runs, settings.design)
     )
-
-
-def _watch(tell: Tell, what: str) -> Callable[[int, int], None]:
-    return lambda done, total: tell(what, done, total)
 
 
 def _read_take(file: str | Path | Take, run: Run, protocol: Protocol, settings: SessionSettings) -> TakeShapes:
@@ -230,9 +231,8 @@ def _average(plan: Plan, predicted: Predicted, takes: tuple[TakeShapes, ...], al
     points, rotation = register(plan, predicted, takes, alignment, notes)
     if len(takes) != plan.run.takes:
         notes.append(f"run {plan.run.name!r} has {len(takes)} takes; the protocol asks for {plan.run.takes}")
-    seen = np.isfinite(points).all(axis=-1)
+    mean, seen = average_takes(points), np.isfinite(points).all(axis=-1)
     count = seen.sum(axis=0)
-    mean = np.where(seen[..., None], points, 0.0).sum(axis=0) / np.where(count > 0, count, np.nan)[..., None]
     away = ((points - mean) ** 2).sum(axis=-1)[seen & (count > 1)]
     once = int(((count > 0) & (count < len(takes))).sum())
     if once:
@@ -243,6 +243,18 @@ def _average(plan: Plan, predicted: Predicted, takes: tuple[TakeShapes, ...], al
         plan=plan, predicted=predicted, takes=takes, points=mean, rotation=turned,
         spread=float(np.sqrt(away.mean())) if len(away) else math.nan, notes=(*notes, *predicted.troubles),
     )  # fmt: skip
+
+
+def average_takes(points: np.ndarray) -> np.ndarray:
+    """Mean over the takes that saw a point, not a number where none did, shape (n, n_section, 3) [m].
+
+    Args:
+        points: registered points of all takes, shape (n_take, n, n_section, 3) [m].
+    """
+    seen = np.isfinite(points).all(axis=-1)
+    count = seen.sum(axis=0)
+    mean: np.ndarray = np.where(seen[..., None], points, 0.0).sum(axis=0)
+    return mean / np.where(count > 0, count, np.nan)[..., None]
 
 
 def register(

@@ -16,7 +16,7 @@ from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.toml import write_design
 from spiraltrunk.errors import MissingPackage
 from spiraltrunk.files.atomic import atomic_folder
-from spiraltrunk.files.results import Tell, _tell_nobody, _to_json, _versions, format_json
+from spiraltrunk.files.results import Progress, format_json, ignore_progress, read_versions, to_json
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_filmstrip, write_overview, write_plots, write_video
 from spiraltrunk.sim.ground_truth import Sample
@@ -91,10 +91,10 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
             "yaw_deg": math.degrees(options.yaw),
             "yaw_error_deg": math.degrees(options.yaw_error),
         },
-        "versions": _versions(),
+        "versions": read_versions("mujoco", "mink", "numpy"),
         "files": list(files),
     }
-    return {key: _to_json(value) for key, value in figures.items()}
+    return {key: to_json(value) for key, value in figures.items()}
 
 
 def compute_front_figures(trial: Trial) -> dict[str, float | bool | None]:
@@ -129,7 +129,7 @@ def open_record(folder: str | Path) -> Iterator[Path]:
 
 
 def write_record(
-    trial: Trial, name: str, folder: Path, *, video: bool = True, workers: int = 1, tell: Tell | None = None
+    trial: Trial, name: str, folder: Path, *, video: bool = True, workers: int = 1, tell: Progress | None = None
 ) -> Record:
     """Write everything about a trial into a folder; without OpenGL, everything but film strip and video.
 
@@ -144,7 +144,7 @@ def write_record(
     Raises:
         OSError: where a file cannot be written.
     """
-    tell = tell or _tell_nobody
+    tell = tell or ignore_progress
     series, missing = compute_series(trial, name), None
     write_design(trial.plant.design, folder / "trunk.toml")
     tell("plots", 0, 1)
@@ -161,14 +161,16 @@ def write_record(
     return Record(result=result, missing=missing)
 
 
-def write_pictures(trial: Trial, folder: Path, *, title: str = "", workers: int = 1, tell: Tell | None = None) -> None:
+def write_pictures(
+    trial: Trial, folder: Path, *, title: str = "", workers: int = 1, tell: Progress | None = None
+) -> None:
     """Write film strip and video.
 
     Raises:
         MissingPackage: where there is no OpenGL or no encoder.
         OSError: where a file cannot be written.
     """
-    tell = tell or _tell_nobody
+    tell = tell or ignore_progress
     write_strip(trial, folder / "filmstrip.png", title=title)
     trace, period = trial.plant.trace, trial.plant.control_period
     shown = [sample.qpos for sample in trace[:: max(1, round(1 / (FPS * period)))]]

@@ -1,10 +1,9 @@
-"""Recordings held against a model: figures, pictures and a page, all of them or none."""
+"""Artifacts of a validation: figures, plots, shapes and a page, written all or none."""
 
 from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 
 from spiraltrunk.design.toml import write_design
 from spiraltrunk.files.atomic import atomic_folder
+from spiraltrunk.files.results import format_json
 from spiraltrunk.mocap.session.session import RunShapes
 from spiraltrunk.mocap.session.shapes_json import write_shapes
 from spiraltrunk.report.page import write_page
@@ -21,85 +21,75 @@ from spiraltrunk.report.shape.box_plots import build_boxes_figure
 from spiraltrunk.report.shape.comparison import ShapeComparison
 from spiraltrunk.report.shape.overlay import build_overlay_figure
 from spiraltrunk.report.style import write_figure
-from spiraltrunk.workflows.validate.comparison import Judgement, _find_made_up, _tilt, compute_result
-from spiraltrunk.workflows.validate.page import _build_blocks
+from spiraltrunk.workflows.validate.comparison import Comparison, compute_result, compute_tilt_deg
+from spiraltrunk.workflows.validate.page import build_page
 
-_TITLE = "Recordings against the model"
+_DATA = ("deviations.csv", "report.html", "result.json", "shapes.json", "trunk.toml")
+
+_STEP_LABELS = {"bend-dorsal": "Cable 1 in by", "bend-ventral": "Cable 1 out by", "twist": "Cable 2 in by"}
 
 
-def write_judgement(judgement: Judgement, folder: str | Path) -> dict[str, Any]:
-    """Write everything into a folder, whole or not at all, and return the result.
+def write_comparison(comparison: Comparison, folder: str | Path) -> dict[str, Any]:
+    """Write all artifacts into a folder, all or none, and return the result.
 
     Raises:
         OSError: where it cannot be written.
     """
-    pictures = _plan_pictures(judgement)
-    names = [
-        *(name for name, _ in pictures),
-        "deviations.csv",
-        "report.html",
-        "result.json",
-        "shapes.json",
-        "trunk.toml",
-    ]
-    result = compute_result(judgement, sorted(names))
+    plots = _list_plots(comparison)
+    names = sorted([*plots, *_DATA])
+    result = compute_result(comparison, names)
     with atomic_folder(folder, names) as draft:
-        for name, judged in pictures:
+        for name, data in plots.items():
             build = build_overlay_figure if name.startswith("overlay") else build_boxes_figure
-            write_figure(build(judged), draft / name)
-        (draft / "deviations.csv").write_text(format_deviations(judgement))
-        write_shapes(judgement.session.shapes, draft / "shapes.json")
-        write_design(judgement.settings.design, draft / "trunk.toml")
-        write_page(draft / "report.html", _TITLE, _build_blocks(judgement, result, pictures, draft))
-        (draft / "result.json").write_text(json.dumps(result, indent=2, allow_nan=False) + "\n")
+            write_figure(build(data), draft / name)
+        (draft / "deviations.csv").write_text(_format_deviations(comparison))
+        write_shapes(comparison.session.shapes, draft / "shapes.json")
+        write_design(comparison.settings.design, draft / "trunk.toml")
+        titles = {draft / name: data.title for name, data in plots.items()}
+        write_page(draft / "report.html", "Recordings against the model", build_page(result, titles))
+        (draft / "result.json").write_text(format_json(result) + "\n")
     return result
 
 
-def format_deviations(judgement: Judgement) -> str:
-    """Every distance as CSV: run, shape, section, distance and turn."""
+def _format_deviations(comparison: Comparison) -> str:
+    """All distances as CSV: run, shape, section, distance and turn."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["run", "shape", "section", "distance_m", "turn_deg"])
-    for run, deviation in zip(judgement.session.runs, judgement.deviations, strict=True):
+    for run, deviation in zip(comparison.session.runs, comparison.deviations, strict=True):
         for shape, section in np.argwhere(np.isfinite(deviation.distance)):
-            turn = deviation.turn[shape, section]
-            told = f"{math.degrees(turn):.4f}" if np.isfinite(turn) else ""
-            distance = f"{deviation.distance[shape, section]:.7f}"
-            writer.writerow([run.plan.run.name, shape + 1, section + 1, distance, told])
+            turn, distance = deviation.turn[shape, section], f"{deviation.distance[shape, section]:.7f}"
+            turn_deg = f"{math.degrees(turn):.4f}" if np.isfinite(turn) else ""
+            writer.writerow([run.plan.run.name, shape + 1, section + 1, distance, turn_deg])
     return text.getvalue()
 
 
-def _plan_pictures(judgement: Judgement) -> list[tuple[str, ShapeComparison]]:
-    """Names of the pictures and what is in them: rest at all tilts together, other runs by themselves."""
-    pictures: list[tuple[str, ShapeComparison]] = []
-    rests = [run for run in judgement.session.runs if run.plan.run.kind == "rest"]
-    if rests:
-        judged = _join_rests(rests, judgement.settings.model)
-        pictures += [("overlay-rest.png", judged), ("boxes-rest.png", judged)]
-    for run in judgement.session.runs:
-        if run.plan.run.kind != "rest":
-            judged = _judge_run(run, judgement.settings.model)
-            pictures += [(f"overlay-{run.plan.run.name}.png", judged), (f"boxes-{run.plan.run.name}.png", judged)]
-    return pictures
+def _list_plots(comparison: Comparison) -> dict[str, ShapeComparison]:
+    """Data of the plots by file name: one pair of plots for rest at all tilts, one for each other run."""
+    runs, model = comparison.session.runs, comparison.settings.model
+    rests = [run for run in runs if run.plan.run.kind == "rest"]
+    data = {"rest": _join_rests(rests, model)} if rests else {}
+    data |= {run.plan.run.name: _build_run_data(run, model) for run in runs if run.plan.run.kind != "rest"}
+    return {f"{kind}-{name}.png": each for name, each in data.items() for kind in ("overlay", "boxes")}
 
 
 def _name_recordings(runs: Sequence[RunShapes]) -> str:
-    return "made-up recordings" if _find_made_up(runs) else "recordings"
+    is_synthetic = any(take.take.is_synthetic for run in runs for take in run.takes)
+    return "synthetic recordings" if is_synthetic else "recordings"
 
 
 def _join_rests(runs: Sequence[RunShapes], model: str) -> ShapeComparison:
     return ShapeComparison(
         title=f"Rest under gravity: {_name_recordings(runs)} and the model {model}", label="Tilt from hanging [deg]",
-        labels=tuple(f"{_tilt(run):g}" for run in runs), measured=np.concatenate([run.points for run in runs]),
+        labels=tuple(f"{compute_tilt_deg(run):g}" for run in runs), measured=np.concatenate([r.points for r in runs]),
         predicted=np.concatenate([run.predicted.points for run in runs]),
     )  # fmt: skip
 
 
-def _judge_run(run: RunShapes, model: str) -> ShapeComparison:
-    cable = {"bend-dorsal": "Cable 1 in by", "bend-ventral": "Cable 1 out by", "twist": "Cable 2 in by"}
+def _build_run_data(run: RunShapes, model: str) -> ShapeComparison:
     return ShapeComparison(
         title=f"{run.plan.run.name}: {_name_recordings([run])} and the model {model}",
-        label=f"{cable[run.plan.run.kind]} [mm]",
+        label=f"{_STEP_LABELS[run.plan.run.kind]} [mm]",
         labels=tuple(f"{1e3 * amount:g}" for amount in run.plan.amount), measured=run.points,
         predicted=run.predicted.points,
     )  # fmt: skip

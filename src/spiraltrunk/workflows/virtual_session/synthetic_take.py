@@ -9,7 +9,7 @@ import numpy as np
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.take import SYNTHETIC, Body, Marker, Take, find_stale
 from spiraltrunk.mocap.signal.registration import Motion
 from spiraltrunk.model.kinematics.frames import base_orientation
 
@@ -75,6 +75,7 @@ def rehearse_take(
         markers=tuple(
             _see_marker(f"{name}:Marker{k + 1}", placed[:, i, k]) for i, name in enumerate(names) for k in range(3)
         ),
+        comment=SYNTHETIC,
     )  # fmt: skip
 
 
