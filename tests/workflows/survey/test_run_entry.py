@@ -9,10 +9,15 @@ from typing import Any
 
 import pytest
 
+import spiraltrunk.workflows.grasp.trial as trial
 import spiraltrunk.workflows.survey.run_entry as work
 from spiraltrunk import cli
 from spiraltrunk.control.strategy import Status
+from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.workflows.grasp.world import draw_scene
 from spiraltrunk.workflows.survey.plan import Entry
 from spiraltrunk.workflows.survey.row import build_empty_row
 from spiraltrunk.workflows.survey.run_entry import compute_row, count_retries
@@ -24,7 +29,7 @@ def fail_with(error: Exception, monkeypatch: pytest.MonkeyPatch) -> dict[str, An
     def refuse(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr(work, "run_trial", refuse)
+    monkeypatch.setattr(work, "run_scene", refuse)
     return compute_row(ENTRY)
 
 
@@ -38,6 +43,31 @@ def test_what_is_raised_is_a_failure_in_a_known_world(error: Exception, monkeypa
     assert 0.5 <= row["friction"] <= 1.2
     assert row["lift_m"] is None
     json.dumps(row, allow_nan=False)
+
+
+def test_the_scene_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The row and the trial share one scene, the one that ``spiraltrunk grasp`` draws from the same seed."""
+    drawn: list[SceneOptions] = []
+    built: list[SceneOptions] = []
+
+    def count_draw(*arguments: Any, **keywords: Any) -> SceneOptions:
+        drawn.append(draw_scene(*arguments, **keywords))
+        return drawn[-1]
+
+    def stop_at_plant(design: object, options: SceneOptions) -> None:
+        built.append(options)
+        raise ModelError("far enough")
+
+    monkeypatch.setattr(work, "draw_scene", count_draw)
+    monkeypatch.setattr(trial, "draw_scene", count_draw)
+    monkeypatch.setattr(trial, "SimPlant", stop_at_plant)
+    row = compute_row(ENTRY)
+    assert row["reason"] == "ModelError: far enough"
+    assert len(drawn) == 1
+    with pytest.raises(ModelError, match="far enough"):
+        trial.run_trial(presets.PAPER, parse_object(ENTRY.object), strategy=ENTRY.strategy, seed=ENTRY.seed)
+    assert built[0] == built[1] == drawn[0]
+    assert row["mass_kg"] == built[1].shape.mass
 
 
 def test_an_unknown_object_is_a_failure() -> None:

@@ -63,16 +63,33 @@ def run_trial(
     """
     chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
     options = draw_scene(shape, seed, strategy=chosen, spread=spread)
+    return run_scene(design, options, strategy=chosen, seed=seed, watch=watch)
+
+
+def run_scene(
+    design: TrunkDesign,
+    options: SceneOptions,
+    *,
+    strategy: Strategy[Any],
+    seed: int,
+    watch: Callable[[Observation, Status], None] | None = None,
+) -> Trial:
+    """Run a strategy in a scene that `draw_scene` drew from ``seed``, and evaluate the outcome.
+
+    Raises:
+        ModelError: where the strategy cannot plan for the object.
+        RunError: where the simulation diverges or does not end.
+    """
     plant = SimPlant(design, options)
     began = time.perf_counter()
     with quiet_mujoco():
-        log = run(plant, chosen, watch=watch)
+        log = run(plant, strategy, watch=watch)
     factor = plant.trace[-1].time / (time.perf_counter() - began)
     evidence = Evidence(
         trace=plant.trace, task=plant.task, moments=Moments.from_log(log), gave_up=log.gave_up,
         warnings=plant.warnings, limits=plant.arm_limits,
     )  # fmt: skip
     return Trial(
-        strategy=chosen.name, seed=seed, options=options, plant=plant, log=log, verdict=JOBS[chosen.job](evidence),
-        real_time_factor=factor,
+        strategy=strategy.name, seed=seed, options=options, plant=plant, log=log,
+        verdict=JOBS[strategy.job](evidence), real_time_factor=factor,
     )  # fmt: skip

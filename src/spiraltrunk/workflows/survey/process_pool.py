@@ -151,10 +151,10 @@ def _try(work: Callable[[Job], Result], job: Job) -> tuple[Result | None, str | 
     try:
         return work(job), None
     except Exception as error:
-        return None, tell_error(error)
+        return None, format_error(error)
 
 
-def tell_error(error: Exception, most: int = 300) -> str:
+def format_error(error: Exception, most: int = 300) -> str:
     """An error in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:most]
 
