@@ -7,9 +7,9 @@ import pytest
 
 from spiraltrunk.calibration.parameters import apply_knobs, name_knobs
 from spiraltrunk.calibration.predict_states import State, play_statics
-from spiraltrunk.calibration.sensitivities import slopes_of_state
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
+from spiraltrunk.model.statics.sensitivities import by_parameters
 
 TRUNK = carry_gripper(PAPER)
 NAMES = name_knobs(PAPER)
@@ -47,7 +47,7 @@ def slopes():
     design, played = _play(_knobs())
     return np.array(
         [
-            slopes_of_state(design, shape, state.theta_0, (length, _knobs()[-1]))
+            by_parameters(design, shape, theta_0=state.theta_0, length=length, compliance=_knobs()[-1])
             for shape, state, length in zip(played.shapes, _states(), played.length, strict=True)
         ]
     )
@@ -89,7 +89,7 @@ def test_without_friction_the_slope_by_friction_is_that_of_a_little():
     knobs, knob, step = _knobs(), NAMES.index("friction"), 1e-4
     knobs[knob] = 0.0
     design, played = _play(knobs)
-    slope = slopes_of_state(design, played.shapes[2], math.pi / 2, (played.length[2], knobs[-1]))[knob]
+    slopes = by_parameters(design, played.shapes[2], theta_0=math.pi / 2, length=played.length[2], compliance=knobs[-1])
     knobs[knob] = step
     expected = (_play(knobs)[1].points[2] - played.points[2]) / step
-    np.testing.assert_allclose(slope, expected, rtol=0, atol=0.02 * np.abs(expected).max())
+    np.testing.assert_allclose(slopes[knob], expected, rtol=0, atol=0.02 * np.abs(expected).max())

@@ -7,13 +7,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from spiraltrunk.calibration.sensitivities import _add_turns, _hole_turns
 from spiraltrunk.design import presets
 from spiraltrunk.model.kinematics.cables import gap_vectors, hole_positions
 from spiraltrunk.model.statics.equilibrium import StaticsOptions, build_trunk
 from spiraltrunk.model.statics.kernels.cable_gaps import NARROW
 from spiraltrunk.model.statics.kernels.capstan_friction import measure_turns
 from spiraltrunk.model.statics.kernels.energy import room_for_work
+from spiraltrunk.model.statics.sensitivities import add_turns, hole_turns
 from spiraltrunk.sim import TrunkOptions, trunk_spec
 from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.cable_friction_kernel import measure_gaps
@@ -113,7 +113,7 @@ def test_the_turns_are_those_of_the_equilibrium_and_of_its_sensitivities(design)
     assert is_open.mean() > 0.8
     np.testing.assert_allclose(turn.T[is_open], compiled[is_open], rtol=0, atol=1e-6)
     beyond, before = hole_positions(design)
-    np.testing.assert_allclose(_add_turns(*_hole_turns(rotation, before, beyond)), compiled, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(add_turns(*hole_turns(rotation, before, beyond)), compiled, rtol=0, atol=1e-12)
 
 
 def test_friction_grows_with_the_coefficient_alone(design):

@@ -15,9 +15,9 @@ import numpy as np
 from spiraltrunk.calibration.noise_model import Block, Scatter, Whitener, find_scatter
 from spiraltrunk.calibration.parameters import Knobs, apply_knobs, keep_positive
 from spiraltrunk.calibration.predict_states import Played, State, place_points, play_statics
-from spiraltrunk.calibration.sensitivities import slopes_of_state
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, ModelError
+from spiraltrunk.model.statics.sensitivities import by_parameters
 
 Tell = Callable[[str, int, int], None]
 """Called with what is being done, how often it was done and how often it will be at most."""
@@ -79,7 +79,9 @@ class Task:
         """Motion of the points per knob, joints that shut as soft as told, shape (n_knob, n_state, n_section, 3)."""
         design, winders = apply_knobs(self.design, knobs)
         each = [
-            slopes_of_state(design, shape, state.theta_0, (length, winders.give), softness=softness)
+            by_parameters(
+                design, shape, theta_0=state.theta_0, length=length, compliance=winders.give, softness=softness
+            )
             for shape, state, length in zip(played.shapes, self.states, played.length, strict=True)
         ]
         return place_points(design, np.stack(each, axis=1), self.seat)

@@ -1,304 +1,349 @@
-"""How a shape in equilibrium changes with what is done to it, and with what the trunk is made of, written out.
+"""Sensitivities of an equilibrium with friction, by implicit differentiation.
 
-At an equilibrium the moments G(q, tensions, parameter) are zero along every free bend, and the held cables' lengths are
-what the winders leave. By the implicit function theorem the bends follow from
+At an equilibrium the moments about every free bend q vanish, and a taut cable has the length that its winder leaves:
 
-    H dq + S^T dT + dG/dp dp = 0,   S dq + dl/dp dp = dl,
+    G = K q + dV/dq + sum_k T_k dL_k/dq = 0,   sum_k L_k(q) = l + c T_0,
 
-with H the Hessian of the energy, S the slopes of the cables' lengths, T the tensions. Joints pressed against their
-limit move along their rim, so H, S and G are taken along it, and H has the reaction's share in the rim's curvature. The
-answers hold where no joint is about to meet or leave its limit. There is no friction.
+with K the joints' stiffness, V the potential of weight and loads, L_k the length of gap k and T_k its tension, l the
+length that the winder leaves, c the compliance of winder and cable, and T_0 the tension at the winder. Where the cable
+slides, T_k follows from T_(k-1) by `kernels.capstan_law`; where it sticks, it is T_(k-1) less a constant. By the
+implicit function theorem a parameter p moves bends and tensions by
+
+    [ dG/dq   dG/dT_0 ] [ dq/dp   ]     [ dG/dp           ]
+    [ dL/dq   -c      ] [ dT_0/dp ] = - [ d(L - l - cT)/dp ].
+
+A joint pressed against its limit moves along the rim of its cone only: the equations are reduced to the free
+directions, and the reaction times the rim's curvature is added to dG/dq. What a sticking hole remembers of the loading
+history is not differentiated.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
+from scipy.linalg import block_diag
 
-from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics.cables import hole_positions
-from spiraltrunk.model.kinematics.frames import base_orientation
+from spiraltrunk.model.kinematics.frames import base_orientation, bend_rotation
 from spiraltrunk.model.kinematics.shape import Shape
-from spiraltrunk.model.statics.equilibrium import StaticsOptions, build_trunk
-from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Trunk, Work, linearise, room_for_work
-from spiraltrunk.model.statics.kernels.joint_limits import reduce
-from spiraltrunk.model.statics.kernels.projected_newton import System, room_for_steps
+from spiraltrunk.model.statics.equilibrium import SHUT, StaticsOptions, get_trunk
+from spiraltrunk.model.statics.kernels.cable_gaps import NARROW
+from spiraltrunk.model.statics.kernels.capstan_law import tension_ratio
+from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Work, linearise, room_for_work
 from spiraltrunk.model.statics.loads import Loads, read_angle, read_fields
 
 __all__ = ["ByCables", "by_cables", "by_parameters"]
+
+_STEP = 1e-5
+"""Step of the central differences of turns by bends [rad], and of holes by their fraction [-]."""
+
+_NO_FRICTION = 1e-6
+"""Coefficient of friction below which every cable counts as sliding towards its winder [-]."""
+
+_SLIDES = 0.02
+"""Largest relative deviation of the exponent mu w from the capstan law's at which a cable counts as sliding [-]."""
+
+_STALLED = 1e-5
+"""Cable left over from which a winder has reached its largest tension before its length [m]."""
+
+_OPTIONS = StaticsOptions()
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class ByCables:
-    """Slopes of a shape by what its winders do."""
+    """Derivatives of a shape by what its winders do."""
 
     points_by_tension: np.ndarray
-    """Motion of the section ends per tension, all cables held by tension, shape (n_section, 3, n_cable) [m/N]."""
+    """Section ends by tension, all cables held by tension, shape (n_section, 3, n_cable) [m/N]."""
     points_by_pull: np.ndarray
-    """Motion per cable pulled in, the others held by length too; 0 for relaxed cables, (n_section, 3, n_cable) [-]."""
+    """Section ends by cable pulled in, the others held by length; 0 for slack cables, (n_section, 3, n_cable) [-]."""
     pull_by_tension: np.ndarray
-    """Cable pulled in per tension, symmetric, shape (n_cable, n_cable) [m/N]."""
+    """Cable pulled in by tension; symmetric without friction, shape (n_cable, n_cable) [m/N]."""
     tension_by_pull: np.ndarray
-    """The inverse for the cables that are taut, 0 for the others, shape (n_cable, n_cable) [N/m]."""
-
-    @property
-    def tip_by_tension(self) -> np.ndarray:
-        """Motion of the tip per tension, shape (3, n_cable) [m/N]."""
-        return self.points_by_tension[-1]
-
-    @property
-    def tip_by_pull(self) -> np.ndarray:
-        """Motion of the tip per cable pulled in, shape (3, n_cable) [-]."""
-        return self.points_by_pull[-1]
+    """The inverse for the taut cables, 0 for the others, shape (n_cable, n_cable) [N/m]."""
 
 
 def by_cables(
-    design: TrunkDesign,
-    shape: Shape,
-    *,
-    theta_0: float = np.pi / 2,
-    roll: float = 0.0,
-    loads: Loads | None = None,
-    options: StaticsOptions | None = None,
+    design: TrunkDesign, shape: Shape, *, theta_0: float = np.pi / 2, roll: float = 0.0, loads: Loads | None = None
 ) -> ByCables:
-    """Slopes by tensions and by cable lengths.
+    """Derivatives by tensions and by cable lengths, cables inextensible.
 
     Args:
         design: the trunk.
-        shape: one equilibrium from `statics.solve` without friction.
+        shape: one equilibrium from `statics.solve` with the design's friction, without torsion or hinges.
         theta_0: as solved [rad].
         roll: as solved [rad].
         loads: as solved.
-        options: as solved.
 
     Raises:
         ModelError: where the shape is no equilibrium of this trunk as it stands, or is a batch.
     """
-    slopes = _Slopes(design, shape, (theta_0, roll, loads), options or StaticsOptions())
-    bend, taut = slopes.bend_by_tension, slopes.tension > 0
-    give = -slopes.slope @ bend
-    stiff = np.zeros_like(give)
-    held = np.ix_(taut, taut)
-    stiff[held] = np.linalg.inv(give[held] + np.diag(np.full(int(taut.sum()), slopes.compliance)))
-    by_tension = slopes.motion @ bend
+    if shape.history is None or shape.forces is None or shape.points.shape != (design.n_section, 3):
+        raise ModelError(f"shape has points of shape {shape.points.shape}; allowed: one shape from statics.solve")
+    base = base_orientation(read_angle("theta_0", theta_0), read_angle("roll", roll))
+    if base.shape != (3, 3):
+        raise ModelError("theta_0 or roll is a batch; allowed: one number each")
+    state = _Equilibrium(design, shape, base, loads)
+    matrix, free = state.equations(np.arange(design.n_cable), 0.0)
+    left = float(np.abs(free.T @ state.moment()).max())
+    if left > 1e-5:
+        raise ModelError(
+            f"shape has moments of {left:.3g} N m left; allowed: an equilibrium of this trunk, with the theta_0, roll "
+            "and loads it was solved with"
+        )
+    size, taut = free.shape[1], np.flatnonzero(state.winder_tension > 0)
+    bend = -np.linalg.solve(matrix[:size, :size], matrix[:size, size:])
+    pull_by_tension = -matrix[size:, :size] @ bend
+    tension_by_pull = np.zeros_like(pull_by_tension)
+    tension_by_pull[np.ix_(taut, taut)] = np.linalg.inv(pull_by_tension[np.ix_(taut, taut)])
+    by_tension = np.moveaxis(state.move(free @ bend), 0, -1)
     return ByCables(
-        points_by_tension=by_tension, points_by_pull=by_tension @ stiff, pull_by_tension=give, tension_by_pull=stiff
-    )
+        points_by_tension=by_tension, points_by_pull=by_tension @ tension_by_pull, pull_by_tension=pull_by_tension,
+        tension_by_pull=tension_by_pull,
+    )  # fmt: skip
 
 
 def by_parameters(
     design: TrunkDesign,
     shape: Shape,
     *,
-    is_held_by_length: bool = False,
-    theta_0: float = np.pi / 2,
-    roll: float = 0.0,
-    loads: Loads | None = None,
-    options: StaticsOptions | None = None,
-) -> dict[str, np.ndarray]:
-    """Motion of the section ends per change of every parameter that calibration fits.
+    theta_0: float,
+    length: np.ndarray,
+    compliance: float,
+    softness: float = 0.0,
+) -> np.ndarray:
+    """Derivatives of the section ends by the parameters of a calibration.
 
     Args:
-        design: the trunk.
-        shape: one equilibrium from `statics.solve` without friction.
-        is_held_by_length: whether the winders keep the taut cables' pulls, measured from the straight trunk; else they
-            keep the tensions.
+        design: the trunk as solved.
+        shape: its equilibrium by `statics.solve` with the default options but the compliance.
         theta_0: as solved [rad].
-        roll: as solved [rad].
-        loads: as solved.
-        options: as solved.
+        length: sum of the gaps that each winder leaves without tension, not a number for a relaxed cable, shape
+            (n_cable,) [m].
+        compliance: of each winder with its cable [m/N].
+        softness: a pressed joint counts as free where its reaction is below this part of its elastic moment [-], so
+            that a search feels that the joint should not have shut yet.
 
     Returns:
-        ``joint_stiffness`` (n_section, 3, n_joint) [m / (N m/rad)], ``section_mass`` (n_section, 3, n_section) [m/kg],
-        and, each of shape (n_section, 3), ``center_fraction`` [m], ``hole_fraction`` [m], ``load_mass`` [m/kg],
-        ``theta_0`` [m/rad] and ``roll`` [m/rad].
-
-    Raises:
-        ModelError: where the shape is no equilibrium of this trunk as it stands, or is a batch.
+        Rows by the logarithm of each joint's stiffness, the logarithm of the mass, the centre of mass over the
+        section's length, the friction coefficient, the slack of each cable, the hole fraction and the compliance, shape
+        (n_joint + 5 + n_cable, n_section, 3) [m over the parameter's unit]; 0 for the slack of a cable out of play.
     """
-    slopes = _Slopes(design, shape, (theta_0, roll, loads), options or StaticsOptions())
-    load_section = -1 if loads is None else loads.section
-    moments = {
-        "joint_stiffness": slopes.moment_by_stiffness(),
-        "section_mass": slopes.weigh(slopes.places(design.section_center / design.section_length)),
-        "center_fraction": slopes.moment_by_center(design),
-        "hole_fraction": slopes.moment_by_holes(design),
-        "load_mass": slopes.weigh(slopes.motion[load_section]),
-        "theta_0": slopes.moment_by_turn(np.array([0.0, 0.0, -1.0])),
-        "roll": slopes.moment_by_turn(slopes.base[:, 0]),
-    }
-    lengthened = {"hole_fraction": slopes.pull_by_holes(design)}
-    still = np.zeros(len(slopes.tension))
-    answer = {
-        name: slopes.follow(moment, lengthened.get(name, still), is_held_by_length) for name, moment in moments.items()
-    }
-    answer["theta_0"] += np.cross([0.0, 0.0, -1.0], shape.points)
-    answer["roll"] += np.cross(slopes.base[:, 0], shape.points)
-    return answer
+    state = _Equilibrium(design, shape, base_orientation(theta_0), None)
+    state.free_soft_joints(softness)
+    with np.errstate(invalid="ignore"):
+        left = shape.gap.sum(axis=0) - compliance * state.winder_tension - length
+        held = np.flatnonzero((state.winder_tension > 0) & (np.abs(left) < _STALLED))
+    matrix, free = state.equations(held, compliance)
+    right = state.right_hand_sides(held, free)
+    solved = np.linalg.lstsq(matrix, right, rcond=1e-13)[0] if matrix.size else right
+    return state.move(free @ solved[: free.shape[1]])
 
 
 @final
-class _Slopes:
-    """The equations of one equilibrium, linear, in the bends that are free."""
+@dataclass(frozen=True, kw_only=True)
+class _Gaps:
+    """Cables of one shape, arrays by joint and cable."""
 
-    def __init__(
-        self,
-        design: TrunkDesign,
-        shape: Shape,
-        stand: tuple[float, float, Loads | None],
-        options: StaticsOptions,
-    ) -> None:
-        bend, self.tension = _read_shape(design, shape)
-        self.trunk, self.options, self.bend = build_trunk(design, options), options, bend
-        self.compliance = 1 / options.cable_stiffness
-        self.case = _build_case(design, self.trunk, stand)
-        self.base = self.case.base
-        nd = 3 if options.has_torsion else 2
-        self.work: Work = room_for_work(design.n_joint, design.n_cable, nd)
-        self.system: System = room_for_steps(design.n_joint, design.n_cable, nd, self.trunk.stiffness)
-        linearise(bend, self.case, self.tension, self.work)
-        reduce(bend, self.trunk, self.work, self.system)
-        self._check()
-        lower = np.tril(self.work.hessian)
-        self.hessian = lower + np.tril(lower, -1).T
-        self.turning = self._turning()
-        self.motion = self.places(np.ones(design.n_section))
-        self.slope = self.reduced(self.work.slope.transpose(1, 0, 2).reshape(design.n_cable, -1))
-        self.bend_by_tension = -self.solve(self.slope.T)
-
-    def _check(self) -> None:
-        left = float(np.abs(self.system.gradient).max())
-        if left > 1e-5:
-            raise ModelError(
-                f"shape has moments of {left:.3g} N m left; allowed: an equilibrium of this trunk without "
-                "friction, with the theta_0, roll, loads and options it was solved with"
-            )
-
-    def _turning(self) -> np.ndarray:
-        """Turning of all that lies beyond a joint per rate of its bends, shape (n_joint, nd, 3) [-]."""
-        spun = np.einsum("jaik,jlk->jail", self.work.first, self.work.rotation)
-        vector = np.stack([spun[..., 2, 1], spun[..., 0, 2], spun[..., 1, 0]], axis=-1)
-        return np.einsum("jxy,jay->jax", self.work.frames[:-1], vector)
-
-    def places(self, part: np.ndarray) -> np.ndarray:
-        """Motion of the points at parts of each section's length per rate of the free bends, (n_section, 3, size)."""
-        axes = self.work.frames[:, :, 0] * self.trunk.length[:, None]
-        ends = np.cumsum(axes, axis=0)
-        lever = (ends - axes + part[:, None] * axes)[:, None] - ends[None, :-1]
-        motion = np.cross(self.turning[None], lever[:, :, None])
-        count = len(axes)
-        motion[np.arange(count)[:, None] <= np.arange(count - 1)] = 0.0
-        return self.reduced(motion.transpose(0, 3, 1, 2).reshape(count, 3, -1))
-
-    def reduced(self, rows: np.ndarray) -> np.ndarray:
-        """Slopes by all bends, last axis, along the free ones: of a pressed joint the rim's tangent alone."""
-        nd, system = self.turning.shape[1], self.system
-        out = rows.reshape((*rows.shape[:-1], -1, nd)).copy()
-        for i in np.flatnonzero(system.pressed):
-            cosine, sine = system.normal[i]
-            out[..., i, 1] = cosine * out[..., i, 1] - sine * out[..., i, 0]
-            out[..., i, 0] = 0.0
-        return out.reshape(rows.shape)
-
-    def solve(self, moment: np.ndarray) -> np.ndarray:
-        """Bends under moments, shape (size, ...)."""
-        return np.linalg.solve(self.hessian, moment)
-
-    def follow(self, moment: np.ndarray, pull: np.ndarray, is_held_by_length: bool) -> np.ndarray:
-        """Motion of the section ends, shape (n_section, 3, ...), per change that adds ``moment`` (size, ...) to G.
-
-        ``pull`` is by how much each cable counts as pulled in more at the same shape, shape (n_cable,).
-        """
-        bend = -self.solve(moment)
-        taut = self.tension > 0
-        if is_held_by_length and taut.any():
-            slope, way = self.slope[taut], self.bend_by_tension[:, taut]
-            give = -slope @ way + self.compliance * np.eye(int(taut.sum()))
-            late = (slope @ bend).T - pull[taut]
-            bend = bend + way @ np.linalg.solve(give, late.T)
-        return self.motion @ bend
-
-    def weigh(self, motion: np.ndarray) -> np.ndarray:
-        """Moments of 1 kg at points that move by ``motion`` (..., 3, size): shape (size, ...)."""
-        return np.moveaxis(GRAVITY * motion[..., 1, :], -1, 0)
-
-    def moment_by_stiffness(self) -> np.ndarray:
-        """Each joint's bends are what its own stiffness multiplies, shape (size, n_joint) [rad]."""
-        nd, count = self.turning.shape[1], len(self.bend)
-        share = self.trunk.stiffness[:, :nd] / self.trunk.stiffness[:, :1]
-        rows = np.zeros((count, count, nd))
-        rows[np.arange(count), np.arange(count)] = self.bend[:, :nd] * share
-        return self.reduced(rows.reshape(count, -1)).T
-
-    def moment_by_center(self, design: TrunkDesign) -> np.ndarray:
-        """All centres of mass move along their sections by a part of their lengths, shape (size,) [N m]."""
-        along = self.motion - self.places(np.zeros(design.n_section))
-        return self.weigh(np.tensordot(design.section_mass, along, axes=1))
-
-    def moment_by_turn(self, axis: np.ndarray) -> np.ndarray:
-        """The whole trunk turns about ``axis``: as if the forces turned the other way, shape (size,) [N m/rad]."""
-        direction, factor, moment = self.case.field
-        total = np.zeros(self.motion.shape[-1])
-        nothing = self.places(np.zeros(len(self.trunk.length)))
-        for force, share, arm in zip(direction, factor, moment, strict=True):
-            along = (self.motion - nothing) / self.trunk.length[:, None, None]
-            place = share[:, None, None] * nothing + arm[:, None, None] * along
-            total -= np.einsum("nxs,x->s", place, np.cross(force, axis))
-        return total
-
-    def _by_holes(self, design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:
-        """Gaps and their slopes by the hole fraction, shapes (n_joint, n_cable) and (n_joint, n_cable, nd)."""
-        beyond, before = hole_positions(design)
-        far, near = beyond / design.cable.hole_fraction, before / design.cable.hole_fraction
-        vector = np.einsum("jxy,jcy->jcx", self.work.rotation, self.trunk.beyond) - self.trunk.before
-        change = np.einsum("jxy,jcy->jcx", self.work.rotation, far) - near
-        gap = np.sqrt((vector**2).sum(axis=-1) + self.trunk.shut**2)
-        by_hole = (vector * change).sum(axis=-1) / gap
-        turned = np.einsum("jaxy,jcy->jcax", self.work.first, self.trunk.beyond)
-        turned_more = np.einsum("jaxy,jcy->jcax", self.work.first, far)
-        slope = (np.einsum("jcx,jcax->jca", change, turned) + np.einsum("jcx,jcax->jca", vector, turned_more)) / gap[
-            ..., None
-        ]
-        return by_hole, slope - self.work.slope * (by_hole / gap)[..., None]
-
-    def moment_by_holes(self, design: TrunkDesign) -> np.ndarray:
-        """Levers of all cables grow with the hole fraction, shape (size,) [N m]."""
-        _, slope = self._by_holes(design)
-        return self.reduced(np.einsum("c,jca->ja", self.tension, slope).reshape(-1))
-
-    def pull_by_holes(self, design: TrunkDesign) -> np.ndarray:
-        """Cable that counts as pulled in more with the hole fraction at the same shape, shape (n_cable,) [m]."""
-        beyond, before = hole_positions(design)
-        apart = self.trunk.beyond - self.trunk.before
-        straight = (apart * (beyond - before)).sum(axis=-1) / np.linalg.norm(apart, axis=-1)
-        by_hole, _ = self._by_holes(design)
-        return (straight / design.cable.hole_fraction - by_hole).sum(axis=0)
+    length: np.ndarray
+    """Shape (n_joint, n_cable) [m]."""
+    slope: np.ndarray
+    """By the joint's bends, shape (n_joint, n_cable, 2) [m/rad]."""
+    turn: np.ndarray
+    """Turn before the joint's gap, shape (n_joint, n_cable) [rad]."""
 
 
-def _read_shape(design: TrunkDesign, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
-    if shape.history is None or shape.forces is None:
-        raise ModelError("shape has no forces; allowed: a shape from statics.solve")
-    if shape.points.shape != (design.n_section, 3):
-        raise ModelError(
-            f"shape has points of shape {shape.points.shape}; allowed: one shape of {design.n_section} sections"
+@final
+class _Equilibrium:
+    """One equilibrium and the terms of its linear equations."""
+
+    def __init__(self, design: TrunkDesign, shape: Shape, base: np.ndarray, loads: Loads | None) -> None:
+        assert shape.history is not None  # An equilibrium has both.
+        assert shape.forces is not None
+        self.design, self.bend, self.base, self.loads = design, shape.history.bend.copy(), base, loads
+        self.trunk = get_trunk(design, _OPTIONS)[0]
+        self.tension, self.winder_tension = shape.forces.gap_tension, shape.forces.cable_tension
+        self.reaction = shape.forces.limit_reaction
+        self.work = self._linearise(design)
+        self.gaps = self._measure(design)
+        self.mode = self._find_modes()
+        self.elastic = self.trunk.stiffness[:, :2] * self.bend[:, :2]
+
+    def free_soft_joints(self, softness: float) -> None:
+        """Forget the reactions below this part of the elastic moment."""
+        elastic = self.trunk.stiffness[:, 0] * np.linalg.norm(self.bend[:, :2], axis=1)
+        self.reaction = np.where(self.reaction > softness * elastic, self.reaction, 0.0)
+
+    def _linearise(self, design: TrunkDesign) -> Work:
+        """Gradient and Hessian of elasticity and weight alone: cables without tension."""
+        fields = read_fields(design, self.loads)
+        nothing, idle = np.zeros(design.n_cable), np.zeros((design.n_joint, design.n_cable))
+        direction, factor, moment = (
+            np.array(part, order="C") for part in (fields.direction, fields.factor, fields.moment)
         )
-    return shape.history.bend.copy(), shape.forces.cable_tension.copy()
+        case = Case(
+            self.base, self.trunk, (direction, factor, moment),
+            Control(np.full(design.n_cable, True), nothing, nothing, nothing), Friction(idle, idle, idle, 0.0),
+        )  # fmt: skip
+        work = room_for_work(design.n_joint, design.n_cable, 2)
+        linearise(self.bend, case, nothing, work)
+        return work
+
+    def _measure(self, design: TrunkDesign) -> _Gaps:
+        beyond, before = hole_positions(design)
+        across = np.einsum("jxy,jcy->jcx", self.work.rotation, beyond) - before
+        length = np.sqrt((across**2).sum(axis=-1) + SHUT**2)
+        turned = np.einsum("jaxy,jcy->jcax", self.work.first, beyond)
+        slope = np.einsum("jcx,jcax->jca", across, turned) / length[..., None]
+        return _Gaps(length=length, slope=slope, turn=add_turns(*hole_turns(self.work.rotation, before, beyond)))
+
+    def _find_modes(self) -> np.ndarray:
+        """1 where a cable slides to its winder, -1 where it slides away, 0 where it sticks, (n_joint, n_cable) [-]."""
+        if self.design.cable.friction < _NO_FRICTION:
+            return np.where(self.tension > 0, 1.0, 0.0)
+        before = np.vstack([self.winder_tension, self.tension[:-1]])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.log(before / self.tension) / (self.design.cable.friction * self.gaps.turn)
+        return np.where(np.abs(share - 1) < _SLIDES, 1.0, np.where(np.abs(share + 1) < _SLIDES, -1.0, 0.0))
+
+    def _ratio(self, turn: np.ndarray) -> np.ndarray:
+        """Ratio of the tensions beyond and before each hole that slides; 1 where it sticks, shape of ``turn`` [-]."""
+        return np.asarray(tension_ratio(self.mode * self.design.cable.friction, turn))
+
+    def _tensions_at(self, turn: np.ndarray) -> np.ndarray:
+        """Gap tensions at other turns; winder tensions and what sticking holes hold stay as they are [N]."""
+        last, out = self.winder_tension.copy(), np.empty_like(self.tension)
+        held = np.vstack([self.winder_tension, self.tension[:-1]]) - self.tension
+        for k, ratio in enumerate(self._ratio(turn)):
+            last = np.where(self.mode[k] == 0.0, last - held[k], last * ratio)
+            out[k] = last
+        return out
+
+    def _tension_by_bend(self) -> np.ndarray:
+        """Tension of gap k of cable c by bend a of joint j, shape (n_joint k, n_cable, n_joint j, 2) [N/rad]."""
+        count = self.design.n_joint
+        beyond, before = hole_positions(self.design)
+        near, far = np.zeros((count, self.design.n_cable, 2)), np.zeros((count, self.design.n_cable, 2))
+        for a in range(2):
+            step = np.zeros(2)
+            step[a] = _STEP
+            ends = [hole_turns(bend_rotation(self.bend[:, :2] + side * step), before, beyond) for side in (1.0, -1.0)]
+            near[..., a], far[..., a] = ((up - down) / (2 * _STEP) for up, down in zip(*ends, strict=True))
+        out, mu = np.zeros((count, self.design.n_cable, count, 2)), self.design.cable.friction
+        last, ratio = np.zeros(out.shape[1:]), self._ratio(self.gaps.turn)
+        for k in range(count):
+            turned = np.zeros_like(last)
+            turned[:, k] = near[k]
+            if k:
+                turned[:, k - 1] = far[k - 1]
+            mode = self.mode[k][:, None, None]
+            here = last * ratio[k][:, None, None] - mode * mu * self.tension[k][:, None, None] * turned
+            last = np.where(mode == 0.0, last, here)
+            out[k] = last
+        return out
+
+    def moment(self) -> np.ndarray:
+        """G without the reactions of the pressed joints, shape (2 n_joint,) [N m]."""
+        return (self.work.gradient + np.einsum("kc,kca->ka", self.tension, self.gaps.slope)).ravel()
+
+    def equations(self, held: np.ndarray, compliance: float) -> tuple[np.ndarray, np.ndarray]:
+        """Matrix of the equations in free bends and tensions of the cables ``held``; all bends per free bend."""
+        count = self.design.n_joint
+        lower = np.tril(self.work.hessian)
+        hessian = lower + np.tril(lower, -1).T
+        curve = np.einsum("kc,kcab->kab", self.tension, self.work.curve)
+        bowed = np.tril(curve) + np.swapaxes(np.tril(curve, -1), -1, -2)
+        free = []
+        for k in range(count):
+            rows = slice(2 * k, 2 * k + 2)
+            hessian[rows, rows] += bowed[k]
+            axes, rim = _free_axes(self.bend[k, :2], float(self.reaction[k]))
+            hessian[rows, rows] += rim
+            free.append(axes)
+        hessian += np.einsum("kca,kcjb->kajb", self.gaps.slope, self._tension_by_bend()).reshape(2 * count, -1)
+        basis = block_diag(*free)
+        slope = self.gaps.slope[:, held].transpose(1, 0, 2).reshape(len(held), 2 * count)
+        by_winder = np.cumprod(self._ratio(self.gaps.turn), axis=0)
+        lever = by_winder[:, held].T.repeat(2, axis=1) * slope
+        top = np.hstack([basis.T @ hessian @ basis, basis.T @ lever.T])
+        return np.vstack([top, np.hstack([slope @ basis, -compliance * np.eye(len(held))])]), basis
+
+    def right_hand_sides(self, held: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Minus what each parameter adds to moments and lengths, shape (n_equation, n_parameter)."""
+        joints, cables = self.design.n_joint, self.design.n_cable
+        size = joints + 5 + cables
+        moment, length = np.zeros((2 * joints, size)), np.zeros((cables, size))
+        for k in range(joints):
+            moment[2 * k : 2 * k + 2, k] = self.elastic[k]
+        moment[:, joints] = (self.work.gradient - self.elastic).ravel()
+        moment[:, joints + 1] = self._moment_by_center()
+        less = np.cumsum(self.mode * self.gaps.turn, axis=0) * self.tension
+        moment[:, joints + 2] = -np.einsum("kc,kca->ka", less, self.gaps.slope).ravel()
+        length[range(cables), range(joints + 3, joints + 3 + cables)] = -1.0
+        length[:, -1] = -self.winder_tension
+        up, down = (self._at_holes(side * _STEP) for side in (1.0, -1.0))
+        moment[:, -2], length[:, -2] = (up[0] - down[0]) / (2 * _STEP), (up[1] - down[1]) / (2 * _STEP)
+        return -np.vstack([free.T @ moment, length[held]])
+
+    def _moment_by_center(self) -> np.ndarray:
+        """Moments by the centre of mass over the section's length, linear in it, shape (2 n_joint,) [N m]."""
+        fraction = float(self.design.section_center[0] / self.design.section_length[0])
+        other = replace(self.design, mass=replace(self.design.mass, center_fraction=0.5 * fraction))
+        return (self._linearise(other).gradient - self.work.gradient).ravel() / (-0.5 * fraction)
+
+    def _at_holes(self, change: float) -> tuple[np.ndarray, np.ndarray]:
+        """Moments of the cables, and length over that of the straight trunk, with other holes [N m], [m]."""
+        cable = self.design.cable
+        other = replace(self.design, cable=replace(cable, hole_fraction=cable.hole_fraction + change))
+        gaps = self._measure(other)
+        beyond, before = hole_positions(other)
+        straight = np.linalg.norm(beyond - before, axis=-1).sum(axis=0)
+        moment = np.einsum("kc,kca->ka", self._tensions_at(gaps.turn), gaps.slope).ravel()
+        return moment, gaps.length.sum(axis=0) - straight
+
+    def move(self, bend: np.ndarray) -> np.ndarray:
+        """Motion of the section ends per column of bends, shape (columns, n_section, 3)."""
+        work, count = self.work, self.design.n_joint
+        spun = np.einsum("jaik,jlk->jail", work.first, work.rotation)
+        vector = np.stack([spun[..., 2, 1], spun[..., 0, 2], spun[..., 1, 0]], axis=-1)
+        turning = np.einsum("jxy,jay->jax", work.frames[:-1], vector)
+        turned = np.einsum("jax,jap->pjx", turning, bend.reshape(count, 2, -1))
+        total = np.cumsum(turned, axis=1)
+        moved = np.zeros((bend.shape[1], count + 1, 3))
+        along = work.frames[1:, :, 0] * self.trunk.length[1:, None]
+        moved[:, 1:] = np.cumsum(np.cross(total, along[None]), axis=1)
+        return moved
 
 
-def _build_case(design: TrunkDesign, trunk: Trunk, stand: tuple[float, float, Loads | None]) -> Case:
-    theta_0, roll, loads = stand
-    fields = read_fields(design, loads)
-    base = base_orientation(read_angle("theta_0", theta_0), read_angle("roll", roll))
-    if base.shape != (3, 3) or fields.factor.ndim != 2:
-        raise ModelError("theta_0, roll or loads are a batch; allowed: one number each")
-    nothing, idle = np.zeros(design.n_cable), np.zeros((design.n_joint, design.n_cable))
-    field = tuple(np.array(part, order="C") for part in (fields.direction, fields.factor, fields.moment))
-    return Case(
-        base, trunk, (field[0], field[1], field[2]), Control(np.full(design.n_cable, True), nothing, nothing, nothing),
-        Friction(idle, idle, idle, 0.0),
-    )  # fmt: skip
+def _free_axes(bend: np.ndarray, reaction: float) -> tuple[np.ndarray, np.ndarray]:
+    """Directions in which a joint may bend, as columns, and the reaction times the curvature of the rim [N m/rad]."""
+    if reaction <= 0.0:
+        return np.eye(2), np.zeros((2, 2))
+    size = float(np.hypot(*bend))
+    tangent = np.array([[-bend[1]], [bend[0]]]) / size
+    return tangent, reaction / size * (tangent @ tangent.T)
+
+
+def hole_turns(rotation: np.ndarray, before: np.ndarray, beyond: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`kernels.cable_gaps.hole_turns` of all joints: turns at the holes before and beyond, (n_joint, n_cable) [rad]."""
+    across = np.einsum("jxy,jcy->jcx", rotation, beyond) - before
+    size = np.linalg.norm(across, axis=-1, keepdims=True)
+    near, far = np.array([1.0, 0.0, 0.0]), rotation[:, None, :, 0]
+    mean = near + far
+    across = across + NARROW * np.exp(-((size / NARROW) ** 2)) * mean / np.linalg.norm(mean, axis=-1, keepdims=True)
+    along = across / np.linalg.norm(across, axis=-1, keepdims=True)
+    return _angle(along, near), _angle(along, far)
+
+
+def _angle(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return np.asarray(2 * np.arctan2(np.linalg.norm(one - other, axis=-1), np.linalg.norm(one + other, axis=-1)))
+
+
+def add_turns(before: np.ndarray, beyond: np.ndarray) -> np.ndarray:
+    """Turn before each gap: at the hole beyond the gap before it, and at its own first hole, (n_joint, n_cable)."""
+    return before + np.vstack([np.zeros_like(beyond[:1]), beyond[:-1]])
