@@ -29,16 +29,16 @@ def main() -> int:
     try:
         for loads in load_static_loads(arguments.record):
             fit = fit_static(loads.bend, loads.mass, loads.lever_arm)
-            k = fit.stiffness
+            k, moment = fit.stiffness, GRAVITY * loads.mass * loads.lever_arm
+            secant = moment[loads.bend > 0] / loads.bend[loads.bend > 0]
             begin = fit.faces_from
             at = "-" if math.isnan(begin.value) else " ".join(f"{math.degrees(a):.1f}" for a in (begin.low, begin.high))
             errors = f"{1e3 * fit.beam_error:.1f}, {1e3 * fit.error:.1f}"
             rows.append(
                 (str(loads.joint), f"{fit.beam.value:.3f}", f"{k.value:.3f} ({k.low:.3f} to {k.high:.3f})",
                  f"{fit.onset.value:.4f}", f"{fit.faces.value:.2f}", at, errors,
-                 f"{fit.secant[0]:.3f}, {fit.secant.min():.3f}")
+                 f"{secant[0]:.3f}, {secant.min():.3f}")
             )  # fmt: skip
-            moment = GRAVITY * loads.mass * loads.lever_arm
             drawn.append(
                 LoadedJoint(name=f"joint {loads.joint}", bend=loads.bend, moment=np.asarray(moment),
                             beam=fit.beam.value, law=fit.moment, faces_from=fit.faces_from.value)

@@ -1,4 +1,4 @@
-"""Bench records as CSV: static loads of joints, and ring-downs."""
+"""Joint bench records as CSV: static loads of single joints, and ring-downs."""
 
 from __future__ import annotations
 
@@ -14,16 +14,13 @@ import numpy as np
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files.text_lines import open_take
 
-LOADS = ("joint", "lever_arm_m", "mass_g", "angle_deg")
-"""Columns of static loads."""
+STATIC_COLUMNS = {"joint": (1.0, 199.0), "lever_arm_m": (0.0, 10.0), "mass_g": (0.0, 1e6), "angle_deg": (0.0, 180.0)}
+"""Columns of static loads, with the least and the largest number allowed."""
 
-RING = ("time_s", "acceleration")
-"""Columns of a ring-down."""
+RING_DOWN_COLUMNS = {"time_s": (-1e9, 1e9), "acceleration": (-1e9, 1e9)}
+"""Columns of a ring-down, likewise."""
 
 _MOST_BYTES = 20_000_000
-_MOST_NUMBER = 1e9
-_LEAST_LOADS, _MOST_LOADS = (1.0, 0.0, 0.0, 0.0), (199.0, 10.0, 1e6, 180.0)
-"""Least and largest joint, lever arm [m], mass [g] and angle [deg] of a reading."""
 
 
 @final
@@ -38,93 +35,72 @@ class StaticLoads:
     mass: np.ndarray
     """Scale readings, shape (n,) [kg]."""
     lever_arm: np.ndarray
-    """Where the scale pushes, from the joint, shape (n,) [m]."""
+    """Distance from the joint to where the scale pushes, shape (n,) [m]."""
 
 
 def load_static_loads(path: str | Path) -> tuple[StaticLoads, ...]:
-    """Readings by joint, the base's first.
+    """Readings by joint, from the base on.
 
     Raises:
-        TakeError: with file, line and column, for what is no such record.
+        TakeError: for anything else than such a record, with file, line and column.
     """
-    table, lines = _read(path, LOADS)
-    joints = table[:, 0]
-    _refuse_outside(table, lines, str(path))
-    wrong = np.flatnonzero(joints != np.rint(joints))
-    if len(wrong):
-        raise TakeError(
-            f"joint is {joints[wrong[0]]:g}; allowed: a whole number from 1", file=str(path), line=lines[int(wrong[0])],
-            column=1,
-        )  # fmt: skip
+    joint, lever_arm, mass, angle = _read(path, STATIC_COLUMNS).T
     return tuple(
         StaticLoads(
-            joint=int(joint), bend=np.radians(table[joints == joint, 3]), mass=1e-3 * table[joints == joint, 2],
-            lever_arm=table[joints == joint, 1],
+            joint=int(one), bend=np.radians(angle[joint == one]), mass=1e-3 * mass[joint == one],
+            lever_arm=lever_arm[joint == one],
         )
-        for joint in np.unique(joints)
+        for one in np.unique(joint)
     )  # fmt: skip
-
-
-def _refuse_outside(table: np.ndarray, lines: list[int], file: str) -> None:
-    for column, (least, most) in enumerate(zip(_LEAST_LOADS, _MOST_LOADS, strict=True)):
-        outside = np.flatnonzero((table[:, column] < least) | (table[:, column] > most))
-        if len(outside):
-            row = int(outside[0])
-            told = f"{LOADS[column]} is {table[row, column]:g}; allowed: {least:g} to {most:g}"
-            raise TakeError(told, file=file, line=lines[row], column=column + 1)
 
 
 def load_ring_down(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and accelerations of a ring-down, shapes (n,).
 
     Raises:
-        TakeError: with file, line and column, for what is no such record.
+        TakeError: for anything else than such a record, with file, line and column.
     """
-    table, _ = _read(path, RING)
-    return table[:, 0], table[:, 1]
+    time, acceleration = _read(path, RING_DOWN_COLUMNS).T
+    return time, acceleration
 
 
-def _read(path: str | Path, columns: tuple[str, ...]) -> tuple[np.ndarray, list[int]]:
-    """All numbers, and the line in which each row stands."""
-    with open_take(path) as file:
-        data = file.read(_MOST_BYTES + 1)
-    name = str(path)
+def _read(path: str | Path, columns: dict[str, tuple[float, float]]) -> np.ndarray:
+    """The numbers, shape (n, n_column)."""
+    file = str(path)
+    with open_take(path) as stream:
+        data = stream.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
-        raise TakeError(f"it has more than {_MOST_BYTES} bytes; allowed: a shorter record", file=name)
+        raise TakeError(f"it has more than {_MOST_BYTES} bytes; allowed: a shorter record", file=file)
     try:
         rows = list(csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=None)))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise TakeError(f"no text with commas: {error}; allowed: CSV in UTF-8", file=name) from None
-    given = tuple(cell.strip().lower() for cell in rows[0]) if rows else ()
-    if given != columns:
-        raise TakeError(
-            f"its columns are {', '.join(given)[:80] or 'none'}; allowed: {','.join(columns)}", file=name, line=1
-        )
-    filled = [(line, row) for line, row in enumerate(rows[1:], 2) if any(cell.strip() for cell in row)]
-    if not filled:
-        raise TakeError("it holds no reading; allowed: one line each", file=name)
-    numbers = [
-        [_number(cell, (name, line, column)) for column, cell in enumerate(_fit(row, columns, (name, line)), 1)]
-        for line, row in filled
-    ]
-    return np.array(numbers), [line for line, _ in filled]
+        raise TakeError(f"no text with commas: {error}; allowed: CSV in UTF-8", file=file) from None
+    head = [cell.strip().lower() for cell in rows[0]] if rows else []
+    if head != list(columns):
+        given = ", ".join(head)[:80] or "none"
+        raise TakeError(f"its columns are {given}; allowed: {','.join(columns)}", file=file, line=1)
+    table = []
+    for line, row in enumerate(rows[1:], 2):
+        if any(cell.strip() for cell in row):
+            if len(row) != len(columns):
+                raise TakeError(f"{len(row)} cells; allowed: {len(columns)}", file=file, line=line)
+            cells = enumerate(zip(row, columns.items(), strict=True), 1)
+            table.append([_parse(cell, column, (file, line, place)) for place, (cell, column) in cells])
+    if not table:
+        raise TakeError("it holds no reading; allowed: one line each", file=file)
+    return np.array(table)
 
 
-def _fit(row: list[str], columns: tuple[str, ...], where: tuple[str, int]) -> list[str]:
-    if len(row) != len(columns):
-        raise TakeError(f"{len(row)} cells; allowed: {len(columns)}", file=where[0], line=where[1])
-    return row
-
-
-def _number(cell: str, where: tuple[str, int, int]) -> float:
+def _parse(cell: str, column: tuple[str, tuple[float, float]], where: tuple[str, int, int]) -> float:
+    name, (least, most) = column
     try:
         value = float(cell)
     except ValueError:
         value = math.nan
-    if not abs(value) <= _MOST_NUMBER:
-        file, line, column = where
+    if not least <= value <= most or (name == "joint" and not value.is_integer()):
+        number = "a whole number from " if name == "joint" else ""
+        file, line, place = where
         raise TakeError(
-            f"{cell[:40]!r} is no finite number; allowed: one up to {_MOST_NUMBER:g}", file=file, line=line,
-            column=column,
-        )  # fmt: skip
+            f"{name} is {cell.strip()[:40]}; allowed: {number}{least:g} to {most:g}", file=file, line=line, column=place
+        )
     return value
