@@ -1,21 +1,21 @@
-"""Checks of design values: each refuses a wrong type, a non-finite number and a value outside its range."""
+"""Checks of values where they enter: numbers, counts, texts and types; each refusal is one line."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
+from types import EllipsisType
 from typing import NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.errors import DesignError, ModelError, Words, tell
+from spiraltrunk.errors import DesignError, ModelError, SpiralTrunkError, Words, tell
 
 
 @final
 class Range(NamedTuple):
-    """Which finite numbers are allowed; as a text it says so."""
+    """An interval of finite numbers; as a text it states its bounds."""
 
     above: float = -math.inf
     """Every number is larger than this."""
@@ -25,34 +25,25 @@ class Range(NamedTuple):
     """Every number is smaller than this."""
     most: float = math.inf
     """No number is larger than this."""
-    unit: Decimal = Decimal(1)
-    """What the numbers are told in, over the unit that the bounds are in [-]."""
 
     def holds(self, number: float) -> bool:
-        """Whether the number, in the unit of the bounds, is finite and in the range."""
-        return math.isfinite(number) and self.above < number < self.below and self.least <= number <= self.most
+        """Whether the number is finite and in the range."""
+        return self.above < number < self.below and self.least <= number <= self.most
 
-    def told_in(self, unit: Decimal) -> Range:
-        """The same range, told in another unit."""
-        return self._replace(unit=unit)
+    def in_unit(self, unit: float) -> Range:
+        """The same range for numbers that count multiples of ``unit``."""
+        return Range(*(bound / unit for bound in self))
 
     def __str__(self) -> str:
-        words = [
-            f"{word} {self._tell(bound, rounding)}"
-            for word, bound, rounding in (
-                ("above", self.above, ROUND_CEILING),
-                ("at least", self.least, ROUND_CEILING),
-                ("below", self.below, ROUND_FLOOR),
-                ("at most", self.most, ROUND_FLOOR),
-            )
-            if math.isfinite(bound)
-        ]
-        return ", ".join(["a finite number", *words])
+        words = zip(("above", "at least", "below", "at most"), self, strict=True)
+        return ", ".join(["a finite number", *(f"{word} {bound:g}" for word, bound in words if math.isfinite(bound))])
 
-    def _tell(self, bound: float, rounding: str) -> str:
-        """The bound in six digits, rounded inwards, so that what is told is true."""
-        exact = Context(prec=14, rounding=ROUND_HALF_EVEN).divide(Decimal(repr(float(bound))), self.unit)
-        return f"{float(Context(prec=6, rounding=rounding).plus(exact)):g}"
+
+FINITE = Range()
+"""Every finite number."""
+
+FEW = 32
+"""Size up to which plain Python checks an array sooner than NumPy starts [-]."""
 
 
 def check_number(
@@ -69,7 +60,7 @@ def check_number(
     Raises:
         DesignError: with the name, the value and the `Range`.
     """
-    check_range(name, value, Range(above=above, least=least, below=below, most=most))
+    check_range(name, value, Range(above, least, below, most))
 
 
 def check_range(name: str, value: object, allowed: Range) -> None:
@@ -78,12 +69,12 @@ def check_range(name: str, value: object, allowed: Range) -> None:
     Raises:
         DesignError: with the name, the value and the range.
     """
-    if not allowed.holds(_to_float(value)):
+    if not (isinstance(value, (float, int)) and allowed.holds(value)):
         raise DesignError(name, got=value, allowed=allowed)
 
 
 def check_tip(width: float, least: float) -> None:
-    """Refuse a tip that is thinner than ``least`` [m]: nobody makes it, and what follows from it is no number.
+    """Refuse a tip that is thinner than ``least`` [m]: it cannot be made, and the sizes derived from it underflow.
 
     Raises:
         DesignError: with both widths, and what makes the tip wider.
@@ -99,8 +90,7 @@ def check_count(name: str, value: object, *, least: int, most: int) -> None:
     Raises:
         DesignError: with the name, the value and the range.
     """
-    is_count = isinstance(value, int) and not isinstance(value, bool)
-    if not (is_count and least <= value <= most):  # type: ignore[operator]
+    if not (isinstance(value, int) and least <= value <= most):
         raise DesignError(name, got=value, allowed=f"a whole number from {least} to {most}")
 
 
@@ -139,46 +129,86 @@ def check_type(name: str, value: object, kinds: type | Sequence[type]) -> None:
         raise DesignError(name, got=value, allowed=" or ".join(kind.__name__ for kind in kinds))
 
 
-def _to_float(value: object) -> float:
-    """The number itself, nan for anything else and for whole numbers that no float holds."""
-    if not isinstance(value, (int, float)) or isinstance(value, bool):
-        return math.nan
-    try:
-        return float(value) if float(value) == value else math.nan
-    except OverflowError:
-        return math.nan
+def read_array(
+    name: str,
+    value: ArrayLike,
+    shape: tuple[int | EllipsisType, ...] | None = None,
+    *,
+    error: type[SpiralTrunkError] = ModelError,
+) -> np.ndarray:
+    """The value as an array of floats, which may be infinite or NaN; an array of floats is returned as it is.
 
-
-FEW = 32
-"""Numbers up to which plain Python looks at them sooner than NumPy starts [-]."""
-
-
-def read_numbers(name: str, value: ArrayLike) -> np.ndarray:
-    """An array of finite numbers.
+    Args:
+        name: what the error calls it.
+        value: a number, an array or nested sequences of numbers.
+        shape: shape that it must have, a leading ``...`` standing for any axes; None allows every shape.
+        error: class of the error.
 
     Raises:
-        ModelError: for anything else.
+        SpiralTrunkError: of class ``error``, where it is not numbers or of another shape.
     """
-    if type(value) is float and math.isfinite(value):
-        return np.array(value)
-    try:
-        array = np.asarray(value)
-    except (TypeError, ValueError):  # Ragged.
-        array = np.empty(0, object)
-    if array.dtype.kind not in "fiub" or isinstance(value, np.ma.MaskedArray):
-        raise ModelError(f"{name} is {tell(value)}; allowed: finite numbers")
-    array = array.astype(float, copy=False)
-    is_finite = all(map(math.isfinite, array.ravel().tolist())) if array.size <= FEW else np.isfinite(array).all()
-    if not is_finite:
-        raise ModelError(f"{name} is not finite; allowed: finite numbers")
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        array = value
+    else:
+        try:
+            array = np.asarray(value)
+        except (TypeError, ValueError):  # Ragged.
+            array = np.empty(0, object)
+        if array.dtype.kind not in "fiub":
+            raise error(f"{name} is {tell(value)}; allowed: numbers")
+        array = array.astype(float, copy=False)
+    if not (shape is None or array.shape == shape or _ends_in(array.shape, shape)):
+        allowed = str(shape).replace("Ellipsis", "...") if shape else "one number"
+        raise error(f"{name} has shape {array.shape}; allowed: {allowed}")
     return array
 
 
-def check_kind(name: str, value: object, kind: type) -> None:
-    """Refuse anything that is not of a kind.
+def _ends_in(shape: tuple[int, ...], wanted: tuple[int | EllipsisType, ...]) -> bool:
+    return wanted[:1] == (...,) and shape[1 - len(wanted) :] == wanted[1:]
+
+
+def read_numbers(
+    name: str,
+    value: ArrayLike,
+    allowed: Range = FINITE,
+    *,
+    shape: tuple[int | EllipsisType, ...] | None = None,
+    unit: str = "",
+    error: type[SpiralTrunkError] = ModelError,
+) -> np.ndarray:
+    """`read_array`, each number of which is finite and in the range, which the error states in ``unit``.
 
     Raises:
-        ModelError: with the name, the value and the kind.
+        SpiralTrunkError: of class ``error``, with the first number out of the range, or where it is not numbers or of
+            another shape.
     """
-    if not isinstance(value, kind):
-        raise ModelError(f"{name} is {tell(value)}; allowed: {kind.__name__}")
+    if type(value) is float and allowed is FINITE and shape is None and math.isfinite(value):
+        return np.array(value)
+    array = read_array(name, value, shape, error=error)
+    if not _are_within(array, allowed):
+        wrong = next(number for number in array.flat if not allowed.holds(number))
+        of = f" {unit}" if unit else ""
+        raise error(f"{name} is {wrong:g}{of}; allowed: {allowed}{of}")
+    return array
+
+
+def _are_within(array: np.ndarray, allowed: Range) -> bool:
+    if array.size > FEW:  # Least and largest of numbers with a NaN are NaN.
+        return allowed.holds(array.min()) and allowed.holds(array.max())
+    numbers = array.ravel().tolist()
+    if not all(map(math.isfinite, numbers)):
+        return False
+    return allowed is FINITE or not numbers or (allowed.holds(min(numbers)) and allowed.holds(max(numbers)))
+
+
+def broadcast_batches(batches: dict[str, tuple[int, ...]]) -> tuple[int, ...]:
+    """The shape to which the batch axes of several inputs broadcast.
+
+    Raises:
+        ModelError: with every input's axes, where they do not.
+    """
+    try:
+        return np.broadcast_shapes(*batches.values()) if any(batches.values()) else ()
+    except ValueError:
+        given = ", ".join(f"{name} {axes}" for name, axes in batches.items())
+        raise ModelError(f"batches are {given}; allowed: batches that broadcast") from None

@@ -10,7 +10,7 @@ class SpiralTrunkError(Exception):
 
 
 class Words(str):
-    """Words about a value, such as "missing", which an error shows without quotes."""
+    """A text about a value, such as "missing", which an error shows without quotes."""
 
     __slots__ = ()
 

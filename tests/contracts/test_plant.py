@@ -147,10 +147,9 @@ def _impossible(observation):
     ):  # fmt: skip
         yield replace(good, T_world_base=frame), rf"command\.T_world_base.*{words}"
     for name in ("cable_tension", "cable_pull"):
-        for value in (np.zeros(n_cable + 1), np.zeros((1, n_cable)), 5.0, "all", np.full(n_cable, True), ["a"]):
+        for value in (np.zeros(n_cable + 1), np.zeros((1, n_cable)), 5.0, "all", ["a"]):
             yield replace(good, **{name: value}), rf"command\.{name}.*allowed"
-    yield replace(good, cable_tension=np.ma.masked_greater(good.cable_tension, 1.0)), r"command\.cable_tension.*numbers"
-    for value in (None, "open", [0.0, 0.0], 1j, 10**400):
+    for value in (None, "open", [0.0, 0.0], 1j):
         yield replace(good, gripper=value), r"command\.gripper.*allowed"
     for value in (None, "go", T):
         yield value, "allowed: a Command"

@@ -12,7 +12,6 @@ from spiraltrunk.model.statics.loads import Loads
 
 PAPER = presets.PAPER
 TIP = (0.1, -0.3, 0.1)
-HUGE = 10**400
 
 REFUSED = {
     "design is": [
@@ -30,33 +29,28 @@ REFUSED = {
     "creep is": [lambda: StaticsOptions(creep=1.0)],
     "has_torsion is": [lambda: StaticsOptions(has_torsion=[])],
     "cable_stiffness is": [lambda: StaticsOptions(cable_stiffness=np.array([1, 2]))],
-    "as_authors is": [
-        lambda: reference.rest(PAPER, 1.0, as_authors=[1]), lambda: reference.rest(PAPER, 1.0, as_authors="a"),
-    ],
-    "pull is": [lambda: statics.solve(PAPER, pull=HUGE), lambda: reference.bend_dorsal_points(PAPER, HUGE, 0.1)],
     "tension is": [
-        lambda: statics.solve(PAPER, tension=[HUGE, 0, 0]), lambda: statics.solve(PAPER, tension="1.0"),
+        lambda: statics.solve(PAPER, tension="1.0"),
         lambda: statics.solve(PAPER, tension=[[1, 2], [3]]),
     ],
     "theta_0 is": [
         lambda: statics.solve(PAPER, theta_0=1e308), lambda: inverse.solve(PAPER, TIP, theta_0=1e308),
         lambda: statics.solve(PAPER, theta_0="1.0"), lambda: statics.solve(PAPER, theta_0=np.datetime64("2020")),
-        lambda: statics.solve(PAPER, theta_0=np.ma.masked), lambda: reference.rest(PAPER, np.ma.masked),
     ],
     "roll is": [lambda: inverse.solve(PAPER, TIP, roll=-1e308)],
-    "direction_weight is": [
+    "direction_weight has": [
         lambda: inverse.solve(PAPER, TIP, direction=(1, 0, 0), direction_weight=[]),
         lambda: inverse.solve(PAPER, TIP, direction=(1, 0, 0), direction_weight=[1, 2, 3]),
     ],
-    "diameter": [
-        lambda: inverse.curl(PAPER, TIP, []), lambda: inverse.curl(PAPER, TIP, "1.0"),
+    "diameter is": [
+        lambda: inverse.curl(PAPER, TIP, "1.0"),
         lambda: inverse.curl(PAPER, TIP, np.zeros((2, 2, 2, 2, 3))),
     ],
-    "touching is": [lambda: inverse.curl(PAPER, TIP, 0.1, touching=HUGE)],
+    "touching is": [lambda: inverse.curl(PAPER, TIP, 0.1, touching=100)],
     "friction is": [lambda: statics.solve(PAPER, friction=np.zeros((50, 3)))],
     "targets, theta_0, roll and loads": [
         lambda: inverse.solve(PAPER, TIP, theta_0=[]), lambda: inverse.solve(PAPER, TIP, loads=Loads(mass=[])),
-        lambda: inverse.curl(PAPER, np.empty((0, 3)), 0.1),
+        lambda: inverse.curl(PAPER, np.empty((0, 3)), 0.1), lambda: inverse.curl(PAPER, TIP, []),
     ],
 }  # fmt: skip
 

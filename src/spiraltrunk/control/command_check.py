@@ -1,4 +1,4 @@
-"""The check of a command before anything moves: finite numbers, shapes, a proper frame."""
+"""Check of a command before anything moves: finite numbers, shapes, a rigid transform."""
 
 from __future__ import annotations
 
@@ -7,62 +7,51 @@ from dataclasses import replace
 
 import numpy as np
 
+from spiraltrunk.checks import read_array, read_numbers
 from spiraltrunk.control.messages import Command
 from spiraltrunk.errors import RunError, tell
 
 FARTHEST = 100.0
-"""Largest coordinate of a place, and most cable to pay out, that a command may ask for [m]: more is a mistake."""
-
+"""Largest coordinate of a position, and most cable to pay out, that a command may ask for [m]."""
 
 _SQUARE = 1e-6
-"""How far the axes of a commanded frame may be from unit length and from a right angle [-]."""
+"""Largest deviation of the axes of a commanded frame from unit length and from right angles [-]."""
 
 
 def read_command(command: Command, n_cable: int) -> Command:
     """The command in arrays of floats, as every plant reads it before anything moves.
 
-    Tensions and gripper may lie outside what motors do, which then do what they can.
+    Tensions and gripper may exceed what the motors can do; the plant limits them.
+
+    Args:
+        command: what a strategy returned.
+        n_cable: number of cables of the trunk.
 
     Raises:
-        RunError: where a value is no number, not finite or of another shape, or the frame is no place with axes of unit
-            length at right angles, right-handed.
+        RunError: where a value is not a number, not finite or of another shape, or the frame is not a rigid transform.
     """
     if not isinstance(command, Command):
         raise RunError(f"command is {tell(command)}; allowed: a Command")
     given = command.T_world_base, command.cable_tension, command.cable_pull, command.gripper
-    frame = _read_numbers("T_world_base", given[0], (4, 4))
+    frame = read_numbers("command.T_world_base", given[0], shape=(4, 4), error=RunError)
     _check_frame(frame)
-    tension = _read_numbers("cable_tension", given[1], (n_cable,))
-    pull = None if given[2] is None else _read_numbers("cable_pull", given[2], (n_cable,), is_bound=True)
-    gripper = given[3] if type(given[3]) is float else float(_read_numbers("gripper", given[3], ()))
-    if not math.isfinite(gripper):
-        raise RunError("command.gripper is not finite; allowed: a finite number, -1 (open) to 1 (closed)")
+    tension = read_numbers("command.cable_tension", given[1], shape=(n_cable,), error=RunError)
+    pull = None if given[2] is None else _read_pull(given[2], n_cable)
+    gripper = given[3]
+    if not (type(gripper) is float and math.isfinite(gripper)):
+        gripper = float(read_numbers("command.gripper", gripper, shape=(), error=RunError))
     if frame is given[0] and tension is given[1] and pull is given[2] and gripper is given[3]:
         return command
     return replace(command, T_world_base=frame, cable_tension=tension, cable_pull=pull, gripper=gripper)
 
 
-def _read_numbers(name: str, value: object, shape: tuple[int, ...], *, is_bound: bool = False) -> np.ndarray:
-    """An array of floats; a bound may be infinite, and then bounds nothing."""
-    if type(value) is np.ndarray and value.dtype == np.float64:
-        array = value
-    else:
-        try:
-            array = np.asarray(value)
-        except ValueError:  # Ragged.
-            array = np.empty(0, object)
-        if array.dtype.kind not in "fiu" or isinstance(value, np.ma.MaskedArray):
-            raise RunError(f"command.{name} is {tell(value)}; allowed: numbers")
-        array = array.astype(float)
-    if array.shape != shape:
-        raise RunError(f"command.{name} has shape {array.shape}; allowed: {shape or 'one number'}")
-    numbers = array.ravel().tolist()
-    if is_bound and not all(number > -FARTHEST for number in numbers):
+def _read_pull(value: np.ndarray, n_cable: int) -> np.ndarray:
+    """Cable to pull in at most; infinity sets no limit."""
+    pull = read_array("command.cable_pull", value, (n_cable,), error=RunError)
+    if not all(length > -FARTHEST for length in pull.tolist()):
         allowed = f"metres above -{FARTHEST:g}, or infinity for no bound"
-        raise RunError(f"command.{name} is not a length to pull; allowed: {allowed}")
-    if not is_bound and not all(map(math.isfinite, numbers)):
-        raise RunError(f"command.{name} is not finite; allowed: finite numbers")
-    return array
+        raise RunError(f"command.cable_pull is {tell(value)}; allowed: {allowed}")
+    return pull
 
 
 def _check_frame(frame: np.ndarray) -> None:

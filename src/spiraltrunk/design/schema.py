@@ -174,7 +174,7 @@ def spell(error: DesignError, name: str, unit: Decimal, typed: object = None) ->
         unit: its unit there.
         typed: what was typed; without it the error's own value, in that unit.
     """
-    allowed = error.allowed.told_in(unit) if isinstance(error.allowed, Range) else error.allowed
+    allowed = error.allowed.in_unit(float(unit)) if isinstance(error.allowed, Range) else error.allowed
     got = error.got
     if typed is not None and not isinstance(got, Words):
         got = typed

@@ -158,8 +158,8 @@ def test_batches_of_stands_broadcast_against_targets() -> None:
     ("call", "words"),
     [
         (lambda: inverse.solve(presets.PAPER, [0.0, 1.0]), "tip has shape"),
-        (lambda: inverse.solve(presets.PAPER, [np.nan, 0, 0]), "tip is not finite"),
-        (lambda: inverse.solve(presets.PAPER, [1e9, 0, 0]), "tip has a coordinate"),
+        (lambda: inverse.solve(presets.PAPER, [np.nan, 0, 0]), "tip is nan m"),
+        (lambda: inverse.solve(presets.PAPER, [1e9, 0, 0]), "tip is 1e.09 m"),
         (lambda: inverse.solve(presets.PAPER, [0.1, 0, 0], direction=[0, 0, 0]), "direction has length 0"),
         (lambda: inverse.solve(presets.PAPER, [1, 0, 0], direction=[1, 0, 0], direction_weight=-1), "direction_weight"),
         (lambda: inverse.solve(presets.PAPER, np.ones((2, 3)), theta_0=np.ones(3)), "broadcast"),

@@ -152,5 +152,5 @@ def test_rotations_with_torsion_are_taken_too():
     [0.0, np.zeros(2), np.zeros((16, 2)), np.zeros((17, 3)), np.full((17, 2), np.inf), np.full((17, 2), np.nan)],
 )
 def test_bends_that_do_not_fit_are_refused(bend):
-    with pytest.raises(ShapeError, match=r"joint_bend has shape .*; allowed: finite, \(\.\.\., 17, 2\)"):
+    with pytest.raises(ShapeError, match=r"joint_bend (has shape .*\(\.\.\., 17, 2\)|is (inf|nan))"):
         cables.lengths(PAPER, bend)

@@ -355,15 +355,15 @@ def test_twist_takes_the_papers_three_cables(angles):
         reference.twist(with_angles(*angles), 0.01, 0.01, HANGING)
 
 
-DORSAL_RANGE = r"allowed: 0 to 0\.131156 m, 1\.01 times full curl$"
-VENTRAL_RANGE = r"allowed: 0 to 0\.122218 m, 1\.01 times full curl$"
+DORSAL_RANGE = r"allowed: a finite number, at least 0, at most 0\.131157 m$"
+VENTRAL_RANGE = r"allowed: a finite number, at least 0, at most 0\.122219 m$"
 
 
 @pytest.mark.parametrize(
     ("law", "given", "message"),
     [
-        (reference.rest, (math.nan,), "^theta_0 is nan rad; allowed: any finite angle$"),
-        (reference.rest, ([0.0, math.inf],), "^theta_0 is inf rad; allowed: any finite angle$"),
+        (reference.rest, (math.nan,), "^theta_0 is nan; allowed: a finite number$"),
+        (reference.rest, ([0.0, math.inf],), "^theta_0 is inf; allowed: a finite number$"),
         (reference.bend_dorsal, (-1e-3, 0.0), "^pull is -0.001 m; " + DORSAL_RANGE),
         (reference.bend_dorsal, (math.nan, 0.0), "^pull is nan m; " + DORSAL_RANGE),
         (reference.bend_dorsal, (0.132, 0.0), "^pull is 0.132 m; " + DORSAL_RANGE),
@@ -374,17 +374,16 @@ VENTRAL_RANGE = r"allowed: 0 to 0\.122218 m, 1\.01 times full curl$"
         (reference.twist, (0.14, 0.0, 0.0), "^pull_1 is 0.14 m; " + DORSAL_RANGE),
         (reference.twist, (0.1, -0.1, 0.0), "^pull_2 is -0.1 m; " + DORSAL_RANGE),
         (reference.twist, (0.1, [0.1, 0.14], 0.0), "^pull_2 is 0.14 m; " + DORSAL_RANGE),
-        (reference.twist, (0.1, 0.1, -math.inf), "^theta_0 is -inf rad; allowed: any finite angle$"),
-        (reference.bend_dorsal, ("0.1", 0.0), r"^pull is '0.1'; allowed: a number or an array of numbers$"),
-        (reference.bend_dorsal, (None, 0.0), r"^pull is None; allowed: a number or an array of numbers$"),
-        (reference.bend_dorsal, (0.1j, 0.0), r"^pull is 0.1j; allowed: a number or an array of numbers$"),
-        (reference.bend_dorsal, ([[0.1], [0.1, 0.2]], 0.0), r"^pull is ragged; allowed: a number or an array of"),
+        (reference.twist, (0.1, 0.1, -math.inf), "^theta_0 is -inf; allowed: a finite number$"),
+        (reference.bend_dorsal, ("0.1", 0.0), r"^pull is '0.1'; allowed: numbers$"),
+        (reference.bend_dorsal, (None, 0.0), r"^pull is None; allowed: numbers$"),
+        (reference.bend_dorsal, (0.1j, 0.0), r"^pull is 0.1j; allowed: numbers$"),
+        (reference.bend_dorsal, ([[0.1], [0.1, 0.2]], 0.0), r"^pull is \[\[0.1\], \[0.1, 0.2\]\]; allowed: numbers$"),
         (
             reference.bend_dorsal,
             ([0.1] * 3, [0.0] * 2),
-            r"^shapes are pull \(3,\), theta_0 \(2,\); allowed: shapes that",
+            r"^batches are pull \(3,\), theta_0 \(2,\); allowed: batches that broadcast$",
         ),
-        (reference.rest, (10**400,), r"^theta_0 is inf rad; allowed: any finite angle$"),
     ],
 )
 def test_what_cannot_be_done_is_refused_in_one_line(law, given, message):
@@ -406,11 +405,3 @@ def test_the_allowed_ends_are_allowed():
 
 def test_section_ends_of_nothing_are_nothing():
     assert reference.bend_dorsal_points(PAPER, [], 1.0).points.shape == (0, 18, 3)
-
-
-@pytest.mark.parametrize(
-    "out", [(1, 2), reference.PlaneShape(points=None, bend=None), reference.rest(PAPER, [1.0, 2.0])]
-)
-def test_what_is_no_answer_is_not_written_into(out):
-    with pytest.raises(ModelError, match=r"^out(\.points)? is .*; allowed: (PlaneShape|ndarray)$"):
-        reference.bend_dorsal_points(PAPER, [0.03, 0.02], 1.0, out=out)

@@ -180,9 +180,9 @@ BAD = [
     ({"loads": Loads(force=(1, 0, 0), force_section=-19)}, "loads.force_section"),
     ({"tension": np.full((1000, 3), "a")}, "tension"), ({"tension": np.full(3, 1j)}, "tension"),
     ({"by_tension": [[True], [True, False], True]}, "by_tension"),
-    ({"loads": Loads(mass=np.ones(4), force=np.zeros((5, 3)))}, "loads.mass and loads.force"),
+    ({"loads": Loads(mass=np.ones(4), force=np.zeros((5, 3)))}, "batches are loads.mass"),
     ({"tension": (-1, 50, 0)}, "tension is -1"), ({"loads": Loads(mass=(-1, 500))}, "loads.mass is -1"),
-    ({"loads": Loads(force=(0, -2e4, 0))}, "loads.force has a component of -20000"),
+    ({"loads": Loads(force=(0, -2e4, 0))}, "loads.force is -20000"),
 ]  # fmt: skip
 
 

@@ -88,7 +88,10 @@ def test_full_curl_takes_no_more() -> None:
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: pull_sequences.pull_dorsal(PAPER, -1e-3), "pull is -0.001 m; allowed: 0 to 0.131156 m"),
+        (
+            lambda: pull_sequences.pull_dorsal(PAPER, -1e-3),
+            "pull is -0.001 m; allowed: .*at most 0.131157 m",
+        ),
         (lambda: pull_sequences.pull_dorsal(PAPER, math.nan), "pull is nan"),
         (lambda: pull_sequences.pull_ventral(PAPER, 0.2), "lengthening is 0.2 m"),
         (lambda: pull_sequences.pull_twist(PAPER, 0.01, 0.2), "pull_2 is 0.2 m"),
@@ -97,18 +100,14 @@ def test_full_curl_takes_no_more() -> None:
             "2 cables; allowed for a twist: three or more",
         ),
         (lambda: pull_sequences.pull_cables(PAPER, [0.0, 1.0, 0.0]), "change is 1 m"),
-        (lambda: pull_sequences.pull_cables(PAPER, [0.0, 0.01]), "one number per cable"),
+        (lambda: pull_sequences.pull_cables(PAPER, [0.0, 0.01]), r"change has shape (2,.; allowed: (3,."),
         (
             lambda: pull_sequences.pull_cables(PAPER, ["a", 0.0, 0.0]),
-            "change is .'a', 0.0, 0.0.; allowed: finite numbers",
+            "change is .'a', 0.0, 0.0.; allowed: numbers",
         ),
-        (lambda: pull_sequences.pull_dorsal(PAPER, "a"), "pull is 'a'; allowed: one number, 0 to 0.131156 m"),
-        (lambda: pull_sequences.pull_dorsal(PAPER, [0.01, 0.02]), "pull is .0.01, 0.02.; allowed: one number"),
-        (lambda: pull_sequences.pull_twist(PAPER, 0.01, None), "pull_2 is None; allowed: one number"),
-        (
-            lambda: pull_sequences.pull_dorsal(PAPER, np.full(1000, 0.05)),
-            r"pull is array.*\.\.\..*; allowed: one number",
-        ),
+        (lambda: pull_sequences.pull_dorsal(PAPER, "a"), "pull is 'a'; allowed: numbers"),
+        (lambda: pull_sequences.pull_dorsal(PAPER, [0.01, 0.02]), "pull has shape (2,.; allowed: one number"),
+        (lambda: pull_sequences.pull_twist(PAPER, 0.01, None), "pull_2 is None; allowed: numbers"),
         (lambda: pull_sequences.pull_dorsal(PAPER, 0.05, np.zeros(3)), "theta_0 has shape (3,.; allowed: one number"),
         (
             lambda: pull_sequences.pull_cables(PAPER, [0.05, 0.0, 0.0], [0.0, 1.0]),

@@ -10,7 +10,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import check_count, check_kind, check_number, read_numbers
+from spiraltrunk.checks import broadcast_batches, check_count, check_number, check_type, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.identity_cache import Same
@@ -60,7 +60,7 @@ class InverseOptions:
     """How the trunk is modelled."""
 
     def __post_init__(self) -> None:
-        check_kind("statics", self.statics, StaticsOptions)
+        check_type("statics", self.statics, StaticsOptions)
         check_number("tolerance", self.tolerance, least=1e-7, below=1.0)
         check_count("tries", self.tries, least=1, most=1000)
         check_count("samples", self.samples, least=1, most=10**5)
@@ -95,20 +95,16 @@ def read_scene(
         return bare, ()
     theta_0, roll = read_angle("theta_0", stand[0]), read_angle("roll", stand[1])
     loads = _NONE if loads is None else loads
-    check_kind("loads", loads, Loads)
+    check_type("loads", loads, Loads)
     mass = read_numbers("loads.mass", loads.mass)
-    force = None if loads.force is None else read_numbers("loads.force", loads.force)
-    if force is not None and force.shape[-1:] != (3,):
-        raise ModelError(f"loads.force has shape {force.shape}; allowed: (..., 3)")
-    shapes = [batch, theta_0.shape, roll.shape, mass.shape, () if force is None else force.shape[:-1]]
-    try:
-        batch = np.broadcast_shapes(*shapes) if any(shapes) else ()
-    except ValueError:
-        raise ModelError(
-            f"targets, theta_0, roll and loads have batches {shapes}; allowed: ones that broadcast"
-        ) from None
+    force = None if loads.force is None else read_numbers("loads.force", loads.force, shape=(..., 3))
+    batches = {
+        "targets": batch, "theta_0": theta_0.shape, "roll": roll.shape, "loads.mass": mass.shape,
+        "loads.force": () if force is None else force.shape[:-1],
+    }  # fmt: skip
+    batch = broadcast_batches(batches)
     if 0 in batch:
-        raise ModelError(f"targets, theta_0, roll and loads have batches {shapes}; allowed: none empty")
+        raise ModelError("targets, theta_0, roll and loads are empty; allowed: at least one of each")
     theta_0, roll, mass = _spread(theta_0, batch), _spread(roll, batch), _spread(mass, batch)
     force = None if force is None else np.broadcast_to(force, (*batch, 3)).reshape(-1, 3)
     at = loads.section, loads.force_section

@@ -16,7 +16,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import check_kind, read_numbers
+from spiraltrunk.checks import Range, broadcast_batches, check_type, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, tell
 from spiraltrunk.model.identity_cache import Same
@@ -32,8 +32,8 @@ __all__ = ["InverseOptions", "Reach", "curl", "follow", "solve"]
 _DEEP = 30.0
 """How much more a section's depth in the circle weighs than a gap before it [-]."""
 
-_ANYWHERE = 1e4
-"""Farthest target that is taken for meant [m]."""
+_PLACES = Range(least=-1e4, most=1e4)
+"""Coordinates of a target [m]."""
 
 _CONVERGED, _OUT_OF_REACH = int(Status.CONVERGED), int(Status.OUT_OF_REACH)
 _NOT_CONVERGED = int(Status.NOT_CONVERGED)
@@ -110,18 +110,16 @@ def solve(
     Raises:
         ModelError: for shapes that do not fit, numbers that are not finite or out of range.
     """
-    check_kind("design", design, TrunkDesign)
-    wanted, count = _read_places("tip", tip, 1), design.n_section
+    check_type("design", design, TrunkDesign)
+    wanted, count = read_numbers("tip", tip, _PLACES, shape=(..., 3), unit="m"), design.n_section
     aimed: np.ndarray = np.zeros(3) if direction is None else _read_unit("direction", direction)
-    _check_range("direction_weight", direction_weight, 1e-6, 1e3)
-    batch = _broadcast({"tip": wanted.shape[:-1], "direction": aimed.shape[:-1]})
-    if 0 in batch:
-        raise ModelError(f"tip has shape {wanted.shape}; allowed: at least one place")
+    weight = float(read_numbers("direction_weight", direction_weight, Range(least=1e-6, most=1e3), shape=()))
+    batch = broadcast_batches({"tip": wanted.shape[:-1], "direction": aimed.shape[:-1]})
     scene, batch = read_scene((theta_0, roll), loads, batch)
     point, heading = np.zeros((*batch, count, 3)), np.zeros((*batch, 3))
     point[..., -1, :], heading[:] = wanted, aimed
     point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
-    turn = 0.0 if direction is None else float(direction_weight)
+    turn = 0.0 if direction is None else weight
     aim = _aim(design, point=point, weight=_only(count, -1), heading=heading, turn=turn)
     options = _read_options(options, _DEFAULT)
     shape = find(design, scene, aim, options, batch)
@@ -162,13 +160,12 @@ def follow(
     Raises:
         ModelError: for shapes that do not fit, numbers that are not finite or out of range.
     """
-    check_kind("design", design, TrunkDesign)
-    wanted, count = _read_places("points", points, 2), design.n_section
-    if wanted.shape[-2] != count:
-        raise ModelError(f"points has shape {wanted.shape}; allowed: (..., {count}, 3)")
-    share = read_numbers("weight", np.ones(count) if weight is None else weight)
-    if share.shape != (count,) or (share < 0).any() or not share.any():
-        raise ModelError(f"weight has shape {share.shape}; allowed: {count} numbers, none negative, not all 0")
+    check_type("design", design, TrunkDesign)
+    count = design.n_section
+    wanted = read_numbers("points", points, _PLACES, shape=(..., count, 3), unit="m")
+    share = read_numbers("weight", np.ones(count) if weight is None else weight, Range(least=0.0), shape=(count,))
+    if not share.any():
+        raise ModelError("weight is 0 for every section; allowed: at least one above 0")
     scene, batch = read_scene((theta_0, roll), loads, wanted.shape[:-2])
     point = np.broadcast_to(wanted, (*batch, count, 3)).reshape(-1, count, 3).copy()
     share = share / share.sum()
@@ -214,9 +211,10 @@ def curl(
     Raises:
         ModelError: for shapes that do not fit, numbers that are not finite or out of range.
     """
-    check_kind("design", design, TrunkDesign)
-    middle, axis, width = _read_places("center", center, 1), _read_unit("normal", normal), _read_widths(diameter)
-    batch = _broadcast({"center": middle.shape[:-1], "normal": axis.shape[:-1], "diameter": width.shape})
+    check_type("design", design, TrunkDesign)
+    middle, axis = read_numbers("center", center, _PLACES, shape=(..., 3), unit="m"), _read_unit("normal", normal)
+    width = read_numbers("diameter", diameter, Range(least=1e-6, most=_PLACES.most), unit="m")
+    batch = broadcast_batches({"center": middle.shape[:-1], "normal": axis.shape[:-1], "diameter": width.shape})
     scene, batch = read_scene((theta_0, roll), loads, batch)
     circle = np.concatenate(
         [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (middle, axis, width[..., None] / 2)], axis=-1
@@ -292,20 +290,8 @@ def _only(count: int, index: int) -> np.ndarray:
     return one
 
 
-def _read_places(name: str, value: ArrayLike, axes: int) -> np.ndarray:
-    array = read_numbers(name, value)
-    if array.ndim < axes or array.shape[-1] != 3:
-        raise ModelError(f"{name} has shape {array.shape}; allowed: (..., {'n_section, ' if axes == 2 else ''}3)")
-    farthest = max(map(abs, array.tolist())) if array.ndim == 1 else float(np.abs(array).max(initial=0.0))
-    if farthest > _ANYWHERE:
-        raise ModelError(f"{name} has a coordinate of {farthest:g} m; allowed: up to {_ANYWHERE:g} m")
-    return array
-
-
 def _read_unit(name: str, value: ArrayLike) -> np.ndarray:
-    array = read_numbers(name, value)
-    if array.shape[-1:] != (3,):
-        raise ModelError(f"{name} has shape {array.shape}; allowed: (..., 3)")
+    array = read_numbers(name, value, shape=(..., 3))
     size = np.abs(array).max(axis=-1, keepdims=True) if array.size else np.ones(1)
     if not (size > 0).all():
         raise ModelError(f"{name} has length 0; allowed: a direction")
@@ -313,32 +299,8 @@ def _read_unit(name: str, value: ArrayLike) -> np.ndarray:
     return array / np.linalg.norm(array, axis=-1, keepdims=True)
 
 
-def _read_widths(diameter: ArrayLike) -> np.ndarray:
-    width = read_numbers("diameter", diameter)
-    if width.size == 0:
-        raise ModelError(f"diameter has shape {width.shape}; allowed: at least one")
-    if not ((width >= 1e-6) & (width <= _ANYWHERE)).all():
-        raise ModelError(f"diameter is {tell(diameter)}; allowed: 1e-06 to {_ANYWHERE:g} m")
-    return width
-
-
 def _read_options(options: InverseOptions | None, usual: InverseOptions) -> InverseOptions:
     if options is None:
         return usual
-    check_kind("options", options, InverseOptions)
+    check_type("options", options, InverseOptions)
     return options
-
-
-def _check_range(name: str, value: float, least: float, most: float) -> None:
-    numbers = read_numbers(name, value)
-    number = float(numbers) if numbers.ndim == 0 else math.nan
-    if not least <= number <= most:
-        raise ModelError(f"{name} is {tell(value)}; allowed: {least:g} to {most:g}")
-
-
-def _broadcast(shapes: dict[str, tuple[int, ...]]) -> tuple[int, ...]:
-    try:
-        return np.broadcast_shapes(*shapes.values()) if any(shapes.values()) else ()
-    except ValueError:
-        said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise ModelError(f"the batches are {said}; allowed: ones that broadcast") from None

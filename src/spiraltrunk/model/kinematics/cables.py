@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spiraltrunk.checks import Range, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ShapeError
 from spiraltrunk.model.kinematics.frames import bend_rotation, section_ends, section_frames
@@ -39,9 +40,7 @@ def lengths(design: TrunkDesign, joint_bend: ArrayLike) -> CableLengths:
     Raises:
         ShapeError: where the bends are not two finite numbers per joint.
     """
-    bend = np.asarray(joint_bend, float)
-    if bend.shape[-2:] != (design.n_joint, 2) or not np.isfinite(bend).all():
-        raise ShapeError(f"joint_bend has shape {bend.shape}; allowed: finite, (..., {design.n_joint}, 2)")
+    bend = read_numbers("joint_bend", joint_bend, shape=(..., design.n_joint, 2), error=ShapeError)
     return lengths_from_rotations(design, bend_rotation(bend))
 
 
@@ -144,3 +143,8 @@ def hole_positions(design: TrunkDesign, set_back: float = 0.0) -> tuple[np.ndarr
 
 PULL_MARGIN = 1.01
 """Largest pull over the one that shuts every gap [-]: the paper itself pulls 130 mm of 129.86."""
+
+
+def pull_range(full: float) -> Range:
+    """Pulls that are accepted where ``full`` shuts every gap [m], rounding included."""
+    return Range(least=0.0, most=PULL_MARGIN * full * (1 + 1e-12))

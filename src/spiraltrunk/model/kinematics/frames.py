@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spiraltrunk.checks import read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ShapeError
 
@@ -42,9 +43,7 @@ def section_frames(design: TrunkDesign, joint_rotation: ArrayLike) -> np.ndarray
     Raises:
         ShapeError: where the rotations are not one 3 x 3 matrix per joint, or not finite.
     """
-    rotation = np.asarray(joint_rotation, float)
-    if rotation.shape[-3:] != (design.n_joint, 3, 3) or not np.isfinite(rotation).all():
-        raise ShapeError(f"joint_rotation has shape {rotation.shape}; allowed: finite, (..., {design.n_joint}, 3, 3)")
+    rotation = read_numbers("joint_rotation", joint_rotation, shape=(..., design.n_joint, 3, 3), error=ShapeError)
     frames = np.zeros((*rotation.shape[:-3], design.n_section, 4, 4))
     frames[..., 3, 3] = 1.0
     frames[..., 0, :3, :3] = np.eye(3)

@@ -10,7 +10,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from spiraltrunk.checks import check_kind
+from spiraltrunk.checks import check_type
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
@@ -176,8 +176,8 @@ def prepare(design: TrunkDesign, as_authors: bool = True) -> Prepared:
     kept = _PREPARED.get(key) if isinstance(as_authors, bool) else None
     if kept is not None and kept[0]() is design:
         return kept[1]
-    check_kind("design", design, TrunkDesign)
-    check_kind("as_authors", as_authors, bool)
+    check_type("design", design, TrunkDesign)
+    check_type("as_authors", as_authors, bool)
     made = _build(design, as_authors)
     _PREPARED[key] = (weakref.ref(design, lambda _: _PREPARED.pop(key, None)), made)
     return made

@@ -19,11 +19,11 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import check_kind
+from spiraltrunk.checks import FINITE, broadcast_batches, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError, tell
+from spiraltrunk.errors import ModelError
 from spiraltrunk.model.jit import share
-from spiraltrunk.model.kinematics.cables import PULL_MARGIN
+from spiraltrunk.model.kinematics.cables import pull_range
 from spiraltrunk.model.kinematics.shape import Shape, build
 from spiraltrunk.model.reference.constants import Prepared, check_twist, check_ventral, prepare
 from spiraltrunk.model.reference.dispatch import DORSAL, REST, TWIST, VENTRAL, solve
@@ -134,9 +134,6 @@ def _room_for_points(batch: tuple[int, ...], n_joint: int) -> PlaneShape:
 def _read_out(out: PlaneShape, batch: tuple[int, ...], n_joint: int) -> tuple[np.ndarray, np.ndarray]:
     """Section ends (3, n_section, n) and bends (n_joint, n) in the memory of an answer."""
     n, shape = math.prod(batch), (*batch, n_joint + 1, 3)
-    check_kind("out", out, PlaneShape)
-    check_kind("out.points", out.points, np.ndarray)
-    check_kind("out.bend", out.bend, np.ndarray)
     if out.points.shape != shape or out.bend.shape != (*batch, n_joint):
         raise ModelError(f"out.points has shape {out.points.shape}; allowed here: {shape}")
     ends, bend = out.points.reshape(n, n_joint + 1, 3).T, out.bend.reshape(n, n_joint).T
@@ -214,66 +211,23 @@ _Given = tuple[str, ArrayLike, float]
 """Name of an input, its value and, for a pull, what shuts every gap [m]; infinite for an angle."""
 
 
-_PLAIN = {float, int, bool, np.float64}
-"""Types of single numbers."""
-
-
 def _read_plain(given: tuple[_Given, ...]) -> list[float] | None:
-    """The inputs as checked numbers where each is a single one."""
-    numbers = []
-    for name, value, full in given:
-        if type(value) is float and abs(value) < full and (value >= 0.0 or full == math.inf):
-            numbers.append(value)
-        elif type(value) in _PLAIN:
-            numbers.append(_check_number(name, value, full))  # type: ignore[arg-type]
-        else:
+    """The inputs as numbers where each is a single one and allowed; None leaves them to `_read`."""
+    numbers: list[float] = []
+    for _, value, full in given:
+        if not (isinstance(value, (float, int)) and abs(value) < full and (value >= 0.0 or full == math.inf)):
             return None
+        numbers.append(float(value))
     return numbers
 
 
 def _read(given: tuple[_Given, ...]) -> tuple[list[np.ndarray], tuple[int, ...]]:
     """The inputs as checked arrays, and the shape to which they broadcast."""
-    arrays = [_check_array(*entry) for entry in given]
-    try:
-        return arrays, np.broadcast_shapes(*(array.shape for array in arrays))
-    except ValueError as error:
-        shapes = ", ".join(f"{name} {array.shape}" for (name, _, _), array in zip(given, arrays, strict=True))
-        raise ModelError(f"shapes are {shapes}; allowed: shapes that broadcast against each other") from error
-
-
-def _check_array(name: str, value: ArrayLike, full: float) -> np.ndarray:
-    """The input as numbers, each of them allowed."""
-    try:
-        array = np.asarray(value)
-    except ValueError as error:
-        raise ModelError(f"{name} is ragged; allowed: a number or an array of numbers") from error
-    if array.dtype.kind not in "fiu" or isinstance(value, np.ma.MaskedArray):
-        raise ModelError(f"{name} is {tell(value)}; allowed: a number or an array of numbers")
-    array = array.astype(float)
-    allowed = np.isfinite(array) if math.isinf(full) else (array >= 0) & (array <= _most(full))
-    if not allowed.all():
-        _check_number(name, float(array[~allowed][0]), full)
-    return array
-
-
-def _check_number(name: str, value: float, full: float) -> float:
-    """The number, which is finite and, for a pull, from 0 to the margin over full curl."""
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if full == math.inf:
-        if not abs(number) < math.inf:
-            raise ModelError(f"{name} is {number:g} rad; allowed: any finite angle")
-    elif not 0.0 <= number <= _most(full):
-        told = f"{math.floor(_most(full) * 1e6) / 1e6:g} m, {PULL_MARGIN:g} times full curl"
-        raise ModelError(f"{name} is {number:.6g} m; allowed: 0 to {told}")
-    return number
-
-
-def _most(full: float) -> float:
-    """Largest pull where ``full`` shuts every gap, with what rounding adds [m]."""
-    return PULL_MARGIN * full * (1 + 1e-12)
+    arrays = {}
+    for name, value, full in given:
+        allowed, unit = (FINITE, "") if full == math.inf else (pull_range(full), "m")
+        arrays[name] = read_numbers(name, value, allowed, unit=unit)
+    return list(arrays.values()), broadcast_batches({name: array.shape for name, array in arrays.items()})
 
 
 def _solve(law: int, prepared: Prepared, given: tuple[_Given, ...]) -> Shape:

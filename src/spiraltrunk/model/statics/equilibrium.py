@@ -20,7 +20,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import check_count, check_kind, check_number
+from spiraltrunk.checks import broadcast_batches, check_count, check_number, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.identity_cache import Same
@@ -98,9 +98,9 @@ class StaticsOptions:
         check_number("tolerance", self.tolerance, least=1e-12, below=1e-3)
         check_count("steps_most", self.steps_most, least=1, most=10**8)
         for name in ("has_torsion", "has_hinges"):
-            check_kind(name, getattr(self, name), bool)
+            check_type(name, getattr(self, name), bool)
         if self.creep is not None:
-            check_kind("creep", self.creep, Creep)
+            check_type("creep", self.creep, Creep)
         if self.has_torsion and self.has_hinges:
             raise ModelError("has_torsion and has_hinges given; allowed: one of them")
 
@@ -154,20 +154,24 @@ def solve(
         DesignError: for a friction out of range.
     """
     options = _DEFAULT if options is None else options
-    check_kind("design", design, TrunkDesign)
-    check_kind("options", options, StaticsOptions)
+    check_type("design", design, TrunkDesign)
+    check_type("options", options, StaticsOptions)
     if start is not None:
-        check_kind("start", start, Shape)
+        check_type("start", start, Shape)
     mu = design.cable.friction if friction is None else friction
     check_number("friction", mu, least=0.0, below=2.0)
     drive = read_drive(design, pull, tension, by_tension)
     fields = read_fields(design, loads)
     base = base_orientation(read_angle("theta_0", theta_0), read_angle("roll", roll))
-    shapes = (
-        drive.pull.shape[:-1], drive.tension.shape[:-1], base.shape[:-2], fields.factor.shape[:-2],
-        () if start is None else start.status.shape,
-    )  # fmt: skip
-    batch = _read_batch(shapes) if any(shapes) else ()
+    batch = broadcast_batches(
+        {
+            "pull": drive.pull.shape[:-1],
+            "tension": drive.tension.shape[:-1],
+            "theta_0 and roll": base.shape[:-2],
+            "loads": fields.factor.shape[:-2],
+            "start": () if start is None else start.status.shape,
+        }
+    )
     if start is None and (mu > 0 or options.creep is not None):
         at_once = replace(options, creep=None)
         start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=at_once)
@@ -185,15 +189,6 @@ def solve(
 
 
 _DEFAULT = StaticsOptions()
-
-
-def _read_batch(shapes: tuple[tuple[int, ...], ...]) -> tuple[int, ...]:
-    try:
-        return np.broadcast_shapes(*shapes)
-    except ValueError:
-        names = ", ".join(str(shape) for shape in shapes)
-        allowed = "allowed: batches that broadcast"
-        raise ModelError(f"pull, tension, base, loads and start have the batches {names}; {allowed}") from None
 
 
 def build_trunk(design: TrunkDesign, options: StaticsOptions) -> Trunk:

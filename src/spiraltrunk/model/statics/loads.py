@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import FEW, check_kind, check_number, read_numbers
+from spiraltrunk.checks import Range, broadcast_batches, check_number, check_type, read_numbers
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, tell
@@ -106,18 +106,10 @@ def read_drive(
             raise ModelError(f"by_tension is {tell(by_tension)}; allowed: {count} booleans, one per cable")
     if pull is None and not all(held.tolist()):
         raise ModelError("pull is missing; allowed: a pull wherever by_tension is False")
-    pulls = _read_cables("pull", 0.0 if pull is None else pull, count)
-    forces = _read_cables("tension", np.where(held, 0.0, most) if tension is None else tension, count)
-    least, largest = _span(pulls)
-    if max(-least, largest) > PULL_MARGIN * design.cable_stroke:
-        worst, full = float(pulls.ravel()[np.abs(pulls).argmax()]), f"{design.cable_stroke:.6g} m"
-        raise ModelError(
-            f"pull is {worst:g} m; allowed: in or out at most {PULL_MARGIN:g} times the cable stroke, {full}"
-        )
-    least, largest = _span(forces)
-    if least < 0 or largest > most:
-        worst = least if least < 0 else largest
-        raise ModelError(f"tension is {worst:g} N; allowed: 0 to the cables' largest tension, {most:g} N")
+    farthest = PULL_MARGIN * design.cable_stroke
+    pulls = _read_cables("pull", 0.0 if pull is None else pull, count, Range(least=-farthest, most=farthest), "m")
+    given = np.where(held, 0.0, most) if tension is None else tension
+    forces = _read_cables("tension", given, count, Range(least=0.0, most=most), "N")
     return Drive(pull=pulls, tension=forces, by_tension=held)
 
 
@@ -129,11 +121,8 @@ def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
     """
     if loads is None:
         return _own_weight(Same(design))
-    check_kind("loads", loads, Loads)
-    mass = read_numbers("loads.mass", loads.mass)
-    least, largest = _span(mass)
-    if least < 0 or largest > 1e3:
-        raise ModelError(f"loads.mass is {least if least < 0 else largest:g} kg; allowed: 0 to 1000 kg")
+    check_type("loads", loads, Loads)
+    mass = read_numbers("loads.mass", loads.mass, Range(least=0.0, most=1e3), unit="kg")
     at = _read_section(design, "loads.section", loads.section)
     factor = np.broadcast_to(design.section_mass, (*mass.shape, design.n_section)).copy()
     moment = factor * design.section_center
@@ -143,14 +132,10 @@ def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
     direction = np.broadcast_to(gravity, (*mass.shape, 3))
     if loads.force is None:
         return Fields(direction=direction[..., None, :], factor=factor[..., None, :], moment=moment[..., None, :])
-    force = _read_force(loads.force)
+    force = read_numbers("loads.force", loads.force, Range(least=-1e4, most=1e4), shape=(..., 3), unit="N")
     end = np.zeros(design.n_section)
     end[_read_section(design, "loads.force_section", loads.force_section)] = 1.0
-    try:
-        batch = np.broadcast_shapes(mass.shape, force.shape[:-1])
-    except ValueError:
-        told = f"loads.mass and loads.force have the batches {mass.shape} and {force.shape[:-1]}"
-        raise ModelError(f"{told}; allowed: batches that broadcast") from None
+    batch = broadcast_batches({"loads.mass": mass.shape, "loads.force": force.shape[:-1]})
     return Fields(
         direction=_pair(direction, force, batch), factor=_pair(factor, end, batch),
         moment=_pair(moment, end * design.section_length, batch),
@@ -163,12 +148,7 @@ def read_angle(name: str, value: ArrayLike) -> np.ndarray:
     Raises:
         ModelError: for anything else, and where a turn can no longer be told from the next.
     """
-    array = read_numbers(name, value)
-    least, largest = _span(array)
-    if max(-least, largest) > MOST_TURNED:
-        worst = largest if largest > -least else least
-        raise ModelError(f"{name} is {worst:g} rad; allowed: -{MOST_TURNED:g} to {MOST_TURNED:g} rad")
-    return array
+    return read_numbers(name, value, Range(least=-MOST_TURNED, most=MOST_TURNED), unit="rad")
 
 
 def check_start(design: TrunkDesign, start: Shape) -> None:
@@ -204,31 +184,14 @@ def _own_weight(same: Same) -> Fields:
     return read_fields(same.design, Loads())
 
 
-def _span(array: np.ndarray) -> tuple[float, float]:
-    """Least and largest number, or 0 if that is further out."""
-    if array.size <= FEW:
-        numbers = array.ravel().tolist()
-        return min(numbers, default=0.0), max(numbers, default=0.0)
-    return float(array.min(initial=0.0)), float(array.max(initial=0.0))
-
-
-def _read_cables(name: str, value: ArrayLike, count: int) -> np.ndarray:
-    array = read_numbers(name, value)
+def _read_cables(name: str, value: ArrayLike, count: int, allowed: Range, unit: str) -> np.ndarray:
+    """One number per cable; a single number holds for all of them."""
+    array = read_numbers(name, value, allowed, unit=unit)
     if array.shape == (count,):
         return array
     if array.shape[-1:] not in ((count,), ()):
         raise ModelError(f"{name} has shape {array.shape}; allowed: (..., {count}), one number per cable")
     return np.broadcast_to(array, (*array.shape[:-1], count)) if array.ndim else np.full(count, float(array))
-
-
-def _read_force(value: ArrayLike) -> np.ndarray:
-    force = read_numbers("loads.force", value)
-    if force.shape[-1:] != (3,):
-        raise ModelError(f"loads.force has shape {force.shape}; allowed: (..., 3)")
-    if (np.abs(force) > 1e4).any():
-        worst = float(force.ravel()[np.abs(force).argmax()])
-        raise ModelError(f"loads.force has a component of {worst:g} N; allowed: -10000 to 10000 N")
-    return force
 
 
 def _read_section(design: TrunkDesign, name: str, section: int) -> int:

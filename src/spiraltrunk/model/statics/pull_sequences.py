@@ -17,9 +17,9 @@ from scipy.optimize import brentq
 
 from spiraltrunk.checks import read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError, tell
+from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics import cables
-from spiraltrunk.model.kinematics.cables import PULL_MARGIN
+from spiraltrunk.model.kinematics.cables import PULL_MARGIN, pull_range
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.reference.constants import check_ventral, prepare, rest_mass
 from spiraltrunk.model.statics import equilibrium
@@ -163,11 +163,8 @@ def pull_cables(
     Raises:
         ModelError: for numbers that are not finite or not allowed, or are not one per cable.
     """
-    goal = read_numbers("change", change)
-    if goal.shape != (design.n_cable,):
-        raise ModelError(f"change has shape {goal.shape}; allowed: ({design.n_cable},), one number per cable")
-    for value in goal:
-        _read_pull("change", value, design.cable_stroke)
+    allowed = pull_range(design.cable_stroke)
+    goal = read_numbers("change", change, allowed, shape=(design.n_cable,), unit="m")
     start = _rest_alone(design, theta_0, friction)
     more = {int(cable): float(goal[cable] - start.cable_change[cable]) for cable in np.flatnonzero(goal)}
     return _pull_on(design, start, more, theta_0, friction)
@@ -179,24 +176,12 @@ def find_shut(design: TrunkDesign, shape: Shape) -> np.ndarray:
 
 
 def _read_pull(name: str, value: float, full: float) -> float:
-    most = PULL_MARGIN * full
-    told = f"0 to {math.floor(most * 1e6) / 1e6:g} m, {PULL_MARGIN:g} times full curl"
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ModelError(f"{name} is {tell(value)}; allowed: one number, {told}") from None
-    if not 0.0 <= number <= most * (1 + 1e-12):
-        raise ModelError(f"{name} is {number:.6g} m; allowed: {told}")
-    return number
+    return float(read_numbers(name, value, pull_range(full), shape=(), unit="m"))
 
 
 def _rest_alone(design: TrunkDesign, theta_0: float, friction: float | None) -> Shape:
     """Rest of one trunk: the steps of a pull are counted for one."""
-    if np.ndim(theta_0):
-        raise ModelError(
-            f"theta_0 has shape {np.shape(theta_0)}; allowed: one number, as one trunk is pulled at a time"
-        )
-    return rest(design, theta_0, friction=friction)
+    return rest(design, float(read_numbers("theta_0", theta_0, shape=())), friction=friction)
 
 
 def _full_ventral(design: TrunkDesign) -> float:

@@ -7,7 +7,6 @@ import math
 import mujoco
 
 from spiraltrunk.checks import check_type
-from spiraltrunk.design.schema import MILLI
 from spiraltrunk.errors import DesignError, UnknownName, Words
 from spiraltrunk.sim.objects.mjcf import load_mjcf_solid
 from spiraltrunk.sim.objects.spec import EXTENTS, MASSES, ObjectSpec, add_object, scaled
@@ -194,5 +193,5 @@ def _parse_measure(name: str, text: str) -> float:
         value = math.nan
     if not allowed.holds(value / 1000.0):
         got = text if math.isnan(value) else Words(text)
-        raise DesignError(f"object.{name}", got=got, allowed=allowed.told_in(MILLI))
+        raise DesignError(f"object.{name}", got=got, allowed=allowed.in_unit(1e-3))
     return value / 1000.0
