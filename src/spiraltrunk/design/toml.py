@@ -5,13 +5,11 @@ Any bytes give a design or a `DesignError`; a design written and read back is eq
 
 from __future__ import annotations
 
-import os
-import secrets
 import stat
 import sys
 import tomllib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +21,7 @@ from spiraltrunk.design.schema import TABLES, describe, find_key, format_value, 
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.files.atomic import write_file
 
 SCHEMA = 1
 """Version of the format."""
@@ -75,7 +74,7 @@ def write_design(design: TrunkDesign, path: str | Path, notes: Sequence[str] = (
     with _as_design_error("path", target, "a file, new or replaced, in a folder that can be written"):
         if target.exists() and not target.is_file():
             raise ValueError("this is a folder" if target.is_dir() else "this is no regular file")
-        replace_file(target, text.encode())
+        write_file(target, text.encode())
     return target
 
 
@@ -188,30 +187,6 @@ def _dotted(table: str, name: str) -> str:
     """Name of a key as the file would say it, on one line whatever was written."""
     shown = name if name.isprintable() and 0 < len(name) <= 60 else ascii(name)[:60]
     return f"{table}.{shown}" if table else shown
-
-
-def replace_file(target: Path, data: bytes) -> None:
-    """Write the file, in a folder that is made where it is missing, or leave everything as it was.
-
-    Raises:
-        OSError: where it cannot be written.
-    """
-    made = [folder for folder in target.parents if not folder.exists()]
-    draft = target.parent / f".{secrets.token_hex(8)}.tmp"
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with draft.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(target)
-    except BaseException:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
-        for folder in made:
-            with suppress(OSError):  # Somebody else has put something there, or it was never made.
-                folder.rmdir()
-        raise
 
 
 @contextmanager

@@ -12,31 +12,44 @@ from pathlib import Path
 
 @contextmanager
 def atomic_file(path: str | Path) -> Iterator[Path]:
-    """Yield a temporary path beside ``path`` that replaces it at the end of the block.
+    """A path to write to, which replaces ``path`` at the end of the block; where the block raises, nothing is changed.
 
-    It has the same ending, as writers choose their format by it. The folder is made where it is missing. Where the
-    block raises, the temporary file is removed and ``path`` stays unchanged.
+    The draft is in the same folder, which is made where it is missing, and has the same ending, by which writers choose
+    their format.
+
+    Raises:
+        OSError: where the folder cannot be made or the file not be replaced.
     """
     target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    draft = target.parent / f".{secrets.token_hex(8)}{target.suffix}"
-    try:
-        yield draft
-        draft.replace(target)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise
+    with _make_folder(target.parent):
+        draft = target.parent / f".{secrets.token_hex(8)}{target.suffix}"
+        try:
+            yield draft
+            draft.replace(target)
+        except BaseException:
+            with suppress(OSError):  # Never written.
+                draft.unlink()
+            raise
+
+
+def write_file(path: str | Path, data: bytes) -> None:
+    """Replace the file by one with this content, or leave it as it was.
+
+    Raises:
+        OSError: where it cannot be written.
+    """
+    with atomic_file(path) as draft:
+        draft.write_bytes(data)
 
 
 @contextmanager
 def atomic_folder(folder: str | Path, files: Sequence[str]) -> Iterator[Path]:
-    """Yield a temporary folder; at the end of the block its files move to ``folder``, which is made where missing.
+    """A draft folder to write to, whose files move to ``folder`` at the end of the block, ``result.json`` last.
 
-    At that time the ``files`` of an earlier run are removed; ``result.json`` is moved last. Where the block raises,
-    everything is as before.
+    ``files`` of an earlier run are removed before. Where the block raises, nothing is changed.
 
     Args:
-        folder: where to.
+        folder: where to; made where it is missing.
         files: paths below it that an earlier run may have left there.
 
     Raises:
@@ -44,35 +57,36 @@ def atomic_folder(folder: str | Path, files: Sequence[str]) -> Iterator[Path]:
         FileExistsError: where it holds a file of the same name that is not one of ``files``.
     """
     target = Path(folder)
-    missing = [path for path in (target, *target.parents) if not path.exists()]
-    draft = target / f".{secrets.token_hex(8)}"
-    try:
+    with _make_folder(target):
+        draft = target / f".{secrets.token_hex(8)}"
         try:
-            draft.mkdir(parents=True)
-        except OSError as error:  # It names the draft, which nobody asked for.
+            draft.mkdir()
+        except OSError as error:  # Name the folder that was asked for.
             raise OSError(error.errno, error.strerror, str(target)) from None
-        yield draft
-        written = [path.relative_to(draft) for path in draft.rglob("*") if path.is_file()]
-        check_foreign_files(target, [str(path) for path in written], files)
-        for name in files:
-            (target / name).unlink(missing_ok=True)
-        for path in sorted(written, key=lambda path: path.name == "result.json"):
-            (target / path).parent.mkdir(parents=True, exist_ok=True)
-            (draft / path).replace(target / path)
-        shutil.rmtree(draft)
+        try:
+            yield draft
+            written = [path for path in draft.rglob("*") if path.is_file()]
+            check_foreign_files(target, [str(path.relative_to(draft)) for path in written], files)
+            for name in files:
+                (target / name).unlink(missing_ok=True)
+            for path in sorted(written, key=lambda path: path.name == "result.json"):
+                place = target / path.relative_to(draft)
+                place.parent.mkdir(parents=True, exist_ok=True)
+                path.replace(place)
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
         for emptied in sorted({(target / name).parent for name in files} - {target}, reverse=True):
             with suppress(OSError):  # Not empty, or never there.
                 emptied.rmdir()
-    except BaseException:
-        shutil.rmtree(draft, ignore_errors=True)
-        for path in missing:
-            with suppress(OSError):  # Not empty, or never made.
-                path.rmdir()
-        raise
 
 
 def check_foreign_files(folder: str | Path, names: Sequence[str], files: Sequence[str]) -> None:
-    """Check that no file in ``names`` exists in the folder, except those in ``files`` of an earlier run.
+    """Refuse to overwrite files that are not of an earlier run.
+
+    Args:
+        folder: where to.
+        names: paths below it that are to be written.
+        files: paths below it that an earlier run may have left there.
 
     Raises:
         FileExistsError: names the first.
@@ -81,3 +95,17 @@ def check_foreign_files(folder: str | Path, names: Sequence[str], files: Sequenc
         path = Path(folder) / name
         if path.exists():
             raise FileExistsError(errno.EEXIST, "it is there, and no earlier run of this command wrote it", str(path))
+
+
+@contextmanager
+def _make_folder(folder: Path) -> Iterator[None]:
+    """Make the folder and those above it; where the block raises, remove those that were made."""
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException:
+        for path in made:
+            with suppress(OSError):  # Not empty, or never made.
+                path.rmdir()
+        raise

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spiraltrunk.design.toml import replace_file
+from spiraltrunk.files.atomic import write_file
 from spiraltrunk.mocap.recordings.take import Body, Marker, Take
 
 _BODY = (("Rotation", "XYZW"), ("Position", "XYZ"), ("Mean Marker Error", " "))
@@ -22,7 +22,7 @@ def write_motive(take: Take, path: str | Path) -> Path:
         OSError: where the file cannot be written.
     """
     target = Path(path)
-    replace_file(target, format_motive(take))
+    write_file(target, format_motive(take))
     return target
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from spiraltrunk.design.toml import replace_file
 from spiraltrunk.errors import ModelError, TakeError
+from spiraltrunk.files.atomic import write_file
 from spiraltrunk.files.text_lines import open_take
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 
@@ -30,7 +30,7 @@ def write_shapes(shapes: MeasuredShapes, path: str | Path) -> Path:
     target = Path(path)
     document: dict[str, Any] = {"schema": _SCHEMA, "kind": list(shapes.kind), "take": list(shapes.take)}
     document |= {key: _to_lists(getattr(shapes, field)) for field, key in _ARRAYS.items()}
-    replace_file(target, (json.dumps(document, allow_nan=False) + "\n").encode())
+    write_file(target, (json.dumps(document, allow_nan=False) + "\n").encode())
     return target
 
 
