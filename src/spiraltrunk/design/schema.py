@@ -1,15 +1,14 @@
-"""Values of a design file: each key, its unit and its kind, in one table that the reader and the writer share.
+"""Values of a design file: each key, its unit and its kind, in one table that reader and writer share.
 
-Outside stand decimals in handy units, inside floats in SI. Both ways go through exact decimal arithmetic, so that
-what is written reads back as the very same float, and 30 deg written by hand is the float ``math.pi / 6``.
+The file holds decimals in mm, g, deg and MPa, the design floats in SI. Both directions use exact decimal arithmetic, so
+that a written value reads back as the same float, and 30 deg in a file is the float ``math.pi / 6``.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import MISSING, fields
-from datetime import date, time
-from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, InvalidOperation
+from decimal import Context, Decimal
 from enum import Enum
 from typing import NamedTuple, final
 
@@ -21,7 +20,7 @@ from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
 
-_EXACT = Context(prec=60, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
+_EXACT = Context(prec=60, traps=[])
 
 ONE = Decimal(1)
 MILLI = Decimal("1e-3")
@@ -49,7 +48,7 @@ class Key(NamedTuple):
     unit: Decimal = ONE
     kind: Kind = Kind.NUMBER
     follows_rule: bool = False
-    """A rule gives the value where the file does not, though the field has no default."""
+    """Whether a rule gives the value where the file does not."""
 
     @property
     def is_required(self) -> bool:
@@ -116,28 +115,19 @@ TABLES: dict[str, tuple[Key, ...]] = {
 """Every key of a design file by table; a table is named after the field of `TrunkDesign` that it describes."""
 
 
-def parse_decimal(text: str) -> Decimal:
-    """The number that a TOML float spells, not a number where its exponent is beyond counting."""
-    try:
-        return Decimal(text)
-    except InvalidOperation:
-        return Decimal("nan")
-
-
 def read_value(name: str, value: object, key: Key) -> object:
-    """A parsed TOML value in SI, as the field of ``key`` wants it.
+    """A parsed TOML value in SI, as the field of ``key`` takes it.
 
     Raises:
-        DesignError: with ``name`` where the value is of another kind, or no finite number.
+        DesignError: with ``name`` where the value is of another kind, or not finite.
     """
-    if key.kind is Kind.NUMBERS and isinstance(value, list):
-        return tuple(_to_si(f"{name}[{i}]", item, key.unit) for i, item in enumerate(value))
     if key.kind is Kind.NUMBER:
         return _to_si(name, value, key.unit)
-    wanted: dict[Kind, type] = {Kind.TEXT: str, Kind.COUNT: int}
-    if key.kind is Kind.NUMBERS or not isinstance(value, wanted[key.kind]) or isinstance(value, bool):
-        raise DesignError(name, got=describe(value), allowed=key.kind.value)
-    return value
+    if key.kind is Kind.NUMBERS and isinstance(value, list):
+        return tuple(_to_si(f"{name}[{i}]", item, key.unit) for i, item in enumerate(value))
+    if type(value) is {Kind.TEXT: str, Kind.COUNT: int}.get(key.kind):
+        return value
+    raise DesignError(name, got=describe(value), allowed=key.kind.value)
 
 
 def format_value(value: object, key: Key) -> str:
@@ -152,35 +142,18 @@ def format_value(value: object, key: Key) -> str:
 
 
 def describe(value: object) -> object:
-    """A parsed TOML value for an error message: itself where it is short, else its kind."""
+    """A parsed TOML value for an error message: as TOML spells it, of tables and arrays the kind alone."""
     if isinstance(value, dict):
         return Words("a table")
     if isinstance(value, list):
-        are_numbers = 0 < len(value) <= 12 and all(isinstance(item, (int, Decimal)) for item in value)
-        return Words(f"[{', '.join(map(_tell, value))}]" if are_numbers else f"an array of {len(value)}")
-    if isinstance(value, bool):
-        return Words(str(value).lower())
-    if isinstance(value, (date, time)):
-        return Words(value.isoformat())
-    return Words(_tell(value)) if isinstance(value, Decimal) else value
+        return Words(f"an array of {len(value)}")
+    return value if isinstance(value, str) else Words(str(value).lower())
 
 
-def spell(error: DesignError, name: str, unit: Decimal, typed: object = None) -> DesignError:
-    """The error about a field, told as it was typed.
-
-    Args:
-        error: what a design says, in SI.
-        name: what the field is called where it was typed.
-        unit: its unit there.
-        typed: what was typed; without it the error's own value, in that unit.
-    """
+def spell(error: DesignError, name: str, unit: Decimal, typed: object) -> DesignError:
+    """The error about a field in SI, in the name, the unit and the value that were typed."""
     allowed = error.allowed.in_unit(float(unit)) if isinstance(error.allowed, Range) else error.allowed
-    got = error.got
-    if typed is not None and not isinstance(got, Words):
-        got = typed
-    elif isinstance(got, float) and math.isfinite(got):
-        got = Words(_from_si(got, unit))
-    return DesignError(name, got=got, allowed=allowed)
+    return DesignError(name, got=error.got if isinstance(error.got, Words) else typed, allowed=allowed)
 
 
 def find_key(field: str) -> tuple[str, Key] | None:
@@ -192,16 +165,10 @@ def find_key(field: str) -> tuple[str, Key] | None:
     return None
 
 
-def _tell(number: int | Decimal) -> str:
-    """A parsed number as it was typed, or nearly so."""
-    return str(number).lower() if isinstance(number, Decimal) or number.bit_length() < 1100 else "a large whole number"
-
-
 def _to_si(name: str, value: object, unit: Decimal) -> float:
-    """The float nearest to ``value`` times ``unit``; a number with thousands of digits counts as infinite."""
+    """The float nearest to ``value`` times ``unit``."""
     is_number = isinstance(value, (Decimal, int)) and not isinstance(value, bool)
-    is_short = not isinstance(value, int) or value.bit_length() < 1100
-    number = float(_EXACT.multiply(Decimal(value), unit)) if is_number and is_short else math.nan  # type: ignore[arg-type]
+    number = float(_EXACT.multiply(Decimal(value), unit)) if is_number else math.nan  # type: ignore[arg-type]
     if not math.isfinite(number):
         raise DesignError(name, got=describe(value), allowed=Kind.NUMBER.value)
     return number
@@ -212,7 +179,7 @@ def _from_si(value: float, unit: Decimal) -> str:
     exact = _EXACT.divide(Decimal(value), unit)
     number = exact
     for digits in (15, 16, 17):
-        number = Context(prec=digits, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[]).plus(exact)
+        number = Context(prec=digits, traps=[]).plus(exact)
         if float(_EXACT.multiply(number, unit)) == value:
             break
     number = number.normalize(_EXACT)

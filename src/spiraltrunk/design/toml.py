@@ -1,23 +1,22 @@
-"""Design files: one TOML file says what a robot is, in keys that wear their units.
+"""Design files: one TOML file describes a robot, in keys that end in their units.
 
-Any bytes give a design or a `DesignError`; a design written and read back is equal to itself.
+Any file gives a design or a `DesignError`; a design written and read back is equal to itself.
 """
 
 from __future__ import annotations
 
-import stat
-import sys
 import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
 from spiraltrunk.checks import check_type
 from spiraltrunk.design import presets
 from spiraltrunk.design.rules import compactness
-from spiraltrunk.design.schema import TABLES, describe, find_key, format_value, parse_decimal, read_value, spell
+from spiraltrunk.design.schema import TABLES, describe, find_key, format_value, read_value, spell
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
@@ -26,22 +25,18 @@ from spiraltrunk.files.atomic import write_file
 SCHEMA = 1
 """Version of the format."""
 
-_MAX_BYTES = 1_000_000
-_MAX_DOTS = 5_000
-"""More than any design has; the parser's work grows with the square of a dotted name."""
-
 _PARTS = tuple(table for table in TABLES if table)
 
 _HEAD = """\
-# A spiraltrunk design: what the robot is. `spiraltrunk design` writes such a file.
-# Each key wears its unit. What has a default may be left out; without [gripper] there is no gripper.
+# A spiraltrunk design, as `spiraltrunk design` writes it.
+# Each key ends in its unit. Keys with a default may be left out; without [gripper] there is no gripper.
 """
 
 
 def load_design(path_or_preset: str | Path) -> TrunkDesign:
     """The preset of that name, else the design in that TOML file.
 
-    An arm model that is a relative path starts at the file's folder and comes out absolute.
+    A relative path of an arm model is taken from the file's folder and made absolute.
 
     Raises:
         DesignError: for a file that cannot be read, is not TOML, or says what no trunk can be; it names the key.
@@ -50,7 +45,11 @@ def load_design(path_or_preset: str | Path) -> TrunkDesign:
     if path_or_preset in presets.NAMES:
         return presets.get(str(path_or_preset))
     path = Path(path_or_preset)
-    design = _build_design(_parse(path, _read(path)))
+    document = _parse(path)
+    try:
+        design = _assemble(document)
+    except DesignError as error:
+        raise _as_typed(error) from None
     if not design.arm.is_file or Path(design.arm.model).is_absolute():
         return design
     model = path.absolute().parent / design.arm.model
@@ -72,8 +71,7 @@ def write_design(design: TrunkDesign, path: str | Path, notes: Sequence[str] = (
     text = format_design(design, notes)
     target = Path(path)
     with _as_design_error("path", target, "a file, new or replaced, in a folder that can be written"):
-        if target.exists() and not target.is_file():
-            raise ValueError("this is a folder" if target.is_dir() else "this is no regular file")
+        _check_regular(target)
         write_file(target, text.encode())
     return target
 
@@ -81,8 +79,8 @@ def write_design(design: TrunkDesign, path: str | Path, notes: Sequence[str] = (
 def format_design(design: TrunkDesign, notes: Sequence[str] = ()) -> str:
     """The design as the text of a TOML file, with lines of comment at its head."""
     check_type("design", design, TrunkDesign)
-    said = "".join(f"# {_on_one_line(note)}\n" for note in notes)
-    text = f"{_HEAD}{said}schema = {SCHEMA}\n"
+    comments = "".join(f"# {' '.join(note.split())}\n" for note in notes)
+    text = f"{_HEAD}{comments}schema = {SCHEMA}\n"
     for table, keys in TABLES.items():
         part = getattr(design, table) if table else design
         if part is None:
@@ -94,64 +92,34 @@ def format_design(design: TrunkDesign, notes: Sequence[str] = ()) -> str:
     return text
 
 
-def _on_one_line(note: str) -> str:
-    """A note that cannot end its comment."""
-    return "".join(letter if letter.isprintable() else " " for letter in note)
-
-
-def _read(path: Path) -> str:
-    """Text of a regular file of sensible size: a pipe or a device would block or never end."""
+def _parse(path: Path) -> dict[str, Any]:
     with _as_design_error("design", path, f"a preset ({', '.join(presets.NAMES)}) or a .toml file"):
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise ValueError("this is a folder" if stat.S_ISDIR(status.st_mode) else "this is no regular file")
-        with path.open("rb") as file:
-            data = file.read(_MAX_BYTES + 1) if status.st_size <= _MAX_BYTES else None
-        if data is None or len(data) > _MAX_BYTES:
-            raise ValueError(f"this one has more than {_MAX_BYTES} bytes")
-        return data.decode("utf-8-sig")
-
-
-def _parse(path: Path, text: str) -> dict[str, Any]:
+        _check_regular(path)
+        text = path.read_bytes().decode("utf-8-sig")
     with _as_design_error("design", path, "a file of valid TOML"):
-        if text.count(".") > _MAX_DOTS:
-            raise ValueError(f"this one has more than {_MAX_DOTS} dots")
-        try:
-            return tomllib.loads(text, parse_float=parse_decimal)
-        except RecursionError:
-            raise ValueError("this one has arrays or tables nested too deep") from None
-        except tomllib.TOMLDecodeError:
-            raise
-        except ValueError:  # Python turns no whole number of thousands of digits into an int.
-            raise ValueError(
-                f"this one has a whole number of more than {sys.get_int_max_str_digits()} digits"
-            ) from None
+        return tomllib.loads(text, parse_float=Decimal)
 
 
-def _build_design(document: dict[str, Any]) -> TrunkDesign:
-    try:
-        return _assemble(document)
-    except DesignError as error:
-        raise _as_typed(error, document) from None
+def _check_regular(path: Path) -> None:
+    """Refuse a folder, and a pipe or a device, of which reading may not end."""
+    if path.exists() and not path.is_file():
+        raise ValueError("this is a folder" if path.is_dir() else "this is no regular file")
 
 
-def _as_typed(error: DesignError, document: dict[str, Any]) -> DesignError:
-    """What a design says about a field in SI, in the words, the unit and the value of the file."""
-    field, bracket, rest = error.name.partition("[")
+def _as_typed(error: DesignError) -> DesignError:
+    """The error about a field in SI, in the key and the unit of the file."""
+    field, bracket, index = error.name.partition("[")
     found = find_key(field)
     if found is None:
         return error
     table, key = found
-    typed = (document.get(table, {}) if table else document).get(key.name)
-    index = rest.rstrip("]")
-    if isinstance(typed, list) and index.isdecimal():
-        typed = typed[int(index)]
-    return spell(error, f"{_dotted(table, key.name)}{bracket}{rest}", key.unit, describe(typed))
+    got = Words(format_value(error.got, key)) if isinstance(error.got, (float, int, tuple)) else error.got
+    return spell(error, f"{_dotted(table, key.name)}{bracket}{index}", key.unit, got)
 
 
 def _assemble(document: dict[str, Any]) -> TrunkDesign:
     schema = document.pop("schema", SCHEMA)
-    if type(schema) is not int or schema != SCHEMA:
+    if schema != SCHEMA:
         raise DesignError("schema", got=describe(schema), allowed=str(SCHEMA))
     top = _read_table("", {name: value for name, value in document.items() if name not in _PARTS})
     spiral = _read_table("spiral", document.get("spiral", {}))
@@ -184,16 +152,16 @@ def _read_table(table: str, content: object) -> dict[type, dict[str, Any]]:
 
 
 def _dotted(table: str, name: str) -> str:
-    """Name of a key as the file would say it, on one line whatever was written."""
-    shown = name if name.isprintable() and 0 < len(name) <= 60 else ascii(name)[:60]
+    """Name of a key as the file spells it, on one line."""
+    shown = ascii(name)[1:-1][:60]
     return f"{table}.{shown}" if table else shown
 
 
 @contextmanager
 def _as_design_error(name: str, path: Path, allowed: str) -> Iterator[None]:
-    """Turn what the system, the decoder or the parser says about a file into one line."""
+    """Turn an error of the system, the decoder or the parser about a file into one line."""
     try:
         yield
-    except (OSError, ValueError, RecursionError) as error:
+    except (OSError, ValueError, ArithmeticError, RecursionError) as error:
         reason = " ".join(str(getattr(error, "strerror", None) or error).split())[:200]
         raise DesignError(name, got=str(path), allowed=f"{allowed}; {reason}") from error
