@@ -10,7 +10,7 @@ PIP_INSTALL := -m pip install --quiet --disable-pip-version-check
 PYTEST := $(BIN)/python -m pytest -n $(JOBS) --maxprocesses=8 --dist worksteal
 
 .DEFAULT_GOAL := help
-.PHONY: help venv grasp test test-all check format bench trials docs clean distclean
+.PHONY: help venv grasp test test-all check format bench trials docs studies clean distclean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -60,12 +60,16 @@ bench: $(STAMP)  ## measure the performance claims
 trials: $(STAMP)  ## 50 drawn grasps, of which 48 are to succeed (minutes)
 	$(BIN)/python benchmarks/grasp_trials.py --out $(OUT)/trials
 
-docs: $(STAMP)  ## make the pictures and numbers of README and docs again
-	$(BIN)/python docs/make_pictures.py
-	$(BIN)/python docs/study_forward_models.py
-	$(BIN)/python docs/study_stiffness.py
-	$(BIN)/python docs/study_motion_capture.py
-	$(BIN)/python docs/make_making.py
+docs: $(STAMP)  ## the documentation site in out/docs, its links checked
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going --jobs auto -d $(OUT)/doctrees docs $(OUT)/docs
+	$(BIN)/python docs/_ext/check_links.py $(OUT)/docs
+
+studies: $(STAMP)  ## make the pictures and numbers of README and docs again (minutes to hours)
+	$(BIN)/python docs/studies/make_pictures.py
+	$(BIN)/python docs/studies/study_forward_models.py
+	$(BIN)/python docs/studies/study_stiffness.py
+	$(BIN)/python docs/studies/study_motion_capture.py
+	$(BIN)/python docs/studies/make_making.py
 
 clean:  ## remove caches and build products; out and .venv stay
 	rm -rf build dist src/*.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache

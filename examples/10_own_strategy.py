@@ -1,4 +1,8 @@
-"""A tenth strategy to copy: hook the trunk's tip under a hanging cylinder, hoist it over the table and put it down.
+"""
+Write a strategy
+================
+
+A tenth strategy to copy: hook the trunk's tip under a hanging cylinder, hoist it over the table and put it down.
 
 A strategy is pure: it gets what it remembers and what is seen, and returns what to remember and what to do. It sees
 nothing but an `Observation`, which a real robot has as well, so it runs unchanged on any `Plant`. Its actions bear

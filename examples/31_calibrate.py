@@ -1,7 +1,11 @@
-"""Calibrate a trunk that is off its design, without a laboratory.
+"""
+Calibrate a trunk
+=================
+
+Calibrate a trunk that is off its design, without a laboratory.
 
 A virtual trunk, 20 % off in stiffness and 10 % in mass, is played by the equilibrium model: nothing here is a
-measurement. On the command line, with recordings or virtual ones, the same is:
+measurement. On the command line, with recordings or virtual ones, the same is::
 
     spiraltrunk calibrate --virtual takes
     spiraltrunk calibrate takes/*_1.csv --hold-out takes/bend-dorsal_2.csv --protocol takes/protocol.toml --mass-g 214

@@ -1,4 +1,8 @@
-"""Make one's own trunk: from a few wishes to parts for a printer, checked, and the same robot for MuJoCo.
+"""
+Export parts and models
+=======================
+
+Make one's own trunk: from a few wishes to parts for a printer, checked, and the same robot for MuJoCo.
 
 On the command line the same is: spiraltrunk export trunk.toml --parts gripper drums --formats stl mjcf --out made
 """

@@ -1,4 +1,4 @@
-"""docs/motion_capture.md tells the numbers of docs/motion_capture.json, and those are what the study gives."""
+"""validation/motion_capture.md tells the numbers of motion_capture.json, and those are what the study gives."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ import pytest
 from spiraltrunk.mocap.protocol.toml import load_protocol
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = (DOCS / "motion_capture.md").read_text()
-FIGURES = json.loads((DOCS / "motion_capture.json").read_text())
+PAGE = (DOCS / "validation" / "motion_capture.md").read_text()
+FIGURES = json.loads((DOCS / "studies" / "motion_capture.json").read_text())
 TOLD = FIGURES["mean_rmse_by_alignment_m"]
 
 
 @pytest.fixture(scope="module")
 def study() -> Any:
-    spec = importlib.util.spec_from_file_location("study_motion_capture", DOCS / "study_motion_capture.py")
+    spec = importlib.util.spec_from_file_location("study_motion_capture", DOCS / "studies" / "study_motion_capture.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -32,7 +32,7 @@ def test_the_page_tells_the_numbers(study: Any) -> None:
     wrong = json.loads(json.dumps(FIGURES))
     wrong["mean_rmse_by_alignment_m"]["statics"]["base"]["twist"] += 1.0
     assert study.fill_page(PAGE, wrong) != PAGE
-    assert all((DOCS / picture).exists() for picture in re.findall(r"\]\((images/\S+)\)", PAGE))
+    assert all((DOCS / "validation" / picture).exists() for picture in re.findall(r"\]\((\.\./images/\S+)\)", PAGE))
 
 
 def test_what_the_page_claims_is_in_the_numbers() -> None:

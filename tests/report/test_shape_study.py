@@ -1,4 +1,4 @@
-"""docs/forward_models.md tells the numbers of docs/forward_models.json, and those are what the code computes."""
+"""validation/forward_models.md tells the numbers of forward_models.json, and those are what the code computes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = (DOCS / "forward_models.md").read_text()
-FIGURES = json.loads((DOCS / "forward_models.json").read_text())
+PAGE = (DOCS / "validation" / "forward_models.md").read_text()
+FIGURES = json.loads((DOCS / "studies" / "forward_models.json").read_text())
 
 
 @pytest.fixture(scope="module")
 def study() -> Any:
     before = list(sys.path)
-    spec = importlib.util.spec_from_file_location("study_forward_models", DOCS / "study_forward_models.py")
+    spec = importlib.util.spec_from_file_location("study_forward_models", DOCS / "studies" / "study_forward_models.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     yield module
@@ -45,9 +45,9 @@ def test_every_table_and_picture_is_there(study: ModuleType) -> None:
     tables = study.format_tables(FIGURES)
     assert set(re.findall(r"<!-- table (\S+) -->", PAGE)) == set(tables)
     assert all(table in PAGE for table in tables.values())
-    pictures = re.findall(r"\]\((images/\S+)\)", PAGE)
+    pictures = re.findall(r"\]\((\.\./images/\S+)\)", PAGE)
     assert len(pictures) == 4
-    assert all((DOCS / picture).exists() for picture in pictures)
+    assert all((DOCS / "validation" / picture).exists() for picture in pictures)
 
 
 def test_shares_and_twist_are_what_the_code_gives(study: ModuleType) -> None:

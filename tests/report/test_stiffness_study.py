@@ -1,4 +1,4 @@
-"""docs/stiffness.md tells the numbers of docs/stiffness.json, and those are what model and simulation give."""
+"""validation/stiffness.md tells the numbers of stiffness.json, and those are what model and simulation give."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from typing import Any
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = (DOCS / "stiffness.md").read_text()
-FIGURES = json.loads((DOCS / "stiffness.json").read_text())
+PAGE = (DOCS / "validation" / "stiffness.md").read_text()
+FIGURES = json.loads((DOCS / "studies" / "stiffness.json").read_text())
 
 
 @pytest.fixture(scope="module")
 def study() -> Any:
     before = list(sys.path)
-    spec = importlib.util.spec_from_file_location("study_stiffness", DOCS / "study_stiffness.py")
+    spec = importlib.util.spec_from_file_location("study_stiffness", DOCS / "studies" / "study_stiffness.py")
     module = importlib.util.module_from_spec(spec)
     sys.modules["study_stiffness"] = module  # Its dataclass looks itself up there.
     spec.loader.exec_module(module)
@@ -41,7 +41,7 @@ def test_every_table_and_picture_is_there(study: ModuleType) -> None:
     tables = study.format_tables(FIGURES)
     assert set(re.findall(r"<!-- table (\S+) -->", PAGE)) == set(tables)
     assert all(table in PAGE for table in tables.values())
-    assert all((DOCS / picture).exists() for picture in re.findall(r"\]\((images/\S+)\)", PAGE))
+    assert all((DOCS / "validation" / picture).exists() for picture in re.findall(r"\]\((\.\./images/\S+)\)", PAGE))
 
 
 @pytest.mark.parametrize("posture", ["straight", "curled", "lying"])

@@ -1,4 +1,4 @@
-"""Compares the paper's forward model with the equilibrium: numbers, plots and the tables of docs/forward_models.md.
+"""Compares the paper's forward model with the equilibrium: numbers, plots, tables of validation/forward_models.md.
 
 `make docs` runs it; it takes about a minute on one core, once the models are compiled.
 """
@@ -28,7 +28,7 @@ from spiraltrunk.model.statics import Creep, StaticsOptions, pull_sequences
 from spiraltrunk.report.shape.shape_plot import build_shape_figure
 from spiraltrunk.report.style import write_figure
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1]
 MUS = (0.0, 0.1, 0.15, 0.2, 0.4)
 """Friction between cables and holes [-]: none, what the design's notes call sensible, and more."""
 
@@ -55,7 +55,7 @@ HANGING = math.pi / 2
 def main() -> int:
     """Compute, draw, and put the tables into the page."""
     figures, shapes = compute_figures()
-    (DOCS / "forward_models.json").write_text(json.dumps(figures, indent=1) + "\n")
+    (DOCS / "studies" / "forward_models.json").write_text(json.dumps(figures, indent=1) + "\n")
     images = DOCS / "images"
     draw_bending(figures, images / "forward_bending.png")
     draw_distance(figures, images / "forward_distance.png")
@@ -64,7 +64,7 @@ def main() -> int:
     twisted = pull_sequences.pull_twist(PAPER, 0.06, 0.03, friction=0.1)
     title = "paper, equilibrium with friction 0.1: cable 1 pulled in by 60 mm, then cable 2 by 30 mm"
     write_figure(build_shape_figure(PAPER, twisted, HANGING, title=title), images / "shape.png")
-    page = DOCS / "forward_models.md"
+    page = DOCS / "validation" / "forward_models.md"
     if page.exists():
         page.write_text(fill_page(page.read_text(), figures))
     return 0

@@ -1,4 +1,4 @@
-"""Make the pictures and figures of docs/making.md: the paper's robot, all parts in all formats, by two processes."""
+"""Make the pictures and figures of validation/making.md: all parts of the paper's robot in all formats."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 from spiraltrunk.design import presets
 from spiraltrunk.workflows.export.export import Request, export_robot
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1]
 
 
 def main() -> None:
@@ -38,7 +38,7 @@ def main() -> None:
         "agreement": {name: row for name, row in result["agreement"].items() if name != "density"},
         "density_kg_per_m3": [round(value) for value in result["agreement"]["density"]["kg_per_m3"]],
     }
-    (DOCS / "making.json").write_text(json.dumps(figures, indent=2) + "\n")
+    (DOCS / "studies" / "making.json").write_text(json.dumps(figures, indent=2) + "\n")
     print(json.dumps(figures, indent=2))
 
 

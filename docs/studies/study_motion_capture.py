@@ -1,4 +1,4 @@
-"""What alignment and model do to the error, on made-up recordings: numbers and pictures of docs/motion_capture.md.
+"""Effect of alignment and model on the error of synthetic takes: figures of validation/motion_capture.md.
 
 The packaged protocol is rehearsed: the equilibrium's shapes, without friction, are recorded by made-up cameras with
 0.3 mm of noise on 15 sections, written as Motive CSV, and held against both models. Nothing of it is a measurement.
@@ -28,7 +28,7 @@ from spiraltrunk.workflows.validate.artifacts import write_comparison
 from spiraltrunk.workflows.validate.comparison import compare_to_model, compute_result
 from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1]
 NOISE = 3e-4
 PICTURES = {"overlay-bend-dorsal.png": "mocap_overlay.png", "boxes-bend-dorsal.png": "mocap_boxes.png"}
 
@@ -89,8 +89,8 @@ def fill_page(page: str, figures: dict[str, Any]) -> str:
 def main() -> None:
     """Measure, and write page, numbers and pictures."""
     figures = measure(load_protocol("paper"), DOCS / "images")
-    (DOCS / "motion_capture.json").write_text(json.dumps(figures, indent=2) + "\n")
-    page = DOCS / "motion_capture.md"
+    (DOCS / "studies" / "motion_capture.json").write_text(json.dumps(figures, indent=2) + "\n")
+    page = DOCS / "validation" / "motion_capture.md"
     page.write_text(fill_page(page.read_text(), figures))
 
 

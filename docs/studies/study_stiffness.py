@@ -1,4 +1,4 @@
-"""Measures how stiff the trunk is when dorsal and ventral cables pull against each other: docs/stiffness.md's numbers.
+"""Measures the trunk's stiffness under opposing dorsal and ventral cables: figures of validation/stiffness.md.
 
 `make docs` runs it; it takes some minutes on one core.
 """
@@ -33,7 +33,7 @@ from spiraltrunk.model.statics.equilibrium import Loads, StaticsOptions
 from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1]
 MUS = (0.0, 0.2)
 """Friction between cables and holes [-]."""
 
@@ -85,9 +85,9 @@ POSTURES = {
 def main() -> int:
     """Measure, draw, and put the numbers into the page."""
     figures = compute_figures()
-    (DOCS / "stiffness.json").write_text(json.dumps(figures, indent=1) + "\n")
+    (DOCS / "studies" / "stiffness.json").write_text(json.dumps(figures, indent=1) + "\n")
     draw_stiffness(figures, DOCS / "images" / "stiffness.png")
-    page = DOCS / "stiffness.md"
+    page = DOCS / "validation" / "stiffness.md"
     if page.exists():
         page.write_text(fill_page(page.read_text(), figures))
     return 0

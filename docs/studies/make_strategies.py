@@ -1,10 +1,10 @@
-"""Puts surveys of the nine strategies into docs/strategies.md: rates, failures, and where in size and mass they hold.
+"""Puts surveys of the nine strategies into validation/strategies.md: rates, failures, success by size and mass.
 
 `spiraltrunk survey --trials 100 --out FOLDER` makes a survey, hours on two cores. Then:
-`python docs/make_strategies.py FOLDER [FOLDER ...]`; where several tell of one strategy, the last of them counts.
+`python docs/studies/make_strategies.py FOLDER [FOLDER ...]`. Where several have one strategy, the last counts.
 
 `python benchmarks/range_payload.py --out FOLDER` measures range and payload, and
-`python docs/make_strategies.py --range FOLDER` puts those into the page.
+`python docs/studies/make_strategies.py --range FOLDER` puts those into the page.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from spiraltrunk import strategies
 from spiraltrunk.workflows.survey.run_survey import write_pictures
 from spiraltrunk.workflows.survey.tables import format_markdown
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).parents[1]
 
 TRIALS = 100
 """Trials of each strategy that make the page complete."""
@@ -37,8 +37,8 @@ def main(folders: Sequence[str]) -> int:
         return 2
     surveys = [json.loads((Path(folder) / "survey.json").read_text()) for folder in folders]
     result = gather(surveys)
-    (DOCS / "strategies.json").write_text(json.dumps(result, indent=1) + "\n")
-    page = DOCS / "strategies.md"
+    (DOCS / "studies" / "strategies.json").write_text(json.dumps(result, indent=1) + "\n")
+    page = DOCS / "validation" / "strategies.md"
     page.write_text(put_tables(page.read_text(), result))
     last = {name: survey for survey in surveys for name in survey["strategies"]}
     rows = [row for name, survey in last.items() for row in survey["rows"] if row["strategy"] == name]
@@ -49,8 +49,8 @@ def main(folders: Sequence[str]) -> int:
 def put_range(folder: Path) -> int:
     """Keep what a run of range_payload.py found, and put it into the page."""
     table = json.loads((folder / "range_payload.json").read_text())
-    (DOCS / "range_payload.json").write_text(json.dumps(table, indent=1) + "\n")
-    page = DOCS / "strategies.md"
+    (DOCS / "studies" / "range_payload.json").write_text(json.dumps(table, indent=1) + "\n")
+    page = DOCS / "validation" / "strategies.md"
     page.write_text(put_section(page.read_text(), "range", format_range(table)))
     return 0
 

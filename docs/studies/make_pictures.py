@@ -27,7 +27,7 @@ from spiraltrunk.sim.render import View, render_frames
 from spiraltrunk.workflows.grasp.artifacts import compute_series, write_strip
 from spiraltrunk.workflows.grasp.trial import Trial, run_trial
 
-IMAGES = Path(__file__).parent / "images"
+IMAGES = Path(__file__).parents[1] / "images"
 
 WIDTH = {"strategies.png": 1240, "filmstrip.png": 1240, "overview.png": 1000, "workspace.png": 1000}
 """Width of each picture [pixels]."""
