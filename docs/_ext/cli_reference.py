@@ -38,7 +38,7 @@ def _usage(verb: argparse.ArgumentParser) -> list[str]:
 
 
 def _format_group(verb: argparse.ArgumentParser, group: argparse._ArgumentGroup) -> Iterator[str]:
-    actions = [action for action in group._group_actions if action.help is not argparse.SUPPRESS]
+    actions = [action for action in group._group_actions if action.dest != "help"]
     if not actions:
         return
     yield from (f".. rubric:: {_escape(_sentence(group.title or 'arguments').rstrip('.'))}", "")

@@ -11,8 +11,9 @@ _CODE = re.compile(r"(``.*?``|`[^`]*`_{0,2})")
 _MARKUP = re.compile(r"[|*]|(?<=\w)_(?=\W|$)")
 
 
-def escape(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
-    """Escape what reStructuredText would read as markup, literal blocks left as they are."""
+def escape(*event: Any) -> None:
+    """Escape what reStructuredText would read as markup, literal blocks left as they are; the lines come last."""
+    lines: list[str] = event[-1]
     margin: int | None = None
     before = ""
     for i, line in enumerate(lines):
