@@ -21,10 +21,12 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
+    "generated_tables",
     "mathtext_svg",
     "plain_docstrings",
     "cli_reference",
     "public_module",
+    "root_pages",
     "short_names",
 ]
 exclude_patterns = ["_build", "studies", "_ext", "README_draft.md", "examples/**/*.ipynb", "examples/**/*.py"]
