@@ -39,7 +39,7 @@ class PublicModule(SphinxDirective):
         name = self.arguments[0]
         names = [line.strip() for line in self.content if line.strip()]
         chosen = names or find_public(importlib.import_module(name))
-        lines = [f".. automodule:: {name}", "   :no-members:", ""]
+        lines = [] if names else [f".. automodule:: {name}", "   :no-members:", ""]
         if len(chosen) > 2:
             lines += [f".. currentmodule:: {name}", ""]
             lines += [".. autosummary::", "   :nosignatures:", "", *(f"   {item}" for item in chosen), ""]
