@@ -7,6 +7,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
+import gallery_pictures
+
 import spiraltrunk
 
 project = "spiraltrunk"
@@ -67,12 +69,15 @@ html_theme_options = {
 }
 copybutton_prompt_text = "$ "
 
+# Examples run once and again when they have changed; they take less than a minute on a quiet core.
 sphinx_gallery_conf = {
     "examples_dirs": ["../examples"],
     "gallery_dirs": ["examples"],
-    "plot_gallery": False,
+    "filename_pattern": r"/\d",
+    "image_scrapers": (gallery_pictures.scrape,),
+    "abort_on_example_error": True,
     "download_all_examples": False,
     "show_signature": False,
-    "show_memory": False,
+    "write_computation_times": False,
     "min_reported_time": 1e9,
 }
