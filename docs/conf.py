@@ -74,6 +74,7 @@ sphinx_gallery_conf = {
     "examples_dirs": ["../examples"],
     "gallery_dirs": ["examples"],
     "filename_pattern": r"/\d",
+    "within_subsection_order": "FileNameSortKey",
     "image_scrapers": (gallery_pictures.scrape,),
     "abort_on_example_error": True,
     "download_all_examples": False,

@@ -5,7 +5,9 @@ Grasp an object of your own
 Grasp an object of one's own: an STL, its unit and its mass are all that is needed.
 
 Here the file is made first: a closed vase, 240 mm high and 60 mm wide at its belly. Any watertight STL will do. On the
-command line the same is: spiraltrunk grasp --object stl:path=vase.stl,unit=mm,mass_g=250
+command line the same is::
+
+    spiraltrunk grasp --object stl:path=vase.stl,unit=mm,mass_g=250
 """
 
 from __future__ import annotations

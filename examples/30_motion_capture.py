@@ -5,8 +5,9 @@ Compare a recording with the models
 Hold a recording of motion capture against the paper's model and against the equilibrium.
 
 There is no recording here, so one is made up first: the equilibrium's shapes, seen with 0.3 mm of noise by cameras that
-stand anywhere. It is a rehearsal, never a measurement. With recordings of one's own the same is, on the command line:
-spiraltrunk validate bend-dorsal_1.csv bend-dorsal_2.csv --protocol protocol.toml --axes y-up --out out/validate
+stand anywhere. It is a rehearsal, never a measurement. With recordings of one's own the same is, on the command line::
+
+    spiraltrunk validate bend-dorsal_1.csv bend-dorsal_2.csv --protocol protocol.toml --axes y-up --out out/validate
 """
 
 from __future__ import annotations

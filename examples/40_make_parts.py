@@ -4,7 +4,9 @@ Export parts and models
 
 Make one's own trunk: from a few wishes to parts for a printer, checked, and the same robot for MuJoCo.
 
-On the command line the same is: spiraltrunk export trunk.toml --parts gripper drums --formats stl mjcf --out made
+On the command line the same is::
+
+    spiraltrunk export trunk.toml --parts gripper drums --formats stl mjcf --out made
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ def scrape(block: tuple[str, str, int], block_vars: dict[str, Any], gallery_conf
         if draw(path):
             _shrink(path)
             paths.append(str(path))
-    return figure_rst(paths, gallery_conf["src_dir"])
+    return "".join(figure_rst([path], gallery_conf["src_dir"]) for path in paths)
 
 
 def _find_drawings(values: dict[str, Any]) -> Iterator[Callable[[Path], bool]]:
@@ -74,14 +74,14 @@ def _draw_overview(trial: Any, path: Path) -> bool:
 
 
 def _draw_log(log: Any, path: Path) -> bool:
-    """Force on the trunk's base and height of the base over a run."""
+    """Change of the force on the trunk's base over a run."""
     from spiraltrunk.report.style import DPI, build_figure
 
     time = [seen.time for seen in log.observations]
-    figure = build_figure(9.0, 3.4, "Force on the trunk's base, from the arm's torques")
+    figure = build_figure(9.0, 3.4, "Change of the force on the trunk's base, from the arm's torques")
     axes = figure.subplots()
     force = np.array([seen.base_force for seen in log.observations])
-    for name, column in zip("xyz", force.T, strict=True):
+    for name, column in zip("xyz", (force - force[0]).T, strict=True):
         axes.plot(time, column, label=name)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("force [N]")
