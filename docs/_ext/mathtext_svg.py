@@ -60,7 +60,9 @@ def visit_inline(self: Any, node: nodes.math) -> None:
 
 def visit_block(self: Any, node: nodes.math_block) -> None:
     """Write one or more equations on lines of their own."""
-    lines = [draw(_clean(line).replace(r"\frac", r"\dfrac")) for line in re.split(r"\\\\", node.astext()) if line.strip()]
+    lines = [
+        draw(_clean(line).replace(r"\frac", r"\dfrac")) for line in re.split(r"\\\\", node.astext()) if line.strip()
+    ]
     self.body.append('<div class="math-block">' + "".join(f"<div>{line}</div>" for line in lines) + "</div>")
     raise nodes.SkipNode
 

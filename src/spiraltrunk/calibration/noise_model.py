@@ -26,7 +26,7 @@ LEAST_DISCREPANCY = 5e-4
 """Error of the model at the tip that is always reckoned with [m].
 
 Below a millimetre the misfit has several minima, as two joints that shut one after the other fit nearly as well when
-they shut the other way round; the intervals take in what lies between them (ours, see docs/calibration.md).
+they shut the other way round; the intervals take in what lies between them (ours, see docs/validation/calibration.md).
 """
 _FEW = 450
 """Residuals of a chain of which the sigmas are found: steps are left out until there are no more."""

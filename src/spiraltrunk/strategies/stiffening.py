@@ -1,9 +1,9 @@
 """A grasp made stiff for transport: winders that hold lengths, and a dorsal cable that pulls against the ventral ones.
 
 "Grasping by Spiraling" (Results, transport) stiffens the trunk by opposing tensions of dorsal and ventral cables. The
-equilibrium and the simulation find (docs/stiffness.md): held by tension without friction, opposing cables stiffen
+equilibrium and the simulation find: held by tension without friction, opposing cables stiffen
 nothing, they soften; held by length they stiffen at once, whatever the tension; and only friction in the holes makes
-stiffness grow with tension.
+stiffness grow with tension (docs/validation/stiffness.md).
 """
 
 from __future__ import annotations

@@ -242,7 +242,7 @@ def _stiffened(progress: Progress, state: StandingState, observation: Observatio
     """The same sequence, the trunk stiffened while it carries: ventral lengths held, dorsal cables against them.
 
     The dorsal ones are just taut where cables run freely, since more would only soften; where they rub, they pull with
-    a tenth of the ventral tension (docs/stiffness.md).
+    a tenth of the ventral tension (docs/validation/stiffness.md).
     """
     design = observation.task.design
     dorsal = max(_TAUT, _AGAINST * ventral_tension(observation) if design.cable.friction > 0 else 0.0)
