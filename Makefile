@@ -72,7 +72,7 @@ studies: $(STAMP)  ## make the pictures and numbers of README and docs again (mi
 	$(BIN)/python docs/studies/make_making.py
 
 clean:  ## remove caches and build products; out and .venv stay
-	rm -rf build dist src/*.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf build dist docs/examples src/*.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find src tests benchmarks examples docs -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 distclean: clean  ## remove .venv as well

@@ -37,6 +37,8 @@ nitpicky = True
 # Types of other packages; their documentation is not at hand when a site is built offline.
 nitpick_ignore_regex = [("py:.*", r"(?!spiraltrunk).*")]
 default_role = "py:obj"
+# Quotes and ellipses; two dashes begin an option.
+smartquotes_action = "qe"
 # The tables name things as they are imported, whatever module defines them.
 suppress_warnings = ["config.cache", "autosummary.import_cycle"]
 

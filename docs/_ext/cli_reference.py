@@ -52,7 +52,7 @@ def _spell(action: argparse.Action, formatter: argparse.HelpFormatter) -> str:
     default = formatter._get_default_metavar_for_optional(action) if action.option_strings else action.dest
     values = formatter._format_args(action, default) if action.nargs != 0 else ""
     if not action.option_strings:
-        return values
+        return values.strip("[]") if action.nargs == "?" else values
     return ", ".join(f"{option} {values}".strip() for option in action.option_strings)
 
 
@@ -65,7 +65,7 @@ def _sentence(text: str) -> str:
 def _escape(text: str) -> str:
     """Plain text, options as code."""
     text = re.sub(r"([\\*`|_])", r"\\\1", text)
-    return re.sub(r"(?<![\w-])(--[a-z][\w=,.-]*\w)", r"``\1``", text)
+    return re.sub(r"(?<![\w-])(--[a-z](?:[\w=,.-]*\w)?)", r"``\1``", text)
 
 
 class CliReference(SphinxDirective):
