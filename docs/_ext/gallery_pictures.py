@@ -1,7 +1,7 @@
 """Pictures of the examples: what an example has computed is drawn as the commands draw it.
 
-An example stays free of drawing code. After it has run, the results that it holds are looked through: a trial becomes a
-film strip (or plots, without OpenGL) and its overview, a compared run an overlay and box plots, a calibration its bars.
+An example stays free of drawing code. After it has run, what it holds under known names is drawn: a trial as a film
+strip (left out without OpenGL) and its overview, a run's log, a session, a calibration, checked parts.
 """
 
 from __future__ import annotations
@@ -23,11 +23,13 @@ WIDTH = 1200
 
 def scrape(block: tuple[str, str, int], block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
     """Draw what an example has left behind; reStructuredText with its pictures."""
-    paths = []
+    paths: list[str] = []
+    left = None
     for draw in _find_drawings(block_vars["example_globals"]):
-        path = Path(next(block_vars["image_path_iterator"]))
+        path = left or Path(next(block_vars["image_path_iterator"]))
         path.parent.mkdir(parents=True, exist_ok=True)
-        if draw(path):
+        left = None if draw(path) else path
+        if left is None:
             _shrink(path)
             paths.append(str(path))
     return "".join(figure_rst([path], gallery_conf["src_dir"]) for path in paths)
@@ -108,26 +110,25 @@ def _draw_overlay(session: Any, path: Path) -> bool:
     return True
 
 
-def _draw_calibration(found: Any, values: dict[str, Any], path: Path) -> bool:
-    from spiraltrunk.report.calibration_plot import Bars, write_calibration
-
-    joints = found.parameters[: values["design"].n_joint]
-    errors = [[np.mean(getattr(found.held_out, name)) for name in ("calibrated", "uncalibrated", "reference")]]
-    write_calibration(
-        Bars(
-            before=np.array([p.before for p in joints]), value=np.array([p.value for p in joints]),
-            low=np.array([p.low for p in joints]), high=np.array([p.high for p in joints]),
-            groups=("held out",), errors=np.array(errors), is_held_out=True,
-        ),
-        path,
-    )  # fmt: skip
-    return True
+def _draw_calibration(found: Any, path: Path) -> bool:
+    """Fitted stiffness of each joint with its interval, beside the design's."""
+    if not hasattr(found, "parameters"):
+        return False
+    joints = found.parameters[: found.design.n_joint]
+    number = np.arange(1, len(joints) + 1)
+    value, low, high = (np.array([getattr(p, name) for p in joints]) for name in ("value", "low", "high"))
+    figure, axes = _build("Bending stiffness of each joint", 3.8)
+    axes.plot(number, [p.before for p in joints], "--", color="0.5", label="as designed")
+    axes.errorbar(number, value, yerr=(value - low, high - value), fmt=".", label="fitted, with 95 % interval")
+    axes.set(xlabel="joint, 1 at the base", ylabel="stiffness [N m/rad]", yscale="log")
+    axes.legend()
+    return _save(figure, path)
 
 
 def _draw_parts(result: dict[str, Any], path: Path) -> bool:
     """Thinnest wall of each part over what is allowed."""
-    from spiraltrunk.report.style import DPI, build_figure
-
+    if "checks" not in result:
+        return False
     names = list(result["checks"])
     figure = build_figure(9.0, 0.9 + 0.32 * len(names), "Thinnest wall of each part")
     axes = figure.subplots()
