@@ -31,7 +31,15 @@ extensions = [
     "root_pages",
     "short_names",
 ]
-exclude_patterns = ["_build", "studies", "_ext", "**/sg_execution_times.rst", "sg_execution_times.rst", "examples/**/*.ipynb", "examples/**/*.py"]
+exclude_patterns = [
+    "_build",
+    "studies",
+    "_ext",
+    "**/sg_execution_times.rst",
+    "sg_execution_times.rst",
+    "examples/**/*.ipynb",
+    "examples/**/*.py",
+]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 nitpicky = True
 # Types of other packages; their documentation is not at hand when a site is built offline.
