@@ -1,7 +1,7 @@
-"""Do the solids say the same as the design? Everything here is measured on the kernel's solids, nothing is copied.
+"""Measurement of the trunk on the kernel's solids, to be compared with the design.
 
-Lengths and gaps come from the leaning faces of the printed body (apexes and leans of its cones), holes from its
-cylinders, stroke from both; volume, centroid and moments from each section's outline, shell included.
+Section lengths and gaps follow from the cones of the printed body (apex and lean), holes from its cylinders, stroke
+from both; volume, centroid and moments from the solid of each section's outline, shell included.
 """
 
 from __future__ import annotations
@@ -19,84 +19,68 @@ from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.design.trunk import TrunkDesign
 
 _NEAR = 0.3
-"""How far from its place a face or hole is looked for [mm]."""
+"""Largest distance of a face or hole from its designed place [mm]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Measured:
-    """The trunk as its solids have it, in SI; nan where the body has no such face."""
+class MeasuredTrunk:
+    """Dimensions of the solids in SI; NaN where the body has no such face."""
 
     section_length: np.ndarray
-    """Between the apexes of each section's two leaning faces, shape (n_section,) [m]."""
+    """Distance between the apexes of each section's two cones, shape (n_section,) [m]."""
     gap: np.ndarray
     """Angle between neighbouring faces, shape (n_joint,) [rad]."""
     hole: np.ndarray
-    """Axial and radial position of both ends of each hole, shape (n_section, n_cable, 2, 2) [m]."""
+    """Axial and radial coordinate of each hole's ends from the proximal joint, shape (n_section, n_cable, 2, 2) [m]."""
     stroke: float
-    """Cable between the holes' ends across all gaps of one side [m]."""
+    """Sum of the distances between the holes of one cable across all gaps [m]."""
     volume: np.ndarray
     """Volume of each section's outline, shape (n_section,) [m^3]."""
     center: np.ndarray
-    """Centroid of each outline from its proximal joint, shape (n_section,) [m]."""
+    """Axial coordinate of each outline's centroid, from the proximal joint, shape (n_section,) [m]."""
     gyration: np.ndarray
     """Squared radii of gyration about the centroid, axial and across, shape (n_section, 2) [m^2]."""
 
-    def inertia(self, mass: np.ndarray) -> np.ndarray:
-        """Moments of sections of these masses, spread evenly over the outlines, shape (n_section, 2) [kg m^2]."""
-        return np.asarray(mass)[:, None] * self.gyration
-
 
 def place_faces(part: Part, cones: np.ndarray, cylinders: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """What `measure_trunk` needs of a piece: height, faces and holes, turned as it stands in the robot."""
+    """Height, cones and holes of a piece as it stands in the robot, for `measure_trunk`."""
     if math.cos(part.turn) > 0.0:
         return part.at[2], cones, cylinders
     x, y, low, high = cylinders.T
     return part.at[2], cones * [-1.0, 1.0], np.stack([x, -y, -high, -low], axis=-1)
 
 
-def measure_trunk(design: TrunkDesign, pieces: Sequence[tuple[float, np.ndarray, np.ndarray]]) -> Measured:
+def measure_trunk(design: TrunkDesign, pieces: Sequence[tuple[float, np.ndarray, np.ndarray]]) -> MeasuredTrunk:
     """Measure the trunk.
 
     Args:
-        design: what is looked for where.
-        pieces: of each printed piece the place of its bottom on the axis [mm], its leaning faces and its cable holes,
-            as `kernel.measure_cones` and `kernel.measure_cylinders` give them.
+        design: gives the places at which faces and holes are looked for.
+        pieces: of each printed piece the height of its bottom on the axis [mm], its cones and its cable holes, as
+            `kernel.measure_cones` and `kernel.measure_cylinders` give them.
     """
     cones = np.concatenate([faces + np.array([at, 0.0]) for at, faces, _ in pieces])
-    apexes = _find_apexes(design, cones[:, 0])
-    gap = np.full(design.n_joint, math.nan)
-    for i in range(design.n_joint):
-        near = np.abs(cones[:, 0] - 1e3 * design.section_length[: i + 1].sum()) < _NEAR
-        if np.count_nonzero(near) == 2:
-            gap[i] = cones[near, 1].sum()
+    joints = 1e3 * np.concatenate([[0.0], np.cumsum(design.section_length)])
+    is_near = np.abs(cones[:, 0] - joints[:, None]) < _NEAR
+    count = is_near.sum(axis=1)
+    apexes = np.where(count, is_near @ cones[:, 0] / np.maximum(count, 1), math.nan)
+    if not count[-1]:  # The gripper's plate replaces the last face.
+        apexes[-1] = joints[-1]
+    gap = np.where(count == 2, is_near @ cones[:, 1], math.nan)[1:-1]
     holes = np.concatenate([own + np.array([0.0, 0.0, at, at]) for at, _, own in pieces])
     hole = _find_holes(design, holes)
     bulk = _measure_outlines(design)
     across = hole[1:, 0, 0] - hole[:-1, 0, 1]
     starts = 1e-3 * apexes[:-1]
     axial = starts[1:] + hole[1:, 0, 0, 0] - starts[:-1] - hole[:-1, 0, 1, 0]
-    return Measured(
+    return MeasuredTrunk(
         section_length=1e-3 * np.diff(apexes), gap=gap, hole=hole,
         stroke=float(np.hypot(axial, across[:, 1]).sum()), volume=bulk[:, 0], center=bulk[:, 1], gyration=bulk[:, 2:],
     )  # fmt: skip
 
 
-def _find_apexes(design: TrunkDesign, found: np.ndarray) -> np.ndarray:
-    """The joint centres from base to tip, as the leaning faces' apexes have them, shape (n_section + 1,) [mm]."""
-    wanted = 1e3 * np.concatenate([[0.0], np.cumsum(design.section_length)])
-    apexes = np.full(len(wanted), math.nan)
-    for i, place in enumerate(wanted):
-        near = found[np.abs(found - place) < _NEAR]
-        if len(near):
-            apexes[i] = near.mean()
-    if math.isnan(apexes[-1]):  # The gripper's plate takes the last face's place: its end is the design's.
-        apexes[-1] = wanted[-1]
-    return apexes
-
-
 def _find_holes(design: TrunkDesign, found: np.ndarray) -> np.ndarray:
-    """Both ends of each hole from the section's joint centre, shape (n_section, n_cable, 2, 2) [m]."""
+    """Both ends of each hole from the section's proximal joint, shape (n_section, n_cable, 2, 2) [m]."""
     starts = 1e3 * np.concatenate([[0.0], np.cumsum(design.section_length)])
     ends = np.full((design.n_section, design.n_cable, 2, 2), math.nan)
     for n in range(design.n_section):

@@ -1,4 +1,4 @@
-"""One part made: built, meshed, checked and written; what a worker process does and gives back."""
+"""Making of one part: its solid, mesh, checks and files; the job of one worker process."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 import spiraltrunk
-from spiraltrunk.cad.checks.agreement import place_faces
 from spiraltrunk.cad.checks.printability import Finding, check_part
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import compute_volume
@@ -28,32 +27,28 @@ if TYPE_CHECKING:
     from trimesh import Trimesh
 
 FORMATS = ("step", "stl", "3mf")
-"""Formats that a part can have."""
+"""Formats of parts."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Made:
-    """What came of making a part."""
+    """A part with its mesh and the result of its checks."""
 
     part: Part
     """Its definition."""
     mesh: Trimesh
     """Its surface, in its own frame [mm]."""
     finding: Finding
-    """What was found of it."""
+    """Result of its checks."""
     cones: np.ndarray
-    """Leaning faces of a piece of the trunk (`kernel.measure_cones`)."""
+    """Cones of a piece of the trunk (`kernel.measure_cones`)."""
     cylinders: np.ndarray
     """Cable holes of a piece of the trunk (`kernel.measure_cylinders`)."""
 
-    def place_faces(self) -> tuple[float, np.ndarray, np.ndarray]:
-        """Height of a piece of the trunk, and its leaning faces and cable holes standing as in the robot [mm]."""
-        return place_faces(self.part, self.cones, self.cylinders)
-
     @property
     def checks(self) -> dict[str, Any]:
-        """What was found, by the keys of ``spiraltrunk export --json``."""
+        """Result of the checks by the keys of ``spiraltrunk export --json``."""
         finding = self.finding
         return {
             "watertight": finding.watertight,
@@ -69,13 +64,13 @@ class Made:
 
 
 def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder: Path | None, design: str) -> Made:
-    """Make a part and, where a folder is given, write it there in each format, with a JSON that says what it is.
+    """Make a part and write it, with a JSON of its data, to a folder, if one is given.
 
     Args:
         part: its definition.
         options: how it is made.
         formats: of `FORMATS`.
-        folder: an existing folder, or None to write nothing.
+        folder: an existing folder, or None for checks only.
         design: name of the design that it comes from.
 
     Raises:

@@ -6,39 +6,46 @@ from typing import Any
 
 import numpy as np
 
-from spiraltrunk.cad.checks.agreement import Measured
+from spiraltrunk.cad.checks.agreement import MeasuredTrunk
 from spiraltrunk.design.trunk import TrunkDesign
 
 
-def compute_agreement(design: TrunkDesign, measured: Measured) -> dict[str, dict[str, Any]]:
-    """How far the solids and MuJoCo's compiled trunk are from the design: relative errors, for holes in metres.
+def compute_agreement(design: TrunkDesign, measured: MeasuredTrunk) -> dict[str, dict[str, Any]]:
+    """Errors of the solids and of MuJoCo's compiled trunk against the design: relative, for holes in metres.
 
-    Masses of a design may be weighed on a print; then the solids have none of their own, and what their volumes stand
-    for is the density that the masses mean. The centre of the whole straight trunk is judged; where the sections' were
-    measured, how far those of even solids lie off is told and not judged.
+    The mass of a solid is its volume times the density that follows from the design's mass, which may have been weighed
+    on a print. Where the design's section centres were measured, those of uniform solids are reported and not judged;
+    the centre of mass of the whole straight trunk is always judged.
     """
-    simulated = _measure_simulation(design)
-    volume = design.solid.volume * design.scale**3
-    density = design.section_mass / volume
+    from spiraltrunk.sim.robot.compiled_trunk import measure_compiled
+
+    simulated = measure_compiled(design)  # MuJoCo's compiled trunk, its holes in the faces.
+    density = design.section_mass / (design.solid.volume * design.scale**3)
     mass = density * measured.volume
     rows = {
-        "section_length": _both(measured.section_length, simulated["length"], design.section_length),
-        "gap_angle": (_off(measured.gap, np.full(design.n_joint, design.joint_limit)), None),
-        "cable_stroke": _both(np.array(measured.stroke), simulated["stroke"], np.array(design.cable_stroke)),
-        "volume": (_off(measured.volume, volume), None),
-        "mass": _both(mass, simulated["mass"], design.section_mass),
-        "center": (_trunk_off(design, mass, measured.center), _trunk_off(design, mass, simulated["center"])),
-        "section_center": _both(measured.center, simulated["center"], design.section_center),
-        "inertia": _both(measured.inertia(mass), simulated["inertia"], design.section_inertia),
+        "section_length": (measured.section_length, simulated["length"], design.section_length),
+        "gap_angle": (measured.gap, None, np.full(design.n_joint, design.joint_limit)),
+        "cable_stroke": (measured.stroke, simulated["stroke"], design.cable_stroke),
+        "volume": (measured.volume, None, design.solid.volume * design.scale**3),
+        "mass": (mass, simulated["mass"], design.section_mass),
+        "center": (
+            _trunk_center(design, mass, measured.center), _trunk_center(design, mass, simulated["center"]),
+            _trunk_center(design, design.section_mass, design.section_center),
+        ),
+        "section_center": (measured.center, simulated["center"], design.section_center),
+        "inertia": (mass[:, None] * measured.gyration, simulated["inertia"], design.section_inertia),
     }  # fmt: skip
     agreement: dict[str, dict[str, Any]] = {
-        name: {"solids": solids, "simulation": simulation, "allowed": 0.01, "unit": "relative"}
-        for name, (solids, simulation) in rows.items()
-    }
+        name: {
+            "solids": _off(solids, wanted), "simulation": None if simulation is None else _off(simulation, wanted),
+            "allowed": 0.01, "unit": "relative",
+        }
+        for name, (solids, simulation, wanted) in rows.items()
+    }  # fmt: skip
     holes = measured.hole[:-1] if design.gripper is not None else measured.hole
-    wanted = design.hole_position[: len(holes), None]
     agreement["holes"] = {
-        "solids": float(np.abs(holes - wanted).max()), "simulation": simulated["hole"], "allowed": 1e-4, "unit": "m",
+        "solids": float(np.abs(holes - design.hole_position[: len(holes), None]).max()),
+        "simulation": simulated["hole"], "allowed": 1e-4, "unit": "m",
     }  # fmt: skip
     for name, row in agreement.items():
         is_measured = name == "section_center" and design.mass.center_fraction is not None
@@ -52,23 +59,12 @@ def compute_agreement(design: TrunkDesign, measured: Measured) -> dict[str, dict
     return agreement
 
 
-def _measure_simulation(design: TrunkDesign) -> dict[str, Any]:
-    """The same quantities of MuJoCo's compiled trunk, its holes in the faces."""
-    from spiraltrunk.sim.robot.compiled_trunk import measure_compiled
-
-    return measure_compiled(design)
-
-
-def _both(solids: np.ndarray, simulated: Any, wanted: np.ndarray) -> tuple[float, float]:
-    return _off(solids, wanted), _off(np.asarray(simulated), wanted)
-
-
-def _trunk_off(design: TrunkDesign, mass: np.ndarray, center: Any) -> float:
-    """Distance between centres of the whole straight trunk, over that of the design's from the base [-]."""
+def _trunk_center(design: TrunkDesign, mass: np.ndarray, center: Any) -> float:
+    """Centre of mass of the whole straight trunk, from the base [m]."""
     starts = np.concatenate([[0.0], np.cumsum(design.section_length)[:-1]])
-    own = np.average(starts + np.asarray(center), weights=mass)
-    return _off(own, np.average(starts + design.section_center, weights=design.section_mass))
+    return float(np.average(starts + np.asarray(center), weights=mass))
 
 
-def _off(values: np.ndarray, wanted: np.ndarray) -> float:
+def _off(values: Any, wanted: Any) -> float:
+    """Largest relative error [-]."""
     return float(np.abs(np.asarray(values) / wanted - 1).max())

@@ -1,4 +1,4 @@
-"""The maker's output: parts, models, bill, guide and pictures of one design in one folder, all of them or none."""
+"""Export of a robot: parts, models, bill of materials, guide and pictures in one folder, written atomically."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ import json
 import re
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, final
 
 import spiraltrunk
-from spiraltrunk.cad.checks.agreement import measure_trunk
+from spiraltrunk.cad.checks.agreement import measure_trunk, place_faces
 from spiraltrunk.cad.checks.assembly import check_hardware
 from spiraltrunk.cad.checks.self_collision import check_curl
 from spiraltrunk.cad.components.options import MakeOptions
@@ -37,25 +38,25 @@ MODEL_FORMATS = ("mjcf", "urdf")
 """Formats of the whole robot for simulators."""
 
 FORMATS = (*make_part.FORMATS, *MODEL_FORMATS)
-"""Everything that `--formats` may ask for."""
+"""All formats."""
 
 Tell = Callable[[str, int, int], None]
-"""Called with what is being made, how much of it is done and how much there is."""
+"""Progress callback: what is being made, how much is done, how much there is."""
 
 _OURS = re.compile(r"(?:(?:parts|models|models/assets|pictures)/)?[A-Za-z0-9_]+(?:\.[A-Za-z0-9]+)+")
-"""Paths below the folder that an export may have written."""
+"""Paths below the folder that an export can write."""
 
 _FIRST = ("bom.csv", "bom.md", "guide.md", "result.json", "trunk.toml")
-"""Files that are looked for before the work begins; for the others it is done at its end."""
+"""Files that are checked for existence before the work begins; the others are checked at its end."""
 
 _HEAVIEST = {"trunk": 0, "gripper": 1, "housing": 2}
-"""What takes longest is begun first."""
+"""Groups whose parts take longest, in the order in which they are started."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Request:
-    """What is to be made of a design."""
+    """Selection of parts and formats of a design, and how to make them."""
 
     parts: tuple[str, ...] = ("all",)
     """Groups of parts (`cad.catalogue.GROUPS`), or "all"."""
@@ -64,7 +65,7 @@ class Request:
     options: MakeOptions = field(default_factory=MakeOptions)
     """How the parts are made."""
     workers: int = 1
-    """Processes that make parts; more than one need a main module that can be imported."""
+    """Processes that make parts; more than one needs an importable main module."""
 
     def __post_init__(self) -> None:
         check_groups(self.parts)
@@ -74,60 +75,53 @@ class Request:
 
     @property
     def part_formats(self) -> tuple[str, ...]:
-        """The formats of parts that are asked for."""
+        """The selected formats of parts."""
         return tuple(name for name in self.formats if name in make_part.FORMATS)
-
-    @property
-    def model_formats(self) -> tuple[str, ...]:
-        """The formats of models that are asked for."""
-        return tuple(name for name in self.formats if name in MODEL_FORMATS)
 
 
 def export_robot(
     design: TrunkDesign, folder: str | Path, request: Request | None = None, *, tell: Tell | None = None
 ) -> dict[str, Any]:
-    """Make and check everything, then put it into the folder; where anything fails, the folder stays as it was.
+    """Make and check the parts and models, then write them to the folder; where anything fails, it stays unchanged.
 
     Args:
         design: the robot.
-        folder: where to, made where it is missing. What an earlier export left there goes; others' files stay.
+        folder: where to, made where it is missing. Files of an earlier export are removed, all others stay.
         request: what to make; everything by default.
-        tell: called as the work goes on.
+        tell: progress callback.
 
     Returns:
-        What was made, ready for JSON: ``files, checks, mass_kg`` and more; ``removed`` are an earlier export's files.
+        The result, ready for JSON: ``files, checks, mass_kg`` and more; ``removed`` lists an earlier export's files.
 
     Raises:
-        PartError: for a part that fails its checks: which, where and by how much.
-        DesignError: for a design that a part cannot be derived from.
+        PartError: for a part that fails its checks; says which, where and by how much.
+        DesignError: for a design from which a part cannot be derived.
         MissingPackage: where build123d is needed and not installed.
-        OSError: where the folder cannot be written, or holds a file of a name that is needed.
+        OSError: where the folder cannot be written, or holds another's file of the same name.
     """
-    request, tell = request or Request(), tell or _tell_nobody
-    definitions: tuple[Part, ...] = ()
-    if request.part_formats:
-        definitions = _define(design, request)
+    request = request or Request()
+    definitions = _define(design, request) if request.part_formats else ()
     earlier = _read_earlier(Path(folder), design)
     check_foreign_files(folder, _FIRST, earlier)
     with atomic_folder(folder, earlier) as draft:
-        result = _fill(design, draft, request, definitions, tell)
+        result = _fill(design, draft, request, definitions, tell or _ignore)
     return result | {"removed": sorted(set(earlier) - set(result["files"]))}
 
 
 def check_robot(design: TrunkDesign, request: Request | None = None, *, tell: Tell | None = None) -> dict[str, Any]:
-    """Make and check everything as `export_robot` does, and write nothing; ``files`` is empty.
+    """Make and check as `export_robot` does, without writing; ``files`` is empty.
 
     Raises:
         As `export_robot`, but for OSError.
     """
     request = request or Request()
     definitions = _define(design, request)
-    made = _make(design, None, request, definitions, tell or _tell_nobody)
-    return _summarise(design, request, made, ())
+    made = _make(design, None, request, definitions, tell or _ignore)
+    return _summarise(design, request, made, [])
 
 
 def _define(design: TrunkDesign, request: Request) -> tuple[Part, ...]:
-    """The parts that are asked for, after all that can be checked of their definitions."""
+    """Definitions of the selected parts, checked before anything is made."""
     check_packages()
     check_curl(design)
     parts = build_parts(design, request.parts, request.options)
@@ -138,7 +132,7 @@ def _define(design: TrunkDesign, request: Request) -> tuple[Part, ...]:
 def _fill(
     design: TrunkDesign, draft: Path, request: Request, definitions: tuple[Part, ...], tell: Tell
 ) -> dict[str, Any]:
-    """Write everything into the draft."""
+    """Write everything to the draft folder."""
     made: list[Made] = []
     if definitions:
         (draft / "parts").mkdir()
@@ -149,16 +143,15 @@ def _fill(
         (draft / "bom.md").write_text(format_markdown(design, rows))
         (draft / "bom.csv").write_text(format_csv(rows))
         (draft / "guide.md").write_text(format_guide(design, made, request.options))
-    if request.model_formats:
+    model_formats = tuple(name for name in request.formats if name in MODEL_FORMATS)
+    if model_formats:
         from spiraltrunk.sim.export_models import write_models
 
         tell("models", 0, 1)
-        write_models(design, draft / "models", request.model_formats)
+        write_models(design, draft / "models", model_formats)
     write_design(design, draft / "trunk.toml")
-    files = tuple(
-        sorted({*(str(path.relative_to(draft)) for path in draft.rglob("*") if path.is_file()), "result.json"})
-    )
-    result = _summarise(design, request, made, files)
+    written = {str(path.relative_to(draft)) for path in draft.rglob("*") if path.is_file()}
+    result = _summarise(design, request, made, sorted({*written, "result.json"}))
     result["design_sha256"] = _hash(draft / "trunk.toml")
     (draft / "result.json").write_text(json.dumps(result, indent=2, allow_nan=False) + "\n")
     return result
@@ -167,27 +160,25 @@ def _fill(
 def _make(
     design: TrunkDesign, folder: Path | None, request: Request, definitions: tuple[Part, ...], tell: Tell
 ) -> list[Made]:
-    """All parts, in the order of their definitions.
+    """Make all parts; the result is in the order of their definitions.
 
     Raises:
-        PartError: with the first fault, and how many there are.
+        PartError: with the first fault and the number of others.
     """
     jobs = sorted(definitions, key=lambda part: _HEAVIEST.get(part.group, 9))
-    made: dict[str, Made] = {}
     arguments = (request.options, request.part_formats, folder, design.name)
-    if _count_workers(jobs, request.workers) == 1:
-        for part in jobs:
-            tell(part.name, len(made), len(jobs))
-            made[part.name] = make_part.make_part(part, *arguments)
-    else:
-        with _open_pool(_count_workers(jobs, request.workers)) as pool:
-            waiting: dict[Future[Made], str] = {
-                pool.submit(make_part.make_part, part, *arguments): part.name for part in jobs
-            }
-            tell("parts", 0, len(jobs))
-            for done in as_completed(waiting):
-                made[waiting[done]] = done.result()
-                tell(waiting[done], len(made), len(jobs))
+    made: dict[str, Made] = {}
+    tell("parts", 0, len(jobs))
+    workers = _count_workers(jobs, request.workers)
+    with nullcontext() if workers == 1 else _open_pool(workers) as pool:
+        if pool is None:
+            finished = (make_part.make_part(part, *arguments) for part in jobs)
+        else:
+            futures = [pool.submit(make_part.make_part, part, *arguments) for part in jobs]
+            finished = (future.result() for future in as_completed(futures))
+        for one in finished:
+            made[one.part.name] = one
+            tell(one.part.name, len(made), len(jobs))
     found = [made[part.name] for part in definitions]
     faults = [f"part {one.part.name}: {fault}" for one in found for fault in one.finding.faults]
     if faults:
@@ -197,16 +188,17 @@ def _make(
 
 
 def _count_workers(jobs: Sequence[Part], most: int) -> int:
-    """Processes that are worth it: each first loads the kernel, which takes as long as a dozen small parts."""
+    """Number of useful processes: loading the kernel takes each as long as a dozen small parts."""
     heavy = sum(part.group in _HEAVIEST for part in jobs)
     return max(1, min(most, heavy + (len(jobs) - heavy) // 12))
 
 
 @contextmanager
 def _open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes that start afresh; when the work is cut short, they end at once: a part may take half a minute."""
+    """A pool of spawned processes that are terminated where the block raises, as one part may take half a minute."""
     others = set(active_children())
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_ignore_interrupts)
+    ignore_interrupts = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)  # The main process answers Ctrl-C.
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=ignore_interrupts)
     try:
         yield pool
     except BaseException:
@@ -215,11 +207,6 @@ def _open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _ignore_interrupts() -> None:
-    """Ctrl-C goes to all processes of a terminal; the first one decides."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _draw(design: TrunkDesign, made: Sequence[Made], folder: Path) -> None:
@@ -233,12 +220,12 @@ def _draw(design: TrunkDesign, made: Sequence[Made], folder: Path) -> None:
     write_pictures(parts, folder, title=" ".join(design.name.split()), n_cable=design.n_cable)
 
 
-def _summarise(design: TrunkDesign, request: Request, made: Sequence[Made], files: tuple[str, ...]) -> dict[str, Any]:
+def _summarise(design: TrunkDesign, request: Request, made: Sequence[Made], files: list[str]) -> dict[str, Any]:
     options = request.options
     estimates = {one.part.name: estimate_print(one, options) for one in made}
     result: dict[str, Any] = {
         "design": design.name,
-        "files": list(files),
+        "files": files,
         "checks": {one.part.name: one.checks for one in made},
         "mass_kg": design.total_mass,
         "print_mass_kg": {name: 1e-3 * mass for name, (mass, _) in estimates.items()},
@@ -249,19 +236,19 @@ def _summarise(design: TrunkDesign, request: Request, made: Sequence[Made], file
         "formats": list(request.formats),
         "spiraltrunk": spiraltrunk.__version__,
     }
-    pieces = [one.place_faces() for one in made if one.part.group == "trunk"]
+    pieces = [place_faces(one.part, one.cones, one.cylinders) for one in made if one.part.group == "trunk"]
     if pieces:
         result["agreement"] = compute_agreement(design, measure_trunk(design, pieces))
     return result
 
 
 def _hash(path: Path) -> str:
-    """What a file says, in a few letters."""
+    """SHA-256 of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _read_earlier(target: Path, wanted: TrunkDesign) -> list[str]:
-    """Files that an earlier export says it wrote; none that could lie elsewhere, no other design than it wrote."""
+    """Files that an earlier export lists, below the folder only, without a design that was changed since."""
     try:
         found = json.loads((target / "result.json").read_text())
         names = found["files"] if "checks" in found else []
@@ -274,5 +261,5 @@ def _read_earlier(target: Path, wanted: TrunkDesign) -> list[str]:
         return []
 
 
-def _tell_nobody(what: str, done: int, total: int) -> None:
-    """Say nothing."""
+def _ignore(what: str, done: int, total: int) -> None:
+    """No progress report."""
