@@ -1,9 +1,9 @@
-"""A page on how to build the robot, in the numbers of the design; it speaks of the parts that were made."""
+"""Assembly guide: a page with the dimensions of the design and a step for each group of parts that was made."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from spiraltrunk.cad.checks.assembly import list_bolts
 from spiraltrunk.cad.components.options import MakeOptions
@@ -17,19 +17,11 @@ from spiraltrunk.design.trunk import TrunkDesign
 
 
 def format_guide(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> str:
-    """The guide: a step for each group of parts that was made."""
+    """The guide as a Markdown page."""
     groups = {one.part.group for one in made}
-    steps = {
-        "trunk": _print_trunk, "shells": _cast_shells, "gripper": _print_gripper, "adapter": _mount_adapter,
-        "housing": _build_housing, "drums": _run_cables, "horn": _tie_gripper, "wedge": _tilt, "markers": _mark,
-    }  # fmt: skip
     text = [f"# Building {escape(design.name)}", "", _summary(design), ""]
-    number = 1
-    for group, step in steps.items():
-        lines = step(design, made, options) if group in groups else []
-        if lines:
-            text += [f"{number}. " + "\n   ".join(lines)]
-            number += 1
+    lines = [step(design, options) if callable(step) else [step] for group, step in _STEPS.items() if group in groups]
+    text += [f"{number}. " + "\n   ".join(step) for number, step in enumerate(lines, start=1)]
     text += ["", "Then weigh the sections, shells on, and put what you find into `mass.sections_g` of `trunk.toml`."]
     return "\n".join(text) + "\n"
 
@@ -42,7 +34,7 @@ def _summary(design: TrunkDesign) -> str:
     )
 
 
-def _print_trunk(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+def _print_trunk(design: TrunkDesign, options: MakeOptions) -> list[str]:
     body = build_body(design, options)
     planes = plan_planes(design, body, options)
     lines = [
@@ -68,7 +60,7 @@ def _print_trunk(design: TrunkDesign, made: Sequence[Made], options: MakeOptions
     return lines
 
 
-def _cast_shells(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+def _cast_shells(design: TrunkDesign, options: MakeOptions) -> list[str]:
     count = sum(seat is not None for seat in build_body(design, options).seats)
     return [
         f"**Shells**, Ecoflex 00-30, {count} of them: wax or spray the moulds, put each ring on its core's step, fill "
@@ -77,14 +69,7 @@ def _cast_shells(design: TrunkDesign, made: Sequence[Made], options: MakeOptions
     ]
 
 
-def _print_gripper(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
-    return [
-        "**Gripper**, TPU 95A, standing on its tenon, supports under the plate. Push the tenon into the tip and turn "
-        "it by a quarter; before that, the trunk's cables are knotted at the tip."
-    ]
-
-
-def _mount_adapter(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+def _mount_adapter(design: TrunkDesign, options: MakeOptions) -> list[str]:
     bases = sum(bolt.what == "housing to adapter" for bolt in list_bolts(design, options, {"adapter"}))
     return [
         f"**Adapter**: {bases} M4 inserts into its flat side first; then spigot and dowel into the arm's flange, four "
@@ -92,7 +77,7 @@ def _mount_adapter(design: TrunkDesign, made: Sequence[Made], options: MakeOptio
     ]
 
 
-def _build_housing(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+def _build_housing(design: TrunkDesign, options: MakeOptions) -> list[str]:
     bases = sum(bolt.what == "housing to adapter" for bolt in list_bolts(design, options, {"housing"}))
     motors = ", ".join(
         f"the one at {math.degrees(angle):.0f} deg from dorsal winds cable {cable + 1}"
@@ -109,7 +94,7 @@ def _build_housing(design: TrunkDesign, made: Sequence[Made], options: MakeOptio
     ]
 
 
-def _run_cables(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
+def _run_cables(design: TrunkDesign, options: MakeOptions) -> list[str]:
     drum = find_drum(design, options)
     around = 2 * math.pi * drum.radius
     turns = drum.travel_out / around + DEAD_TURNS
@@ -125,27 +110,29 @@ def _run_cables(design: TrunkDesign, made: Sequence[Made], options: MakeOptions)
     ]
 
 
-def _tie_gripper(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
-    if design.gripper is None:
-        return []
+def _tie_gripper(design: TrunkDesign, options: MakeOptions) -> list[str]:
+    n_finger = 0 if design.gripper is None else design.gripper.n_finger
     return [
         f"**Gripper's cables**: two of {gripper_cable_length(design, options):.0f} mm, each parted into "
-        f"{design.gripper.n_finger} strands: one through the inner, one through the outer holes of the fingers, "
+        f"{n_finger} strands: one through the inner, one through the outer holes of the fingers, "
         "knotted at the fingertips. Down the trunk's channel and through the neck; tie them to the two ends of the "
         f"double arm, {find_arm(design, options):.1f} mm from the shaft, at the servo's middle.",
     ]
 
 
-def _tilt(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
-    return [
-        "**Wedges**, for measuring: none, one, two or three between flange (or bench) and adapter tilt the base by 0, "
-        "45, 90 or 135 deg. The first goes onto the flange with four M6 x 16; the next one, and the adapter, onto it "
-        "with four M6 x 20 and nuts."
-    ]
-
-
-def _mark(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> list[str]:
-    return [
-        "**Markers**, for measuring: glue three seats onto each section's edge towards the base, the first dorsal, "
-        "the others 120 deg from it, and turn a marker's M3 stud into each."
-    ]
+_STEPS: dict[str, str | Callable[[TrunkDesign, MakeOptions], list[str]]] = {
+    "trunk": _print_trunk,
+    "shells": _cast_shells,
+    "gripper": "**Gripper**, TPU 95A, standing on its tenon, supports under the plate. Push the tenon into the tip and "
+    "turn it by a quarter; before that, the trunk's cables are knotted at the tip.",
+    "adapter": _mount_adapter,
+    "housing": _build_housing,
+    "drums": _run_cables,
+    "horn": _tie_gripper,
+    "wedge": "**Wedges**, for measuring: none, one, two or three between flange (or bench) and adapter tilt the base "
+    "by 0, 45, 90 or 135 deg. The first goes onto the flange with four M6 x 16; the next one, and the adapter, onto it "
+    "with four M6 x 20 and nuts.",
+    "markers": "**Markers**, for measuring: glue three seats onto each section's edge towards the base, the first "
+    "dorsal, the others 120 deg from it, and turn a marker's M3 stud into each.",
+}
+"""Text of each group's step, or the function that writes its paragraphs."""

@@ -1,4 +1,4 @@
-"""Bill of materials: what is printed and cast, what is bought, how long each cable is."""
+"""Bill of materials: printed and cast parts, purchased parts, lengths of the cables."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ KNOT = 60.0
 """Cable for a knot or for tying an end [mm] (ours)."""
 
 _INSERTS = ("housing to adapter", "lid to housing")
-"""What is held by heat-set inserts."""
+"""Joints with heat-set inserts."""
 
 LINES = 2
-"""Lines of every printed wall [-] (ours: what the walls are checked for)."""
+"""Lines of every printed wall [-] (ours: the thickness that is checked)."""
 
 TRAVEL = 1.3
-"""Time of a print over that in which material flows [-] (ours)."""
+"""Time of a print over the time of extrusion [-] (ours)."""
 
 
 @final
@@ -43,23 +43,24 @@ class Row:
     """One line of the bill."""
 
     item: str
-    """What."""
+    """Name of the item."""
     count: int
-    """How many."""
+    """Number of pieces."""
     material: str
-    """Of what, or where it goes."""
+    """Material of a made part, or place of a purchased one."""
     mass: float | None = None
-    """Mass of one [g]; None where it is not known."""
+    """Mass of one piece [g]; None where unknown."""
     hours: float | None = None
-    """Printing time of one [h]; None where nothing is printed."""
+    """Printing time of one piece [h]; None where it is not printed."""
     note: str = ""
-    """Anything else."""
+    """Remark."""
 
 
 def estimate_print(made: Made, options: MakeOptions) -> tuple[float, float]:
-    """Mass [g] and printing time [h] of one: walls of `LINES` lines, and infill within them.
+    """Estimate mass [g] and printing time [h] of one piece: walls of `LINES` lines with infill inside.
 
-    A rule of thumb: mass = density (A w + f (V - A w)), time = material / flow x `TRAVEL`; what is cast is solid.
+    mass = density (A w + f (V - A w)) and time = `TRAVEL` (A w + f (V - A w)) / flow, with area A, volume V, wall w and
+    infill f (ours). Cast parts are solid.
     """
     material: Material = made.part.material
     volume = made.finding.volume
@@ -72,8 +73,8 @@ def estimate_print(made: Made, options: MakeOptions) -> tuple[float, float]:
 def cable_length(design: TrunkDesign, options: MakeOptions) -> float:
     """Length to cut for one of the trunk's cables [mm].
 
-    From the knot at the tip through the straight trunk, the neck and its guide to the drum, what may be paid out, the
-    turns that stay on the drum, and both ends.
+    It runs from the knot at the tip through the straight trunk, the neck and its guide to the drum, with all turns on
+    the drum and both ends.
     """
     drum, room = find_drum(design, options), find_room(design, options)
     inside = 1e3 * float(design.cable_in_section.sum() + design.straight_gap.sum())
@@ -85,44 +86,35 @@ def cable_length(design: TrunkDesign, options: MakeOptions) -> float:
 
 
 def gripper_cable_length(design: TrunkDesign, options: MakeOptions) -> float:
-    """Length to cut for one group of the gripper's cables [mm]: servo to fingertip and back slack, and both ends."""
+    """Length to cut for one group of the gripper's cables [mm]: from servo to fingertips, with slack and both ends."""
     if design.gripper is None:
         return 0.0
     return 1e3 * (design.length + design.housing.neck_length + design.gripper.finger_length) + 80.0 + 2 * KNOT
 
 
 def build_bill(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> tuple[Row, ...]:
-    """The whole bill: what was made first, then what is bought for it."""
+    """Build the bill: made parts first, then the purchased parts for them."""
     rows = []
     for one in made:
-        mass, hours = estimate_print(one, options)
+        part, (mass, hours) = one.part, estimate_print(one, options)
         rows.append(
-            Row(
-                item=one.part.name,
-                count=one.part.count,
-                material=one.part.material.name,
-                mass=mass,
-                hours=hours or None,
-                note=one.part.what,
-            )
-        )
+            Row(item=part.name, count=part.count, material=part.material.name, mass=mass, hours=hours or None,
+                note=part.what)
+        )  # fmt: skip
     return (*rows, *_buy(design, {one.part.group for one in made}, made, options))
 
 
 def format_markdown(design: TrunkDesign, rows: Sequence[Row]) -> str:
-    """The bill as a page."""
+    """The bill as a Markdown page."""
     lines = [
         f"# Bill of materials: {escape(design.name)}", "",
         "Masses and times are estimates: walls of two lines, infill as the material's, 30 % for moves.", "",
         "| item | count | material | g each | h each | note |", "|---|---|---|---|---|---|",
     ]  # fmt: skip
-    for row in rows:
-        mass = "" if row.mass is None else f"{row.mass:.1f}"
-        hours = "" if row.hours is None else f"{row.hours:.1f}"
-        lines.append(f"| {row.item} | {row.count} | {row.material} | {mass} | {hours} | {row.note} |")
+    lines += [f"| {' | '.join(_cells(row, 1))} |" for row in rows]
     lines += ["", "## By material", "", "| material | g | h |", "|---|---|---|"]
     for name in dict.fromkeys(row.material for row in rows if row.mass is not None):
-        own = [row for row in rows if row.material == name and row.mass is not None]
+        own = [row for row in rows if row.material == name]
         total = sum(row.count * (row.mass or 0.0) for row in own)
         duration = sum(row.count * (row.hours or 0.0) for row in own)
         lines.append(f"| {name} | {total:.0f} | {duration:.0f} |")
@@ -130,34 +122,37 @@ def format_markdown(design: TrunkDesign, rows: Sequence[Row]) -> str:
 
 
 def escape(text: str) -> str:
-    """A name in one line of Markdown, with nothing in it that is markup."""
+    """A text on one line with Markdown's special characters escaped."""
     return re.sub(r"([\\`*_{}\[\]<>()#+!|])", r"\\\1", " ".join(text.split()))
 
 
 def format_csv(rows: Sequence[Row]) -> str:
-    """The bill as a table for a spreadsheet."""
+    """The bill as CSV."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(("item", "count", "material", "mass_each_g", "print_each_h", "note"))
-    for row in rows:
-        mass = "" if row.mass is None else f"{row.mass:.2f}"
-        hours = "" if row.hours is None else f"{row.hours:.2f}"
-        table.writerow((row.item, row.count, row.material, mass, hours, row.note))
+    table.writerows(_cells(row, 2) for row in rows)
     return text.getvalue()
 
 
+def _cells(row: Row, digits: int) -> tuple[str, ...]:
+    """Texts of a row, with so many decimals; empty where a value is unknown."""
+    mass, hours = ("" if value is None else f"{value:.{digits}f}" for value in (row.mass, row.hours))
+    return row.item, str(row.count), row.material, mass, hours, row.note
+
+
 def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: MakeOptions) -> list[Row]:
-    """What is bought for the groups that are made."""
+    """Purchased parts for the groups that are made."""
     n, rows = design.n_cable, []
     if "trunk" in groups:
         body = build_body(design, options)
-        pins = find_pins(design, body, plan_planes(design, body, options), options)
-        if len(plan_planes(design, body, options)) > 2:
+        planes = plan_planes(design, body, options)
+        if len(planes) > 2:
             rows.append(Row(item="glue for TPU, with primer", count=1, material="between pieces of the trunk"))
         rows += [
             Row(item=f"steel pin {pin.diameter:g} x {2 * pin.depth:g}", count=len(pin.angles),
                 material="between pieces of the trunk", note=f"across the cut at {pin.height:.0f} mm from the base")
-            for pin in pins
+            for pin in find_pins(design, body, planes, options)
         ]  # fmt: skip
     if "drums" in groups:
         drum, length = find_drum(design, options), cable_length(design, options)
@@ -165,34 +160,28 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
             f"{length:.0f} mm each; the drum takes {drum.turns:.1f} turns: {drum.travel_in:.0f} mm in and "
             f"{drum.travel_out:.0f} mm out from straight; a stopper knot at the tip, two half hitches at the drum"
         )
-        rows.append(Row(item=f"UHMWPE cable {options.cable:g} mm", count=n, material="trunk", note=note))
-        rows.append(Row(item="washer or bead, 1 mm hole", count=n, material="under the knots at the tip"))
-        rows.append(Row(item="screw M3 x 8", count=4 * n, material="drum to rotor"))
+        rows += [
+            Row(item=f"UHMWPE cable {options.cable:g} mm", count=n, material="trunk", note=note),
+            Row(item="washer or bead, 1 mm hole", count=n, material="under the knots at the tip"),
+            Row(item="screw M3 x 8", count=4 * n, material="drum to rotor"),
+        ]
     if design.gripper is not None and {"horn", "gripper"} & groups:
-        way = gripper_cable_length(design, options)
         fingers = design.gripper.n_finger
-        strand = options.cable / math.sqrt(max(fingers, 1))
         note = (
-            f"{way:.0f} mm each, braided of {fingers} strands of {strand:.2f} mm, which part at the gripper; a knot at "
-            "each fingertip"
+            f"{gripper_cable_length(design, options):.0f} mm each, braided of {fingers} strands of "
+            f"{options.cable / math.sqrt(fingers):.2f} mm, which part at the gripper; a knot at each fingertip"
         )
         rows.append(Row(item=f"UHMWPE cable {options.cable:g} mm", count=2, material="gripper", note=note))
     if design.gripper is not None and {"horn", "housing"} & groups:
         rows.append(Row(item="servo DS-929MG", count=1, material="lid", note="with its round horn and screws"))
     if "housing" in groups:
-        rows.append(Row(item="motor GM6020", count=n, material="housing", mass=None, note="hole circles unconfirmed"))
+        rows.append(Row(item="motor GM6020", count=n, material="housing", note="hole circles unconfirmed"))
     if "adapter" in groups:
         rows.append(Row(item="dowel pin 6 x 10", count=1, material="adapter to the arm's flange"))
     if "shells" in groups:
         volume = sum(one.finding.volume for one in made if one.part.group == "shells")
-        rows.append(
-            Row(
-                item="silicone Ecoflex 00-30",
-                count=1,
-                material="shells",
-                note=f"{1.2e-3 * volume:.0f} ml with 20 % waste",
-            )
-        )
+        note = f"{1.2e-3 * volume:.0f} ml with 20 % waste"
+        rows.append(Row(item="silicone Ecoflex 00-30", count=1, material="shells", note=note))
     if "markers" in groups:
         rows.append(Row(item="reflective marker with M3 stud", count=3 * design.n_section, material="marker seats"))
     rows += _count(list_bolts(design, options, {one.part.name for one in made}))
@@ -203,7 +192,7 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
 
 
 def _count(bolts: Sequence[Bolt]) -> list[Row]:
-    """Equal screws for one purpose in one line."""
+    """One row for the screws of each purpose."""
     rows = []
     for what in dict.fromkeys(bolt.what for bolt in bolts):
         own = [bolt for bolt in bolts if bolt.what == what]
