@@ -45,9 +45,9 @@ def test_no_two_parts_are_in_one_place(name, options):
         own = own[contains(part.form, own)]
         c, s = math.cos(part.turn), math.sin(part.turn)
         placed = own @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]]) + part.at
-        np.testing.assert_allclose(part.take_in(placed), own, atol=1e-9)
+        np.testing.assert_allclose(part.to_own_frame(placed), own, atol=1e-9)
         for other in parts:
-            assert other is part or not contains(other.form, other.take_in(placed)).any(), (part.name, other.name)
+            assert other is part or not contains(other.form, other.to_own_frame(placed)).any(), (part.name, other.name)
         assert not any(contains(body, placed).any() for body in motors), part.name
 
 
@@ -150,7 +150,7 @@ def test_a_cable_comes_level_from_its_guide_to_its_drum(name, options):
                   for a in np.linspace(0, 2 * math.pi, 12)]  # fmt: skip
         for above, is_guide in ((0.3, True), (-0.3, False)):
             points = np.array([(x, y, level + above) for x, y in around])
-            assert contains(lid.form, lid.take_in(points)).all() == is_guide
+            assert contains(lid.form, lid.to_own_frame(points)).all() == is_guide
     axis = np.array([motor_ring(design, options), motor_angles(design)[0]])
     apart = math.dist(
         (ring * math.cos(design.cable.angles[0]), ring * math.sin(design.cable.angles[0])),

@@ -75,7 +75,7 @@ def find_faults(bolts: Sequence[Bolt], parts: Sequence[Part], bodies: Sequence[t
         points = np.concatenate([_fill(form) for form in bolt.forms()])
         name = f"{bolt.what}: screw {bolt.thread.name} x {bolt.length:g} at {_tell(bolt.seat)}"
         for part in parts:
-            inside = contains(part.form, part.take_in(points))
+            inside = contains(part.form, part.to_own_frame(points))
             if inside.any():
                 at = points[np.flatnonzero(inside)[0]]
                 faults.append(f"{name} is in the material of part {part.name} at {_tell(at)}")
@@ -103,7 +103,7 @@ def _check_seats(bolt: Bolt, parts: Sequence[Part]) -> list[str]:
         around = _circle(middle, along, outer - 0.3)
         held = np.zeros(len(around), dtype=bool)
         for part in parts:
-            held |= contains(part.form, part.take_in(around))
+            held |= contains(part.form, part.to_own_frame(around))
         if not held.all():
             faults.append(f"has no material under {np.count_nonzero(~held)} of {len(held)} points of its {what}")
     return faults
@@ -116,7 +116,7 @@ def _check_key(bolt: Bolt, parts: Sequence[Part], bodies: Sequence[tuple[str, Fo
         return []
     points = _fill(way)
     joined = [part for part in parts if part.name in bolt.parts]
-    blocked = [part.name for part in joined if contains(part.form, part.take_in(points)).any()]
+    blocked = [part.name for part in joined if contains(part.form, part.to_own_frame(points)).any()]
     if bolt.what.startswith("housing"):
         blocked += [what for what, body in bodies if what == "motor" and contains(body, points).any()]
     return [f"cannot be reached by a key for {name}" for name in dict.fromkeys(blocked)]

@@ -1,6 +1,6 @@
-"""Whether the curled trunk has room for itself: no two sections overlap when every joint is bent to its limit.
+"""Self-collision of the curled trunk: no two sections may overlap with every joint bent to its limit.
 
-Sections are bodies of revolution about axes in one plane, so two of them overlap deepest in that plane, where they are
+Sections are bodies of revolution about axes in one plane. Their deepest overlap lies in that plane, where they are
 convex polygons.
 """
 
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import combinations
+from operator import itemgetter
 from typing import final
 
 import numpy as np
@@ -17,7 +19,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
 
 TOUCH = 1e-4
-"""Overlap that counts as touching [m]: no printer is truer than this."""
+"""Overlap that counts as contact [m]: the accuracy of a printer."""
 
 
 @final
@@ -26,29 +28,25 @@ class Overlap:
     """The deepest overlap of two sections of the curled trunk."""
 
     depth: float
-    """How far one is in the other, along the direction in which they part soonest [m]; negative is room."""
+    """Penetration depth along the direction of least separation [m]; negative for a gap."""
     sections: tuple[int, int]
-    """Which sections, counted from 1 at the base."""
+    """The two sections, counted from 1 at the base."""
 
 
 def find_overlap(design: TrunkDesign, bend: float | None = None) -> Overlap:
     """The deepest overlap with every joint bent by ``bend`` in one plane [rad]; the limit if None."""
     angle = design.joint_limit if bend is None else bend
     polygons = [_place(design, n, angle) for n in range(design.n_section)]
-    worst = Overlap(depth=-math.inf, sections=(1, 2))
-    for j in range(design.n_section):
-        for i in range(j):
-            depth = _depth(polygons[i], polygons[j])
-            if depth > worst.depth:
-                worst = Overlap(depth=depth, sections=(i + 1, j + 1))
-    return worst
+    pairs = combinations(range(design.n_section), 2)
+    depth, i, j = max(((_depth(polygons[i], polygons[j]), i, j) for i, j in pairs), key=itemgetter(0))
+    return Overlap(depth=depth, sections=(i + 1, j + 1))
 
 
 def check_curl(design: TrunkDesign) -> Overlap:
-    """The deepest overlap at the joints' limit.
+    """Check the deepest overlap at the joint limit, and return it.
 
     Raises:
-        DesignError: where sections run into each other; it names them and says by how much.
+        DesignError: where sections collide; names them and the depth.
     """
     worst = find_overlap(design)
     first, second = worst.sections
@@ -64,11 +62,11 @@ def check_curl(design: TrunkDesign) -> Overlap:
 
 
 def compute_play(design: TrunkDesign, section: int) -> float:
-    """By how much corners of one turn stand into the sides of the next one though the spiral is compact [m].
+    """Depth by which corners of one turn enter the sides of the next one though the spiral is compact [m].
 
-    Corners lie on the spiral, sides are its chords and lie inside it by up to r (1 - cos(delta_theta / 2)). With whole
-    sections to a turn, corner meets corner; else a corner meets a side a part p of it from its end, where the chord is
-    4 p (1 - p) of that inside. Skin and shells are soft enough for it.
+    Corners lie on the spiral; sides are its chords, which lie inside it by up to r (1 - cos(delta_theta / 2)). With an
+    integer number of sections in a turn, corner meets corner. Else a corner meets a side at the fraction p of its
+    length, where the chord lies inside by 4 p (1 - p) of that. The skin is soft enough for it.
     """
     part = (2 * math.pi / design.delta_theta) % 1.0
     if min(part, 1.0 - part) < 1e-9:
@@ -93,7 +91,7 @@ def _place(design: TrunkDesign, n: int, angle: float) -> np.ndarray:
 
 
 def _depth(one: np.ndarray, other: np.ndarray) -> float:
-    """Least way that parts two convex polygons; negative where they are apart (separating axes)."""
+    """Penetration depth of two convex polygons, negative where they are apart (separating axis theorem)."""
     sides = np.concatenate([np.roll(one, -1, axis=0) - one, np.roll(other, -1, axis=0) - other])
     normals = np.stack([sides[:, 1], -sides[:, 0]], axis=-1)
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)

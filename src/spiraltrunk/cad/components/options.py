@@ -1,4 +1,4 @@
-"""What the maker chooses, and the measures of what is bought."""
+"""Options of making the parts, and dimensions of the purchased components."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ADAPTER = 10.0
 @final
 @dataclass(frozen=True, kw_only=True)
 class Motor:
-    """The winder's motor, RoboMaster GM6020, in mm."""
+    """Motor of the winders, RoboMaster GM6020, in mm."""
 
     diameter: float = 66.7
     """Outer diameter (maker's data)."""
@@ -32,7 +32,7 @@ class Motor:
 @final
 @dataclass(frozen=True, kw_only=True)
 class Servo:
-    """The gripper's servo, DS-929MG, of the 9 g class; no data sheet could be found, so all is unconfirmed. In mm."""
+    """Servo of the gripper, DS-929MG, 9 g class; without a data sheet, so all is unconfirmed. In mm."""
 
     length: float = 23.0
     """Length of the body."""
@@ -43,9 +43,9 @@ class Servo:
     shaft_offset: float = 5.9
     """Distance of the shaft from the near end of the body."""
     hub_diameter: float = 7.2
-    """Diameter of the round horn's hub, which comes with the servo; the double arm is screwed onto that horn."""
+    """Diameter of the hub of its round horn, onto which the double arm is screwed."""
     turn: float = 90.0
-    """Turn to either side [deg] (paper: 90 deg open, 90 deg closed)."""
+    """Rotation to either side [deg] (paper: 90 deg open, 90 deg closed)."""
 
 
 @final
@@ -58,7 +58,7 @@ class Flange:
     pilot: float = 31.5
     """Centring recess in the robot's flange (the standard: H7)."""
     pilot_height: float = 4.0
-    """Height of the spigot that goes into it (ours: less than the recess is deep)."""
+    """Height of the adapter's spigot (ours: less than the depth of the recess)."""
     dowel: float = 6.0
     """Dowel hole, on the pitch circle, 45 deg from the screws (the standard: H7)."""
     outer: float = 63.0
@@ -68,29 +68,29 @@ class Flange:
 @final
 @dataclass(frozen=True, kw_only=True)
 class MakeOptions:
-    """How the parts are made; lengths in mm."""
+    """Options of making the parts; lengths in mm."""
 
     nozzle: float = 0.4
     """Diameter of the nozzle; walls and elastic joints are at least two of it."""
     bed: tuple[float, float, float] = (256.0, 256.0, 256.0)
-    """Room of the printer (Bambu X1-Carbon, the paper's)."""
+    """Build volume of the printer (Bambu X1-Carbon, the paper's)."""
     tolerance: float = 0.05
-    """Largest distance of the meshes from the solids."""
+    """Largest deviation of the meshes from the solids."""
     seed: int = 0
-    """What the wrinkles of the shells are drawn from."""
+    """Seed of the wrinkles of the shells."""
     cable: float = 0.5
     """Diameter of the UHMWPE cables (ours: braid of some 500 N)."""
     hole_play: float = 0.5
-    """Diameter of a cable's hole less that of the cable (ours)."""
+    """Diametral clearance of a cable in its hole (ours)."""
     shell_depth: float = 0.2
-    """Part of a section's radius that is cut off for the silicone shell [-] (paper: 20 % of the periphery is cut off;
-    that this is a fifth of the radius is our reading)."""
+    """Share of a section's radius that the silicone shell replaces [-] (paper: 20 % of the periphery is cut off, which
+    we read as a fifth of the radius)."""
     shell_grip: float = 0.03
-    """Inner radius of a shell below its seat's, so that it clings [-] (ours)."""
+    """Relative undersize of a shell's inner radius to its seat, so that it grips [-] (ours)."""
     n_wrinkle: int = 9
     """Horizontal cuts in each shell (ours; the paper gives no number)."""
     clearance: float = 0.2
-    """Gap between parts that move in each other (ours)."""
+    """Clearance between mating parts (ours)."""
     plate: float = 5.0
     """Thickness of plates that carry motors and arm (ours)."""
     rim: float = 2.4
@@ -110,20 +110,15 @@ class MakeOptions:
             raise DesignError("bed_mm", got=self.bed, allowed="three lengths, X Y Z")
         for axis, size in zip("XYZ", self.bed, strict=True):
             check_number(f"bed_mm {axis}", size, least=40.0, most=5000.0)
-        check_number("shell_depth", self.shell_depth, above=0.0, below=0.4)
-        check_number("shell_grip", self.shell_grip, least=0.0, below=0.2)
-        check_count("n_wrinkle", self.n_wrinkle, least=0, most=40)
-        for name in ("cable", "hole_play", "clearance", "plate", "rim"):
-            check_number(name, getattr(self, name), above=0.0, below=50.0)
 
     @property
     def least_wall(self) -> float:
-        """Thinnest wall that is let through: two lines."""
+        """Thinnest wall that passes the checks: two lines."""
         return 2 * self.nozzle
 
     @property
     def wall(self) -> float:
-        """Wall that parts are made with where room is scarce: facets may lie the tolerance within both its faces."""
+        """Thinnest wall of the definitions: both faces may deviate inwards by the tolerance."""
         return self.least_wall + 2 * self.tolerance
 
     @property

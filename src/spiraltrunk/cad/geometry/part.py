@@ -1,4 +1,4 @@
-"""A part: its form, what it is made of, and what its walls must hold."""
+"""A part: form, material, place in the robot and limits of its checks."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from spiraltrunk.cad.geometry.csg import Form
 @final
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """What a part is made of."""
+    """Material of a part."""
 
     name: str
-    """What to ask for."""
+    """Name in the bill of materials."""
     density: float
     """Density of the solid material [g/cm^3]."""
     flow: float
-    """Volume that is laid down in a second [mm^3/s]; 0 where it is cast."""
+    """Extruded volume per time [mm^3/s]; 0 where it is cast."""
     infill: float
-    """Part of the inside that is filled [-]."""
+    """Infill: filled share of the inside [-]."""
 
 
 TPU = Material(name="TPU 95A", density=1.21, flow=3.0, infill=0.15)
@@ -39,38 +39,38 @@ SILICONE = Material(name="Ecoflex 00-30", density=1.07, flow=0.0, infill=1.0)
 @final
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One part, in its own frame: the trunk's axis along z, dorsal along x, standing as it is printed."""
+    """One part in its own frame: the trunk's axis along z, dorsal along x, oriented as printed."""
 
     name: str
-    """Name of its files."""
+    """Name, also of its files."""
     group: str
-    """What it belongs to; `--parts` asks by it."""
+    """Group, as `--parts` names it."""
     what: str
-    """What it is, in a few words."""
+    """Short description."""
     material: Material
-    """What it is made of."""
+    """Material."""
     form: Form
-    """Its shape [mm]."""
+    """Shape [mm]."""
     count: int = 1
-    """How many are needed."""
+    """Number of pieces in the robot."""
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Where its frame is in the straight trunk's, whose base joint is at 0 [mm]."""
+    """Origin of its frame in that of the straight trunk, whose base joint is at 0 [mm]."""
     turn: float = 0.0
-    """Turn about x from its own frame to the assembled one [rad]."""
+    """Rotation about x into the frame of the straight trunk [rad]."""
     thinnest: str = ""
-    """Which setting makes its thinnest wall thicker."""
+    """Which setting makes its thinnest wall thicker, for the error message."""
     checks_walls: bool = True
-    """Whether walls must be two nozzles thick; not so for what is cast."""
+    """Whether its walls must be two nozzles thick; cast parts have no such limit."""
     landmarks: tuple[tuple[float, str], ...] = ()
-    """Where along the straight trunk's axis what begins, in order, so that a thin wall can be told by name [mm]."""
+    """Begin along the straight trunk's axis [mm] and name of its regions, in order, for error messages."""
 
     def name_place(self, z: float) -> str:
-        """What of the part is at a height of its own frame [mm]."""
+        """Name of the region at a height in its own frame [mm], for a message."""
         along = self.at[2] + z * math.cos(self.turn)
         names = [name for begin, name in self.landmarks if begin <= along]
         return f"{names[-1]}, " if names else ""
 
-    def take_in(self, points: np.ndarray) -> np.ndarray:
+    def to_own_frame(self, points: np.ndarray) -> np.ndarray:
         """Points of the assembled robot in the part's own frame, shape (n, 3) [mm]."""
         x, y, z = (np.asarray(points, float) - np.array(self.at)).T
         c, s = math.cos(self.turn), math.sin(self.turn)

@@ -1,4 +1,4 @@
-"""Every part there is, by the group that `--parts` asks for."""
+"""Catalogue of all parts by group."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ GROUPS: dict[str, Callable[[TrunkDesign, MakeOptions], tuple[Part, ...]]] = {
     "wedge": build_wedge,
     "markers": build_markers,
 }
-"""Builders of the groups of parts; each is a function of the design and of how it is made."""
+"""Builder of each group of parts from a design and options."""
 
 
 def check_groups(names: Sequence[str]) -> tuple[str, ...]:
-    """The groups that are asked for, in their order; "all" are all.
+    """The selected groups in the order of the catalogue; "all" selects all.
 
     Raises:
         UnknownName: lists the groups.
@@ -43,10 +43,10 @@ def check_groups(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def build_parts(design: TrunkDesign, names: Sequence[str], options: MakeOptions) -> tuple[Part, ...]:
-    """The definitions of all parts in some groups; a trunk without gripper has no parts for one.
+    """Definitions of all parts in the groups; a trunk without gripper has no parts for one.
 
     Raises:
         UnknownName: for a group that does not exist.
-        DesignError: where a part cannot be.
+        DesignError: where the design has no room for a part.
     """
     return tuple(part for name in check_groups(names) for part in GROUPS[name](design, options))
