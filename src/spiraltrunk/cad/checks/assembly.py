@@ -1,7 +1,7 @@
-"""Does what is bought fit what is made? Screws, nuts, motors, drums and servo in their places, before anything is made.
+"""Assembly check: screws, nuts, motors and drums against the parts, by their definitions in the assembled robot.
 
-Everything is looked at by its definition (`forms.contains`), in the assembled robot. Held are: no screw, nut or motor
-in a part's material or in another's place; material under all of each head and nut; a straight way for the key.
+No screw or nut may intersect a part, a motor, a drum or another screw; there is material under each head and nut, and
+a straight path for the key.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError
 
 SKIN = 0.05
-"""How far inside of a body's surface one looks [mm]."""
+"""Distance of test points inside a body's surface [mm]."""
 
 _TURNS = 12
-"""Points round a body."""
+"""Number of test points round a body."""
 
 _HOUSED = ("adapter", "housing", "lid", "neck", "trunk_1")
 
 
 def check_hardware(design: TrunkDesign, options: MakeOptions, parts: Sequence[Part]) -> int:
-    """Hold screws, nuts and motors against those parts that are made.
+    """Check screws, nuts, motors and drums against the parts that are made.
 
     Returns:
-        How many screws were looked at.
+        The number of screws checked.
 
     Raises:
-        PartError: which screw does not fit which part.
+        PartError: names the first screw and the part that it does not fit.
     """
     made = {part.name: part for part in parts}
     housed = {name: part for name, part in made.items() if name in _HOUSED}
@@ -55,7 +55,7 @@ def check_hardware(design: TrunkDesign, options: MakeOptions, parts: Sequence[Pa
 
 
 def list_bolts(design: TrunkDesign, options: MakeOptions, names: Collection[str]) -> list[Bolt]:
-    """Every screw of parts of these names, from the flange to section 1, in its place."""
+    """Screws of the parts of these names, from the flange to section 1."""
     bolts = list_neck_bolts(design) if {"trunk_1", "neck"} & set(names) else []
     if {"adapter", "housing", "lid", "neck"} & set(names):
         bolts = [*list_housing_bolts(design, options), *bolts]
@@ -63,12 +63,12 @@ def list_bolts(design: TrunkDesign, options: MakeOptions, names: Collection[str]
 
 
 def find_faults(bolts: Sequence[Bolt], parts: Sequence[Part], bodies: Sequence[tuple[str, Form]]) -> list[str]:
-    """What does not fit, in words.
+    """Messages of what does not fit.
 
     Args:
-        bolts: screws in their places.
-        parts: what they join, and what is near.
-        bodies: what else is there, by name, in the assembled robot.
+        bolts: screws.
+        parts: parts that they join or pass.
+        bodies: names and volumes of other components in the assembled robot.
     """
     faults = []
     for i, bolt in enumerate(bolts):
@@ -91,7 +91,7 @@ def find_faults(bolts: Sequence[Bolt], parts: Sequence[Part], bodies: Sequence[t
 
 
 def _check_seats(bolt: Bolt, parts: Sequence[Part]) -> list[str]:
-    """Material under the head, if it is not sunk, and under the nut."""
+    """Faults of the material under head and nut; a countersunk head needs none."""
     seat, along, thread = np.array(bolt.seat), np.array(bolt.along), bolt.thread
     rings = []
     if not (bolt.is_sunk or bolt.is_head_elsewhere):
@@ -110,7 +110,7 @@ def _check_seats(bolt: Bolt, parts: Sequence[Part]) -> list[str]:
 
 
 def _check_key(bolt: Bolt, parts: Sequence[Part], bodies: Sequence[tuple[str, Form]]) -> list[str]:
-    """Parts and motors that are there already when the screw is turned: those that it joins."""
+    """Faults of the key's path: parts that the screw joins, and motors, are there when it is turned."""
     way = bolt.key()
     if way is None:
         return []
@@ -123,7 +123,7 @@ def _check_key(bolt: Bolt, parts: Sequence[Part], bodies: Sequence[tuple[str, Fo
 
 
 def build_motors(design: TrunkDesign, options: MakeOptions) -> list[tuple[str, Form]]:
-    """Motors and drums in their places."""
+    """Names and volumes of motors and drums."""
     drum, motor = find_drum(design, options), options.motor
     floor = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER + options.plate
     bodies: list[tuple[str, Form]] = []
@@ -137,7 +137,7 @@ def build_motors(design: TrunkDesign, options: MakeOptions) -> list[tuple[str, F
 
 
 def _fill(form: Form) -> np.ndarray:
-    """Points in a cylinder made by `forms.rod`, near its surface and inside, shape (n, 3) [mm]."""
+    """Test points in a cylinder of `forms.rod`, near its surface and inside, shape (n, 3) [mm]."""
     _, high = compute_bounds(form.form)  # type: ignore[union-attr]
     radius, length = float(high[0]) - SKIN, float(high[2])
     heights = np.linspace(SKIN, length - SKIN, max(3, int(length)))
@@ -149,9 +149,8 @@ def _fill(form: Form) -> np.ndarray:
 
 
 def _circle(middle: np.ndarray, along: np.ndarray, radius: float) -> np.ndarray:
-    """Points round an axis, shape (12, 3) [mm]."""
-    layer = 2 * _TURNS
-    return _fill(rod(radius + SKIN, middle, middle + along))[_TURNS:layer]  # The outer ones of the first layer.
+    """Test points round an axis, shape (_TURNS, 3) [mm]."""
+    return _fill(rod(radius + SKIN, middle, middle + along))[_TURNS : 2 * _TURNS]  # The outer ones of the first layer.
 
 
 def _tell(place: Sequence[float] | np.ndarray) -> str:

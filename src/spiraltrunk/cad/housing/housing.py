@@ -1,7 +1,7 @@
-"""What carries the trunk: motor housing, lid with the servo's bracket, neck, and the adapter to the robot's flange.
+"""Motor housing, neck, and adapter to the robot's flange.
 
-From the flange on: adapter, housing with its floor on it and the motors on the floor, drums, lid with a guide hole for
-each cable above the trunk's holes, neck with the funnel that section 1 sits in. Outer sizes are the design's.
+In this order from the flange: adapter, housing with the motors on its floor, drums, lid with a guide for each cable,
+neck with the funnel that section 1 sits in. Outer dimensions are the design's.
 """
 
 from __future__ import annotations
@@ -29,29 +29,22 @@ def build_housing(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
 
 
 def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """The plate between the robot's flange (ISO 9409-1-50-4-M6) and the housing, standing on the housing's side.
+    """The plate between the robot's flange (ISO 9409-1-50-4-M6) and the housing, printed with the housing's side down.
 
-    Its spigot centres it in the flange; the M6 heads are sunk into its other side, beneath the housing's floor.
+    A spigot centres it in the flange. The M6 heads are counterbored below the housing's floor.
     """
     flange, room = options.flange, find_room(design, options)
     outer = room.base + 7.0
     spigot = flange.pilot / 2 - options.clearance / 2
-    profile = (
-        (0.0, 0.0),
-        (outer, 0.0),
-        (outer, ADAPTER),
-        (spigot, ADAPTER),
-        (spigot, ADAPTER + flange.pilot_height),
-        (0.0, ADAPTER + flange.pilot_height),
-    )
-    ring = flange.pitch_circle / 2
+    ring, tall = flange.pitch_circle / 2, ADAPTER + flange.pilot_height
+    profile = ((0.0, 0.0), (outer, 0.0), (outer, ADAPTER), (spigot, ADAPTER), (spigot, tall), (0.0, tall))
     corners = [math.pi / 4 + k * math.pi / 2 for k in range(4)]
     tools: list[Form] = [rod(M6 / 2, polar(ring, a, -1), polar(ring, a, ADAPTER + 1)) for a in corners]
     tools += [rod(M6_HEAD / 2, polar(ring, a, -1), polar(ring, a, SPIGOT_SEAT)) for a in corners]
     tools.append(rod((flange.dowel + 0.1) / 2, polar(ring, 0, ADAPTER - 6.0), polar(ring, 0, ADAPTER + 1)))
-    # Turned over, dorsal stays dorsal and the other side changes sides.
+    # It is turned over about x for assembly, so angles change their sign.
     tools += [rod(M4_INSERT / 2, polar(room.base, -a, -1), polar(room.base, -a, 8.0)) for a in room.bases]
-    tools.append(rod(8.0, (0, 0, -1), (0, 0, ADAPTER + flange.pilot_height + 1)))
+    tools.append(rod(8.0, (0, 0, -1), (0, 0, tall + 1)))
     top = -1e3 * (design.housing.neck_length + design.housing.length)
     part = Part(
         name="adapter", group="adapter", what="plate for a flange ISO 9409-1-50-4-M6", material=PLA,
@@ -80,7 +73,7 @@ def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
         for q in range(4):
             x, y, _ = polar(motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0)
             tools.append(rod(M4 / 2, (center[0] + x, center[1] + y, -1), (center[0] + x, center[1] + y, floor + 1)))
-            # Sunk, as the adapter lies over them.
+            # Countersunk, as the adapter lies over them.
             tools.append(shifted(sink(THREADS["M4"], M4), (center[0] + x, center[1] + y, 0.0)))
     tools += [rod(M4 / 2, polar(room.base, a, -1), polar(room.base, a, floor + 1)) for a in room.bases]
     x, y, _ = polar(room.radius, room.posts[0] + 0.2, 0)
@@ -93,7 +86,7 @@ def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
 
 
 def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
-    """A tube whose end is the counterpart of section 1's proximal face, printed on its foot."""
+    """A tube whose end mates with section 1's proximal face, printed on its foot."""
     solid = design.solid
     radius, tall, slope = 1e3 * solid.radius, 1e3 * design.housing.neck_length, math.tan(solid.lean_proximal)
     inner = radius - NECK_WALL
@@ -131,7 +124,7 @@ def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
 
 
 def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
-    """Every screw of adapter, housing, lid and neck's foot, in its place along the trunk's axis from the base joint."""
+    """Screws of adapter, housing, lid and the neck's foot in the frame of the straight trunk."""
     room, m3, m4, m6 = find_room(design, options), THREADS["M3"], THREADS["M4"], THREADS["M6"]
     neck = -1e3 * design.housing.neck_length
     floor = neck - 1e3 * design.housing.length + ADAPTER

@@ -1,4 +1,4 @@
-"""Where everything goes in the housing: heights, circles and angles that its parts share. In mm."""
+"""Layout of the housing: heights, circles and angles that its parts share. In mm."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
 
 FOOT, FOOT_WIDE = 5.0, 10.0
-"""Thickness of the neck's foot, and how far it stands out [mm] (ours)."""
+"""Thickness and overhang of the neck's foot [mm] (ours)."""
 
 POST = 4.0
 """Radius of the posts that carry the lid [mm] (ours)."""
@@ -23,12 +23,12 @@ POST = 4.0
 @final
 @dataclass(frozen=True, kw_only=True)
 class Room:
-    """Heights and radii inside the housing, in mm; its floor's underside is 0."""
+    """Heights and radii of the housing in mm, from its underside."""
 
     radius: float
     """Outer radius."""
     height: float
-    """Height without adapter and lid."""
+    """Height between adapter and lid."""
     ring: float
     """Radius of the circle of the motors' axes."""
     post: float
@@ -38,13 +38,13 @@ class Room:
     base: float
     """Radius of the circle of screws between floor and adapter."""
     bases: tuple[float, ...]
-    """Angles of these screws [rad]: between the motors, where a key reaches them from above."""
+    """Angles of these screws [rad]: between the motors, where a key reaches them."""
     groove: float
-    """Height of the middle of the drums' grooves, which is where the cables' guides end."""
+    """Height of the middle of the drums' grooves, at which the cables' guides end."""
 
 
 def find_room(design: TrunkDesign, options: MakeOptions) -> Room:
-    """Where everything goes in the housing.
+    """Compute the layout.
 
     Raises:
         DesignError: where motors, drums or servo do not fit.
@@ -73,7 +73,7 @@ def find_room(design: TrunkDesign, options: MakeOptions) -> Room:
 
 
 def _find_base(design: TrunkDesign, options: MakeOptions, angles: tuple[float, ...], post: float) -> float:
-    """Radius of the circle of the screws into the adapter: outside the robot's flange, their heads beside the motors.
+    """Radius of the circle of the screws into the adapter, outside the flange and clear of the motors.
 
     Raises:
         DesignError: where there is no room between motors and posts.
@@ -101,7 +101,7 @@ def foot_angles(design: TrunkDesign) -> tuple[float, ...]:
 
 
 def refuse(name: str, got: float, least: float, why: str) -> DesignError:
-    """What is too small for what."""
+    """The error for a dimension that is too small."""
     return DesignError(
         f"part housing: {name}", got=Words(f"{got:.1f} mm"), allowed=f"at least {least:.1f} mm, for {why}"
     )

@@ -1,4 +1,4 @@
-"""The housing's lid, printed on its outer side: cable guides and the servo's bracket stand up from it. In mm."""
+"""Lid of the housing with cable guides and the servo's bracket, printed with its outer side down. In mm."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from spiraltrunk.cad.housing.winder import find_drum
 from spiraltrunk.design.trunk import TrunkDesign
 
 GUIDE, LIP = 7.0, 2.5
-"""Outer radius of a cable's guide under the lid, and radius of the round lip at its end [mm] (ours)."""
+"""Outer radius of a cable's guide under the lid, and radius of the rounded lip at its end [mm] (ours)."""
 
 
 _DEEP, _RISE, _BAR = 4.0, 10.0, 3.0
-"""Thickness of the servo's bracket, how far the servo hangs below the lid, what of the bracket is below it (ours)."""
+"""Thickness of the servo's bracket, distance of the servo from the lid, height of the bracket beyond it (ours)."""
 
 _FORE, _AFT = 7.0, 18.0
-"""How far the servo reaches from its lugs towards the axis, gears included, and away from it (9 g class)."""
+"""Reach of the servo from its lugs towards the axis, with gears, and away from it (9 g class)."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Bracket:
-    """Where the servo hangs, in the lid's frame."""
+    """Place of the servo's bracket in the lid's frame."""
 
     turn: float
-    """Angle of the line from the axis to the bracket, less a quarter turn [rad]."""
+    """Rotation of the bracket about the axis, 0 towards y [rad]."""
     away: float
     """Distance of the bracket's middle from the axis."""
 
 
 def find_bracket(design: TrunkDesign, room: Room, options: MakeOptions) -> Bracket:
-    """The bracket nearest to the axis, and least turned, whose servo is clear of cable guides, nuts and posts.
+    """The bracket nearest to the axis with the servo clear of cable guides, nuts and posts.
 
     Raises:
-        DesignError: where there is none.
+        DesignError: where there is no room for it.
     """
     ring, foot = 1e3 * float(design.hole_position[0, 0, 1]), foot_circle(design)
     guides = [polar(ring, -a, 0.0) for a in design.cable.angles]
@@ -60,11 +60,11 @@ def find_bracket(design: TrunkDesign, room: Room, options: MakeOptions) -> Brack
 
 
 def build_lid(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
-    """The lid; turned over to be put on, dorsal stays dorsal and the other side changes sides."""
+    """The lid; it is turned over about x for assembly, so angles change their sign."""
     thick = options.plate
     disc = Revolved(profile=((0.0, 0.0), (room.radius, 0.0), (room.radius, thick), (0.0, thick)))
     tools: list[Form] = [rod(M3 / 2, polar(room.post, -a, -1), polar(room.post, -a, thick + 1)) for a in room.posts]
-    # Sunk, as the neck's foot may lie over them.
+    # Countersunk, as the neck's foot may lie over them.
     tools += [shifted(sink(THREADS["M3"], M3), polar(room.post, -a, 0.0)) for a in room.posts]
     ring, foot, end = 1e3 * float(design.hole_position[0, 0, 1]), foot_circle(design), thick + room.height - room.groove
     forms: list[Form] = [disc]
@@ -84,7 +84,7 @@ def build_lid(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
 
 
 def _bore_guide(end: tuple[float, float, float], options: MakeOptions) -> list[Form]:
-    """What is cut from a guide that ends there: the cable's bore and a round lip, over which it turns to its drum."""
+    """Cuts of a guide with this end: the cable's bore, and a rounded lip over which it turns to its drum."""
     x, y, z = end
     steps = [math.pi / 2 * k / 6 for k in range(7)]
     lip = [(options.hole + LIP * (1 - math.cos(a)), z - LIP + LIP * math.sin(a)) for a in steps]
@@ -94,7 +94,7 @@ def _bore_guide(end: tuple[float, float, float], options: MakeOptions) -> list[F
 
 
 def _build_bracket(design: TrunkDesign, room: Room, options: MakeOptions) -> tuple[Form, list[Form]]:
-    """A wall with the servo's opening and the holes for its lugs; its shaft points to the axis."""
+    """The bracket: a wall, and the cuts of the servo's opening and lugs; the servo's shaft points to the axis."""
     servo, thick, place = options.servo, options.plate, find_bracket(design, room, options)
     middle, aside = thick + _RISE + servo.width / 2, _aside(options)
     tall = middle + servo.width / 2 + _BAR
@@ -114,14 +114,14 @@ def _width(options: MakeOptions) -> float:
 
 
 def _aside(options: MakeOptions) -> float:
-    """The shaft, not the body, stands on the axis."""
+    """Offset of the servo's middle from its shaft, which points to the axis."""
     return options.servo.length / 2 - options.servo.shaft_offset
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class _Box:
-    """A box seen along the axis, before it is turned about it."""
+    """A rectangle in the plane of the lid, before its rotation about the axis."""
 
     middle: float
     wide: float
@@ -134,7 +134,7 @@ class _Box:
         return math.hypot(abs(self.middle) + self.wide / 2, self.far)
 
     def distance(self, place: tuple[float, float, float], turn: float) -> float:
-        """From a point to the turned box."""
+        """Distance of a point from the rotated rectangle."""
         c, s = math.cos(turn), math.sin(turn)
         x, y = c * place[0] + s * place[1], c * place[1] - s * place[0]
         return math.hypot(max(abs(x - self.middle) - self.wide / 2, 0.0), max(self.near - y, 0.0, y - self.far))

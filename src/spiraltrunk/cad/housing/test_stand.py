@@ -1,6 +1,6 @@
-"""For measuring: a wedge that tilts the base by 45 deg, and seats for motion-capture markers on the sections.
+"""Parts for measurements: a wedge that tilts the base by 45 deg, and seats for motion-capture markers.
 
-One wedge tilts by 45 deg, two by 90, three by 135, none by 0: the four tilts of the paper's measurement.
+None to three wedges give the four tilts of the paper's measurement: 0, 45, 90 and 135 deg.
 """
 
 from __future__ import annotations
@@ -20,20 +20,19 @@ PLATE, WEB = 6.0, 6.0
 """Thickness of the wedge's plates and side walls [mm] (ours)."""
 
 KEY = 26.0
-"""Distance of the plates from the line on which they would meet [mm]: an angled key turns between them (ours)."""
+"""Distance of the plates from their line of intersection [mm]: room for an angled key (ours)."""
 
 PER_SECTION = 3
 """Markers on each section (paper)."""
 
 MARKER_SCREW = 2.5
-"""Hole that a marker's M3 stud cuts its thread in [mm] (ours)."""
+"""Diameter of the hole for a marker's self-tapping M3 stud [mm] (ours)."""
 
 
 def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """Two plates at 45 deg with the flange's holes on both, between two walls; open at the front to turn the screws.
+    """Two plates at 45 deg with the flange's holes in both, between two walls; open at the front for the key.
 
-    It stands between flange (or bench) and adapter, so that motors, cables and trunk are tilted as one; one wedge
-    stands on another.
+    It is mounted between flange (or bench) and adapter, or on another wedge, and tilts motors, cables and trunk.
     """
     flange = options.flange
     reach = max(flange.outer / 2 + 12.0, flange.pitch_circle / 2 + 8.0 + WEB)
@@ -62,7 +61,7 @@ def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
 
 def list_wedge_bolts(options: MakeOptions) -> list[Bolt]:
-    """The screws of a wedge in its own frame: four into what it stands on, four that hold what stands on it."""
+    """Screws of a wedge in its own frame: four into its support, four that hold the adapter or the next wedge."""
     flange, m6 = options.flange, THREADS["M6"]
     reach = max(flange.outer / 2 + 12.0, flange.pitch_circle / 2 + 8.0 + WEB)
     middle, c, s = reach + KEY, math.cos(TILT), math.sin(TILT)
@@ -72,7 +71,7 @@ def list_wedge_bolts(options: MakeOptions) -> list[Bolt]:
             Bolt(what="wedge to flange or bench", parts=("wedge",), thread=m6, length=16.0,
                  seat=(middle + x, y, PLATE), along=(0.0, 0.0, -1.0), way=16.0)
         )  # fmt: skip
-        above, along = middle + x, (s, 0.0, -c)  # Of the upper plate, which the screw goes through from above.
+        above, along = middle + x, (s, 0.0, -c)  # Of the upper plate, from above.
         seat = (above * c - 3.5 * s, y, above * s + 3.5 * c)
         bolts.append(
             Bolt(what="adapter or wedge onto wedge", parts=("wedge",), thread=m6, length=20.0, seat=seat, along=along,
@@ -82,40 +81,26 @@ def list_wedge_bolts(options: MakeOptions) -> list[Bolt]:
 
 
 def build_markers(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """A seat for one marker for each section: a block hollowed to the rim's radius, glued to the lower edge."""
+    """A marker seat for each section: a block hollowed to the rim's radius, to be glued to the proximal edge."""
     parts = []
     for n in range(design.n_section):
         radius = 1e3 * float(design.section_radius[n])
-        wide = max(5.0, 0.3 * radius)
-        wide = min(wide, 1.4 * radius)
+        wide = min(max(5.0, 0.3 * radius), 1.4 * radius)
         deep = max(3.0 * options.wall, 4.0)
         hollow = radius - math.sqrt(max(radius**2 - wide**2 / 4, 0.0))
         block = box((deep + hollow, wide, wide), (radius - hollow + (deep + hollow) / 2, 0, wide / 2))
-        tools = (
-            rod(radius, (0, 0, -1), (0, 0, wide + 1)),
-            rod(
-                min(MARKER_SCREW / 2, wide / 2 - options.wall),
-                (radius + options.wall, 0, wide / 2),
-                (radius + deep + 1, 0, wide / 2),
-            ),
-        )
-        form = shifted(Cut(form=block, tools=tools), (-radius, 0, 0))
+        screw = min(MARKER_SCREW / 2, wide / 2 - options.wall)
+        start, end = (radius + options.wall, 0, wide / 2), (radius + deep + 1, 0, wide / 2)
+        form = Cut(form=block, tools=(rod(radius, (0, 0, -1), (0, 0, wide + 1)), rod(screw, start, end)))
+        place = (radius, 0.0, 1e3 * float(design.section_length[:n].sum()))
         parts.append(
-            Part(
-                name=f"marker_seat_{n + 1:02d}",
-                group="markers",
-                what=f"marker seat of section {n + 1}",
-                material=PLA,
-                form=form,
-                count=PER_SECTION,
-                at=(radius, 0.0, 1e3 * float(design.section_length[:n].sum())),
-                thinnest="a finer --nozzle-mm",
-            )
-        )
+            Part(name=f"marker_seat_{n + 1:02d}", group="markers", what=f"marker seat of section {n + 1}", material=PLA,
+                 form=shifted(form, (-radius, 0, 0)), count=PER_SECTION, at=place, thinnest="a finer --nozzle-mm")
+        )  # fmt: skip
     return tuple(parts)
 
 
 def _upright(side: tuple[tuple[float, float], ...], y: float) -> Form:
-    """A wall of that outline in x and z, ``WEB`` thick from ``y`` on."""
+    """A wall with this outline in x and z, ``WEB`` thick from ``y`` on."""
     drawn = turned(Prism(corners=tuple((x, -z) for x, z in side), bottom=0.0, top=WEB), "x", -math.pi / 2)
     return shifted(drawn, (0, y, 0))

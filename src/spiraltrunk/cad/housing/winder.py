@@ -1,4 +1,4 @@
-"""What turns motion into pull: winder drums for the trunk's cables, a double arm for the gripper's."""
+"""Winder drums for the trunk's cables, and the servo's double arm for the gripper's."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
 
 DEAD_TURNS = 2.0
-"""Turns that stay on a drum so that the knot carries nothing (ours)."""
+"""Turns that stay on a drum to unload the knot (ours)."""
 
 SPARE = 0.1
-"""Travel beyond what the trunk can ask for, over that [-] (ours)."""
+"""Relative spare travel [-] (ours)."""
 
 ROTOR_SCREW, HEAD, TIE = 3.2, 2.9, 1.2
-"""Holes for the M3 screws of the rotor, radius that their heads take, holes for a cable's end [mm]."""
+"""Diameter of the holes for the rotor's M3 screws, radius of their heads, diameter of holes for cable ends [mm]."""
 
 
 @final
@@ -29,36 +29,36 @@ class Drum:
     """A winder drum, in mm."""
 
     radius: float
-    """Radius that the cable lies on, at its middle."""
+    """Radius of the wound cable's centre line."""
     rim: float
     """Radius of the retaining rim."""
     flange: float
     """Radius of the flange on the motor."""
     width: float
-    """Length of the winding surface: one layer of cable."""
+    """Axial length of the winding surface, for one layer of cable."""
     wall: float
     """Thickness of rim and flange."""
     travel_in: float
-    """Cable to wind in from straight, until every gap on its side is shut."""
+    """Cable to wind in from straight until all gaps on its side are closed."""
     travel_out: float
-    """Cable to pay out from straight, until every gap on its side is wide open."""
+    """Cable to pay out from straight until all gaps on its side are fully open."""
     turns: float
-    """Turns on the drum when all is wound in, dead turns included."""
+    """Turns on the drum when wound in, dead turns included."""
 
     @property
     def height(self) -> float:
-        """Height of the whole drum."""
+        """Total height."""
         return self.width + 2 * self.wall
 
 
 def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
-    """The drum that pulls the whole stroke in one layer, from the design's stroke, tension and place in the housing.
+    """Size the drum to wind the whole stroke in one layer.
 
-    The cable goes from the drum to its hole at the trunk's base, so the drum's radius is at most their distance; torque
-    over radius must reach the design's tension.
+    Its radius is limited by the distance of its axis from the cable's hole and by the rotor's screws. The tension is
+    the motor's torque over the radius.
 
     Raises:
-        DesignError: where the motor is too weak, or the hole lies on the drum's axis.
+        DesignError: where the motor is too weak, or the hole too near to the drum's axis.
     """
     motor = options.motor
     ring, hole = motor_ring(design, options), 1e3 * float(design.hole_position[0, 0, 1])
@@ -67,7 +67,7 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
         math.dist(polar(ring, axis, 0), polar(hole, angle, 0))
         for axis, angle in zip(axes, _ordered(design), strict=True)
     )
-    rim = motor.rotor_circle / 2 - HEAD  # The screws' heads are beside the rim, where a key reaches them.
+    rim = motor.rotor_circle / 2 - HEAD  # A key reaches the screws' heads beside the rim.
     radius = min(distance - 2.0, rim - 2.5 * options.cable)
     least = motor.rotor_circle / 2 + ROTOR_SCREW / 2 + options.wall
     if radius < 5.0:
@@ -92,7 +92,7 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
 
 
 def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """The drum, once for each cable, standing on its flange."""
+    """The drum, one for each cable, printed on its flange."""
     drum = find_drum(design, options)
     core = drum.radius - options.cable / 2
     top = drum.wall + drum.width
@@ -115,14 +115,14 @@ def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
 
 def find_arm(design: TrunkDesign, options: MakeOptions) -> float:
-    """Radius of the double arm [mm]: turned by the servo's angle, it moves a cable by the fingers' whole way."""
+    """Radius of the double arm [mm], so that the servo's rotation gives the fingers' full cable travel."""
     if design.gripper is None:
         return 0.0
     return (1 + SPARE) * 1e3 * strand_travel(design.gripper) / math.sin(math.radians(options.servo.turn))
 
 
 def build_horn(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """The double arm: a bar that is screwed onto the servo's own round horn, one cable group tied to each end."""
+    """The double arm: a bar on the servo's round horn, with one cable group tied to each end."""
     if design.gripper is None:
         return ()
     arm, hub = find_arm(design, options), options.servo.hub_diameter
@@ -143,15 +143,15 @@ def build_horn(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
 
 def motor_ring(design: TrunkDesign, options: MakeOptions) -> float:
-    """Distance of the motors' axes from the trunk's [mm]: they stand side by side, one for each cable."""
+    """Distance of the motors' axes from the trunk's [mm]: one motor for each cable, side by side."""
     gap = options.motor.diameter + 2 * options.clearance
     return gap / 2 / math.sin(math.pi / design.n_cable)
 
 
 def motor_angles(design: TrunkDesign) -> tuple[float, ...]:
-    """Directions of the motors' axes, evenly round, each half a step past its cable [rad].
+    """Angles of the motors' axes, evenly spaced, each half a step past its cable [rad].
 
-    So a cable has some way from its hole to its drum, and runs onto all of it at a small angle.
+    The offset gives each cable a free length to its drum, and thereby a small fleet angle.
     """
     step = 2 * math.pi / design.n_cable
     return tuple(step * (k + 0.5) for k in range(design.n_cable))

@@ -1,6 +1,6 @@
-"""Where trunk and gripper meet: a socket in the last section, a tenon with two lugs that turns into it.
+"""Bayonet joint of trunk and gripper: a socket in the last section, and a tenon with two lugs.
 
-The gripper's plate is the last slice of the last section, so that the fingers stand where the design has them.
+The gripper's plate replaces the end of the last section, so that the fingers are where the design has them.
 """
 
 from __future__ import annotations
@@ -15,35 +15,35 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
 
 LUG_ARC, ENTRY_ARC = math.radians(50.0), math.radians(60.0)
-"""Angles of a lug and of the slot that it enters by."""
+"""Angles of a lug and of its entry slot [rad]."""
 
 TURN = math.pi / 2
-"""Turn from entering to locked."""
+"""Rotation from entry to lock [rad]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class TipSeat:
-    """Measures that socket and tenon share, in mm."""
+    """Dimensions that socket and tenon share, in mm."""
 
     radius: float
     """Radius of the last section."""
     plate: float
     """Thickness of the gripper's plate."""
     knot: float
-    """Depth of the groove under the plate that takes the trunk cables' knots."""
+    """Depth of the groove under the plate for the knots of the trunk's cables."""
     ring: float
     """Radius of the circle of the cables."""
     inner: float
     """Radius of the socket's mouth."""
     outer: float
-    """Radius of the undercut that the lugs turn in."""
+    """Radius of the undercut for the lugs."""
     lip: float
     """Thickness of the socket's lip."""
     lug: float
     """Height of a lug."""
     clearance: float
-    """Gap all round."""
+    """Clearance all round."""
     bore: float
     """Radius of the hole for the gripper's cables through the tenon."""
 
@@ -54,12 +54,12 @@ class TipSeat:
 
     @property
     def depth(self) -> float:
-        """Depth of the socket: below the tenon is room for the cables."""
+        """Depth of the socket, with room for the cables below the tenon."""
         return self.undercut + self.lip / 2
 
 
 def find_seat(design: TrunkDesign, options: MakeOptions) -> TipSeat:
-    """Measures of the seat within the circle of the cable holes of the last section.
+    """Size the joint to fit inside the circle of the last section's cable holes.
 
     Raises:
         DesignError: where the tip is too small for it.
@@ -79,7 +79,7 @@ def find_seat(design: TrunkDesign, options: MakeOptions) -> TipSeat:
 
 
 def add_socket(seat: TipSeat, end: float) -> list[Form]:
-    """What is cut from the last section, whose end is at ``end`` on the axis [mm]."""
+    """Cuts of the last section, which ends at ``end`` on the axis [mm]."""
     tools: list[Form] = [rod(seat.inner, (0, 0, end - seat.depth), (0, 0, end + 1.0))]
     floor, roof, top = end - seat.undercut, end - seat.lip, end + 1.0
     for k in range(2):
@@ -90,7 +90,7 @@ def add_socket(seat: TipSeat, end: float) -> list[Form]:
 
 
 def build_tenon(seat: TipSeat) -> list[Form]:
-    """The tenon, turned to where it is locked, below z = 0; the first form reaches into the plate."""
+    """The tenon in its locked position, below z = 0; the first form reaches into the plate."""
     neck, bottom = seat.inner - seat.clearance, -(seat.lip + seat.lug)
     forms: list[Form] = [rod(neck, (0, 0, bottom), (0, 0, seat.knot / 2))]
     roof = -seat.lip - seat.clearance / 2

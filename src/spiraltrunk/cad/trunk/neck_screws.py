@@ -1,7 +1,7 @@
-"""The screws that hold section 1 to the neck: heads on flat bosses inside the neck, nuts in pockets of section 1.
+"""Screws between neck and section 1: heads on flat bosses inside the neck, nuts in pockets of section 1.
 
-Everything lies below the faces of the first gap, so that the joint can shut. Heights are along the axis from the base
-joint, in mm.
+They end below the faces of the first gap, so that the joint can close. Heights are along the axis from the base joint,
+in mm.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ BOSS = 5.5
 
 _THREAD = THREADS["M4"]
 _BEYOND, _BELOW, _PLAY = 1.0, 0.3, 0.3
-"""Thread beyond the nut, least depth of everything below the face, width of the pocket over the nut's [mm] (ours)."""
+"""Thread beyond the nut, least depth below the face, width of the pocket over that of the nut [mm] (ours)."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class NeckScrew:
-    """Measures that neck, section 1 and bill share, in mm."""
+    """Dimensions that neck, section 1 and bill share, in mm."""
 
     ring: float
     """Radius of the circle of the screws."""
@@ -38,7 +38,7 @@ class NeckScrew:
     length: float
     """Length of the screw."""
     nut: float
-    """Height of the pocket's floor, on which the nut lies."""
+    """Height of the pocket's floor, under the nut."""
 
 
 def find_neck_screw(design: TrunkDesign) -> NeckScrew:
@@ -63,7 +63,7 @@ def find_neck_screw(design: TrunkDesign) -> NeckScrew:
 
 
 def cut_neck_screws(design: TrunkDesign) -> list[Form]:
-    """Holes through section 1 and pockets for the nuts in its distal face."""
+    """Cuts of section 1: clearance holes, and pockets for the nuts in its distal face."""
     screw, top = find_neck_screw(design), 1e3 * float(design.section_length[0])
     tools: list[Form] = []
     for angle in between_cables(design):
@@ -73,7 +73,7 @@ def cut_neck_screws(design: TrunkDesign) -> list[Form]:
 
 
 def list_neck_bolts(design: TrunkDesign) -> list[Bolt]:
-    """The screws in their places."""
+    """The screws in the frame of the straight trunk."""
     screw = find_neck_screw(design)
     return [
         Bolt(
@@ -86,7 +86,7 @@ def list_neck_bolts(design: TrunkDesign) -> list[Bolt]:
 
 
 def between_cables(design: TrunkDesign) -> tuple[float, ...]:
-    """Angles in the middle between neighbouring cables [rad]."""
+    """Angles half-way between neighbouring cables, at most four or so [rad]."""
     turns = sorted(angle % (2 * math.pi) for angle in design.cable.angles)
     after = [*turns[1:], turns[0] + 2 * math.pi]
     middles = [(a + b) / 2 for a, b in zip(turns, after, strict=True)]

@@ -1,4 +1,4 @@
-"""Steel pins that keep two pieces of the trunk in line. Heights are along the axis from the base joint, in mm."""
+"""Steel pins that align two pieces of the trunk. Heights are along the axis from the base joint, in mm."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from spiraltrunk.cad.trunk.body import Body
 
 DEPTHS = (8.0, 6.0, 5.0, 4.0, 3.0)
-"""Halves of the lengths that pins come in (ISO 8734)."""
+"""Half the standard lengths of pins (ISO 8734)."""
 
 _SPARE = 0.3
-"""How much deeper than half the pin its hole is (ours)."""
+"""Depth of a hole beyond half the pin (ours)."""
 
 _THICK, _THIN = 3.0, 2.0
-"""Diameters of pins in sections wider and narrower than `_WIDE` across (ours)."""
+"""Diameters of pins in sections wider and narrower than `_WIDE` (ours)."""
 
 _WIDE = 30.0
 
@@ -37,16 +37,16 @@ class Pin:
     height: float
     """Height of the plane."""
     ring: float
-    """Radius of the circle that they stand on."""
+    """Radius of their circle."""
     angles: tuple[float, ...]
     """Their angles from dorsal [rad]."""
     diameter: float
     """Diameter of pin and hole."""
     depth: float
-    """How deep each goes on either side: half its length."""
+    """Depth on either side: half its length."""
 
     def holes(self, low: float, high: float) -> list[Form]:
-        """Holes in the piece between two heights, where the plane is one of its ends."""
+        """Holes in the piece between two heights; none where the plane is not one of its ends."""
         if self.height not in (low, high):
             return []
         deep = self.depth + _SPARE
@@ -55,9 +55,9 @@ class Pin:
 
 
 def find_pins(design: TrunkDesign, body: Body, planes: Sequence[float], options: MakeOptions) -> tuple[Pin, ...]:
-    """The pins across each inner plane, where depth times distance from the axis is largest; none where it is thin.
+    """Pins across each inner plane, at the largest product of depth and radius; none where there is no room.
 
-    A hole leaves a wall to both faces of its section, to the shell's seat and to the channel on the axis.
+    Each hole keeps a wall to both faces of its section, to the shell's seat and to the channel on the axis.
     """
     found = (_find_pin(design, body, z, options) for z in planes[1:-1])
     return tuple(pin for pin in found if pin is not None)
@@ -77,7 +77,5 @@ def _find_pin(design: TrunkDesign, body: Body, z: float, options: MakeOptions) -
         room = min(z - start - ring * t1, start + length - ring * t2 - z) - options.wall - _SPARE - diameter / 2 * t1
         depth = next((d for d in DEPTHS if d <= room), 0.0)
         if depth and (best is None or depth * ring > best.depth * best.ring):
-            best = Pin(
-                height=z, ring=float(ring), angles=between_cables(design), diameter=diameter, depth=depth
-            )  # fmt: skip
+            best = Pin(height=z, ring=float(ring), angles=between_cables(design), diameter=diameter, depth=depth)
     return best

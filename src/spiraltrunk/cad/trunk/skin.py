@@ -1,7 +1,7 @@
-"""Silicone shells with random horizontal cuts, and the two-part moulds that they are cast in.
+"""Silicone shells with random horizontal cuts (wrinkles), and their two-part moulds.
 
 A shell is a ring in the seat between a section's rims. Its mould is a core with a floor, and a ring with a ridge for
-each cut that stands on the floor's step; silicone is poured in from above and peels off, stretched.
+each cut, which stands on the step of the floor. Silicone is poured in from above; the cured shell is stretched off.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOULD_WALL = 2.4
 """Thickness of a mould's walls and floor [mm] (ours)."""
 
 STEP = 2.0
-"""Height of the step that the mould's ring stands round [mm] (ours)."""
+"""Height of the step that centres the mould's ring [mm] (ours)."""
 
 _ARCS = (math.radians(40.0), math.radians(150.0))
 """Least and largest angle of a cut (ours)."""
@@ -40,11 +40,10 @@ def build_moulds(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
 
 def draw_wrinkles(n: int, inner: float, outer: float, height: float, options: MakeOptions) -> tuple[Revolved, ...]:
-    """The cuts of shell ``n`` (from 0): rings' pieces of triangular section, open to the outside.
+    """The cuts of shell ``n`` (from 0): ring sectors of triangular cross-section, open to the outside.
 
-    Their heights are drawn one in each of as many equal bands, so that cuts do not run into each other; where they
-    begin and how far they go round is drawn as well. Seed and number of the section decide. There are fewer where
-    ridges as wide as two nozzles leave no room for all.
+    Each is drawn at random, from the seed and ``n``, with its height in its own band, so that cuts do not overlap, and
+    with begin and angle. There are fewer than asked for where ridges of two nozzles' width leave no room.
     """
     random = np.random.default_rng((options.seed, n))
     depth = CUT_DEPTH * (outer - inner)
@@ -55,7 +54,7 @@ def draw_wrinkles(n: int, inner: float, outer: float, height: float, options: Ma
     for i in range(count):
         middle = options.wall + band * i + half + (band - 2 * half - options.wall) * float(random.random())
         start, arc = float(random.uniform(0, 2 * math.pi)), float(random.uniform(*_ARCS))
-        over = 0.2 * depth  # The triangle goes on outside, so that no face lies in the shell's own.
+        over = 0.2 * depth  # The triangle extends outside, so that no face coincides with the shell's.
         wide = half * (1 + over / depth)
         profile = ((outer - depth, middle), (outer + over, middle - wide), (outer + over, middle + wide))
         cuts.append(Revolved(profile=profile, start=start, arc=arc))
@@ -79,7 +78,7 @@ def _build_shell(n: int, seat: tuple[float, float, float, float], options: MakeO
 def _build_mould(n: int, seat: tuple[float, float, float, float], options: MakeOptions) -> tuple[Part, Part]:
     inner, outer, begin, end = _shrunk(seat, options)
     height, wide = end - begin, outer + MOULD_WALL
-    # The step is the shell's own outline, so that the ring is centred on it.
+    # The step has the shell's outline and centres the ring.
     core = Revolved(
         profile=(
             (0.0, -MOULD_WALL - STEP), (wide, -MOULD_WALL - STEP), (wide, -STEP), (outer - options.clearance, -STEP),
@@ -100,7 +99,7 @@ def _build_mould(n: int, seat: tuple[float, float, float, float], options: MakeO
 
 
 def _shrunk(seat: tuple[float, float, float, float], options: MakeOptions) -> tuple[float, float, float, float]:
-    """The seat as the shell has it: it clings."""
+    """Dimensions of the shell for a seat: a little narrower, so that it grips."""
     inner, outer, begin, end = seat
     return inner * (1 - options.shell_grip), outer, begin + options.clearance / 2, end - options.clearance / 2
 
