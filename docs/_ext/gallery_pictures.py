@@ -36,24 +36,19 @@ def scrape(block: tuple[str, str, int], block_vars: dict[str, Any], gallery_conf
 
 
 def _find_drawings(values: dict[str, Any]) -> Iterator[Callable[[Path], bool]]:
-    from spiraltrunk.calibration.calibrate import Calibration
-    from spiraltrunk.control import RunLog
-    from spiraltrunk.mocap.session.session import Session
-    from spiraltrunk.workflows.grasp.trial import Trial
-
-    held = list(values.values())
-    for value in held:
-        if isinstance(value, Trial):
-            yield lambda path, trial=value: _draw_strip(trial, path)
-            yield lambda path, trial=value: _draw_overview(trial, path)
-        elif isinstance(value, RunLog):
-            yield lambda path, log=value: _draw_log(log, path)
-        elif isinstance(value, Session):
-            yield lambda path, session=value: _draw_overlay(session, path)
-        elif isinstance(value, Calibration):
-            yield lambda path, found=value: _draw_calibration(found, values, path)
-    if "result" in values and "checks" in values["result"]:
-        yield lambda path: _draw_parts(values["result"], path)
+    """By the names that the examples use."""
+    drawings: dict[str, tuple[Callable[[Any, Path], bool], ...]] = {
+        "trial": (_draw_strip, _draw_overview),
+        "log": (_draw_log,),
+        "session": (_draw_session,),
+        "found": (_draw_calibration,),
+        "result": (_draw_parts,),
+    }
+    if "session" in values:
+        drawings.pop("found")  # One of the session's runs.
+    for name, draws in drawings.items():
+        for draw in draws if name in values else ():
+            yield lambda path, draw=draw, value=values[name]: draw(value, path)
 
 
 def _draw_strip(trial: Any, path: Path) -> bool:
@@ -77,37 +72,31 @@ def _draw_overview(trial: Any, path: Path) -> bool:
 
 def _draw_log(log: Any, path: Path) -> bool:
     """Change of the force on the trunk's base over a run."""
-    from spiraltrunk.report.style import DPI, build_figure
-
+    figure, axes = _build("Change of the force on the trunk's base, from the arm's torques", 3.4)
     time = [seen.time for seen in log.observations]
-    figure = build_figure(9.0, 3.4, "Change of the force on the trunk's base, from the arm's torques")
-    axes = figure.subplots()
     force = np.array([seen.base_force for seen in log.observations])
     for name, column in zip("xyz", (force - force[0]).T, strict=True):
         axes.plot(time, column, label=name)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("force [N]")
     for phase in ("prehension", "release"):
         if (span := log.span(phase)) is not None:
             axes.axvline(span[0], color="0.6", linewidth=0.8)
             axes.annotate(f" {phase}", (span[0], axes.get_ylim()[1]), va="top", fontsize=8)
+    axes.set(xlabel="time [s]", ylabel="force [N]")
     axes.legend(loc="lower left")
-    figure.savefig(path, dpi=DPI)
-    return True
+    return _save(figure, path)
 
 
-def _draw_overlay(session: Any, path: Path) -> bool:
-    from spiraltrunk.report.shape.comparison import Judged
-    from spiraltrunk.report.shape.overlay import write_overlay
-
+def _draw_session(session: Any, path: Path) -> bool:
+    """Measured points over the model's shapes, from the side."""
     run = session.runs[0]
-    labels = tuple(str(i) for i in range(len(run.points)))
-    write_overlay(
-        Judged(title="Measured shapes over the model", labels=labels, label="step", measured=run.points,
-               predicted=run.predicted.points),
-        path,
-    )  # fmt: skip
-    return True
+    figure, axes = _build("Measured points (dots) over the predicted shapes (lines), from the side", 5.0)
+    for i, (measured, predicted) in enumerate(zip(run.points, run.predicted.points, strict=True)):
+        x, y = 1e3 * predicted[:, 0], 1e3 * predicted[:, 1]
+        (line,) = axes.plot(x, y, linewidth=1, label=f"step {i}")
+        axes.plot(1e3 * measured[:, 0], 1e3 * measured[:, 1], ".", color=line.get_color())
+    axes.set(xlabel="x, dorsal [mm]", ylabel="y, up [mm]", aspect="equal")
+    axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5))
+    return _save(figure, path)
 
 
 def _draw_calibration(found: Any, path: Path) -> bool:
@@ -130,13 +119,26 @@ def _draw_parts(result: dict[str, Any], path: Path) -> bool:
     if "checks" not in result:
         return False
     names = list(result["checks"])
-    figure = build_figure(9.0, 0.9 + 0.32 * len(names), "Thinnest wall of each part")
-    axes = figure.subplots()
+    figure, axes = _build("Thinnest wall of each part", 0.9 + 0.4 * len(names))
     axes.barh(names, [1e3 * result["checks"][name]["min_wall_m"] for name in names])
     axes.axvline(0.8, color="0.4", linewidth=0.8)
-    axes.annotate(" two nozzles", (0.8, len(names) - 0.5), fontsize=8, va="top")
-    axes.set_xlabel("wall [mm]")
-    figure.savefig(path, dpi=DPI)
+    axes.annotate(" two nozzles", (0.8, len(names) - 0.6), fontsize=8, va="top")
+    axes.set(xlabel="wall [mm]")
+    return _save(figure, path)
+
+
+def _build(title: str, height: float) -> tuple[Any, Any]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, height), layout="constrained")
+    axes = figure.subplots()
+    axes.set_title(title, fontsize=10)
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure, axes
+
+
+def _save(figure: Any, path: Path) -> bool:
+    figure.savefig(path, dpi=130)
     return True
 
 

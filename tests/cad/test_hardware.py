@@ -12,7 +12,7 @@ from spiraltrunk.cad.checks.assembly import build_motors, check_hardware, find_f
 from spiraltrunk.cad.components.fasteners import LENGTHS, THREADS, Bolt, pick_length
 from spiraltrunk.cad.geometry.csg import Cut, box, compute_bounds, contains, rod
 from spiraltrunk.cad.geometry.part import PLA, Part
-from spiraltrunk.cad.housing.layout import find_room
+from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
 from spiraltrunk.cad.output.bill_of_materials import build_bill, cable_length
 from spiraltrunk.cad.output.catalogue import build_parts
@@ -142,7 +142,7 @@ def test_a_cable_comes_level_from_its_guide_to_its_drum(name, options):
     """The guide ends at the middle of the groove, and clear of drum and motor."""
     design = presets.get(name)
     lid = next(part for part in build_parts(design, ["housing"], options) if part.name == "lid")
-    room, drum = find_room(design, options), find_drum(design, options)
+    room, drum = find_layout(design, options), find_drum(design, options)
     level = lid.at[2] - options.plate - room.height + room.groove
     ring = 1e3 * float(design.hole_position[0, 0, 1])
     for cable in design.cable.angles:
@@ -171,9 +171,9 @@ def test_the_bill_counts_every_screw(options):
     bolts = list_bolts(presets.PAPER, options, names)
     rows = {row.material: row for row in build_bill(presets.PAPER, [], options)}
     assert rows == {}
-    from spiraltrunk.cad.output.bill_of_materials import _count
+    from spiraltrunk.cad.output.bill_of_materials import _group_bolts
 
-    counted = {row.material: (row.item, row.count) for row in _count(bolts)}
+    counted = {row.material: (row.item, row.count) for row in _group_bolts(bolts)}
     assert counted == {
         "adapter to the arm's flange": ("screw M6 x 12", 4),
         "housing to adapter": ("screw M4 x 12 with insert", 3),

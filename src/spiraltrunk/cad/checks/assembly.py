@@ -73,19 +73,19 @@ def find_faults(bolts: Sequence[Bolt], parts: Sequence[Part], bodies: Sequence[t
     faults = []
     for i, bolt in enumerate(bolts):
         points = np.concatenate([_fill(form) for form in bolt.forms()])
-        name = f"{bolt.what}: screw {bolt.thread.name} x {bolt.length:g} at {_tell(bolt.seat)}"
+        name = f"{bolt.what}: screw {bolt.thread.name} x {bolt.length:g} at {_format_place(bolt.seat)}"
         for part in parts:
             inside = contains(part.form, part.to_own_frame(points))
             if inside.any():
                 at = points[np.flatnonzero(inside)[0]]
-                faults.append(f"{name} is in the material of part {part.name} at {_tell(at)}")
+                faults.append(f"{name} is in the material of part {part.name} at {_format_place(at)}")
         for what, body in bodies:
             # A motor's own screws end in it.
             if what != bolt.what.partition(" ")[0] and contains(body, points).any():
                 faults.append(f"{name} is in the place of a {what}")
         for other in bolts[:i]:
             if any(contains(form, points).any() for form in other.forms()):
-                faults.append(f"{name} is in the place of {other.what} at {_tell(other.seat)}")
+                faults.append(f"{name} is in the place of {other.what} at {_format_place(other.seat)}")
         faults += [f"{name} {fault}" for fault in (*_check_seats(bolt, parts), *_check_key(bolt, parts, bodies))]
     return faults
 
@@ -153,6 +153,6 @@ def _circle(middle: np.ndarray, along: np.ndarray, radius: float) -> np.ndarray:
     return _fill(rod(radius + SKIN, middle, middle + along))[_TURNS : 2 * _TURNS]  # The outer ones of the first layer.
 
 
-def _tell(place: Sequence[float] | np.ndarray) -> str:
+def _format_place(place: Sequence[float] | np.ndarray) -> str:
     x, y, z = (float(value) for value in place)
     return f"({x:.1f}, {y:.1f}, {z:.1f}) mm"

@@ -12,7 +12,16 @@ from spiraltrunk.cad.components.fasteners import M3_INSERT, M4, M4_INSERT, M6, M
 from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
 from spiraltrunk.cad.geometry.csg import Common, Cut, Form, Revolved, Union, polar, rod, shifted
 from spiraltrunk.cad.geometry.part import PLA, Part
-from spiraltrunk.cad.housing.layout import FOOT, FOOT_WIDE, POST, Room, find_room, foot_angles, foot_circle, refuse
+from spiraltrunk.cad.housing.layout import (
+    FOOT,
+    FOOT_WIDE,
+    POST,
+    HousingLayout,
+    find_layout,
+    foot_angles,
+    foot_circle,
+    too_small,
+)
 from spiraltrunk.cad.housing.lid import build_lid
 from spiraltrunk.cad.housing.winder import motor_angles
 from spiraltrunk.cad.trunk.neck_screws import BOSS, NECK_WALL, between_cables, find_neck_screw
@@ -24,8 +33,12 @@ SPIGOT_SEAT = 6.5
 
 def build_housing(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     """Housing, lid and neck."""
-    room = find_room(design, options)
-    return (_build_cup(design, room, options), build_lid(design, room, options), _build_neck(design, room, options))
+    layout = find_layout(design, options)
+    return (
+        _build_cup(design, layout, options),
+        build_lid(design, layout, options),
+        _build_neck(design, layout, options),
+    )
 
 
 def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
@@ -33,8 +46,8 @@ def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
 
     A spigot centres it in the flange. The M6 heads are counterbored below the housing's floor.
     """
-    flange, room = options.flange, find_room(design, options)
-    outer = room.base + 7.0
+    flange, layout = options.flange, find_layout(design, options)
+    outer = layout.base + 7.0
     spigot = flange.pilot / 2 - options.clearance / 2
     ring, tall = flange.pitch_circle / 2, ADAPTER + flange.pilot_height
     profile = ((0.0, 0.0), (outer, 0.0), (outer, ADAPTER), (spigot, ADAPTER), (spigot, tall), (0.0, tall))
@@ -43,7 +56,7 @@ def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     tools += [rod(M6_HEAD / 2, polar(ring, a, -1), polar(ring, a, SPIGOT_SEAT)) for a in corners]
     tools.append(rod((flange.dowel + 0.1) / 2, polar(ring, 0, ADAPTER - 6.0), polar(ring, 0, ADAPTER + 1)))
     # It is turned over about x for assembly, so angles change their sign.
-    tools += [rod(M4_INSERT / 2, polar(room.base, -a, -1), polar(room.base, -a, 8.0)) for a in room.bases]
+    tools += [rod(M4_INSERT / 2, polar(layout.base, -a, -1), polar(layout.base, -a, 8.0)) for a in layout.bases]
     tools.append(rod(8.0, (0, 0, -1), (0, 0, tall + 1)))
     top = -1e3 * (design.housing.neck_length + design.housing.length)
     part = Part(
@@ -54,29 +67,29 @@ def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     return (part,)
 
 
-def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
-    inner, floor, motor = room.radius - options.rim, options.plate, options.motor
+def _build_cup(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) -> Part:
+    inner, floor, motor = layout.radius - options.rim, options.plate, options.motor
     cup = Revolved(
         profile=(
-            (0.0, 0.0), (room.radius, 0.0), (room.radius, room.height), (inner, room.height), (inner, floor),
+            (0.0, 0.0), (layout.radius, 0.0), (layout.radius, layout.height), (inner, layout.height), (inner, floor),
             (0.0, floor),
         )
     )  # fmt: skip
-    posts = [rod(POST, polar(room.post, a, floor / 2), polar(room.post, a, room.height)) for a in room.posts]
+    posts = [rod(POST, polar(layout.post, a, floor / 2), polar(layout.post, a, layout.height)) for a in layout.posts]
     tools: list[Form] = [
-        rod(M3_INSERT / 2, polar(room.post, a, room.height - 8), polar(room.post, a, room.height + 1))
-        for a in room.posts
+        rod(M3_INSERT / 2, polar(layout.post, a, layout.height - 8), polar(layout.post, a, layout.height + 1))
+        for a in layout.posts
     ]
     for axis in motor_angles(design):
-        center = polar(room.ring, axis, 0.0)
+        center = polar(layout.ring, axis, 0.0)
         tools.append(rod(8.0, (*center[:2], -1), (*center[:2], floor + 1)))
         for q in range(4):
             x, y, _ = polar(motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0)
             tools.append(rod(M4 / 2, (center[0] + x, center[1] + y, -1), (center[0] + x, center[1] + y, floor + 1)))
             # Countersunk, as the adapter lies over them.
             tools.append(shifted(sink(THREADS["M4"], M4), (center[0] + x, center[1] + y, 0.0)))
-    tools += [rod(M4 / 2, polar(room.base, a, -1), polar(room.base, a, floor + 1)) for a in room.bases]
-    x, y, _ = polar(room.radius, room.posts[0] + 0.2, 0)
+    tools += [rod(M4 / 2, polar(layout.base, a, -1), polar(layout.base, a, floor + 1)) for a in layout.bases]
+    x, y, _ = polar(layout.radius, layout.posts[0] + 0.2, 0)
     tools.append(rod(5.0, (0.8 * x, 0.8 * y, floor + 8), (1.1 * x, 1.1 * y, floor + 8)))
     bottom = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER
     return Part(
@@ -85,13 +98,13 @@ def _build_cup(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
     )  # fmt: skip
 
 
-def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
+def _build_neck(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) -> Part:
     """A tube whose end mates with section 1's proximal face, printed on its foot."""
     solid = design.solid
     radius, tall, slope = 1e3 * solid.radius, 1e3 * design.housing.neck_length, math.tan(solid.lean_proximal)
     inner = radius - NECK_WALL
     if tall < NECK_WALL + FOOT:
-        raise refuse("housing.neck_length_mm", tall, NECK_WALL + FOOT, "the neck's foot and funnel")
+        raise too_small("housing.neck_length_mm", tall, NECK_WALL + FOOT, "the neck's foot and funnel")
     tube = Revolved(
         profile=(
             (0.0, tall), (radius, tall + radius * slope), (radius, FOOT), (radius + FOOT_WIDE, FOOT),
@@ -125,7 +138,7 @@ def _build_neck(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
 
 def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
     """Screws of adapter, housing, lid and the neck's foot in the frame of the straight trunk."""
-    room, m3, m4, m6 = find_room(design, options), THREADS["M3"], THREADS["M4"], THREADS["M6"]
+    layout, m3, m4, m6 = find_layout(design, options), THREADS["M3"], THREADS["M4"], THREADS["M6"]
     neck = -1e3 * design.housing.neck_length
     floor = neck - 1e3 * design.housing.length + ADAPTER
     flange, up, down = options.flange.pitch_circle / 2, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
@@ -136,11 +149,11 @@ def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
     ]  # fmt: skip
     bolts += [
         Bolt(what="housing to adapter", parts=("housing", "adapter"), thread=m4, length=12.0, along=down,
-             seat=polar(room.base, a, floor + options.plate), way=room.height - options.plate - m4.head_height)
-        for a in room.bases
+             seat=polar(layout.base, a, floor + options.plate), way=layout.height - options.plate - m4.head_height)
+        for a in layout.bases
     ]  # fmt: skip
     for axis in motor_angles(design):
-        x, y, _ = polar(room.ring, axis, 0.0)
+        x, y, _ = polar(layout.ring, axis, 0.0)
         for q in range(4):
             u, v, _ = polar(options.motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0.0)
             bolts.append(
@@ -149,8 +162,8 @@ def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
             )  # fmt: skip
     bolts += [
         Bolt(what="lid to housing", parts=("lid", "housing"), thread=m3, length=10.0, along=down, is_sunk=True,
-             seat=polar(room.post, a, neck), way=20.0)
-        for a in room.posts
+             seat=polar(layout.post, a, neck), way=20.0)
+        for a in layout.posts
     ]  # fmt: skip
     bolts += [
         Bolt(what="neck to lid", parts=("neck", "lid"), thread=m4, length=16.0, along=down,

@@ -22,7 +22,7 @@ POST = 4.0
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Room:
+class HousingLayout:
     """Heights and radii of the housing in mm, from its underside."""
 
     radius: float
@@ -43,7 +43,7 @@ class Room:
     """Height of the middle of the drums' grooves, at which the cables' guides end."""
 
 
-def find_room(design: TrunkDesign, options: MakeOptions) -> Room:
+def find_layout(design: TrunkDesign, options: MakeOptions) -> HousingLayout:
     """Compute the layout.
 
     Raises:
@@ -53,20 +53,20 @@ def find_room(design: TrunkDesign, options: MakeOptions) -> Room:
     radius, ring = 1e3 * housing.radius, motor_ring(design, options)
     need = ring + motor.diameter / 2 + options.clearance + options.rim
     if radius < need:
-        raise refuse(
+        raise too_small(
             "housing.radius_mm", radius, need, f"{design.n_cable} motors of {motor.diameter:g} mm side by side"
         )
     height = 1e3 * housing.length - ADAPTER - options.plate
     stack = options.plate + motor.height + find_drum(design, options).height + 2.0
     if height < stack:
         need = stack + ADAPTER + options.plate
-        raise refuse("housing.length_mm", 1e3 * housing.length, need, "floor, motor, drum, lid and adapter")
+        raise too_small("housing.length_mm", 1e3 * housing.length, need, "floor, motor, drum, lid and adapter")
     posts = tuple(angle + math.pi / design.n_cable for angle in motor_angles(design))
     if 1e3 * design.solid.radius + FOOT_WIDE > radius:
-        raise refuse("housing.radius_mm", radius, 1e3 * design.solid.radius + FOOT_WIDE, "the foot of the neck")
+        raise too_small("housing.radius_mm", radius, 1e3 * design.solid.radius + FOOT_WIDE, "the foot of the neck")
     drum, post = find_drum(design, options), radius - options.rim - 3.5
     bases = posts if design.n_cable > 2 else tuple(angle + side for angle in posts for side in (-0.35, 0.35))
-    return Room(
+    return HousingLayout(
         radius=radius, height=height, ring=ring, post=post, posts=posts, bases=bases,
         base=_find_base(design, options, bases, post), groove=options.plate + motor.height + drum.height / 2,
     )  # fmt: skip
@@ -87,7 +87,9 @@ def _find_base(design: TrunkDesign, options: MakeOptions, angles: tuple[float, .
         )
         if apart >= motor.diameter / 2 + head:
             return radius
-    raise refuse("housing.radius_mm", 1e3 * design.housing.radius, low + post - high + 5.0, "screws beside the motors")
+    raise too_small(
+        "housing.radius_mm", 1e3 * design.housing.radius, low + post - high + 5.0, "screws beside the motors"
+    )
 
 
 def foot_circle(design: TrunkDesign) -> float:
@@ -100,7 +102,7 @@ def foot_angles(design: TrunkDesign) -> tuple[float, ...]:
     return tuple(math.pi / 6 + k * math.pi / 3 for k in range(6))
 
 
-def refuse(name: str, got: float, least: float, why: str) -> DesignError:
+def too_small(name: str, got: float, least: float, why: str) -> DesignError:
     """The error for a dimension that is too small."""
     return DesignError(
         f"part housing: {name}", got=Words(f"{got:.1f} mm"), allowed=f"at least {least:.1f} mm, for {why}"

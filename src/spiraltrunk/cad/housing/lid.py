@@ -10,7 +10,7 @@ from spiraltrunk.cad.components.fasteners import M3, M4, THREADS, sink
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar, rod, shifted, turned
 from spiraltrunk.cad.geometry.part import PLA, Part
-from spiraltrunk.cad.housing.layout import Room, foot_angles, foot_circle, refuse
+from spiraltrunk.cad.housing.layout import HousingLayout, foot_angles, foot_circle, too_small
 from spiraltrunk.cad.housing.winder import find_drum
 from spiraltrunk.design.trunk import TrunkDesign
 
@@ -36,7 +36,7 @@ class Bracket:
     """Distance of the bracket's middle from the axis."""
 
 
-def find_bracket(design: TrunkDesign, room: Room, options: MakeOptions) -> Bracket:
+def find_bracket(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) -> Bracket:
     """The bracket nearest to the axis with the servo clear of cable guides, nuts and posts.
 
     Raises:
@@ -46,33 +46,41 @@ def find_bracket(design: TrunkDesign, room: Room, options: MakeOptions) -> Brack
     guides = [polar(ring, -a, 0.0) for a in design.cable.angles]
     nuts = [polar(foot, -a, 0.0) for a in foot_angles(design)]
     aside, nut = _aside(options), THREADS["M4"].flats / math.sqrt(3) + 0.5
-    for away in range(8, int(room.radius)):
+    for away in range(8, int(layout.radius)):
         body = _Box(middle=aside, wide=options.servo.lug_pitch + 5.0, near=away - _FORE, far=away + _AFT)
         wall = _Box(middle=aside, wide=_width(options), near=away - _DEEP / 2, far=away + _DEEP / 2)
-        if max(body.reach, wall.reach) > room.post - 5.0:
+        if max(body.reach, wall.reach) > layout.post - 5.0:
             break
         for step in range(24):
             turn = step * math.pi / 12
             is_clear = all(body.distance(place, turn) >= GUIDE + 0.5 for place in guides)
             if is_clear and all(wall.distance(place, turn) >= nut for place in nuts):
                 return Bracket(turn=turn, away=float(away))
-    raise refuse("housing.radius_mm", room.radius, room.radius + 5.0, "a servo of the 9 g class beside the cables")
+    raise too_small(
+        "housing.radius_mm", layout.radius, layout.radius + 5.0, "a servo of the 9 g class beside the cables"
+    )
 
 
-def build_lid(design: TrunkDesign, room: Room, options: MakeOptions) -> Part:
+def build_lid(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) -> Part:
     """The lid; it is turned over about x for assembly, so angles change their sign."""
     thick = options.plate
-    disc = Revolved(profile=((0.0, 0.0), (room.radius, 0.0), (room.radius, thick), (0.0, thick)))
-    tools: list[Form] = [rod(M3 / 2, polar(room.post, -a, -1), polar(room.post, -a, thick + 1)) for a in room.posts]
+    disc = Revolved(profile=((0.0, 0.0), (layout.radius, 0.0), (layout.radius, thick), (0.0, thick)))
+    tools: list[Form] = [
+        rod(M3 / 2, polar(layout.post, -a, -1), polar(layout.post, -a, thick + 1)) for a in layout.posts
+    ]
     # Countersunk, as the neck's foot may lie over them.
-    tools += [shifted(sink(THREADS["M3"], M3), polar(room.post, -a, 0.0)) for a in room.posts]
-    ring, foot, end = 1e3 * float(design.hole_position[0, 0, 1]), foot_circle(design), thick + room.height - room.groove
+    tools += [shifted(sink(THREADS["M3"], M3), polar(layout.post, -a, 0.0)) for a in layout.posts]
+    ring, foot, end = (
+        1e3 * float(design.hole_position[0, 0, 1]),
+        foot_circle(design),
+        thick + layout.height - layout.groove,
+    )
     forms: list[Form] = [disc]
     forms += [rod(GUIDE, polar(ring, -a, thick / 2), polar(ring, -a, end)) for a in design.cable.angles]
     tools += [form for a in design.cable.angles for form in _bore_guide(polar(ring, -a, end), options)]
     tools += [rod(M4 / 2, polar(foot, -a, -1), polar(foot, -a, thick + 1)) for a in foot_angles(design)]
     if design.gripper is not None:
-        stand, openings = _build_bracket(design, room, options)
+        stand, openings = _build_bracket(design, layout, options)
         forms.append(stand)
         tools += [rod(2.5, (0, 0, -1), (0, 0, thick + 1)), *openings]
     top = -1e3 * design.housing.neck_length
@@ -93,14 +101,14 @@ def _bore_guide(end: tuple[float, float, float], options: MakeOptions) -> list[F
     return [rod(options.hole, (x, y, -1.0), (x, y, z + 1.0)), shifted(trumpet, (x, y, 0.0))]
 
 
-def _build_bracket(design: TrunkDesign, room: Room, options: MakeOptions) -> tuple[Form, list[Form]]:
+def _build_bracket(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) -> tuple[Form, list[Form]]:
     """The bracket: a wall, and the cuts of the servo's opening and lugs; the servo's shaft points to the axis."""
-    servo, thick, place = options.servo, options.plate, find_bracket(design, room, options)
+    servo, thick, place = options.servo, options.plate, find_bracket(design, layout, options)
     middle, aside = thick + _RISE + servo.width / 2, _aside(options)
     tall = middle + servo.width / 2 + _BAR
-    room_left = thick + room.height - room.groove - find_drum(design, options).height / 2 - 1.0
+    room_left = thick + layout.height - layout.groove - find_drum(design, options).height / 2 - 1.0
     if tall > room_left:
-        raise refuse("room for the servo between lid and drums", room_left, tall, "a servo of the 9 g class")
+        raise too_small("room for the servo between lid and drums", room_left, tall, "a servo of the 9 g class")
     wall = box((_width(options), _DEEP, tall - thick / 2), (aside, place.away, (tall + thick / 2) / 2))
     openings: list[Form] = [box((servo.length + 0.4, 3 * _DEEP, servo.width + 0.4), (aside, place.away, middle))]
     for side in (-0.5, 0.5):

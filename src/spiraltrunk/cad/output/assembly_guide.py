@@ -9,14 +9,14 @@ from spiraltrunk.cad.checks.assembly import list_bolts
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.housing.winder import DEAD_TURNS, find_arm, find_drum, motor_angles
 from spiraltrunk.cad.output.bill_of_materials import cable_length, escape, gripper_cable_length
-from spiraltrunk.cad.output.make_part import Made
+from spiraltrunk.cad.output.make_part import MadePart
 from spiraltrunk.cad.trunk.body import build_body
 from spiraltrunk.cad.trunk.pieces import plan_planes
 from spiraltrunk.cad.trunk.pins import find_pins
 from spiraltrunk.design.trunk import TrunkDesign
 
 
-def format_guide(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> str:
+def format_guide(design: TrunkDesign, made: Sequence[MadePart], options: MakeOptions) -> str:
     """The guide as a Markdown page."""
     groups = {one.part.group for one in made}
     text = [f"# Building {escape(design.name)}", "", _summary(design), ""]

@@ -15,10 +15,10 @@ from spiraltrunk.cad.components.fasteners import Bolt
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import polar
 from spiraltrunk.cad.geometry.part import Material
-from spiraltrunk.cad.housing.layout import find_room
+from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.test_stand import list_wedge_bolts
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
-from spiraltrunk.cad.output.make_part import Made
+from spiraltrunk.cad.output.make_part import MadePart
 from spiraltrunk.cad.trunk.body import build_body
 from spiraltrunk.cad.trunk.pieces import plan_planes
 from spiraltrunk.cad.trunk.pins import find_pins
@@ -56,7 +56,7 @@ class Row:
     """Remark."""
 
 
-def estimate_print(made: Made, options: MakeOptions) -> tuple[float, float]:
+def estimate_print(made: MadePart, options: MakeOptions) -> tuple[float, float]:
     """Estimate mass [g] and printing time [h] of one piece: walls of `LINES` lines with infill inside.
 
     mass = density (A w + f (V - A w)) and time = `TRAVEL` (A w + f (V - A w)) / flow, with area A, volume V, wall w and
@@ -76,9 +76,9 @@ def cable_length(design: TrunkDesign, options: MakeOptions) -> float:
     It runs from the knot at the tip through the straight trunk, the neck and its guide to the drum, with all turns on
     the drum and both ends.
     """
-    drum, room = find_drum(design, options), find_room(design, options)
+    drum, layout = find_drum(design, options), find_layout(design, options)
     inside = 1e3 * float(design.cable_in_section.sum() + design.straight_gap.sum())
-    neck = 1e3 * design.housing.neck_length + options.plate + room.height - room.groove
+    neck = 1e3 * design.housing.neck_length + options.plate + layout.height - layout.groove
     hole, axis = polar(1e3 * float(design.hole_position[0, 0, 1]), design.cable.angles[0], 0.0), motor_angles(design)[0]
     apart = math.dist(hole, polar(motor_ring(design, options), axis, 0.0))
     way = math.sqrt(max(apart**2 - drum.radius**2, 0.0))
@@ -92,7 +92,7 @@ def gripper_cable_length(design: TrunkDesign, options: MakeOptions) -> float:
     return 1e3 * (design.length + design.housing.neck_length + design.gripper.finger_length) + 80.0 + 2 * KNOT
 
 
-def build_bill(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) -> tuple[Row, ...]:
+def build_bill(design: TrunkDesign, made: Sequence[MadePart], options: MakeOptions) -> tuple[Row, ...]:
     """Build the bill: made parts first, then the purchased parts for them."""
     rows = []
     for one in made:
@@ -101,7 +101,7 @@ def build_bill(design: TrunkDesign, made: Sequence[Made], options: MakeOptions) 
             Row(item=part.name, count=part.count, material=part.material.name, mass=mass, hours=hours or None,
                 note=part.what)
         )  # fmt: skip
-    return (*rows, *_buy(design, {one.part.group for one in made}, made, options))
+    return (*rows, *_list_purchases(design, {one.part.group for one in made}, made, options))
 
 
 def format_markdown(design: TrunkDesign, rows: Sequence[Row]) -> str:
@@ -141,7 +141,7 @@ def _cells(row: Row, digits: int) -> tuple[str, ...]:
     return row.item, str(row.count), row.material, mass, hours, row.note
 
 
-def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: MakeOptions) -> list[Row]:
+def _list_purchases(design: TrunkDesign, groups: set[str], made: Sequence[MadePart], options: MakeOptions) -> list[Row]:
     """Purchased parts for the groups that are made."""
     n, rows = design.n_cable, []
     if "trunk" in groups:
@@ -184,14 +184,14 @@ def _buy(design: TrunkDesign, groups: set[str], made: Sequence[Made], options: M
         rows.append(Row(item="silicone Ecoflex 00-30", count=1, material="shells", note=note))
     if "markers" in groups:
         rows.append(Row(item="reflective marker with M3 stud", count=3 * design.n_section, material="marker seats"))
-    rows += _count(list_bolts(design, options, {one.part.name for one in made}))
+    rows += _group_bolts(list_bolts(design, options, {one.part.name for one in made}))
     if "wedge" in groups:
-        below, above = _count(list_wedge_bolts(options))
+        below, above = _group_bolts(list_wedge_bolts(options))
         rows += [below, replace(above, count=3 * above.count)]
     return rows
 
 
-def _count(bolts: Sequence[Bolt]) -> list[Row]:
+def _group_bolts(bolts: Sequence[Bolt]) -> list[Row]:
     """One row for the screws of each purpose."""
     rows = []
     for what in dict.fromkeys(bolt.what for bolt in bolts):

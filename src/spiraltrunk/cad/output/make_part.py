@@ -32,7 +32,7 @@ FORMATS = ("step", "stl", "3mf")
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Made:
+class MadePart:
     """A part with its mesh and the result of its checks."""
 
     part: Part
@@ -63,7 +63,7 @@ class Made:
         }
 
 
-def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder: Path | None, design: str) -> Made:
+def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder: Path | None, design: str) -> MadePart:
     """Make a part and write it, with a JSON of its data, to a folder, if one is given.
 
     Args:
@@ -78,7 +78,7 @@ def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder
     """
     solid = build_solid(part.form)
     mesh = build_mesh(solid, options.tolerance)
-    made = Made(
+    made = MadePart(
         part=part, mesh=mesh, finding=check_part(part, solid, mesh, compute_volume(part.form), options),
         cones=measure_cones(solid) if part.group == "trunk" else np.zeros((0, 2)),
         cylinders=measure_cylinders(solid, options.hole / 2) if part.group == "trunk" else np.zeros((0, 4)),
@@ -94,7 +94,7 @@ def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder
     return made
 
 
-def _write(made: Made, solid: Any, formats: tuple[str, ...], folder: Path) -> None:
+def _write(made: MadePart, solid: Any, formats: tuple[str, ...], folder: Path) -> None:
     name = made.part.name
     if "step" in formats:
         write_step(solid, folder / f"{name}.step", name)

@@ -1,11 +1,10 @@
-"""The body of the trunk: sections on their elastic joints as one solid, cut where a joint bends."""
+"""The body of the trunk: sections on their elastic joints as one solid, in mm from the base."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -14,62 +13,75 @@ from spiraltrunk.cad.trunk.gripper_socket import TipSeat, find_seat
 from spiraltrunk.design.trunk import TrunkDesign
 
 RIM = 0.08
-"""Width of the rims beside a shell's seat over the section's radius [-] (ours)."""
+"""Width of the rims on both sides of a shell's seat over the section's radius [-] (ours)."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Joint:
-    """One elastic joint as it is printed, in mm."""
+    """One printed elastic joint, in mm."""
 
     radius: float
     """Radius of the cylinder."""
     bore: float
-    """Diameter of the channel through it, 0 where there is none."""
+    """Diameter of the channel through it, 0 for none."""
     length: float
     """Free length: the gap between the faces at the cylinder's surface."""
 
     @property
     def wall(self) -> float:
-        """Thickness of what bends: the ring round the bore, or the whole cylinder."""
+        """Wall thickness of the hollow cylinder, or diameter of the solid one."""
         return self.radius - self.bore / 2 if self.bore else 2 * self.radius
+
+
+class ShellSeat(NamedTuple):
+    """Seat of a section's shell, in mm."""
+
+    inner: float
+    """Inner radius."""
+    outer: float
+    """Radius of the section."""
+    begin: float
+    """Axial position of its proximal end."""
+    end: float
+    """Axial position of its distal end."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """What every part of the trunk is cut from, in mm."""
+    """Dimensions of the whole trunk, in mm."""
 
     starts: np.ndarray
-    """Position of each section's proximal joint centre on the axis, shape (n_section,)."""
+    """Axial position of each section's proximal joint centre, shape (n_section,)."""
     profile: tuple[tuple[float, float], ...]
     """Outline (radius, z) from base to tip, without the points on the axis."""
     joints: tuple[Joint, ...]
     """Elastic joints, base to tip."""
-    seats: tuple[tuple[float, float, float, float] | None, ...]
-    """Of each section's shell: inner and outer radius, begin and end on the axis; None where there is no room."""
+    seats: tuple[ShellSeat | None, ...]
+    """Seat of each section's shell; None where there is no room."""
     end: float
-    """Where the body ends on the axis."""
+    """Axial position of the body's end."""
     tip: TipSeat | None
-    """Seat of the gripper."""
+    """Joint with the gripper; None without one."""
 
     @property
     def n_hollow(self) -> int:
-        """How many joints, from the base, the gripper's cables run inside of."""
+        """Number of hollow joints from the base on: the gripper's cables run through these."""
         return sum(joint.bore > 0 for joint in self.joints)
 
     def find_aside(self, options: MakeOptions) -> float:
-        """Distance of the gripper's cables from the axis where they pass beside the joints: clear of the thickest."""
+        """Distance of the gripper's cables from the axis beside the solid joints: clear of the thickest."""
         widest = max((joint.radius for joint in self.joints[self.n_hollow :]), default=0.0)
         return widest + options.hole / 2 + options.clearance
 
 
 def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:
-    """Joint ``i`` (from 0), as stiff in bending as the design's EI/L though it is hollow and its length is the gap's.
+    """Joint ``i`` (from 0) with the design's bending stiffness E I / L.
 
-    The design's cylinder has I/L = pi r^4 / (4 l). The printed one is a ring of radius R and bore c as long as the gap
-    there, R (tan lean_proximal + tan lean_distal), so R solves (R^4 - (c/2)^4) / L(R) = r^4 / l. Where the ring would
-    be thinner than two nozzles, there is no bore and the gripper's cables pass beside the joint.
+    The design's cylinder has I/L = pi r^4 / (4 l). The printed one is a tube of radius R and bore c with the length of
+    the gap at its surface, L(R) = R (tan lean_proximal + tan lean_distal), so (R^4 - (c/2)^4) / L(R) = r^4 / l.
+    Where the tube's wall would be thinner than two nozzles, the joint is solid.
     """
     slope = math.tan(design.solid.lean_proximal) + math.tan(design.solid.lean_distal)
     scale = 1e3 * float(design.scale[i])
@@ -77,7 +89,7 @@ def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:
     full = (wanted * slope) ** (1 / 3)
     bore = options.pair_hole if design.gripper is not None else 0.0
     ring = full
-    for _ in range(50):  # A contraction: the bore's share of R^4 is small.
+    for _ in range(50):  # Fixed-point iteration; a contraction, as the bore's share of R^4 is small.
         ring = (wanted * slope * ring + (bore / 2) ** 4) ** 0.25
     if bore and ring - bore / 2 >= options.wall:
         return Joint(radius=ring, bore=bore, length=ring * slope)
@@ -85,7 +97,7 @@ def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:
 
 
 def build_body(design: TrunkDesign, options: MakeOptions) -> Body:
-    """The outline of the whole trunk and all that is cut from it."""
+    """Compute the dimensions of the whole trunk."""
     joints = tuple(build_joint(design, i, options) for i in range(design.n_joint))
     starts = 1e3 * np.concatenate([[0.0], np.cumsum(design.section_length)[:-1]])
     tip = None if design.gripper is None else find_seat(design, options)
@@ -102,9 +114,9 @@ def build_body(design: TrunkDesign, options: MakeOptions) -> Body:
 
 
 def _outline(
-    design: TrunkDesign, n: int, joints: tuple[Joint, ...], start: float, seat: tuple[float, float, float, float] | None
+    design: TrunkDesign, n: int, joints: tuple[Joint, ...], start: float, seat: ShellSeat | None
 ) -> list[tuple[float, float]]:
-    """Outline of section ``n`` from its proximal joint's surface to its distal one's; the ends lie on the axis."""
+    """Outline of section ``n`` between the surfaces of its two joints; at the trunk's ends it starts on the axis."""
     solid, scale = design.solid, 1e3 * float(design.scale[n])
     t1, t2 = math.tan(solid.lean_proximal), math.tan(solid.lean_distal)
     radius, length = solid.radius * scale, solid.length * scale
@@ -117,13 +129,8 @@ def _outline(
     return [*points, (radius, start + length - radius * t2), (far, start + length - far * t2)]
 
 
-def _find_shell(
-    design: TrunkDesign, n: int, options: MakeOptions, start: float
-) -> tuple[float, float, float, float] | None:
-    """Seat of a section's shell; none where it would leave too little round the holes or between the rims.
-
-    The last section carries the gripper and has none either.
-    """
+def _find_shell(design: TrunkDesign, n: int, options: MakeOptions, start: float) -> ShellSeat | None:
+    """Seat of a section's shell; None where it leaves too thin a wall at the holes, or rims, or carries the gripper."""
     solid, scale = design.solid, 1e3 * float(design.scale[n])
     radius = solid.radius * scale
     inner, rim = (1 - options.shell_depth) * radius, RIM * radius
@@ -132,15 +139,7 @@ def _find_shell(
     is_last = n == design.n_section - 1 and design.gripper is not None
     if is_last or inner - hole < options.wall or rim < options.wall or end - begin < 4 * options.wall:
         return None
-    return inner, radius, begin, end
-
-
-def _find_radius(body: Body, z: float) -> float:
-    """Radius of the outline at a height where it crosses it once."""
-    for (r0, z0), (r1, z1) in pairwise(body.profile):
-        if z0 <= z <= z1 and z0 < z1:
-            return r0 + (r1 - r0) * (z - z0) / (z1 - z0)
-    return body.profile[-1][0]
+    return ShellSeat(inner, radius, begin, end)
 
 
 def _tidy(profile: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:

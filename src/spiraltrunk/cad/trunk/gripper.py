@@ -1,8 +1,8 @@
-"""The tip gripper in one piece: plate with turning tenon, fingers of phalanges on elastic joints, cable paths.
+"""The gripper in one piece: plate with tenon, and fingers of phalanges with elastic joints and cable holes.
 
-Each finger is a spiral of its own (b, angle per phalanx): its phalanges are sections whose faces open by that angle.
-Strands run past each joint at `STRAND_LEVER` of the phalanx's width, on the inner (ventral) side to close and on the
-outer (dorsal) side to open.
+Each finger is a spiral of its own (b, angle per phalanx); its phalanges are sections whose faces open by that angle.
+Strands pass each joint at `STRAND_LEVER` of the phalanx's width, on the inner (ventral) side to close and on the outer
+(dorsal) side to open.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Words
 
 STRAND = 0.6
-"""Diameter of a strand's hole over that of a cable's [-]: a cable is unbraided into one strand a finger (ours)."""
+"""Diameter of a strand's hole over that of a cable's [-]; a cable is unbraided into one strand a finger (ours)."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Finger:
-    """A finger's measures in mm, base first; its axis along z, its outer side along x."""
+    """Dimensions of a finger in mm, base first; its axis along z, its outer side along x."""
 
     lengths: tuple[float, ...]
     """Lengths of the phalanges."""
     radii: tuple[float, ...]
     """Half their widths."""
     joints: tuple[float, ...]
-    """Radii of the elastic joints: EI/L is the design's stiffness."""
+    """Radii of the elastic joints."""
     slopes: tuple[float, float]
-    """Tangents of the leans of proximal and distal faces; the angles together are the angle per phalanx."""
+    """Tangents of the leans of proximal and distal faces; the angles add up to the angle per phalanx."""
     strand: float
     """Radius of a strand's hole."""
     bead: float
@@ -46,15 +46,15 @@ class Finger:
         return 2 * STRAND_LEVER * self.radii[j]
 
     def reach(self, j: int) -> float:
-        """Distance from the axis to the outside of phalanx ``j`` with its beads."""
+        """Largest radius of phalanx ``j`` with its beads."""
         return max(self.radii[j], self.lever(j) + self.bead)
 
 
 def build_finger(design: GripperDesign, modulus: float, options: MakeOptions) -> Finger:
-    """A finger's measures, its joints from E I / L = E pi r^4 / (4 r (t1 + t2)), E in Pa.
+    """Dimensions of a finger; its joints have stiffness E I / L = E pi r^4 / (4 r (t1 + t2)), E in Pa.
 
     Raises:
-        DesignError: where a phalanx has no room between its faces, or fingers meet.
+        DesignError: where a phalanx has no room between its faces, or fingers touch.
     """
     turn, k_p = design.delta_theta, design.k_p
     lean = math.pi / 2 - math.atan2(k_p * math.sin(turn), 1 - k_p * math.cos(turn))
@@ -73,7 +73,7 @@ def build_finger(design: GripperDesign, modulus: float, options: MakeOptions) ->
 
 
 def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """The gripper, standing on its tenon; nothing where the design has none."""
+    """The gripper, printed on its tenon; nothing where the design has none."""
     if design.gripper is None:
         return ()
     seat = find_seat(design, options)
@@ -83,7 +83,7 @@ def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     top = seat.plate - finger.joints[0] * finger.slopes[1]
     widest = max(seat.radius, mount + finger.lever(0) + finger.bead)
     disc = Revolved(profile=((0.0, 0.0), (widest, 0.0), (widest, top), (0.0, top)))
-    bodies, tools = [disc, *build_tenon(seat)], _ways(seat, finger, (mount, top, widest), options)
+    bodies, tools = [disc, *build_tenon(seat)], _ways(seat, top, options)
     straight = _finger_forms(finger, top - seat.plate)
     for f in range(gripper.n_finger):
         bodies += [turned(shifted(form, (mount, 0, seat.plate)), "z", f * turn) for form in straight]
@@ -108,12 +108,12 @@ def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
 
 
 def strand_travel(design: GripperDesign) -> float:
-    """Way of a cable group from straight to all finger joints at their limit [m]."""
+    """Travel of a cable group from straight to the limit of all finger joints [m]."""
     return float((STRAND_LEVER * design.phalanx_width * design.delta_theta).sum())
 
 
 def _finger_forms(finger: Finger, floor: float) -> list[Form]:
-    """Phalanges and joints of one finger, from its first joint's centre up; ``floor`` is where that joint stands."""
+    """Phalanges and joints of one finger, from its first joint's centre up; that joint starts at ``floor``."""
     forms: list[Form] = []
     t1, t2 = finger.slopes
     z = 0.0
@@ -135,6 +135,7 @@ def _finger_forms(finger: Finger, floor: float) -> list[Form]:
 
 
 def _strand_holes(finger: Finger) -> list[Form]:
+    """Holes of the inner and outer strand through the phalanges of one finger."""
     holes: list[Form] = []
     t1, t2 = finger.slopes
     z = 0.0
@@ -146,22 +147,16 @@ def _strand_holes(finger: Finger) -> list[Form]:
     return holes
 
 
-def _ways(seat: TipSeat, finger: Finger, sizes: tuple[float, float, float], options: MakeOptions) -> list[Form]:
-    """The hole through the tenon up to the spokes, and the groove for the trunk cables' knots."""
-    _, top, _ = sizes
-    width = 2.5 * options.cable
-    groove = Revolved(
-        profile=(
-            (seat.ring - width, -1.0), (seat.ring + width, -1.0),
-            (seat.ring + width, seat.knot), (seat.ring - width, seat.knot),
-        )
-    )  # fmt: skip
+def _ways(seat: TipSeat, top: float, options: MakeOptions) -> list[Form]:
+    """The hole through the tenon up to the spokes, and the groove for the knots of the trunk's cables."""
+    inner, outer = seat.ring - 2.5 * options.cable, seat.ring + 2.5 * options.cable
+    groove = Revolved(profile=((inner, -1.0), (outer, -1.0), (outer, seat.knot), (inner, seat.knot)))
     bore = rod(seat.bore, (0, 0, -seat.lip - seat.lug - 1.0), (0, 0, _spoke_height(top, options)))
     return [bore, groove]
 
 
 def _spoke(seat: TipSeat, top: float, widest: float, options: MakeOptions) -> Form:
-    """A straight hole from the plate's outside to its middle: strands are threaded from outside."""
+    """A straight hole from the plate's outside to its middle, through which strands are threaded."""
     z = _spoke_height(top, options)
     return rod(options.hole / 2, (0.0, 0, z), (widest + 1.0, 0, z))
 
@@ -171,7 +166,7 @@ def _spoke_height(top: float, options: MakeOptions) -> float:
 
 
 def _legs(seat: TipSeat, finger: Finger, mount: float, top: float, options: MakeOptions) -> list[Form]:
-    """From the spoke up to the finger's inner and outer strand."""
+    """Holes from the spoke up to the finger's inner and outer strand."""
     z, lever = _spoke_height(top, options), finger.lever(0)
     return [rod(finger.strand, (mount + x, 0, z), (mount + x, 0, top + 1.0)) for x in (-lever, lever)]
 

@@ -1,7 +1,7 @@
-"""The trunk's body: sections fused over elastic joints, revolved as one polygon, drilled, split for the bed.
+"""The trunk's body: sections and elastic joints as one revolved polygon, drilled, and split to fit the bed.
 
-A section at distance rho from the axis reaches from rho tan(lean_proximal) to length - rho tan(lean_distal); between
-two of them the faces open by the angle of a section, and what stands in the gap near the axis is the elastic joint.
+At the radius rho a section reaches from rho tan(lean_proximal) to length - rho tan(lean_distal). The gap between two
+sections opens by the angle per section; the elastic joint fills it near the axis.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, compute_bounds, polar, rod, shifted, turned
 from spiraltrunk.cad.geometry.part import TPU, Part
-from spiraltrunk.cad.trunk.body import Body, _find_radius, _tidy, build_body
+from spiraltrunk.cad.trunk.body import Body, _tidy, build_body
 from spiraltrunk.cad.trunk.gripper_socket import add_socket
 from spiraltrunk.cad.trunk.neck_screws import cut_neck_screws
 from spiraltrunk.cad.trunk.pins import find_pins
@@ -26,13 +26,13 @@ LEAST_PIECE = 8.0
 
 
 def build_trunk(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """The trunk's body in as few pieces as the bed allows, each standing on its end nearer to the base.
+    """The trunk's body in as few pieces as the bed allows, each printed on its proximal end.
 
-    Two pieces meet in a plane through a section, where nothing bends; pins keep them in line, glue and the pull of the
-    cables keep them together. Of several pieces the first one stands on its cut end, as its other one is pointed.
+    Pieces meet in planes through sections, where nothing bends. Pins align them; glue and the cables' tension hold them
+    together. Of several pieces the first is printed on its distal, flat end.
 
     Raises:
-        DesignError: where a section alone is larger than the bed.
+        DesignError: where one section is larger than the bed.
     """
     body = build_body(design, options)
     tools = _holes(design, body, options)
@@ -60,12 +60,12 @@ def build_trunk(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
 
 def plan_planes(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]:
-    """Heights between which the pieces lie [mm]: the base's end, every cut, the tip's end."""
+    """Heights of the pieces' ends [mm]: base, cuts, tip."""
     return [float(body.profile[0][1]), *_split(design, body, options), body.end]
 
 
 def _holes(design: TrunkDesign, body: Body, options: MakeOptions) -> list[Form]:
-    """Every cable hole, the gripper's channel, its socket, and the screw holes in section 1."""
+    """Cuts of the trunk: cable holes, the gripper's channel and socket, screw holes in section 1."""
     tools: list[Form] = []
     for n in range(design.n_section):
         ring, start = 1e3 * float(design.hole_position[n, 0, 1]), float(body.starts[n])
@@ -80,10 +80,10 @@ def _holes(design: TrunkDesign, body: Body, options: MakeOptions) -> list[Form]:
 
 
 def _channel(design: TrunkDesign, body: Body, options: MakeOptions) -> list[Form]:
-    """Way of the gripper's two cables: through the joints as far as these can be hollow, then beside them.
+    """Channel of the gripper's two cables: one hole through the hollow joints, then two holes beside the solid ones.
 
-    Beside the joints it is two holes across the axis from each other, on the axis of sideward bending, so that bending
-    in the plane of cable 1 neither pulls nor slackens them. Where they part, each slants from the axis to its side.
+    The two holes lie on opposite sides of the axis, on the neutral axis of bending in the plane of cable 1, which
+    therefore does not change the cables' lengths. At the fork each hole slants from the axis to its side.
     """
     if body.tip is None:
         return []
@@ -102,7 +102,7 @@ def _channel(design: TrunkDesign, body: Body, options: MakeOptions) -> list[Form
 
 
 def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]:
-    """Heights at which the trunk is cut, so that each piece stands on the bed."""
+    """Heights of the cuts, so that each piece fits the bed."""
     x, y, tall = options.bed
     width = 2e3 * float(design.section_radius[0])
     if width > min(x, y):
@@ -127,19 +127,19 @@ def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]
 
 
 def _cut_range(design: TrunkDesign, body: Body, n: int, options: MakeOptions) -> tuple[float, float]:
-    """Between which heights section ``n`` may be cut: the middle half of its outside, within the shell's seat [mm]."""
+    """Range of heights for a cut of section ``n``: the middle half of its rim, within the shell's seat [mm]."""
     solid, scale, start = design.solid, 1e3 * float(design.scale[n]), float(body.starts[n])
     width, seat = solid.rim_end - solid.rim_start, body.seats[n]
     low, high = start + scale * (solid.rim_start + width / 4), start + scale * (solid.rim_end - width / 4)
     if seat is None:
         return low, high
-    return max(low, seat[2] + options.wall), min(high, seat[3] - options.wall)
+    return max(low, seat.begin + options.wall), min(high, seat.end - options.wall)
 
 
 def _piece(body: Body, tools: list[Form], low: float, high: float) -> Cut:
-    """What of the body lies between two planes."""
+    """The body between two planes."""
     inside = [(r, z) for r, z in body.profile if low < z < high]
-    radius = [_find_radius(body, z) for z in (low, high)]
+    radius = [float(np.interp(z, [z for _, z in body.profile], [r for r, _ in body.profile])) for z in (low, high)]
     first = [(0.0, low), *([(radius[0], low)] if low > body.profile[0][1] else [])]
     is_end = high >= body.end
     last = [(r, z) for r, z in body.profile if z == high] if is_end else [(radius[1], high)]

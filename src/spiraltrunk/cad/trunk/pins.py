@@ -70,7 +70,7 @@ def _find_pin(design: TrunkDesign, body: Body, z: float, options: MakeOptions) -
     radius, seat = 1e3 * float(design.section_radius[n]), body.seats[n]
     diameter = _THICK if 2 * radius > _WIDE else _THIN
     free = diameter / 2 + options.wall
-    outer = (radius if seat is None else seat[0]) - free
+    outer = (radius if seat is None else seat.inner) - free
     inner = options.pair_hole / 2 if n < body.n_hollow else body.find_aside(options) + options.hole / 2
     best = None
     for ring in np.linspace(outer, max(inner + free, 0.0), 40) if outer > inner + free else ():

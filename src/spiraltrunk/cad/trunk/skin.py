@@ -13,7 +13,7 @@ import numpy as np
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, shifted
 from spiraltrunk.cad.geometry.part import PLA, SILICONE, Part
-from spiraltrunk.cad.trunk.body import build_body
+from spiraltrunk.cad.trunk.body import ShellSeat, build_body
 from spiraltrunk.design.trunk import TrunkDesign
 
 CUT_DEPTH = 0.25
@@ -61,11 +61,11 @@ def draw_wrinkles(n: int, inner: float, outer: float, height: float, options: Ma
     return tuple(cuts)
 
 
-def _seats(design: TrunkDesign, options: MakeOptions) -> list[tuple[int, tuple[float, float, float, float]]]:
+def _seats(design: TrunkDesign, options: MakeOptions) -> list[tuple[int, ShellSeat]]:
     return [(n, seat) for n, seat in enumerate(build_body(design, options).seats) if seat is not None]
 
 
-def _build_shell(n: int, seat: tuple[float, float, float, float], options: MakeOptions) -> Part:
+def _build_shell(n: int, seat: ShellSeat, options: MakeOptions) -> Part:
     inner, outer, begin, end = _shrunk(seat, options)
     ring = Revolved(profile=((inner, 0.0), (outer, 0.0), (outer, end - begin), (inner, end - begin)))
     form = Cut(form=ring, tools=draw_wrinkles(n, inner, outer, end - begin, options))
@@ -75,7 +75,7 @@ def _build_shell(n: int, seat: tuple[float, float, float, float], options: MakeO
     )  # fmt: skip
 
 
-def _build_mould(n: int, seat: tuple[float, float, float, float], options: MakeOptions) -> tuple[Part, Part]:
+def _build_mould(n: int, seat: ShellSeat, options: MakeOptions) -> tuple[Part, Part]:
     inner, outer, begin, end = _shrunk(seat, options)
     height, wide = end - begin, outer + MOULD_WALL
     # The step has the shell's outline and centres the ring.
@@ -98,10 +98,10 @@ def _build_mould(n: int, seat: tuple[float, float, float, float], options: MakeO
     )  # fmt: skip
 
 
-def _shrunk(seat: tuple[float, float, float, float], options: MakeOptions) -> tuple[float, float, float, float]:
+def _shrunk(seat: ShellSeat, options: MakeOptions) -> ShellSeat:
     """Dimensions of the shell for a seat: a little narrower, so that it grips."""
-    inner, outer, begin, end = seat
-    return inner * (1 - options.shell_grip), outer, begin + options.clearance / 2, end - options.clearance / 2
+    inner, half = seat.inner * (1 - options.shell_grip), options.clearance / 2
+    return ShellSeat(inner, seat.outer, seat.begin + half, seat.end - half)
 
 
 def _raised(form: Form, by: float) -> Form:

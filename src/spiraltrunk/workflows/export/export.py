@@ -26,7 +26,7 @@ from spiraltrunk.cad.output import make_part
 from spiraltrunk.cad.output.assembly_guide import format_guide
 from spiraltrunk.cad.output.bill_of_materials import build_bill, estimate_print, format_csv, format_markdown
 from spiraltrunk.cad.output.catalogue import build_parts, check_groups
-from spiraltrunk.cad.output.make_part import Made
+from spiraltrunk.cad.output.make_part import MadePart
 from spiraltrunk.design.toml import load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
@@ -133,7 +133,7 @@ def _fill(
     design: TrunkDesign, draft: Path, request: Request, definitions: tuple[Part, ...], tell: Tell
 ) -> dict[str, Any]:
     """Write everything to the draft folder."""
-    made: list[Made] = []
+    made: list[MadePart] = []
     if definitions:
         (draft / "parts").mkdir()
         made = _make(design, draft / "parts", request, definitions, tell)
@@ -159,7 +159,7 @@ def _fill(
 
 def _make(
     design: TrunkDesign, folder: Path | None, request: Request, definitions: tuple[Part, ...], tell: Tell
-) -> list[Made]:
+) -> list[MadePart]:
     """Make all parts; the result is in the order of their definitions.
 
     Raises:
@@ -167,7 +167,7 @@ def _make(
     """
     jobs = sorted(definitions, key=lambda part: _HEAVIEST.get(part.group, 9))
     arguments = (request.options, request.part_formats, folder, design.name)
-    made: dict[str, Made] = {}
+    made: dict[str, MadePart] = {}
     tell("parts", 0, len(jobs))
     workers = _count_workers(jobs, request.workers)
     with nullcontext() if workers == 1 else _open_pool(workers) as pool:
@@ -209,7 +209,7 @@ def _open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _draw(design: TrunkDesign, made: Sequence[Made], folder: Path) -> None:
+def _draw(design: TrunkDesign, made: Sequence[MadePart], folder: Path) -> None:
     parts = [
         PlacedPart(
             name=one.part.name, group=one.part.group, count=one.part.count, mesh=one.mesh, at=one.part.at,
@@ -220,7 +220,7 @@ def _draw(design: TrunkDesign, made: Sequence[Made], folder: Path) -> None:
     write_pictures(parts, folder, title=" ".join(design.name.split()), n_cable=design.n_cable)
 
 
-def _summarise(design: TrunkDesign, request: Request, made: Sequence[Made], files: list[str]) -> dict[str, Any]:
+def _summarise(design: TrunkDesign, request: Request, made: Sequence[MadePart], files: list[str]) -> dict[str, Any]:
     options = request.options
     estimates = {one.part.name: estimate_print(one, options) for one in made}
     result: dict[str, Any] = {
