@@ -4,7 +4,7 @@ Write a strategy
 
 A tenth strategy to copy: hook the trunk's tip under a hanging cylinder, hoist it over the table and put it down.
 
-A strategy is pure: it gets what it remembers and what is seen, and returns what to remember and what to do. It sees
+A strategy is pure: it gets what it remembers and what is observed, and returns what to remember and what to do. It gets
 nothing but an `Observation`, which a real robot has as well, so it runs unchanged on any `Plant`. Its actions bear
 names of their own; the verdict finds lift, carry and hold by the milestones that the strategy reports.
 """
@@ -16,36 +16,33 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.control import Command, Milestone, Observation, Status, Strategy
+from spiraltrunk.control import Milestone, Observation
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import ventral_cables
 from spiraltrunk.sim import parse_object
-from spiraltrunk.strategies.moves import Move, Progress, advance, begin, command_at, fraction, status_of
-from spiraltrunk.strategies.sensing import weight
+from spiraltrunk.strategies.move_strategy import MoveState, MoveStrategy
+from spiraltrunk.strategies.moves import Move, advance, begin, fraction
+from spiraltrunk.strategies.sensing import base_directions, load_fraction, weight
 from spiraltrunk.strategies.wrap.hung_model import predict_wrap, wrap_tension
 from spiraltrunk.workflows.grasp.trial import run_trial
 from spiraltrunk.workflows.grasp.world import Spread
 
 BASE_BEND = 0.8
-"""Bend that the trunk's first joint keeps under the load, over its limit [-]; it sets the tension."""
+"""Bend of the trunk's first joint under the load, over its limit [-]; it sets the tension."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class HookState:
+class HookState(MoveState):
     """What the strategy remembers."""
 
-    progress: Progress
-    """Moves done and to do."""
     weight_empty: float
-    """What hangs on the base without the object [N]."""
-    is_done: bool = False
-    """Whether all moves are done."""
+    """Weight on the base without the object [N]."""
 
 
 @final
-class Hook(Strategy[HookState]):
-    """Without a search: the object must hang where it is announced."""
+class Hook(MoveStrategy[HookState]):
+    """One attempt, without a search: the object must hang where it is announced."""
 
     name = "hook"
     number = 10
@@ -53,47 +50,41 @@ class Hook(Strategy[HookState]):
 
     def init(self, observation: Observation) -> HookState:
         """Plan all moves from the design, the announced object and the goal."""
-        return HookState(progress=begin(plan_moves(observation), observation), weight_empty=weight(observation))
+        return HookState(sequence=begin(plan_moves(observation), observation), weight_empty=weight(observation))
 
-    def step(self, state: HookState, observation: Observation) -> tuple[HookState, Command]:
-        """Follow the moves; what is put down is let go as soon as the table bears it."""
-        progress = state.progress
-        load = weight(observation) - state.weight_empty
-        is_borne = progress.move.milestone is Milestone.SET_DOWN and load < 0.5 * 9.81 * observation.task.target.mass
-        if is_borne or fraction(progress, observation.time) >= 1.0:
-            if progress.is_last:
-                state = replace(state, is_done=True)
-            else:
-                state = replace(state, progress=advance(progress, observation.time))
-        return state, command_at(state.progress, observation.time)
+    def has_ended(self, state: HookState, observation: Observation) -> bool:
+        """Whether the present move has ended: setting down, as soon as the table bears half of the object."""
+        load = load_fraction(observation, weight(observation), state.weight_empty)
+        is_down = state.sequence.move.milestone is Milestone.SET_DOWN and load < 0.5
+        return is_down or fraction(state.sequence, observation.time) >= 1.0
 
-    def status(self, state: HookState) -> Status:
-        """Phase, action and milestone of the present move."""
-        return status_of(state.progress, is_done=state.is_done, gave_up=None)
+    def next_move(self, state: HookState, observation: Observation) -> HookState:
+        """Begin the next move, or end after the last."""
+        if state.sequence.is_last:
+            return replace(state, is_done=True)
+        return replace(state, sequence=advance(state.sequence, observation.time))
 
 
 def plan_moves(observation: Observation) -> tuple[Move, ...]:
     """Moves of the whole task, for a trunk that hangs straight and curls ahead, to its ventral side."""
     design, target, goal = observation.task.design, observation.task.target, observation.task.goal
-    length, down, ahead = design.length, observation.T_world_base[:3, 0], -observation.T_world_base[:3, 1]
+    length, (down, ahead) = design.length, base_directions(observation)
     tension = wrap_tension(design, target.width, target.mass, BASE_BEND * design.joint_limit)
     center = predict_wrap(design, target.width, target.mass, tension).center
     to_base = -center[0] * down - center[1] * ahead
     beside = target.position - 0.7 * length * down - (target.width / 2 + 0.05) * ahead
     wrapped = target.position + to_base + 0.01 * length * down
-    hoisted = wrapped - goal.lift * down
-    placed = goal.place + to_base
+    hoisted, placed = wrapped - goal.lift * down, goal.place + to_base
     clear = placed - 0.12 * length * down - 0.09 * length * ahead
     away = clear - 0.15 * length * down - 0.2 * length * ahead
-    taut, slack = tension * ventral_cables(design), np.zeros(design.n_cable)
 
     def move(
         phase: str, action: str, duration: float, position: np.ndarray, milestone: Milestone | None = None
     ) -> Move:
-        is_slack = phase == "reach" or milestone is Milestone.RELEASED
+        pulls = phase != "reach" and milestone is not Milestone.RELEASED
         return Move(
-            phase=phase, action=action, duration=duration, position=position, milestone=milestone,
-            tension=slack if is_slack else taut,
+            phase=phase, action=action, milestone=milestone, duration=duration, position=position,
+            tension=tension * pulls * ventral_cables(design),
         )  # fmt: skip
 
     return (

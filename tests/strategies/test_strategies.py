@@ -183,7 +183,7 @@ class Table(Stub):
 def _lowered_to(beside, rise):
     """Where along the object's axis the base goes down, each time, for a table met higher than expected by ``rise``."""
     task = _task()
-    lower = next(m for m in WrapVertical().init(Stub(task).reset()).progress.moves if m.action == "lower")
+    lower = next(m for m in WrapVertical().init(Stub(task).reset()).sequence.moves if m.action == "lower")
     log = run(Table(task, lower.position[2] + 0.3 * PAPER.length + rise, beside), WrapVertical())
     actions = [status.action for status in log.statuses]
     turns = [i for i, action in enumerate(actions) if action == "lower" and actions[i + 1] != "lower"]
@@ -270,5 +270,5 @@ def test_a_plan_scales_with_robot_and_object():
         T = observation.T_world_base.copy()
         T[:3, 3] = scale * np.array([0.45, -0.15, 1.28])
         state = WrapVertical().init(dataclasses.replace(observation, T_world_base=T))
-        places.append(np.array([move.position for move in state.progress.moves]))
+        places.append(np.array([move.position for move in state.sequence.moves]))
     np.testing.assert_allclose(places[1], 2 * places[0], rtol=0, atol=2e-4)

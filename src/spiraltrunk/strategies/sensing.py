@@ -1,4 +1,4 @@
-"""What a robot without eyes knows of what it holds: from the arm's torques, its posture, and the cables' lengths."""
+"""Sensing without a camera: load and contact from the arm's torques and the cables' lengths."""
 
 from __future__ import annotations
 
@@ -7,11 +7,26 @@ import math
 import numpy as np
 
 from spiraltrunk.control.messages import Observation
+from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import ventral_cables
 
 
-def in_step(observation: Observation, lead: float) -> np.ndarray:
-    """Longest pulls that keep the ventral cables together, shape (n_cable,) [m]; the others are free."""
+def base_directions(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors along the trunk's base (down, where it hangs) and to its ventral side, in the world, each (3,)."""
+    return observation.T_world_base[:3, 0], -observation.T_world_base[:3, 1]
+
+
+def seen_position(observation: Observation) -> np.ndarray:
+    """Position of the object by the camera, or the announced one where no camera looks, shape (3,) [m]."""
+    return observation.task.target.position if observation.look is None else observation.look.position
+
+
+def limit_ventral_lead(observation: Observation, lead: float) -> np.ndarray:
+    """Upper bounds of the cable pulls that keep the ventral cables together, shape (n_cable,) [m].
+
+    No ventral cable may lead the least pulled one by more than ``lead`` times the cable stroke [-]. The other cables
+    are not bounded.
+    """
     design = observation.task.design
     ventral = ventral_cables(design)
     bound = np.full(ventral.shape, np.inf)
@@ -20,12 +35,20 @@ def in_step(observation: Observation, lead: float) -> np.ndarray:
 
 
 def weight(observation: Observation) -> float:
-    """What hangs on the trunk's base, the trunk included [N]."""
+    """Weight of the trunk and of its load [N]."""
     return -float(observation.base_force[2])
 
 
+def load_fraction(observation: Observation, weight: float, weight_empty: float) -> float:
+    """Measured load over the object's announced weight [-], from weights with and without the load [N]."""
+    return (weight - weight_empty) / (observation.task.target.mass * GRAVITY)
+
+
 def lever(observation: Observation) -> float:
-    """Distance along the object's axis at which a force alone would explain force and torque on the base [m]."""
+    """Offset of the load from the base along the object's axis [m].
+
+    A force f at r about the base has the torque t = r x f; for an axis a square to f, a . r = a . (f x t) / |f|^2.
+    """
     fx, fy, fz = observation.base_force.tolist()
     tx, ty, tz = observation.base_torque.tolist()
     ax, ay, az = observation.task.target.axis.tolist()
@@ -43,24 +66,26 @@ def ventral_tension(observation: Observation) -> float:
     return float(observation.cable_tension[ventral_cables(observation.task.design)].mean())
 
 
-def way_to_turn_flat(length: float, width: float, height: float, beside: float = math.inf) -> float:
-    """How far an object's centre moves along while it turns flat about the end that touched first [m].
+def tipping_displacement(length: float, width: float, height: float, offset: float = math.inf) -> float:
+    """Horizontal displacement of an object's centre while it tips flat about the end that touched first [m].
 
-    Plane geometry of a rectangle, half length l and half width r. Tilted by t on its low corner, its centre stands
-    l sin t + r cos t above the table and l cos t - r sin t beside the corner; flat, r above and l beside. The heights
-    give the tilt, and the tilt the way; 0 where it touched level or lower than expected. A loaded trunk sags, so that
-    wide objects seem to touch higher than with a corner below their centre. Such heights tell nothing; but what tilts
-    on a loop below it hangs beside that loop by r sin t, and is tilted by no more than that.
+    A rectangle of half length l and half width r is tilted by t on its low corner. Its centre is l sin t + r cos t
+    above the table and l cos t - r sin t beside the corner. Flat, it is r above and l beside. The heights give the
+    tilt, and the tilt gives the displacement l - l cos t + r sin t. It is 0 where the object touched at the level
+    height or lower.
+
+    A loaded trunk sags, so that wide objects seem to touch higher than any tilt allows. The tilt is then bounded by the
+    offset of the centre from the loop that carries the object, at most r sin t.
 
     Args:
-        length: extent along its axis [m].
+        length: extent along the object's axis [m].
         width: extent across [m].
-        height: how much higher than a level object its centre was when it touched [m].
-        beside: how far its centre hung beside what carries it [m].
+        height: height of the centre at touch-down above that of a level object [m].
+        offset: horizontal distance of the centre from what carries it [m].
     """
     half, radius = length / 2, width / 2
     sine = min(1.0, (height + radius) / math.hypot(half, radius))
     tilt = math.asin(max(0.0, sine)) - math.atan2(radius, half)
     if sine == 1.0:
-        tilt = min(tilt, math.asin(min(1.0, abs(beside) / radius)))
+        tilt = min(tilt, math.asin(min(1.0, abs(offset) / radius)))
     return half - half * math.cos(tilt) + radius * math.sin(tilt) if tilt > 0 else 0.0

@@ -1,9 +1,9 @@
-"""A grasp made stiff for transport: winders that hold lengths, and a dorsal cable that pulls against the ventral ones.
+"""A grasp made stiff for transport: winders that hold lengths, and a dorsal cable against the ventral ones.
 
 "Grasping by Spiraling" (Results, transport) stiffens the trunk by opposing tensions of dorsal and ventral cables. The
-equilibrium and the simulation find: held by tension without friction, opposing cables stiffen
-nothing, they soften; held by length they stiffen at once, whatever the tension; and only friction in the holes makes
-stiffness grow with tension (docs/validation/stiffness.md).
+equilibrium and the simulation find (docs/validation/stiffness.md): cables held by tension without friction soften the
+trunk when they oppose; cables held by length stiffen it, whatever their tension; only friction in the holes makes
+stiffness grow with tension.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics.cables import planar_lever
 
 CEILING = 0.95
-"""Tension over the largest one that a winder may take to hold its length [-]: the rest is left to move."""
+"""Tension over the largest one that a winder may take to hold its length [-] (ours): the rest is left to move."""
 
 
 def co_contraction(design: TrunkDesign, ventral: float, dorsal: float, bend: float = 0.0) -> np.ndarray:
-    """Tensions that bend as the ventral ones alone, with dorsal tension against them, shape (n_cable,) [N].
+    """Tensions of opposing cables that bend the trunk as the ventral ones alone do, shape (n_cable,) [N].
 
-    Each ventral cable pulls harder by what balances the dorsal ones' moment about a joint,
+    Each ventral cable takes what balances the dorsal cables' moment about a joint in addition,
 
-        more = dorsal * sum lever_dorsal(bend) / sum lever_ventral(bend),
+        dT_ventral = T_dorsal * sum lever_dorsal(bend) / -sum lever_ventral(bend),
 
-    the same at every joint of that bend, as the trunk's sections are similar. The shape keeps where joints bend alike;
-    elsewhere it shifts, in the half curled paper's trunk by 13 mm at 5 N without friction. With friction in the holes
-    the order matters: bend first, hold the ventral lengths, then pull dorsal, and these are the tensions that come of
-    it; pulled together from slack they bend less.
+    which is the same at every joint of that bend, as the trunk's sections are similar. The shape is kept where all
+    joints bend alike. Elsewhere it shifts: by 13 mm at 5 N in the half curled trunk of the paper, without friction.
+    With friction the order of loading matters: bend, hold the ventral lengths, then pull dorsal. These are the tensions
+    that result. Pulled together from slack, the cables bend the trunk less.
 
     Args:
-        design: the trunk; cables on both sides.
+        design: trunk with cables on both sides.
         ventral: tension of each ventral cable alone [N].
         dorsal: tension of each dorsal cable [N].
-        bend: ventral bend of the joints that shall feel no difference [rad].
+        bend: ventral bend of the joints that keep their moment [rad].
 
     Raises:
         DesignError: for a tension that is negative, or a bend beyond the joint limit.
@@ -57,25 +57,28 @@ def co_contraction(design: TrunkDesign, ventral: float, dorsal: float, bend: flo
 
 
 def hold_lengths(
-    design: TrunkDesign, pull: np.ndarray, tension: np.ndarray, *, dorsal: float = 0.0, give: float = 5e-5
+    design: TrunkDesign, pull: np.ndarray, tension: np.ndarray, *, dorsal: float = 0.0, compliance: float = 5e-5
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Longest pulls and tension ceilings with which the ventral winders keep the lengths that they have.
+    """Bounds of pulls and tensions with which the ventral winders keep their present lengths.
 
-    The dorsal cables pull with a tension, whatever their length.
+    The dorsal cables keep a tension, whatever their length.
 
     Args:
         design: the trunk.
-        pull: cable pulled in now, shape (n_cable,) [m].
-        tension: tension now, shape (n_cable,) [N].
+        pull: present cable pulls, shape (n_cable,) [m].
+        tension: present tensions, shape (n_cable,) [N].
         dorsal: tension of the dorsal cables from now on [N].
-        give: cable that a winder pays out per tension while it holds [m/N]; 5e-5 is the simulated one's.
+        compliance: of a winder that holds its length [m/N]; 5e-5 is the simulated one's.
 
     Returns:
         ``cable_pull`` and ``cable_tension`` of the commands to come, shapes (n_cable,) [m], [N].
+
+    Raises:
+        DesignError: for a dorsal tension or a compliance out of its range.
     """
     check_number("dorsal", dorsal, least=0.0, most=design.cable.tension_max)
-    check_number("give", give, least=0.0, below=1e-2)
+    check_number("compliance", compliance, least=0.0, below=1e-2)
     ventral = ventral_cables(design)
     ceiling = np.where(ventral, CEILING * design.cable.tension_max, dorsal)
     ceiling[~ventral & (design.cable_direction[:, 1] <= 1e-6)] = 0.0
-    return np.where(ventral, np.asarray(pull) + give * np.asarray(tension), np.inf), ceiling
+    return np.where(ventral, np.asarray(pull) + compliance * np.asarray(tension), np.inf), ceiling

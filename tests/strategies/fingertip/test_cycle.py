@@ -15,7 +15,9 @@ from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
-from spiraltrunk.strategies.fingertip.plan import TipOptions, closing, opening, tip_height, turned_across
+from spiraltrunk.strategies.fingertip import plan
+from spiraltrunk.strategies.fingertip.cycle import FIRMER, TIGHTEN
+from spiraltrunk.strategies.fingertip.plan import closing, opening, tip_height, turned_across
 from spiraltrunk.strategies.moves import PHASES
 
 DT, GROUND = 0.02, 0.60
@@ -158,7 +160,7 @@ def test_a_failed_grip_is_tried_once_more_and_firmer(strategy):
     assert log.gave_up is None
     assert sum(a != "close" == b for a, b in pairwise(actions)) == 2
     first, second = (max(command.gripper for command in run.commands) for run in (once, log))
-    assert second == pytest.approx(min(1.0, TipOptions().firmer * first), rel=1e-9)
+    assert second == pytest.approx(min(1.0, FIRMER * first), rel=1e-9)
 
 
 def test_where_nothing_is_lifted_it_gives_up(strategy):
@@ -179,7 +181,7 @@ def test_slip_is_answered_by_a_tighter_grip():
     start, _ = slack.span("transport", "hold")
     slipped = run(Hand(_task(), slips=(start + 1.7, 0.008)), strategies.get("tip-grip"))
     grips = [max(command.gripper for command in log.commands) for log in (slack, slipped)]
-    assert grips[1] == pytest.approx(TipOptions().tighten * grips[0], rel=1e-9)
+    assert grips[1] == pytest.approx(TIGHTEN * grips[0], rel=1e-9)
 
 
 def test_a_trunk_without_a_gripper_is_refused(strategy):
@@ -205,30 +207,27 @@ def test_a_pinch_sets_one_finger_square_to_the_axis_by_the_least_turn(angle):
 
 
 def test_the_grip_clears_ground_and_object_and_opens_wider_for_wider_ones():
-    options, goal = TipOptions(), _task().goal
     openings = []
     for width in (0.010, 0.020, 0.030):
-        target = _task(width=width).target
-        height = tip_height(PAPER.gripper, target, goal, options) - GROUND
+        task = _task(width=width)
+        height = tip_height(task) - GROUND
         assert height > max(PAPER.gripper.finger_length, 1.1 * width)
-        openings.append(opening(PAPER.gripper, target, goal, options))
+        openings.append(opening(task))
     assert 0 > openings[0] > openings[1] > openings[2] >= -1
 
 
 def test_a_standing_box_whose_turn_is_not_known_takes_the_room_of_its_corners():
-    options, goal = TipOptions(), _task().goal
-    box = _task(width=0.028, kind="box").target
-    lying = dataclasses.replace(box, axis=np.array([1.0, 0.0, 0.0]))
-    assert tip_height(PAPER.gripper, box, goal, options) > tip_height(PAPER.gripper, lying, goal, options)
+    box, lying = (_task(width=0.028, kind="box", axis=axis) for axis in ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0)))
+    assert tip_height(box) > tip_height(lying)
 
 
-def test_fingers_press_on_a_slope_as_hard_as_it_takes_and_at_most_as_they_can():
+def test_fingers_press_on_a_slope_as_hard_as_it_takes_and_at_most_as_they_can(monkeypatch):
     """On a side at an angle a, N lifts N (mu cos a - sin a), with a third of the friction to spare for."""
-    gripper, loose = PAPER.gripper, TipOptions(press_least=0.0)
+    monkeypatch.setattr(plan, "PRESS_LEAST", 0.0)
 
     def command(kind, length, mass=0.01):
         task = _task(kind=kind, length=length, width=0.012)
-        return closing(gripper, dataclasses.replace(task.target, mass=mass), loose)
+        return closing(dataclasses.replace(task, target=dataclasses.replace(task.target, mass=mass)))
 
     upright, slim, steep = command("cylinder", 0.04), command("cone", 0.04), command("cone", 0.02)
     assert upright < slim < steep == 1.0

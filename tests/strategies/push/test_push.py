@@ -1,4 +1,4 @@
-"""Kick and sweep: where the fist goes, how a push is steered, and what takes over after a sweep."""
+"""Kick and sweep: where the rolled trunk goes, how a push is steered, and what takes over after a sweep."""
 
 import math
 from dataclasses import dataclass, replace
@@ -17,8 +17,8 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.push.kick import Kick
-from spiraltrunk.strategies.push.stance import plan_stance, reach_of
+from spiraltrunk.strategies.push.approach_pose import plan_pose, reach_of
+from spiraltrunk.strategies.push.kick import RESISTANCE, ROLL, Kick
 from spiraltrunk.strategies.push.sweep import Sweep, choose_grasp, task_to_grasp
 
 DT = 0.02
@@ -34,15 +34,15 @@ def _task(name="cylinder-60", strategy=Sweep, push=None):
 
 
 class Table(Plant):
-    """A robot that does at once what it is told, and an object that its fist pushes.
+    """A robot that does at once what it is told, and an object that the rolled trunk pushes.
 
-    What slides is carried along; what rolls is pushed out of the fist, a circle, the shortest way.
+    What slides is carried along; what rolls is pushed out of the trunk's front, a circle, the shortest way.
     """
 
     def __init__(self, task, beside=(0.0, 0.0), rolls=False, is_heavy=False, size=1.0):
         self.task, self.rolls, self.is_heavy = task, rolls, is_heavy
         self.start = task.target.position + np.array([*beside, 0.0])
-        self.stance = plan_stance(task, 0.0)
+        self.pose = plan_pose(task, 0.0)
         self.width = size * task.target.width
 
     @property
@@ -57,16 +57,16 @@ class Table(Plant):
     def step(self, command: Command):
         self.time += DT
         before, self.T = self.T, command.T_world_base
-        if not self.is_heavy and np.allclose(self.T[:3, :3], self.stance.rotation, atol=1e-3):
-            self._push(self.stance.front_of(self.T[:3, 3]), self.T[:3, 3] - before[:3, 3])
+        if not self.is_heavy and np.allclose(self.T[:3, :3], self.pose.rotation, atol=1e-3):
+            self._push(self.pose.front_of(self.T[:3, 3]), self.T[:3, 3] - before[:3, 3])
         return self._observe(command.cable_tension)
 
     def _push(self, front, moved):
-        fist = self.stance.fist
-        if front[2] - fist.radius > self.task.goal.ground + 0.03:
+        trunk = self.pose.trunk
+        if front[2] - trunk.radius > self.task.goal.ground + 0.03:
             return
-        away = (self.object - front + fist.curve * self.stance.way)[:2]
-        depth = fist.curve + self.width / 2 - np.linalg.norm(away)
+        away = (self.object - front + trunk.curve * self.pose.way)[:2]
+        depth = trunk.curve + self.width / 2 - np.linalg.norm(away)
         if depth > 0:
             way = away / np.linalg.norm(away)
             self.object[:2] += depth * way if self.rolls else moved[:2]
@@ -201,14 +201,14 @@ def test_commands_are_smooth_and_within_the_motors_tension(strategy):
     assert (tension[:, 0] == 0.0).all()
 
 
-def test_the_fist_keeps_off_the_ground_and_comes_down_behind_the_object():
+def test_the_rolled_trunk_keeps_off_the_ground_and_comes_down_behind_the_object():
     plant = Table(_task(strategy=Kick))
-    stance, task = plant.stance, plant.task
+    pose, task = plant.pose, plant.task
     log = run(plant, Kick())
     span = log.span("transport", "kick")
     kick = [seen for seen in log.observations if span[0] - DT <= seen.time <= span[1]]
-    front = np.array([stance.front_of(seen.T_world_base[:3, 3]) for seen in kick])
-    assert front[:, 2].min() >= task.goal.ground + stance.fist.radius
+    front = np.array([pose.front_of(seen.T_world_base[:3, 3]) for seen in kick])
+    assert front[:, 2].min() >= task.goal.ground + pose.trunk.radius
     assert front[0, 1] < task.target.position[1] - reach_of(task.target)
     np.testing.assert_allclose(front[:, 0], task.target.position[0], atol=1e-6)
     assert np.ptp(front[:, 1]) == pytest.approx(0.28, abs=0.01)
@@ -218,8 +218,8 @@ def test_the_fist_keeps_off_the_ground_and_comes_down_behind_the_object():
 def test_a_ball_is_struck_so_that_it_rolls_as_far_as_it_shall(name, width):
     """Work of the rolling resistance, m g c / r a metre, against the energy 7/10 m v^2 of a ball that rolls."""
     speed = _peak_speed(name)
-    rolled = 0.7 * speed**2 / (9.81 * Kick().options.resistance / (width / 2))
-    assert rolled == pytest.approx(Kick().options.roll, rel=0.03)
+    rolled = 0.7 * speed**2 / (9.81 * RESISTANCE / (width / 2))
+    assert rolled == pytest.approx(ROLL, rel=0.03)
 
 
 @pytest.mark.parametrize(("name", "width", "height"), [("cylinder-90", 0.09, 0.24), ("box-100", 0.10, 0.24)])
@@ -252,9 +252,9 @@ def test_a_box_may_stand_with_an_edge_ahead_and_a_lying_object_end_on():
 def test_what_cannot_be_pushed_is_refused():
     task = _task()
     with pytest.raises(ModelError, match="the object hangs"):
-        plan_stance(replace(task, goal=replace(task.goal, ground=None)), 0.0)
+        plan_pose(replace(task, goal=replace(task.goal, ground=None)), 0.0)
     with pytest.raises(ModelError, match="where it shall be"):
-        plan_stance(replace(task, goal=replace(task.goal, place=task.target.position)), 0.0)
+        plan_pose(replace(task, goal=replace(task.goal, place=task.target.position)), 0.0)
     dorsal = replace(PAPER, cable=replace(PAPER.cable, angles=(0.0, 0.5)))
     with pytest.raises(ModelError, match="no cable pulls ventral"):
-        plan_stance(replace(task, design=dorsal), 0.0)
+        plan_pose(replace(task, design=dorsal), 0.0)

@@ -10,8 +10,9 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.moves import Progress, begin, insert_next, shift_later
-from spiraltrunk.strategies.wrap.hung_plan import WrapOptions, plan_wrap, wrap_again
+from spiraltrunk.strategies.moves import MoveSequence, begin, insert_next, shift_later
+from spiraltrunk.strategies.wrap.hung import LEAD
+from spiraltrunk.strategies.wrap.hung_plan import plan_wrap, wrap_again
 
 SHIFT, BACK, UP = np.array([0.02, 0.0, 0.0]), np.array([0.0, -0.04, 0.0]), np.array([0.0, 0.0, 0.1])
 
@@ -26,23 +27,23 @@ def _observation() -> Observation:
     )  # fmt: skip
 
 
-def _at(action: str) -> Progress:
+def _at(action: str) -> MoveSequence:
     observation = _observation()
-    progress = begin(plan_wrap(observation, WrapOptions()), observation)
-    return replace(progress, index=[move.action for move in progress.moves].index(action))
+    sequence = begin(plan_wrap(observation), observation)
+    return replace(sequence, index=[move.action for move in sequence.moves].index(action))
 
 
-def _risen() -> Progress:
+def _risen() -> MoveSequence:
     hefted = _at("heft")
     rise = replace(hefted.move, action="rise on", position=hefted.move.position + UP)
-    risen = insert_next(shift_later(hefted, UP, "transport"), (rise,))
+    risen = insert_next(shift_later(hefted, UP, ("transport",)), (rise,))
     return replace(risen, index=risen.index + 1)
 
 
 def test_a_wrap_after_a_second_rise_goes_on_as_after_the_first():
     """But for the time to put the object back from higher up."""
-    first = wrap_again(_at("heft"), SHIFT, BACK, WrapOptions())
-    second = wrap_again(_risen(), SHIFT, BACK, WrapOptions())
+    first = wrap_again(_at("heft"), SHIFT, BACK)
+    second = wrap_again(_risen(), SHIFT, BACK)
     later = first.moves[first.index + 1 :], second.moves[second.index + 1 :]
     assert [move.action for move in later[0]] == [move.action for move in later[1]]
     for one, other in zip(*later, strict=True):
@@ -53,12 +54,12 @@ def test_a_wrap_after_a_second_rise_goes_on_as_after_the_first():
 
 def test_a_wrap_tried_anew_moves_lift_and_carry_along_and_not_the_place():
     before = {move.action: move.position for move in _at("heft").moves}
-    after = {move.action: move.position for move in wrap_again(_at("heft"), SHIFT, BACK, WrapOptions()).moves}
+    after = {move.action: move.position for move in wrap_again(_at("heft"), SHIFT, BACK).moves}
     for action, way in (("lift", SHIFT), ("hold", SHIFT), ("bring", 0.0 * SHIFT), ("lower", 0.0 * SHIFT)):
         np.testing.assert_allclose(after[action], before[action] + way, atol=1e-12)
 
 
 def test_cables_in_step_can_pull_in_full():
     """The simulated winder gives way by less under its largest tension than one cable may be ahead."""
-    lead = WrapOptions().lead * PAPER.cable_stroke
+    lead = LEAD * PAPER.cable_stroke
     assert lead * TrunkOptions().cable_gain > PAPER.cable.tension_max

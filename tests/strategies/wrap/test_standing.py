@@ -13,6 +13,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.wrap import standing, standing_plan
 from spiraltrunk.strategies.wrap.standing import StandingState, StandingWrap
 from spiraltrunk.strategies.wrap.standing_model import object_center, shut_pull
 from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal, WrapOblique, WrapObliqueLow
@@ -50,7 +51,7 @@ def test_the_housing_stays_above_the_ground_in_every_move(name: str, strategy: S
     seen = first_seen(name)
     ground, housing = seen.task.goal.ground, PAPER.housing
     assert ground is not None
-    for move in strategy.init(seen).progress.moves:
+    for move in strategy.init(seen).sequence.moves:
         assert move.rotation is not None
         along = move.rotation[:, 0]
         for back in (housing.neck_length, housing.neck_length + housing.length):
@@ -59,12 +60,12 @@ def test_the_housing_stays_above_the_ground_in_every_move(name: str, strategy: S
 
 
 def test_the_plan_has_every_milestone_in_order(start: tuple[StandingState, Observation]) -> None:
-    planned = dict.fromkeys(move.milestone for move in start[0].progress.moves if move.milestone is not None)
+    planned = dict.fromkeys(move.milestone for move in start[0].sequence.moves if move.milestone is not None)
     assert list(planned) == [milestone for milestone in Milestone if milestone is not Milestone.PUSHED]
 
 
 def test_tension_rises_to_the_grip_and_falls_again(start: tuple[StandingState, Observation]) -> None:
-    moves = start[0].progress.moves
+    moves = start[0].sequence.moves
     most = [move.tension.max() for move in moves]
     tight = next(i for i, move in enumerate(moves) if move.action == "tighten")
     assert (np.diff(most[1:tight]) >= -1e-9).all()
@@ -73,14 +74,14 @@ def test_tension_rises_to_the_grip_and_falls_again(start: tuple[StandingState, O
 
 
 def test_a_heavier_object_is_gripped_harder() -> None:
-    grips = [max(m.tension.max() for m in STRATEGY.init(first_seen(name)).progress.moves)
+    grips = [max(m.tension.max() for m in STRATEGY.init(first_seen(name)).sequence.moves)
              for name in ("cylinder-60", "cylinder-60-heavy")]  # fmt: skip
     assert grips[1] > grips[0]
 
 
 def test_a_box_is_wrapped_as_the_cylinder_of_the_same_girth() -> None:
     box, cylinder = (
-        STRATEGY.init(first_seen(name)).progress.moves
+        STRATEGY.init(first_seen(name)).sequence.moves
         for name in (
             "box:x_mm=200,y_mm=80,z_mm=80,mass_g=300",
             f"cylinder:diameter_mm={4 * 80 / np.pi:.9f},height_mm=200,mass_g=300",
@@ -94,8 +95,8 @@ def test_a_box_is_wrapped_as_the_cylinder_of_the_same_girth() -> None:
 def test_the_closed_curl_has_the_object_where_the_model_says(start: tuple[StandingState, Observation]) -> None:
     state, seen = start
     target = seen.task.target
-    last = next(move for move in state.progress.moves if move.action == "tighten")
-    curl = [move for move in state.progress.moves if move.action == "curl"][-1]
+    last = next(move for move in state.sequence.moves if move.action == "tighten")
+    curl = [move for move in state.sequence.moves if move.action == "curl"][-1]
     assert last.rotation is not None
     tilt = float(np.arccos(-last.rotation[2, 0]))
     aside, ahead, _ = object_center(PAPER, target.width, tilt, curl.tension)
@@ -106,11 +107,11 @@ def test_the_closed_curl_has_the_object_where_the_model_says(start: tuple[Standi
 
 
 def test_what_topples_early_is_wrapped_above_its_middle_and_all_else_low_down() -> None:
-    options = WrapObliqueLow.default_options()
-    lower = WrapObliqueLow(replace(options, slender_height=0.0))
+    lower = WrapObliqueLow()
+    lower.plane = replace(lower.plane, slender_height=0.0)
     for name, is_raised in (("cylinder-60", True), ("box-60", True), ("bottle-70", False), ("cylinder-90", False)):
         heights = [
-            next(m for m in one.init(first_seen(name)).progress.moves if m.action == "tighten").position[2]
+            next(m for m in one.init(first_seen(name)).sequence.moves if m.action == "tighten").position[2]
             for one in (WrapObliqueLow(), lower)
         ]
         assert (heights[0] > heights[1] + 0.01) == is_raised, name
@@ -130,32 +131,32 @@ def test_the_same_state_and_sight_give_the_same_command(start: tuple[StandingSta
 def touching(start: tuple[StandingState, Observation], lean: float) -> StandingState:
     """Near the end of the sideways move, with the dorsal cable pulled in by ``lean`` [m]."""
     state, seen = start
-    at = next(i for i, move in enumerate(state.progress.moves) if move.action == "touch")
-    touch = state.progress.moves[at]
+    at = next(i for i, move in enumerate(state.sequence.moves) if move.action == "touch")
+    touch = state.sequence.moves[at]
     assert touch.rotation is not None
     there = np.eye(4)
     there[:3, :3], there[:3, 3] = touch.rotation, touch.position - [0.01, 0.0, 0.0]
-    progress = replace(state.progress, index=at, since=seen.time - 0.01, T_start=there)
+    sequence = replace(state.sequence, index=at, since=seen.time - 0.01, T_start=there)
     bent = replace(seen, T_world_base=there, cable_pull=np.array([lean, 0.0, 0.0]))
-    return STRATEGY.step(replace(state, progress=progress, lean=lean, lean_free=0.0), bent)[0]
+    return STRATEGY.step(replace(state, sequence=sequence, lean=lean, lean_free=0.0), bent)[0]
 
 
 def test_a_trunk_that_is_pushed_back_stops_and_curls(start: tuple[StandingState, Observation]) -> None:
-    assert touching(start, 0.0).progress.move.action == "touch"
+    assert touching(start, 0.0).sequence.move.action == "touch"
     state = touching(start, 0.003)
-    assert state.progress.move.action == "curl"
-    shifted, planned = (next(m for m in s.progress.moves if m.action == "curl") for s in (state, start[0]))
-    beyond = (STRATEGY.options.overshoot - STRATEGY.options.relief) * PAPER.length - 0.01
+    assert state.sequence.move.action == "curl"
+    shifted, planned = (next(m for m in s.sequence.moves if m.action == "curl") for s in (state, start[0]))
+    beyond = (standing_plan.OVERSHOOT - standing.RELIEF) * PAPER.length - 0.01
     np.testing.assert_allclose(shifted.position - planned.position, [beyond, 0.0, 0.0], atol=1e-5)
-    places = [[m.position for m in s.progress.moves if m.phase == "release"] for s in (state, start[0])]
+    places = [[m.position for m in s.sequence.moves if m.phase == "release"] for s in (state, start[0])]
     np.testing.assert_array_equal(*places)
 
 
 def test_the_trunk_springs_open_where_it_stands(start: tuple[StandingState, Observation]) -> None:
-    moves = start[0].progress.moves
+    moves = start[0].sequence.moves
     at = next(i for i, move in enumerate(moves) if move.action == "open")
     before, opened = moves[at - 1], moves[at]
-    assert before.tension.max() > STRATEGY.options.spring * shut_pull(PAPER)[0] * 0.99
+    assert before.tension.max() > standing_plan.SPRING * shut_pull(PAPER)[0] * 0.99
     np.testing.assert_array_equal(opened.tension, moves[0].tension)  # The tail's alone.
     assert opened.duration < 0.1
     np.testing.assert_array_equal(opened.position, before.position)
@@ -163,7 +164,7 @@ def test_the_trunk_springs_open_where_it_stands(start: tuple[StandingState, Obse
 
 
 def test_cables_are_equal_before_a_falling_plane_opens() -> None:
-    moves = WrapOblique().init(first_seen()).progress.moves
+    moves = WrapOblique().init(first_seen()).sequence.moves
     ventral = PAPER.cable_direction[:, 1] < 0
     spread = {action: np.ptp(next(m for m in moves if m.action == action).tension[ventral])
               for action in ("tighten", "level", "lower", "uncurl")}  # fmt: skip
@@ -176,15 +177,15 @@ def at_the_end_of(
 ) -> tuple[StandingState, Observation]:
     """The last instant of an action, with part ``load`` of the object's weight on the trunk's base."""
     state, seen = start
-    at = next(i for i, move in enumerate(state.progress.moves) if move.action == action)
-    move = state.progress.moves[at]
-    progress = replace(
-        state.progress, index=at, since=seen.time - move.duration, T_start=seen.T_world_base, tension_start=move.tension
+    at = next(i for i, move in enumerate(state.sequence.moves) if move.action == action)
+    move = state.sequence.moves[at]
+    sequence = replace(
+        state.sequence, index=at, since=seen.time - move.duration, T_start=seen.T_world_base, tension_start=move.tension
     )
     weight = load * 9.80665 * seen.task.target.mass
     pull = np.array([-0.1, 0.05, 0.06])
     now = replace(seen, base_force=np.array([0.0, 0.0, -weight]), cable_pull=pull, cable_tension=move.tension)
-    return replace(state, progress=progress, weight=weight, weight_empty=0.0, pull=pull), now
+    return replace(state, sequence=sequence, weight=weight, weight_empty=0.0, pull=pull), now
 
 
 def test_what_is_carried_is_held_by_length_with_the_dorsal_cable_taut(
@@ -192,19 +193,19 @@ def test_what_is_carried_is_held_by_length_with_the_dorsal_cable_taut(
 ) -> None:
     state, seen = at_the_end_of(start, "steady", 1.0)
     state, _ = STRATEGY.step(state, seen)
-    lift = state.progress.move
+    lift = state.sequence.move
     assert lift.action == "lift"
     assert lift.pull is not None
     assert lift.tension[0] == 1.0
     assert lift.tension[1:] == pytest.approx(0.95 * PAPER.cable.tension_max)
     np.testing.assert_allclose(lift.pull[1:], [0.05, 0.06] + 5e-5 * state.tight[1:])
-    lower = next(move for move in state.progress.moves if move.action == "lower")
+    lower = next(move for move in state.sequence.moves if move.action == "lower")
     assert lower.pull is None
     slipped, _ = STRATEGY.step(replace(state, pull=seen.cable_pull - 0.01), seen)
-    np.testing.assert_array_equal(slipped.progress.move.pull, lift.pull)  # Nothing is paid out.
+    np.testing.assert_array_equal(slipped.sequence.move.pull, lift.pull)  # Nothing is paid out.
     settled, _ = STRATEGY.step(replace(state, pull=seen.cable_pull + 0.01), seen)
-    assert settled.progress.move.pull is not None
-    assert (settled.progress.move.pull[1:] > lift.pull[1:] + 0.005).all()
+    assert settled.sequence.move.pull is not None
+    assert (settled.sequence.move.pull[1:] > lift.pull[1:] + 0.005).all()
 
 
 def test_the_head_rights_what_still_leans_once_the_cables_are_equal(start: tuple[StandingState, Observation]) -> None:
@@ -212,26 +213,27 @@ def test_the_head_rights_what_still_leans_once_the_cables_are_equal(start: tuple
     for action in ("try", "level"):
         state, seen = at_the_end_of(start, action, 1.0)
         axis = np.array([0.0, 0.1, 1.0]) / np.sqrt(1.01)
-        planned, base = state.progress.move.rotation, state.progress.move.position
+        planned, base = state.sequence.move.rotation, state.sequence.move.position
         look = Look(time=seen.time, position=base + np.array([0.08, 0.05, -0.3]), axis=axis)
         state, _ = STRATEGY.step(state, replace(seen, look=look))
-        assert state.progress.move.rotation is not None
+        assert state.sequence.move.rotation is not None
         assert planned is not None
-        turned[action] = np.abs(state.progress.move.rotation - planned).max()
+        turned[action] = np.abs(state.sequence.move.rotation - planned).max()
     assert turned["try"] == 0.0
     assert turned["level"] > 0.05
 
 
-def test_a_falling_plane_is_wrapped_higher_where_its_base_will_sink() -> None:
-    height, tilt, options = [], [], WrapObliqueLow.default_options()
-    for sag in (0.0, options.sag):
-        low = replace(options, sag=sag, slender_height=0.0)
-        moves = WrapObliqueLow(low).init(first_seen()).progress.moves
+def test_a_falling_plane_is_wrapped_higher_where_its_base_will_sink(monkeypatch: pytest.MonkeyPatch) -> None:
+    height, tilt, usual, low = [], [], standing_plan.SAG, WrapObliqueLow()
+    low.plane = replace(low.plane, slender_height=0.0)
+    for sag in (0.0, usual):
+        monkeypatch.setattr(standing_plan, "SAG", sag)
+        moves = low.init(first_seen()).sequence.moves
         ends = [next(move for move in moves if move.action == action) for action in ("touch", "tighten")]
         tilt = [np.arccos(-move.rotation[2, 0]) for move in ends if move.rotation is not None]
         height.append(ends[1].position[2])
     assert tilt[0] - tilt[1] > np.radians(10)
-    assert height[1] - height[0] == pytest.approx(options.sag * PAPER.length * (tilt[0] - tilt[1]))
+    assert height[1] - height[0] == pytest.approx(usual * PAPER.length * (tilt[0] - tilt[1]))
 
 
 def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(
@@ -239,19 +241,19 @@ def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(
 ) -> None:
     state, seen = at_the_end_of(start, "try", 0.0)
     state, _ = STRATEGY.step(state, seen)
-    assert state.progress.move.action == "let go"
+    assert state.sequence.move.action == "let go"
     assert state.retries == 1
-    later = state.progress.moves[state.progress.index :]
-    assert min(move.duration for move in later if move.action == "let go") == STRATEGY.options.open_time
-    at = next(i for i, move in enumerate(state.progress.moves) if move.action == "back off")
+    later = state.sequence.moves[state.sequence.index :]
+    assert min(move.duration for move in later if move.action == "let go") == standing_plan.OPEN_TIME
+    at = next(i for i, move in enumerate(state.sequence.moves) if move.action == "back off")
     moved = seen.task.target.position + np.array([0.01, -0.02, 0.03])
     look = Look(time=seen.time, position=moved, axis=seen.task.target.axis)
-    since = seen.time - state.progress.moves[at].duration
-    begun = replace(state, progress=replace(state.progress, index=at, since=since))
+    since = seen.time - state.sequence.moves[at].duration
+    begun = replace(state, sequence=replace(state.sequence, index=at, since=since))
     again, _ = STRATEGY.step(begun, replace(seen, look=look))
-    assert again.progress.move.action == "touch"
+    assert again.sequence.move.action == "touch"
     np.testing.assert_allclose(
-        again.progress.move.position - state.progress.moves[at + 1].position, [0.01, -0.02, 0.0], atol=1e-12
+        again.sequence.move.position - state.sequence.moves[at + 1].position, [0.01, -0.02, 0.0], atol=1e-12
     )
 
 

@@ -11,21 +11,21 @@ from spiraltrunk.design import presets
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.moves import Progress, begin, command_at
+from spiraltrunk.strategies.moves import MoveSequence, begin, command_at
 from spiraltrunk.strategies.wrap.standing_plan import housing_sink, plan_moves
 from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal
-from spiraltrunk.strategies.wrap.upright import carried_upright, set_down_upright
+from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
-OPTIONS = WrapHorizontal.default_options()
+PLANE = WrapHorizontal.plane
 
 
 @pytest.fixture(scope="module")
-def held() -> tuple[Progress, Observation]:
+def held() -> tuple[MoveSequence, Observation]:
     """A cylinder held in the air, at the end of the hold."""
     shape = parse_object("cylinder-60")
     scene = SceneOptions(stage="ground", stance="upright", shape=shape, position=(0.43, 0.14, 0.0))
     seen = SimPlant(presets.PAPER, scene).reset()
-    moves = plan_moves(seen, OPTIONS)
+    moves = plan_moves(seen, PLANE)
     at = next(i for i, move in enumerate(moves) if move.action == "hold")
     T_base = np.eye(4)
     T_base[:3, :3], T_base[:3, 3] = moves[at].rotation, moves[at].position
@@ -43,14 +43,14 @@ def leaning(
 
 
 @pytest.mark.parametrize("turn", [[0.1, 0.0, 0.0], [-0.2, 0.1, 0.0], [0.0, -0.3, 0.0]])
-def test_it_is_turned_about_itself_until_it_stands(held: tuple[Progress, Observation], turn: list[float]) -> None:
-    progress, seen = held
-    at = next(i for i, move in enumerate(progress.moves) if move.action == "try")
-    progress = replace(progress, index=at)
-    now = command_at(progress, seen.time).T_world_base
+def test_it_is_turned_about_itself_until_it_stands(held: tuple[MoveSequence, Observation], turn: list[float]) -> None:
+    sequence, seen = held
+    at = next(i for i, move in enumerate(sequence.moves) if move.action == "try")
+    sequence = replace(sequence, index=at)
+    now = command_at(sequence, seen.time).T_world_base
     seen, axis = leaning(seen, now[:3, 3], np.array(turn), below=0.3)  # The housing is far above the ground.
     assert seen.look is not None
-    level, before = carried_upright(progress, seen, OPTIONS).moves[at + 1], progress.moves[at]
+    level, before = carry_upright(sequence, seen, PLANE.ground_gap).moves[at + 1], sequence.moves[at]
     assert level.rotation is not None
     turned = level.rotation @ now[:3, :3].T
     np.testing.assert_allclose(turned @ axis, [0.0, 0.0, 1.0], atol=1e-9)
@@ -60,13 +60,13 @@ def test_it_is_turned_about_itself_until_it_stands(held: tuple[Progress, Observa
 
 @pytest.mark.parametrize("turn", [[0.1, 0.0, 0.0], [0.4, 0.0, 0.0], [-0.4, 0.2, 0.0]])
 def test_it_is_set_down_over_its_place_and_the_housing_stays_off_the_ground(
-    held: tuple[Progress, Observation], turn: list[float]
+    held: tuple[MoveSequence, Observation], turn: list[float]
 ) -> None:
-    progress, seen = held
-    base = command_at(progress, seen.time).T_world_base
+    sequence, seen = held
+    base = command_at(sequence, seen.time).T_world_base
     seen, _ = leaning(seen, base[:3, 3], np.array(turn))
     assert seen.look is not None
-    moves = set_down_upright(progress, seen, OPTIONS).moves
+    moves = set_down_upright(sequence, seen, PLANE.ground_gap).moves
     lower = next(move for move in moves if move.action == "lower")
     assert lower.rotation is not None
     to_base = lower.rotation @ base[:3, :3].T @ (base[:3, 3] - seen.look.position)
@@ -76,11 +76,11 @@ def test_it_is_set_down_over_its_place_and_the_housing_stays_off_the_ground(
     assert ground is not None
     is_turned = not np.allclose(lower.rotation, base[:3, :3])
     if is_turned:
-        assert lower.position[2] - housing_sink(presets.PAPER, tilt) > ground + OPTIONS.ground_gap / 2 - 1e-9
+        assert lower.position[2] - housing_sink(presets.PAPER, tilt) > ground + PLANE.ground_gap / 2 - 1e-9
 
 
-def test_without_a_camera_nothing_is_turned(held: tuple[Progress, Observation]) -> None:
-    progress, seen = held
+def test_without_a_camera_nothing_is_turned(held: tuple[MoveSequence, Observation]) -> None:
+    sequence, seen = held
     blind = replace(seen, look=None)
-    assert carried_upright(progress, blind, OPTIONS) is progress
-    assert set_down_upright(progress, blind, OPTIONS) is progress
+    assert carry_upright(sequence, blind, PLANE.ground_gap) is sequence
+    assert set_down_upright(sequence, blind, PLANE.ground_gap) is sequence

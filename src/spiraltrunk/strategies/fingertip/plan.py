@@ -1,117 +1,103 @@
-"""Where the trunk's tip gripper goes and how it turns: geometry shared by the strategies that grip with the fingers.
+"""Position, orientation and commands of the tip gripper: geometry of the strategies that grip with the fingers.
 
-The trunk hangs straight, so that its end is where the arm puts it, to a fraction of a millimetre; heights and openings
+The trunk hangs straight, so that its end is where the arm puts it, to a fraction of a millimetre. Heights and openings
 follow from the gripper's fingers and the object's announced size.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from spiraltrunk.control.messages import Goal, Observation, Target
+from spiraltrunk.control.messages import Target, Task
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension, opening_tension
-from spiraltrunk.strategies.options import check_choices
+
+# All of these are ours, tuned in simulated trials; lengths are over a finger's own.
+CLEARANCE = 0.05
+"""Gap between the trunk's end and the object [-]."""
+GROUND_GAP = 0.02
+"""Gap between straight fingers and the ground [-]: thin objects lie near the fingers' ends, and creep off them."""
+REACH = 0.75
+"""Least depth of the object's middle below the trunk's end [-]."""
+ROOM = 0.08
+"""Gap between open fingertips and a centred object of the largest size [-]: the error of a camera's observation."""
+SIZE_ERROR = 0.10
+"""Largest excess of the object's size over the announced one [-]."""
+SAFETY = 3.0
+"""Announced friction over the friction that the grip counts on [-]."""
+PRESS_LEAST = 0.5
+"""Least force of a fingertip over its largest [-]."""
+
+_N_HEIGHT = 39
+"""Heights tried: a millimetre apart for the paper's fingers."""
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class TipOptions:
-    """What the strategies choose; lengths are parts of a finger's own unless said otherwise."""
-
-    clearance: float = 0.05
-    """Gap between the trunk's end and the object [-]."""
-    ground_gap: float = 0.02
-    """Gap between straight fingers and the ground [-]: what is thin lies near their ends, and creeps off them."""
-    reach: float = 0.75
-    """How deep below the trunk's end the object's middle comes to lie, at least [-]."""
-    room: float = 0.08
-    """Gap between open fingertips and a centred object as wide as may be: what a look is wrong by [-]."""
-    size_error: float = 0.10
-    """Part by which the object may be larger than announced [-]."""
-    hover: float = 2.0
-    """Height above the grip from which the robot looks and weighs [-]."""
-    safety: float = 3.0
-    """Friction that may be counted on, over what the grip makes do with [-]."""
-    press_least: float = 0.5
-    """Least force of a fingertip, over its largest [-]."""
-    slip: float = 0.15
-    """Sinking of the held object, as seen, that counts as slipping [-]."""
-    tighten: float = 1.3
-    """Factor on the fingers' tension where the object slips [-]."""
-    risen: float = 0.5
-    """Part of the lift, or of the object's weight, from which it counts as held [-]."""
-    touch: float = 0.25
-    """Relief that tells that the ground is met [N]: beyond what smoothing leaves of the arm's noise."""
-    firmer: float = 1.6
-    """Factor on the fingers' tension with each try after the first [-]: smooth cones slip out of the first grip."""
-    retries: int = 1
-    """How often to try again [-]."""
-
-    def __post_init__(self) -> None:
-        check_choices(self, positive=("reach", "hover", "safety", "tighten", "risen", "firmer"))
-
-
-def gripper_of(observation: Observation) -> GripperDesign:
+def gripper_of(task: Task) -> GripperDesign:
     """The trunk's gripper.
 
     Raises:
         ModelError: where it has none.
     """
-    gripper = observation.task.design.gripper
+    gripper = task.design.gripper
     if gripper is None:
         raise ModelError("this trunk has no gripper; allowed: a design with [gripper]")
     return gripper
 
 
-def ground_height(target: Target, goal: Goal) -> float:
-    """Height of what the object rests on [m]; where that is not told, half its width below it."""
+def ground_height(task: Task) -> float:
+    """Height of what the object rests on [m]; half its width below it where the task has no ground."""
+    target, goal = task.target, task.goal
     return float(target.position[2]) - target.width / 2 if goal.ground is None else goal.ground
 
 
-def object_height(target: Target, goal: Goal) -> float:
-    """How high the object stands above what it rests on [m]."""
-    return 2 * (float(target.position[2]) - ground_height(target, goal))
+def object_height(task: Task) -> float:
+    """Height of the object's top above what it rests on [m]."""
+    return 2 * (float(task.target.position[2]) - ground_height(task))
 
 
-def tip_height(gripper: GripperDesign, target: Target, goal: Goal, options: TipOptions) -> float:
-    """Height of the trunk's end while it grips [m].
+def tip_height(task: Task) -> float:
+    """Height of the trunk's end during the grip [m].
 
-    As low as the straight fingers clear the ground, the end clears the object, and the open fingers find room round it,
-    but the object's middle at least ``reach`` of their length below the end.
+    The least height at which the straight fingers clear the ground, the trunk's end clears the object, the open fingers
+    find room round it, and the object's middle is at least REACH below the end.
 
     Raises:
-        ModelError: where the fingers open too little for the object.
+        ModelError: where the trunk has no gripper, or the fingers open too little for the object.
     """
-    if target.width > gripper.grasp_width:
-        raise ModelError(_TOO_WIDE.format(1e3 * target.width, 1e3 * gripper.grasp_width))
-    height, gap = object_height(target, goal), options.clearance * gripper.finger_length
-    low = max((1 + options.ground_gap) * gripper.finger_length, (1 + options.size_error) * height + gap)
-    low = max(low, height / 2 + options.reach * gripper.finger_length)
-    for above in np.linspace(low, low + gripper.finger_length, _HEIGHTS):
-        if _opening(gripper, target, height, float(above), options) is not None:
-            return ground_height(target, goal) + float(above)
-    raise ModelError(_TOO_WIDE.format(1e3 * target.width, 1e3 * gripper.grasp_width))
+    gripper, target = gripper_of(task), task.target
+    if target.width <= gripper.grasp_width:
+        height, gap = object_height(task), CLEARANCE * gripper.finger_length
+        low = max((1 + GROUND_GAP) * gripper.finger_length, (1 + SIZE_ERROR) * height + gap)
+        low = max(low, height / 2 + REACH * gripper.finger_length)
+        for above in np.linspace(low, low + gripper.finger_length, _N_HEIGHT):
+            if _opening_tension(gripper, target, height, float(above)) is not None:
+                return ground_height(task) + float(above)
+    raise ModelError(
+        f"the fingers do not open round {1e3 * target.width:.0f} mm; "
+        f"allowed: up to {1e3 * gripper.grasp_width:.0f} mm, and low objects"
+    )
 
 
-def opening(gripper: GripperDesign, target: Target, goal: Goal, options: TipOptions) -> float:
-    """Gripper command that opens the fingers round the object, -1 to 0 [-]."""
-    above = tip_height(gripper, target, goal, options) - ground_height(target, goal)
-    tension = _opening(gripper, target, object_height(target, goal), above, options)
+def opening(task: Task) -> float:
+    """Gripper command that opens the fingers round the object, -1 to 0 [-].
+
+    Raises:
+        ModelError: where the trunk has no gripper, or the fingers open too little for the object.
+    """
+    gripper, above = gripper_of(task), tip_height(task) - ground_height(task)
+    tension = _opening_tension(gripper, task.target, object_height(task), above)
     return -(gripper.tension_max if tension is None else tension) / gripper.tension_max
 
 
-def _opening(gripper: GripperDesign, target: Target, height: float, above: float, options: TipOptions) -> float | None:
+def _opening_tension(gripper: GripperDesign, target: Target, height: float, above: float) -> float | None:
     """Tension that opens the fingers round the object, the trunk's end ``above`` what it rests on [m]."""
-    larger = 1 + options.size_error
-    radius, room = larger * _reach_out(target), options.room * gripper.finger_length
+    larger = 1 + SIZE_ERROR
+    radius, room = larger * _reach_out(target), ROOM * gripper.finger_length
     top = above - larger * height
 
     def outline(depth: np.ndarray, skin: np.ndarray) -> np.ndarray:
@@ -125,44 +111,46 @@ def _opening(gripper: GripperDesign, target: Target, height: float, above: float
 
 
 def _reach_out(target: Target) -> float:
-    """How far the object reaches from its middle, seen from above where it stands, else across its axis [m].
+    """Largest horizontal distance of a standing object's outline from its middle, else across its axis [m].
 
-    A camera does not tell how a standing box is turned: its corners may be where the fingers are.
+    A camera does not tell the yaw of a standing box: its corners may be where the fingers are.
     """
-    is_turned_anyhow = target.kind == "box" and abs(float(target.axis[2])) > 0.5
-    return target.width / 2 * (math.sqrt(2.0) if is_turned_anyhow else 1.0)
+    has_any_yaw = target.kind == "box" and abs(float(target.axis[2])) > 0.5
+    return target.width / 2 * (math.sqrt(2.0) if has_any_yaw else 1.0)
 
 
-_TOO_WIDE = "the fingers do not open round {:.0f} mm; allowed: up to {:.0f} mm, and low objects"
-
-_HEIGHTS = 39
-"""Heights tried: a millimetre apart for the paper's fingers."""
-
-
-def closing(gripper: GripperDesign, target: Target, options: TipOptions) -> float:
+def closing(task: Task) -> float:
     """Gripper command that holds the object by friction, and no harder than that takes, 0 to 1 [-].
 
-    A finger that presses with N on a side that narrows upwards by an angle a lifts by N (mu cos a - sin a), with the
-    friction mu that may be counted on over the safety; where that is nothing, it presses as hard as it can.
+    A finger that presses with N on a side that narrows upwards by an angle a lifts by N (mu cos a - sin a), with mu the
+    announced friction over SAFETY. Where that is nothing, it presses as hard as it can.
+
+    Raises:
+        ModelError: where the trunk has no gripper.
     """
+    gripper, target = gripper_of(task), task.target
     slope = math.atan2(target.width / 2, target.length) if target.kind == "cone" else 0.0
-    lifting = target.friction / options.safety * math.cos(slope) - math.sin(slope)
-    most, weight = closing_most(gripper), target.mass * GRAVITY
+    lifting = target.friction / SAFETY * math.cos(slope) - math.sin(slope)
+    most, weight = fingertip_force_max(gripper), target.mass * GRAVITY
     needed = min(most, weight / (gripper.n_finger * lifting)) if lifting > 0 else most
-    least = options.press_least * most
-    return closing_tension(gripper, target.width / 2, max(needed, least)) / gripper.tension_max
+    return closing_tension(gripper, target.width / 2, max(needed, PRESS_LEAST * most)) / gripper.tension_max
 
 
-def closing_most(gripper: GripperDesign) -> float:
+def fingertip_force_max(gripper: GripperDesign) -> float:
     """Force of a straight finger's tip at the gripper's largest tension [N]."""
     return gripper.tension_max / closing_tension(gripper, gripper.mount_radius, 1.0)
+
+
+def gripping_base(task: Task, place: np.ndarray) -> np.ndarray:
+    """Position of the base, the trunk hanging below it, that grips an object at ``place``, shapes (3,) [m]."""
+    return np.array([place[0], place[1], tip_height(task) + task.design.length])
 
 
 def turned_across(start: np.ndarray, axis: np.ndarray, n_finger: int) -> np.ndarray:
     """Orientation of the base that sets one finger against the others across a horizontal axis, shape (3, 3) [-].
 
-    One finger's direction stands square to the axis; of the 2 n equal ways it takes the one nearest to ``start``.
-    An upright axis leaves everything as it is.
+    The direction of one finger is normal to the axis; of the 2 n equivalent orientations the nearest to ``start`` is
+    taken. An upright axis leaves the orientation as it is.
     """
     if math.hypot(axis[0], axis[1]) < 0.5:
         return start

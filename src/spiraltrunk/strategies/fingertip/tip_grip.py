@@ -1,21 +1,19 @@
 """Strategy 3, tip grip: the fingers at the trunk's tip take a small solid from above.
 
 Source: "Grasping by Spiraling", figure 5, strategy 3; the gripper's three fingers after its Methods. The trunk hangs
-straight with open fingers round the object, as a camera saw it; the fingers close below its widest part; the arm lifts,
-checks, carries, holds and sets down.
+straight, with open fingers round the object as a camera observed it. The fingers close below its widest part. The arm
+lifts, checks, carries, holds and sets down.
 
 Limits: solids about as wide as high, up to what the fingers reach round, standing or resting on level ground; a camera
-right to 3 mm. Cones slip where friction is barely more than their slope. The trunk stays straight throughout: only the
-fingers curl, so that no curvature travels along it.
+with an error of 3 mm at most. Cones slip where friction is barely more than their slope. The trunk stays straight: only
+the fingers curl, and no curvature travels along it.
 """
 
 from __future__ import annotations
 
 from typing import final
 
-from spiraltrunk.control.messages import Observation
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
-from spiraltrunk.strategies.fingertip.moves import Curl
 
 
 @final
@@ -26,7 +24,3 @@ class TipGrip(TipStrategy):
     number = 3
     stance = "upright"
     objects = ("ball-30", "cube-28", "cylinder-32", "cone-35")
-
-    def curl(self, observation: Observation) -> Curl | None:
-        """None: the trunk hangs straight."""
-        return None

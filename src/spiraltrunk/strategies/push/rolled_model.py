@@ -1,8 +1,9 @@
-"""The trunk rolled up as far as it goes, as a fist that pushes: where its front is, and how low it lies.
+"""The rolled trunk, curled as far as it goes, as a pusher: position of its front and its height.
 
-Every joint stands at its ventral limit, which is the spiral itself. Pushed on its front, the roll cannot close further;
-it opens only where the push's moment exceeds what the cables hold beyond the elastic joints' moment. The base is tilted
-towards the push, and rolled until the plane of the curl lies as flat as the tilt allows, so that the front is low.
+Every joint is at its ventral limit, which is the spiral itself. Pushed on its front, the roll cannot close further; it
+opens only where the push's moment exceeds what the cables hold beyond the elastic joints' moment. The base is tilted
+towards the push, and turned about its axis until the plane of the curl is as flat as the tilt allows, so that the front
+is low.
 """
 
 from __future__ import annotations
@@ -19,44 +20,47 @@ from spiraltrunk.design.trunk import TrunkDesign
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Fist:
-    """Where a rolled-up trunk touches what it pushes, from its base."""
+class RolledTrunk:
+    """Where a rolled trunk touches what it pushes, from its base."""
 
     forward: float
-    """How far the front lies ahead of the base, in the direction of the push [m]."""
+    """Distance of the front ahead of the base, in the direction of the push [m]."""
     lateral: float
-    """How far the front lies beside the base, to the ventral side [m]."""
+    """Distance of the front beside the base, to the ventral side [m]."""
     below: float
-    """How far the front's middle lies below the base [m]."""
+    """Depth of the front's middle below the base [m]."""
     bottom: float
-    """How far the lowest point lies below the base [m]."""
+    """Depth of the lowest point below the base [m]."""
     radius: float
     """Radius of the section in front [m]."""
     curve: float
-    """Radius of the front seen from above, about which it turns away to both sides [m]."""
+    """Radius of curvature of the front seen from above [m]."""
 
 
-def predict_fist(design: TrunkDesign, tilt: float) -> Fist:
-    """The rolled-up trunk, its base tilted by ``tilt`` from hanging towards the push and its curl sideways.
+def predict_rolled_trunk(design: TrunkDesign, tilt: float) -> RolledTrunk:
+    """The rolled trunk, its base tilted by ``tilt`` [rad] from hanging towards the push, its curl sideways.
 
-    A section's surface is a cylinder about its axis; the one whose surface reaches farthest ahead is the front.
+    A section's surface is a cylinder about its axis; the section whose surface reaches farthest ahead is the front.
+
+    Raises:
+        DesignError: for a tilt that is negative, or not below pi.
     """
     check_number("tilt", tilt, least=0.0, below=math.pi)
     down, aside = _section_middles(design)
     ahead = down * math.sin(tilt) + design.section_radius
     front = int(np.argmax(ahead))
     below = down * math.cos(tilt)
-    return Fist(
+    return RolledTrunk(
         forward=float(ahead[front]),
         lateral=float(aside[front]),
         below=float(below[front]),
         bottom=float(np.max(below + design.section_radius)),
         radius=float(design.section_radius[front]),
-        curve=_curve(design, ahead, aside, front),
+        curve=_curvature_radius(design, ahead, aside, front),
     )
 
 
-def fist_orientation(way: np.ndarray, tilt: float) -> np.ndarray:
+def push_orientation(way: np.ndarray, tilt: float) -> np.ndarray:
     """Orientation of the base for a push along the horizontal unit vector ``way``, shape (3, 3) [-].
 
     The trunk's axis x points down and ahead; ventral, -y, points level to the right of the push.
@@ -75,8 +79,11 @@ def _section_middles(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:
     return middles.real, middles.imag
 
 
-def _curve(design: TrunkDesign, ahead: np.ndarray, aside: np.ndarray, front: int) -> float:
-    """Radius of the circle through the front and its neighbours' foremost points, seen from above [m]."""
+def _curvature_radius(design: TrunkDesign, ahead: np.ndarray, aside: np.ndarray, front: int) -> float:
+    """Radius of the circle through the foremost points of the front and its neighbours, seen from above [m].
+
+    Circumradius of a triangle: a b c / (4 area).
+    """
     i = min(max(front, 1), design.n_section - 2)
     a, b, c = (complex(aside[j], ahead[j]) for j in (i - 1, i, i + 1))
     area = ((b - a) * (c - a).conjugate()).imag / 2

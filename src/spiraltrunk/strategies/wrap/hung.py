@@ -1,20 +1,23 @@
-"""Strategy 1, distal wrap in the vertical plane of a suspended object, by bending alone.
+"""Strategy 1, distal wrap of a suspended object in the vertical plane, by bending alone.
 
 Source: "Grasping by Spiraling", figure 5, strategy 1.
 
-Reach: the arm brings the trunk, hanging straight, beside the object. Prehension: the ventral cables curl it from the
-tip, and the curvature spreads towards the base as tension grows; that the cables take in less than those of a trunk in
-the air tells of contact. Meanwhile the arm goes down to where the wrapped trunk would just bear the object, so that the
-strings keep it level until the set tension makes the wrap tight. A first small rise tells whether it is held, and where
-it hangs: what was not touched or not held is let go and wrapped anew, further on; what hangs beside its middle, about
-there; before that, the trunk leans on it until it no longer swings. What is heavy enough to unroll the trunk, or tilts
-at a short lever, takes a second rise before it is judged. Transport: the arm lifts, carries and holds; cables that pay
-out tell of slip and are answered with more tension. Release: the arm lowers the object until the table bears it; slack
-cables open the trunk from its base.
+Reach: the arm brings the hanging, straight trunk beside the object.
 
-Limits: round or square-edged objects of one width, hung free, long enough not to slip out sideways where they are held
-beside their middle: a ball or a ring needs its place known better. The trunk hangs at the start. The object's nominal
-place and size are told; everything else is felt with cables and the arm's torques.
+Prehension: the ventral cables curl the trunk from its tip, and the curvature spreads towards the base as tension grows.
+Contact shows in cables that take in less than in free curl. Meanwhile the arm descends to the height at which the
+wrapped trunk just bears the object, so that the strings keep it level until the wrap is tight. A small rise measures
+the load and its lever. An object that was not touched or is not held is let go and wrapped again further ahead; one
+that is held beside its middle is wrapped again about its middle, after the trunk has damped its swing. A load that
+unrolls the trunk, or that may tilt in it, takes a second rise first.
+
+Transport: the arm lifts, carries and holds. Cable that pays out is slip, answered by more tension.
+
+Release: the arm lowers the object until the table bears it. Slack cables open the trunk from its base.
+
+Limits: round or square-edged objects of one width that hang freely and are long enough not to slip out sideways. Balls
+and rings need a better known position. The trunk hangs at the start. Only the object's nominal position and size are
+announced.
 """
 
 from __future__ import annotations
@@ -26,289 +29,326 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.strategy import Milestone, Status, Strategy
+from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import ventral_cables
+from spiraltrunk.strategies.move_strategy import MoveState, MoveStrategy
 from spiraltrunk.strategies.moves import (
-    Progress,
+    MoveSequence,
     advance,
+    base_position,
     begin,
     command_at,
     fraction,
     insert_next,
     raise_tension,
     shift_later,
-    status_of,
 )
-from spiraltrunk.strategies.options import choose
-from spiraltrunk.strategies.sensing import in_step, lever, ventral_pull, ventral_tension, way_to_turn_flat, weight
+from spiraltrunk.strategies.sensing import (
+    base_directions,
+    lever,
+    limit_ventral_lead,
+    load_fraction,
+    tipping_displacement,
+    ventral_pull,
+    ventral_tension,
+    weight,
+)
 from spiraltrunk.strategies.wrap.hung_model import free_curl, unrolled_center
 from spiraltrunk.strategies.wrap.hung_plan import (
+    BACK_OFF,
+    HEFT,
     OVERSHOOT,
-    WrapOptions,
     lowering_time,
     plan_grip,
     plan_wrap,
     wrap_again,
 )
 
+# All of these are ours, tuned in simulated trials; lengths are over the trunk's own where their unit is [-].
+LEAD = 0.03
+"""Lead of one ventral cable before the other, over the stroke [-]: keeps the wrap in its plane. A winder yields by its
+tension over its stiffness (3 mm at 60 N and 20 N/mm); with a smaller lead no cable would pull in full."""
+CONTACT_SHARE = 0.15
+"""Cable that stays out, over the pull of free curl at the same tension, that counts as contact [-]."""
+SLIP = 0.04
+"""Cable that pays out while carrying, over the stroke, that counts as slip [-]."""
+BORNE = 0.5
+"""Measured load over the object's weight above which the object counts as carried [-]."""
+RETRIES = 2
+"""Number of further attempts [-]."""
+REACH_ON = 0.08
+"""Displacement ahead of the next attempt where nothing was touched [-]."""
+OFF_CENTER = 0.018
+"""Lever of the load along the object's axis above which it is wrapped again [-]."""
+OFF_CENTER_THIN = 0.25
+"""The same over the object's width [-], whichever is less: friction resists tilting with no longer lever."""
+OFF_CENTER_HEAVY = 0.012
+"""The same over the width times tension over weight [-]: the tension is what presses friction."""
+WORSE = 2.5
+"""Factor on these levers after the first attempt [-]: a swinging object may be met worse."""
+RECENTER = 0.65
+"""Displacement of the next attempt over the lever [-]: in a single loop an object tilts and slides on."""
+TIP = 0.5
+"""Displacement before setting down, over the one that keeps the tipping object's centre in place [-]."""
+TIP_LEAST = 0.02
+"""Displacement from which the object is moved before it is set down [-]."""
+TIP_RISE = 0.08
+"""Rise of the base for that displacement [-]."""
+EASE = 0.5
+"""Tension kept at touch-down, over the tension that carried the object [-]."""
+EASE_RISE = 0.12
+"""Rise of the base meanwhile [-]."""
+OPEN_TIME = 3.0
+"""Duration of the opening [s]."""
+
 _SMOOTHING = 0.2
-"""Share of a new reading in the smoothed weight, at 50 readings a second."""
-
-_SLOWER = 0.05
-"""The same for the lever, which noise covers more."""
-
-_STEPS = 31
-"""Tensions at which the free curl is worked out."""
-
+"""Weight of a new reading in the exponential mean of the load, at 50 readings a second [-]."""
+_LEVER_SMOOTHING = 0.05
+"""The same for the lever, which is noisier [-]."""
+_N_TENSION = 31
+"""Tensions at which free curl is tabulated."""
 _CARRYING = ("lift", "carry", "hold", "bring")
-"""Actions in which cable that pays out is a slip."""
+"""Actions in which cable that pays out is slip."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class WrapState:
+class WrapState(MoveState):
     """What the strategy remembers."""
 
-    progress: Progress
-    """Moves done and to do."""
     free: tuple[np.ndarray, np.ndarray]
-    """Tension of the ventral cables, and what a trunk that touches nothing takes in, shapes (n,) [N], [m]."""
-    is_felt: bool = False
-    """Whether the curling trunk met something."""
+    """Ventral tension and pull in free curl, shapes (n,) [N], [m]."""
+    is_touched: bool = False
+    """Whether the curling trunk touched something."""
     pull_held: float = 0.0
     """Mean pull of the ventral cables when the present move began [m]."""
     weight: float = 0.0
-    """What hangs on the trunk's base, smoothed [N]."""
+    """Weight on the trunk's base, smoothed [N]."""
     weight_empty: float = 0.0
-    """The same before the trunk touched the object [N]."""
+    """The same before the object was touched [N]."""
     lever: float = 0.0
-    """Where the load hangs beside the base along the object's axis, smoothed [m]."""
-    beside: float = 0.0
-    """Where the object alone hung beside the base along its axis, at the end of the hold [m]."""
+    """Offset of the load from the base along the object's axis, smoothed [m]."""
+    offset: float = 0.0
+    """Offset of the object alone, at the end of the hold [m]."""
     is_moved: bool = False
-    """Whether the arm moved along once the object's low end had touched."""
-    retries: int = 0
-    """How often the object was let go and grasped once more."""
-    is_done: bool = False
-    """Whether all moves are done."""
-    gave_up: str | None = None
-    """Why the grasp was given up, if it was."""
+    """Whether the object was moved after its low end had touched."""
 
 
 @final
-class WrapVertical(Strategy[WrapState]):
+class WrapVertical(MoveStrategy[WrapState]):
     """Distal wrap of a suspended object in the vertical plane."""
 
     name = "wrap-vertical"
     number = 1
     objects = ("cylinder-33", "cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
 
-    def __init__(self, options: WrapOptions | None = None) -> None:
-        self.options = choose(options, WrapOptions())
-
     def init(self, observation: Observation) -> WrapState:
-        """Plan places and tension from design and object.
+        """Plan positions and tension from design and object.
 
         Raises:
             ModelError: where no cable pulls ventral.
         """
-        moves, design = plan_wrap(observation, self.options), observation.task.design
-        tension = np.linspace(0.0, design.cable.tension_max, _STEPS)
+        moves, design = plan_wrap(observation), observation.task.design
+        tension = np.linspace(0.0, design.cable.tension_max, _N_TENSION)
         return WrapState(
-            progress=begin(moves, observation), free=(tension, free_curl(design, tension)), weight=weight(observation),
+            sequence=begin(moves, observation), free=(tension, free_curl(design, tension)), weight=weight(observation),
         )  # fmt: skip
 
-    def step(self, state: WrapState, observation: Observation) -> tuple[WrapState, Command]:
-        """Follow the moves; feel for the object, for what it weighs and where, for slip, and for the table."""
+    def sense(self, state: WrapState, observation: Observation) -> WrapState:
+        """Measure load and lever; react to contact, slip and touch-down."""
         state = replace(
             state,
             weight=state.weight + _SMOOTHING * (weight(observation) - state.weight),
-            lever=state.lever + _SLOWER * (lever(observation) - state.lever),
+            lever=state.lever + _LEVER_SMOOTHING * (lever(observation) - state.lever),
         )
-        state = self._feel(state, observation)
-        if fraction(state.progress, observation.time) >= 1.0:
-            state = self._next(state, observation)
-        command = command_at(state.progress, observation.time)
-        pull = in_step(observation, self.options.lead)
-        return state, replace(command, cable_pull=pull)
-
-    def status(self, state: WrapState) -> Status:
-        """Where the strategy stands."""
-        return status_of(state.progress, is_done=state.is_done, gave_up=state.gave_up)
-
-    def _feel(self, state: WrapState, observation: Observation) -> WrapState:
-        action = state.progress.move.action
+        action = state.sequence.move.action
         if action == "curl":
-            return self._feel_contact(state, observation)
+            return _sense_contact(state, observation)
         if action in _CARRYING:
-            return self._answer_slip(state, observation)
-        if action == "lower" and not self._is_carried(state, observation):
-            return self._set_down(state, observation)
+            return _answer_slip(state, observation)
+        if action == "lower" and not _is_carried(state, observation):
+            return _set_down(state, observation)
         return state
 
-    def _feel_contact(self, state: WrapState, observation: Observation) -> WrapState:
-        """Notice that the cables take in less than those of a trunk in the air; at half the tension, reach further."""
-        part = fraction(state.progress, observation.time)
-        if state.is_felt or part < 0.25:
-            return state
-        empty = float(np.interp(ventral_tension(observation), *state.free))
-        if ventral_pull(observation) < (1 - self.options.felt) * empty:
-            return replace(state, is_felt=True)
-        return state if part < 0.5 or not self._may_try(state) else self._reach_on(state, observation)
-
-    def _answer_slip(self, state: WrapState, observation: Observation) -> WrapState:
-        """Pull harder where the load unrolls the trunk."""
-        if not self._pays_out(state, observation):
-            return state
-        tighter = raise_tension(state.progress, 1.25, observation.task.design.cable.tension_max)
-        return replace(state, progress=tighter, pull_held=ventral_pull(observation))
-
-    def _pays_out(self, state: WrapState, observation: Observation) -> bool:
-        """Whether the load has unrolled the trunk since the present move began, or since that was answered."""
-        most = self.options.slip * observation.task.design.cable_stroke
-        return state.pull_held - ventral_pull(observation) > most
-
-    def _hangs(self, state: WrapState, observation: Observation) -> bool:
-        """Whether the arm has risen enough to judge: what unrolls the trunk, or may tilt in it, takes a further rise.
-
-        An end that dips still hangs on its string, which hides how far beside its middle the object is held.
-        """
-        is_light = self._friction_lever(state, observation) >= self._most_beside(observation)
-        return state.progress.move.action == "rise on" or (is_light and not self._pays_out(state, observation))
-
-    def _rise_on(self, state: WrapState, observation: Observation) -> WrapState:
-        """Rise once more before the lift."""
-        up = -self.options.heft * observation.task.design.length * observation.T_world_base[:3, 0]
-        progress, move = shift_later(state.progress, up, "transport"), state.progress.move
-        again = replace(move, action="rise on", position=move.position + up)
-        return self._go_on(replace(state, progress=insert_next(progress, (again,))), observation)
-
-    def _aim(self, state: WrapState, observation: Observation) -> WrapState:
-        """Shift what follows so that the object, hanging beside the base along its axis, comes over its place."""
-        beside = self._hangs_beside(state, observation)
-        progress = shift_later(state.progress, -beside * observation.task.target.axis)
-        if any(move.action == "rise on" for move in progress.moves[: progress.index]):
-            progress = shift_later(progress, self._way_of_sag(observation))
-        return replace(state, beside=beside, progress=progress)
-
-    def _way_of_sag(self, observation: Observation) -> np.ndarray:
-        """Way of the base that makes up for joints which the load opened more than planned, shape (3,) [m]."""
-        design, width = observation.task.design, observation.task.target.width
-        down, ahead = observation.T_world_base[:3, 0], -observation.T_world_base[:3, 1]
-        wrap = plan_grip(observation, self.options)[1]
-        planned = unrolled_center(design, width, float(wrap.pull[ventral_cables(design)].mean()))
-        lower, further = unrolled_center(design, width, ventral_pull(observation)) - planned
-        return np.asarray(-lower * down - further * ahead)
-
-    def _set_down(self, state: WrapState, observation: Observation) -> WrapState:
-        """Let go of what touches level; move along first, once, with what touches with one end.
-
-        Turning flat about that end, the object would come to lie beside its place. The low end is where it hung beside
-        the base, as its weight tilted it.
-        """
-        progress, design = state.progress, observation.task.design
-        way = math.copysign(self.options.turn * self._way_to_turn(state, observation), state.beside)
-        if state.is_moved or state.beside == 0.0 or abs(way) < self.options.turn_least * design.length:
-            return replace(state, progress=self._ease(progress, observation))
-        along = way * observation.task.target.axis
-        up = -self.options.turn_rise * design.length * observation.T_world_base[:3, 0]
-        above = command_at(progress, observation.time).T_world_base[:3, 3] + up
-        raised = replace(progress.move, action="raise", duration=1.0, position=above)
-        aside = replace(raised, action="move along", position=above + along)
-        low = progress.move.position + along
-        again = replace(progress.move, duration=lowering_time(above + along, low), position=low)
-        progress = insert_next(shift_later(progress, along), (raised, aside, again))
-        return replace(state, is_moved=True, progress=advance(progress, observation.time))
-
-    def _way_to_turn(self, state: WrapState, observation: Observation) -> float:
-        """How far the centre moves while what just touched turns flat about its low end [m]."""
-        expected = state.progress.move.position[2] + OVERSHOOT * observation.task.design.length
-        target, height = observation.task.target, float(observation.T_world_base[2, 3]) - expected
-        if target.kind == "sphere":
-            return 0.0
-        return way_to_turn_flat(target.length, target.width, height, state.beside)
-
-    def _ease(self, progress: Progress, observation: Observation) -> Progress:
-        """Slacken and rise from wherever the object touched down: unloaded, a tight trunk climbs to the housing.
-
-        Then open there, backing off; a trunk that is drawn up while its tip is still curled drags the object along.
-        """
-        length, options = observation.task.design.length, self.options
-        rise = -options.ease_rise * length * observation.T_world_base[:3, 0]
-        place = command_at(progress, observation.time).T_world_base[:3, 3] + rise
-        eased = options.ease * progress.move.tension
-        ease = replace(
-            progress.move, action="ease", milestone=Milestone.RELEASED, duration=0.8, position=place, tension=eased
-        )
-        back = options.back_off * length * observation.T_world_base[:3, 1]
-        uncurl = replace(ease, action="uncurl", duration=options.open_time, position=place + back, tension=0.0 * eased)
-        return advance(insert_next(progress, (ease, uncurl)), observation.time)
-
-    def _next(self, state: WrapState, observation: Observation) -> WrapState:
-        action = state.progress.move.action
+    def next_move(self, state: WrapState, observation: Observation) -> WrapState:
+        """Decide on another attempt after the test of the load; correct the position after the hold."""
+        action = state.sequence.move.action
         if action == "approach":
             state = replace(state, weight_empty=state.weight)
         if action in ("heft", "rise on"):
-            decide = self._judge if self._hangs(state, observation) else self._rise_on
+            decide = _decide if _hangs_freely(state, observation) else _rise_on
             return decide(state, observation)
-        if action == "lift" and not self._is_carried(state, observation):
+        if action == "lift" and not _is_carried(state, observation):
             return replace(state, is_done=True, gave_up="nothing was lifted: the arm feels no load")
         if action == "hold":
-            state = self._aim(state, observation)
-        if state.progress.is_last:
+            state = _correct_position(state, observation)
+        if state.sequence.is_last:
             return replace(state, is_done=True)
-        return self._go_on(state, observation)
+        return _go_on(state, observation)
 
-    def _go_on(self, state: WrapState, observation: Observation) -> WrapState:
-        progress = advance(state.progress, observation.time)
-        return replace(state, progress=progress, pull_held=ventral_pull(observation))
+    def command(self, state: WrapState, observation: Observation) -> Command:
+        """Command of the present move, the ventral cables kept together."""
+        command = command_at(state.sequence, observation.time)
+        return replace(command, cable_pull=limit_ventral_lead(observation, LEAD))
 
-    def _judge(self, state: WrapState, observation: Observation) -> WrapState:
-        """Lift what is held near its middle; wrap anew, further on, what is not held, or beside."""
-        options, task = self.options, observation.task
-        if not self._is_carried(state, observation):
-            return self._reach_on(state, observation) if self._may_try(state) else self._go_on(state, observation)
-        beside = self._hangs_beside(state, observation)
-        most = min(self._most_beside(observation), self._friction_lever(state, observation))
-        most *= 1.0 if state.retries == 0 else options.worse
-        if not self._may_try(state) or abs(beside) <= most:
-            return self._go_on(state, observation)
-        return self._try_again(state, observation, options.recenter * beside * task.target.axis)
 
-    def _most_beside(self, observation: Observation) -> float:
-        """Lever at which the grasp of a light object is tried once more [m]."""
-        options, task = self.options, observation.task
-        return min(options.off_center * task.design.length, options.off_center_thin * task.target.width)
+def _go_on(state: WrapState, observation: Observation) -> WrapState:
+    sequence = advance(state.sequence, observation.time)
+    return replace(state, sequence=sequence, pull_held=ventral_pull(observation))
 
-    def _friction_lever(self, state: WrapState, observation: Observation) -> float:
-        """Lever at which what is held tilts: friction, pressed by the tension, has the object's width for one [m]."""
-        target = observation.task.target
-        tension = float(state.progress.move.tension.max())
-        return self.options.off_center_heavy * tension / (target.mass * GRAVITY) * target.width
 
-    def _may_try(self, state: WrapState) -> bool:
-        return state.retries < self.options.retries
+def _sense_contact(state: WrapState, observation: Observation) -> WrapState:
+    """Compare the pull with free curl; where nothing is touched at half of the tension, try again further ahead."""
+    part = fraction(state.sequence, observation.time)
+    if state.is_touched or part < 0.25:
+        return state
+    empty = float(np.interp(ventral_tension(observation), *state.free))
+    if ventral_pull(observation) < (1 - CONTACT_SHARE) * empty:
+        return replace(state, is_touched=True)
+    return state if part < 0.5 or state.retries >= RETRIES else _try_ahead(state, observation)
 
-    def _reach_on(self, state: WrapState, observation: Observation) -> WrapState:
-        ahead = -observation.T_world_base[:3, 1]
-        return self._try_again(state, observation, self.options.reach_on * observation.task.design.length * ahead)
 
-    def _try_again(self, state: WrapState, observation: Observation, shift: np.ndarray) -> WrapState:
-        """Put the object back onto its strings, let go, and wrap it again with all that follows shifted."""
-        back = self.options.back_off * observation.task.design.length * observation.T_world_base[:3, 1]
-        progress = advance(wrap_again(state.progress, shift, back, self.options), observation.time)
-        return replace(state, progress=progress, retries=state.retries + 1, is_felt=False)
+def _answer_slip(state: WrapState, observation: Observation) -> WrapState:
+    """Raise the tension where the load unrolls the trunk."""
+    if not _is_slipping(state, observation):
+        return state
+    tighter = raise_tension(state.sequence, 1.25, observation.task.design.cable.tension_max)
+    return replace(state, sequence=tighter, pull_held=ventral_pull(observation))
 
-    def _hangs_beside(self, state: WrapState, observation: Observation) -> float:
-        """Where the object alone hangs beside the base along its axis [m]."""
-        load = state.weight - state.weight_empty
-        reach = observation.task.target.length / 2
-        return max(-reach, min(reach, state.lever * state.weight / load)) if load > 0 else 0.0
 
-    def _is_carried(self, state: WrapState, observation: Observation) -> bool:
-        return self._load(state, observation) > self.options.touch
+def _is_slipping(state: WrapState, observation: Observation) -> bool:
+    """Whether the load has unrolled the trunk since the present move began, or since the last answer."""
+    return state.pull_held - ventral_pull(observation) > SLIP * observation.task.design.cable_stroke
 
-    def _load(self, state: WrapState, observation: Observation) -> float:
-        """Part of the object's weight that the arm feels [-]."""
-        return (state.weight - state.weight_empty) / (observation.task.target.mass * GRAVITY)
+
+def _is_carried(state: WrapState, observation: Observation) -> bool:
+    return load_fraction(observation, state.weight, state.weight_empty) > BORNE
+
+
+def _hangs_freely(state: WrapState, observation: Observation) -> bool:
+    """Whether the load and its lever are measured well enough to decide.
+
+    A load that unrolls the trunk, or that may tilt in it, takes a second rise: the string of a low end still bears, and
+    hides the lever.
+    """
+    is_light = _friction_lever(state, observation) >= _light_lever(observation)
+    return state.sequence.move.action == "rise on" or (is_light and not _is_slipping(state, observation))
+
+
+def _rise_on(state: WrapState, observation: Observation) -> WrapState:
+    """Rise a second time before the lift."""
+    up = -HEFT * observation.task.design.length * base_directions(observation)[0]
+    sequence, move = shift_later(state.sequence, up, ("transport",)), state.sequence.move
+    again = replace(move, action="rise on", position=move.position + up)
+    return _go_on(replace(state, sequence=insert_next(sequence, (again,))), observation)
+
+
+def _decide(state: WrapState, observation: Observation) -> WrapState:
+    """Lift an object that is held near its middle; otherwise try again, as often as allowed."""
+    may_retry = state.retries < RETRIES
+    if not _is_carried(state, observation):
+        return _try_ahead(state, observation) if may_retry else _go_on(state, observation)
+    offset = _load_offset(state, observation)
+    most = min(_light_lever(observation), _friction_lever(state, observation))
+    most *= 1.0 if state.retries == 0 else WORSE
+    if not may_retry or abs(offset) <= most:
+        return _go_on(state, observation)
+    return _try_again(state, observation, RECENTER * offset * observation.task.target.axis)
+
+
+def _light_lever(observation: Observation) -> float:
+    """Largest lever at which a light object is lifted [m]."""
+    return min(OFF_CENTER * observation.task.design.length, OFF_CENTER_THIN * observation.task.target.width)
+
+
+def _friction_lever(state: WrapState, observation: Observation) -> float:
+    """Lever at which a held object tilts: friction, pressed by the tension, acts at the object's width [m]."""
+    target = observation.task.target
+    tension = float(state.sequence.move.tension.max())
+    return OFF_CENTER_HEAVY * tension / (target.mass * GRAVITY) * target.width
+
+
+def _load_offset(state: WrapState, observation: Observation) -> float:
+    """Offset of the object alone from the base along its axis [m]."""
+    load = state.weight - state.weight_empty
+    reach = observation.task.target.length / 2
+    return max(-reach, min(reach, state.lever * state.weight / load)) if load > 0 else 0.0
+
+
+def _try_ahead(state: WrapState, observation: Observation) -> WrapState:
+    ahead = base_directions(observation)[1]
+    return _try_again(state, observation, REACH_ON * observation.task.design.length * ahead)
+
+
+def _try_again(state: WrapState, observation: Observation, shift: np.ndarray) -> WrapState:
+    """Put the object back onto its strings, let go, and wrap it again, all displaced by ``shift``, shape (3,) [m]."""
+    back = BACK_OFF * observation.task.design.length * observation.T_world_base[:3, 1]
+    sequence = advance(wrap_again(state.sequence, shift, back), observation.time)
+    return replace(state, sequence=sequence, retries=state.retries + 1, is_touched=False)
+
+
+def _correct_position(state: WrapState, observation: Observation) -> WrapState:
+    """Shift the remaining moves so that the object, and not the base, comes over its place."""
+    offset = _load_offset(state, observation)
+    sequence = shift_later(state.sequence, -offset * observation.task.target.axis)
+    if any(move.action == "rise on" for move in sequence.moves[: sequence.index]):
+        sequence = shift_later(sequence, _sag_correction(observation))
+    return replace(state, offset=offset, sequence=sequence)
+
+
+def _sag_correction(observation: Observation) -> np.ndarray:
+    """Displacement of the base that corrects for joints opened further than planned by the load, shape (3,) [m]."""
+    design, width = observation.task.design, observation.task.target.width
+    down, ahead = base_directions(observation)
+    wrap = plan_grip(observation)[1]
+    planned = unrolled_center(design, width, float(wrap.pull[ventral_cables(design)].mean()))
+    lower, further = unrolled_center(design, width, ventral_pull(observation)) - planned
+    return np.asarray(-lower * down - further * ahead)
+
+
+def _set_down(state: WrapState, observation: Observation) -> WrapState:
+    """Let go of an object that touches level; displace once, first, one that touches with an end.
+
+    Tipping flat about that end, the object would come to lie beside its place. The low end is on the side on which the
+    object hung beside the base.
+    """
+    sequence, design = state.sequence, observation.task.design
+    way = math.copysign(TIP * _tipping_displacement(state, observation), state.offset)
+    if state.is_moved or state.offset == 0.0 or abs(way) < TIP_LEAST * design.length:
+        return replace(state, sequence=_ease(sequence, observation))
+    along = way * observation.task.target.axis
+    up = -TIP_RISE * design.length * base_directions(observation)[0]
+    above = base_position(sequence, observation.time) + up
+    raised = replace(sequence.move, action="raise", duration=1.0, position=above)
+    aside = replace(raised, action="move along", position=above + along)
+    low = sequence.move.position + along
+    again = replace(sequence.move, duration=lowering_time(above + along, low), position=low)
+    sequence = insert_next(shift_later(sequence, along), (raised, aside, again))
+    return replace(state, is_moved=True, sequence=advance(sequence, observation.time))
+
+
+def _tipping_displacement(state: WrapState, observation: Observation) -> float:
+    """Displacement of the centre while the object that just touched tips flat about its low end [m]."""
+    expected = state.sequence.move.position[2] + OVERSHOOT * observation.task.design.length
+    target, height = observation.task.target, float(observation.T_world_base[2, 3]) - expected
+    if target.kind == "sphere":
+        return 0.0
+    return tipping_displacement(target.length, target.width, height, state.offset)
+
+
+def _ease(sequence: MoveSequence, observation: Observation) -> MoveSequence:
+    """Slacken and rise at touch-down, then open there and back off.
+
+    An unloaded, tight trunk climbs up the object to the housing. A trunk that is drawn up while its tip is still curled
+    drags the object along.
+    """
+    length, down = observation.task.design.length, base_directions(observation)[0]
+    position = base_position(sequence, observation.time) + -EASE_RISE * length * down
+    eased = EASE * sequence.move.tension
+    ease = replace(
+        sequence.move, action="ease", milestone=Milestone.RELEASED, duration=0.8, position=position, tension=eased
+    )
+    back = BACK_OFF * length * observation.T_world_base[:3, 1]
+    uncurl = replace(ease, action="uncurl", duration=OPEN_TIME, position=position + back, tension=0.0 * eased)
+    return advance(insert_next(sequence, (ease, uncurl)), observation.time)

@@ -213,7 +213,7 @@ def find_moments(trial: Trial, count: int = 8) -> list[tuple[str, Sample]]:
             shown[_at(ticks, _HOW_FAR.get(milestone, 1.0))] = milestone.value
     for phase, part in _PARTS:
         ticks = [i for i, status in enumerate(statuses) if status.phase == phase]
-        if ticks and len(shown) < count:
+        if ticks and len(shown) < count and statuses[_at(ticks, part)].milestone in (None, *_UNSHOWN):
             shown.setdefault(_at(ticks, part), statuses[_at(ticks, part)].action)
     told = {statuses[i].action for i in shown}
     ends = sorted({status.action: i for i, status in enumerate(statuses) if status.action not in told}.values())

@@ -1,0 +1,124 @@
+"""Approach pose of the rolled trunk behind an object, and the moves that bring the trunk there.
+
+The trunk is rolled up in the air by its ventral cables alone, then tilted and lowered to just above the ground, so that
+it meets objects low: an object pushed above about three times its half-width may topple, and a ball pushed above its
+middle jams between ground and trunk where friction is high.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.control.messages import Observation, Target, Task
+from spiraltrunk.design.trunk import ventral_cables
+from spiraltrunk.errors import ModelError
+from spiraltrunk.strategies.moves import Move
+from spiraltrunk.strategies.push.rolled_model import RolledTrunk, predict_rolled_trunk, push_orientation
+
+TILT = math.radians(60.0)
+"""Tilt of the trunk's base from hanging towards the push [rad] (ours): flat enough for a low front, and the housing
+stays clear of the ground."""
+
+TENSION = 0.9
+"""Tension of the ventral cables over the largest one [-] (ours): the more, the stiffer the rolled trunk."""
+
+CLEARANCE = 0.005
+"""Gap between rolled trunk and ground [m] (ours)."""
+
+ABOVE = 0.35
+"""Height of the base while the trunk is tilted, over the trunk's length [-] (ours): the curl clears the ground."""
+
+_DOWN_FROM = 0.10
+"""Height above the approach pose from which the trunk is lowered [m] (ours)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class ApproachPose:
+    """Pose of the rolled trunk for a push in one direction."""
+
+    way: np.ndarray
+    """Unit vector of the push, level, shape (3,) [-]."""
+    rotation: np.ndarray
+    """Orientation of the base, shape (3, 3) [-]."""
+    tension: np.ndarray
+    """Tensions that keep the trunk rolled up, shape (n_cable,) [N]."""
+    trunk: RolledTrunk
+    """Shape of the rolled trunk."""
+    height: float
+    """Height of the base at which the front meets the object as wanted, in the world [m]."""
+
+    @property
+    def right(self) -> np.ndarray:
+        """Unit vector to the right of the push, the side of the front from the base, shape (3,) [-]."""
+        return np.array([self.way[1], -self.way[0], 0.0])
+
+    def base_behind(self, place: np.ndarray, gap: float) -> np.ndarray:
+        """Position of the base with the front ``gap`` [m] behind a place, shape (3,) [m]."""
+        beside = place - (self.trunk.forward + gap) * self.way - self.trunk.lateral * self.right
+        return np.array([beside[0], beside[1], self.height])
+
+    def front_of(self, base: np.ndarray) -> np.ndarray:
+        """Foremost point of the rolled trunk for a position of its base, shape (3,) [m]."""
+        ahead = base + self.trunk.forward * self.way + self.trunk.lateral * self.right
+        return np.array([ahead[0], ahead[1], base[2] - self.trunk.below])
+
+    def move(self, action: str, duration: float, position: np.ndarray) -> Move:
+        """A move of the reach to a position of the base in this pose, shape (3,) [m]."""
+        return Move(
+            phase="reach", action=action, duration=duration, position=position, tension=self.tension,
+            rotation=self.rotation,
+        )  # fmt: skip
+
+
+def plan_pose(task: Task, contact: float) -> ApproachPose:
+    """Pose for the way from the object to its goal, with the contact at ``contact`` of the object's height [-].
+
+    The rolled trunk meets no object lower than its own radius, and balls as low as it can.
+
+    Raises:
+        ModelError: where no cable pulls ventral, the task has no ground, or the object is at its goal already.
+    """
+    design, target, goal = task.design, task.target, task.goal
+    ventral = ventral_cables(design)
+    if not ventral.any():
+        raise ModelError("no cable pulls ventral; allowed: a design with a cable more than 90 deg from dorsal")
+    if goal.ground is None:
+        raise ModelError("the object hangs; allowed: an object on the ground, which can be pushed")
+    way = (goal.place - target.position) * [1.0, 1.0, 0.0]
+    distance = float(np.linalg.norm(way))
+    if distance < 1e-6:
+        raise ModelError("the object is where it shall be pushed; allowed: a goal beside it")
+    trunk = predict_rolled_trunk(design, TILT)
+    lowest = goal.ground + trunk.bottom + CLEARANCE
+    middle = contact * 2 * (float(target.position[2]) - goal.ground)
+    wanted = goal.ground + (0.0 if target.kind == "sphere" else middle) + trunk.below
+    return ApproachPose(
+        way=way / distance, rotation=push_orientation(way / distance, TILT), trunk=trunk, height=max(lowest, wanted),
+        tension=TENSION * design.cable.tension_max * ventral,
+    )  # fmt: skip
+
+
+def reach_of(target: Target) -> float:
+    """Half of the object's largest extent seen from above [m]: a box may stand with an edge towards the trunk."""
+    across = target.width * (math.sqrt(2.0) if target.kind == "box" else 1.0)
+    lying = abs(float(target.axis[2])) < 0.7 and target.kind != "sphere"
+    return max(across, target.length if lying else 0.0) / 2
+
+
+def roll_up(observation: Observation, pose: ApproachPose, base: np.ndarray) -> tuple[Move, ...]:
+    """Moves that roll the trunk up in the air above ``base``, shape (3,) [m], and turn it into its pose."""
+    ground, length = pose.height - pose.trunk.bottom, observation.task.design.length
+    air = np.array([base[0], base[1], max(base[2], ground + (ABOVE + 1.0) * length)])
+    over = np.array([base[0], base[1], max(base[2], ground + ABOVE * length)])
+    return replace(pose.move("roll up", 2.5, air), rotation=None), pose.move("turn", 2.0, over)
+
+
+def go_down(pose: ApproachPose, base: np.ndarray) -> tuple[Move, ...]:
+    """Moves that bring the rolled trunk above ``base``, shape (3,) [m], then down."""
+    over = base + np.array([0.0, 0.0, _DOWN_FROM])
+    return pose.move("come beside", 1.0, over), pose.move("come down", 1.0, base)
