@@ -25,7 +25,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings, Weighing, calibrate
+from spiraltrunk.calibration.calibrate import IDENTIFIED, Z_95, Calibration, Errors, Settings, Weighing, calibrate
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap.protocol.toml import load_protocol
 from spiraltrunk.workflows.virtual_session.printed_trunk import WorldOptions, draw_world, expected, weigh
@@ -33,12 +33,11 @@ from spiraltrunk.workflows.virtual_session.session import measure, play_session
 
 FITTED = ("bend-dorsal_1", "rest-000_1", "rest-090_1")
 JUDGED = ("rest", "bend-dorsal")
-BAR_M, BAR_SHARE, BAR_S, SURE = 2e-3, 0.90, 30.0, 1.959963984540054
-UNTOLD = 0.7
+BAR_M, BAR_SHARE, BAR_S = 2e-3, 0.90, 30.0
 
 
 def run_world(seed: int, kind: str) -> dict[str, Any]:
-    """One world: errors held out, and how many standard deviations each knob is off."""
+    """One world: errors held out, and how many standard deviations each parameter is off."""
     options = WorldOptions()
     world = draw_world(PAPER, seed, options)
     played = play_session(PAPER, world, load_protocol("paper"), is_simulated=kind == "simulated")
@@ -50,12 +49,12 @@ def run_world(seed: int, kind: str) -> dict[str, Any]:
     wall, cpu = time.perf_counter() - begin, time.process_time() - cpu
     kinds = np.array(shapes.kind)
     return {
-        "seed": seed, "kind": kind, "wall_s": wall, "cpu_s": cpu, "is_settled": found.fit.is_settled,
+        "seed": seed, "kind": kind, "wall_s": wall, "cpu_s": cpu, "is_settled": found.fit.has_converged,
         "held_out_m": {k: mean_errors(found.held_out, kinds, (k,)) for k in ("rest", "bend-dorsal", "twist")},
         "judged_m": mean_errors(found.held_out, kinds, JUDGED),
-        "noise_m": found.fit.scatter.noise, "discrepancy_m": found.fit.scatter.discrepancy,
+        "noise_m": found.fit.noise_model.noise, "discrepancy_m": found.fit.noise_model.discrepancy,
         "unsettled": sum(run.unsettled for run in played),
-        "off": score(found, world.knobs), "away": name_each(found, found.fit.knobs - world.knobs),
+        "off": score(found, world.values), "away": name_each(found, found.fit.values - world.values),
         "ratio": {p.name: p.width_ratio for p in found.parameters},
     }  # fmt: skip
 
@@ -90,21 +89,21 @@ def mean_errors(errors: Errors, kinds: np.ndarray, among: tuple[str, ...]) -> di
 
 
 def score(found: Calibration, truth: np.ndarray) -> dict[str, float]:
-    """How far each knob is from the truth, over its standard deviation [-]."""
+    """How far each parameter is from the truth, over its standard deviation [-]."""
     spread = np.sqrt(np.diag(found.fit.covariance))
-    return name_each(found, (found.fit.knobs - truth) / spread)
+    return name_each(found, (found.fit.values - truth) / spread)
 
 
 def name_each(found: Calibration, values: np.ndarray) -> dict[str, float]:
-    """Values of all knobs by name."""
+    """Values of all parameters by name."""
     return dict(zip(found.names, values.tolist(), strict=True))
 
 
 def summarise(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Counts and means over the worlds."""
     names = list(rows[0]["off"])
-    inside = {name: sum(abs(row["off"][name]) < SURE for row in rows) for name in names}
-    told = [name for name in names if np.median([row["ratio"][name] for row in rows]) < UNTOLD]
+    inside = {name: sum(abs(row["off"][name]) < Z_95 for row in rows) for name in names}
+    told = [name for name in names if np.median([row["ratio"][name] for row in rows]) < IDENTIFIED]
     judged = [row["judged_m"]["calibrated"] for row in rows]
     least = min(inside.values())
     return {

@@ -41,7 +41,7 @@ is_fitted = np.isin(shapes.take, ("rest-090_1", "bend-dorsal_1"))
 found = calibrate(design, shapes, is_fitted, Settings(weighing=Weighing(mass=mass, spread=spread)))
 
 for parameter in found.parameters[17:]:
-    told = "" if parameter.is_told else ", not told"
+    told = "" if parameter.is_identified else ", not told"
     print(
         f"{parameter.name}: {parameter.value:.4g} {parameter.unit}, {parameter.low:.4g} to {parameter.high:.4g}{told}"
     )

@@ -7,19 +7,18 @@ import numpy as np
 import pytest
 
 from spiraltrunk.calibration.calibrate import Settings, Weighing, calibrate, compute_rmse
-from spiraltrunk.calibration.identifiability import advise, find_untold
-from spiraltrunk.calibration.map_fit import MODEL_ERROR, add_model_error, halve, widen
-from spiraltrunk.calibration.noise_model import Block, Scatter, Whitener, build_covariance
+from spiraltrunk.calibration.identifiability import advise, list_unidentified
+from spiraltrunk.calibration.map_fit import MODEL_ERROR, FitProblem, add_model_error, inflate, split_half
+from spiraltrunk.calibration.noise_model import Block, NoiseModel, build_covariance, factorise, whiten
 from spiraltrunk.calibration.parameters import (
     BenchStiffness,
     Prior,
     Winders,
-    apply_knobs,
-    build_knobs,
-    learn_from_bench,
-    name_knobs,
+    apply_parameters,
+    build_prior,
+    name_parameters,
 )
-from spiraltrunk.calibration.predict_states import find_states, play_statics
+from spiraltrunk.calibration.predict_states import find_states, predict_statics
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
@@ -51,7 +50,7 @@ def bent():
 
 def test_a_trunk_measured_exactly_is_found(bent):
     world, found = bent
-    joints = dict(zip(found.names, found.fit.knobs - world.knobs, strict=True))
+    joints = dict(zip(found.names, found.fit.values - world.values, strict=True))
     assert max(abs(joints[f"stiffness_{i:02d}"]) for i in range(1, 17)) < 0.05
     assert abs(joints["friction"]) < 0.005
     assert abs(joints["slack_1"]) < 1e-4
@@ -76,7 +75,7 @@ def test_the_calibrated_design_is_what_the_parameters_say(bent):
 def test_rest_alone_tells_neither_cables_nor_mass():
     _, shapes = _measure(RESTS)
     found = calibrate(PAPER, shapes, np.array([take.endswith("_1") for take in shapes.take]))
-    untold = {parameter.name: parameter.width_ratio for parameter in find_untold(found)}
+    untold = {parameter.name: parameter.width_ratio for parameter in list_unidentified(found)}
     for name in ("friction", "slack_1", "hole"):
         assert untold[name] == pytest.approx(1.0, abs=1e-6)
     assert untold["mass"] > 0.9
@@ -90,41 +89,41 @@ def test_rest_alone_tells_neither_cables_nor_mass():
 def test_stiffness_and_mass_together_leave_shapes_with_friction_as_they_are(factor):
     """The law on which the advice rests."""
     _, shapes = _measure((Run(name="bend-dorsal", kind="bend-dorsal", steps=4, step=0.02),))
-    states, names = find_states(shapes).states, name_knobs(PAPER)
-    knobs = np.zeros(len(names))
-    knobs[names.index("friction")] = 0.2
+    states, names = find_states(shapes)[0], name_parameters(PAPER)
+    values = np.zeros(len(names))
+    values[names.index("friction")] = 0.2
     ends = []
     for shift in (0.0, math.log(factor)):
-        turned = knobs + shift * np.array([name.startswith("stiffness") or name == "mass" for name in names])
-        design, winders = apply_knobs(carry_gripper(PAPER), turned)
-        ends.append(play_statics(design, states, winders).points)
+        turned = values + shift * np.array([name.startswith("stiffness") or name == "mass" for name in names])
+        design, winders = apply_parameters(carry_gripper(PAPER), turned)
+        ends.append(predict_statics(design, states, winders).points)
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=2e-5)
 
 
 def test_repeated_commands_are_one_state():
     _, shapes = _measure((RESTS[0], Run(name="bend-dorsal", kind="bend-dorsal", steps=3, step=0.01)))
-    known = find_states(shapes)
+    states, of_shape = find_states(shapes)
     half = len(shapes.kind) // 2
-    assert (known.of_shape[:half] == known.of_shape[half:]).all()
-    assert len(known.states) == len(set(known.of_shape.tolist()))
+    assert (of_shape[:half] == of_shape[half:]).all()
+    assert len(states) == len(set(of_shape.tolist()))
 
 
 def test_slack_is_cable_that_is_not_pulled():
     _, shapes = _measure((Run(name="bend-dorsal", kind="bend-dorsal", steps=3, step=0.02),))
-    states = find_states(shapes).states
+    states = find_states(shapes)[0]
     trunk = carry_gripper(replace(PAPER, cable=replace(PAPER.cable, friction=0.1)))
     late = tuple(replace(state, pull=(state.pull[0] + 0.004, NAN, NAN)) for state in states)
     taut, slack = Winders(slack=np.zeros(3)), Winders(slack=np.full(3, 0.004))
     np.testing.assert_allclose(
-        play_statics(trunk, late, slack).points, play_statics(trunk, states, taut).points, atol=1e-6
+        predict_statics(trunk, late, slack).points, predict_statics(trunk, states, taut).points, atol=1e-6
     )
 
 
 def test_a_winder_gives_as_much_as_its_tension_says():
     """Gaps and give together are the cable that the command left."""
     _, shapes = _measure((Run(name="bend-dorsal", kind="bend-dorsal", steps=2, step=0.03),))
-    states, trunk = find_states(shapes).states, carry_gripper(replace(PAPER, cable=replace(PAPER.cable, friction=0.2)))
-    played = play_statics(trunk, states, Winders(slack=np.zeros(3), give=1e-4))
+    states, trunk = find_states(shapes)[0], carry_gripper(replace(PAPER, cable=replace(PAPER.cable, friction=0.2)))
+    played = predict_statics(trunk, states, Winders(slack=np.zeros(3), compliance=1e-4))
     for shape, length in zip(played.shapes[1:], played.length[1:], strict=True):
         assert shape.forces is not None
         given = shape.gap.sum(axis=0)[0] - length[0]
@@ -138,53 +137,51 @@ def test_whitened_residuals_have_the_covariance_that_was_asked_for():
         points=draw.standard_normal((4, 3)), at=np.zeros((4, 2), int), along=np.linspace(0.2, 1, 4),
         stroke=np.zeros(4), weight=np.ones(4),
     )  # fmt: skip
-    scatter = Scatter()
-    whole = build_covariance(block, scatter)
-    white = Whitener(block, scatter).whiten(np.linalg.cholesky(whole))
+    noise = NoiseModel()
+    whole = build_covariance(block, noise)
+    white = whiten(factorise(block, noise), np.linalg.cholesky(whole))
     np.testing.assert_allclose(white @ white.T, np.eye(12), atol=1e-9)
 
 
 def test_halves_that_agree_leave_the_covariance_and_others_widen_it():
     covariance, middle = np.diag([1.0, 1.0, 1.0, 1.0]), np.zeros(4)
-    np.testing.assert_array_equal(widen(covariance, middle, [middle, middle], 3), covariance)
+    np.testing.assert_array_equal(inflate(covariance, middle, [middle, middle], 3), covariance)
     apart = np.array([0.0, 0.0, 0.0, 8.0])
-    wide = widen(covariance, middle, [apart / 2, -apart / 2], 3)
+    wide = inflate(covariance, middle, [apart / 2, -apart / 2], 3)
     np.testing.assert_allclose(np.sqrt(np.diag(wide)), [1, 1, 1, 4])
 
 
 def test_the_models_own_error_is_in_what_recordings_tell_and_no_more_than_was_known():
-    knobs = build_knobs(PAPER, Prior(), None)
-    k = knobs.names.index("friction")
-    sharp = 1e-4 * knobs.covariance
-    told = add_model_error(sharp, knobs)
+    prior = build_prior(PAPER, Prior())
+    k = prior.names.index("friction")
+    sharp = 1e-4 * prior.covariance
+    told = add_model_error(sharp, prior)
     assert told[k, k] == pytest.approx(sharp[k, k] + MODEL_ERROR["friction"] ** 2)
     told[k, k] = sharp[k, k]
     np.testing.assert_array_equal(told, sharp)
-    np.testing.assert_array_equal(add_model_error(knobs.covariance, knobs), knobs.covariance)
+    np.testing.assert_array_equal(add_model_error(prior.covariance, prior), prior.covariance)
 
 
 def test_each_half_has_its_own_steps_and_all_rests():
-    from spiraltrunk.calibration.map_fit import Task
-
     _, shapes = _measure((RESTS[0], Run(name="bend-dorsal", kind="bend-dorsal", steps=7, step=0.01)))
-    states = find_states(shapes).states
+    states = find_states(shapes)[0]
     size = (len(states), 18)
-    task = Task(
+    problem = FitProblem(
         design=carry_gripper(PAPER),
         states=states,
-        seat=shapes.seat,
+        marker_offset=shapes.seat,
         measured=np.zeros((*size, 3)),
         count=np.ones(size, int),
     )
-    pulls = [[s.pull[0] for s in halve(task, odd).states] for odd in (0, 1)]
+    pulls = [[s.pull[0] for s in split_half(problem, odd).states] for odd in (0, 1)]
     seen = [p for half in pulls for p in half if not np.isnan(p)]
     assert len(seen) == len(set(seen)) == sum(s.kind == "bend-dorsal" for s in states)
     assert all(np.isnan(half).sum() == 1 for half in pulls)
 
 
 def test_a_weighing_narrows_the_mass_alone():
-    plain = build_knobs(PAPER, Prior(), None)
-    weighed = build_knobs(PAPER, Prior(), Weighing(mass=1.1 * PAPER.total_mass, spread=0.01 * PAPER.total_mass))
+    plain = build_prior(PAPER, Prior())
+    weighed = build_prior(PAPER, Prior(), Weighing(mass=1.1 * PAPER.total_mass, spread=0.01 * PAPER.total_mass))
     at = plain.names.index("mass")
     assert weighed.spread[at] < 0.02 < plain.spread[at]
     assert weighed.mean[at] == pytest.approx(math.log(1.1), abs=2e-3)
@@ -193,9 +190,9 @@ def test_a_weighing_narrows_the_mass_alone():
 
 
 def test_a_bench_narrows_its_joint_and_shifts_the_others_with_it():
-    plain = build_knobs(PAPER, Prior(), None)
+    plain = build_prior(PAPER, Prior())
     told = 1.3 * float(PAPER.joint_stiffness[4])
-    known = learn_from_bench(PAPER, plain, (BenchStiffness(joint=5, value=told, spread=0.05),))
+    known = build_prior(PAPER, Prior(), bench=(BenchStiffness(joint=5, value=told, spread=0.05),))
     prior = plain.spread[4]
     assert known.spread[4] == pytest.approx((1 / prior**2 + 1 / 0.05**2) ** -0.5)
     assert known.mean[4] == pytest.approx(math.log(1.3) * prior**2 / (prior**2 + 0.05**2))
@@ -203,15 +200,13 @@ def test_a_bench_narrows_its_joint_and_shifts_the_others_with_it():
     assert known.spread[5] < 0.7 * plain.spread[5]
     np.testing.assert_array_equal(known.mean[17:], plain.mean[17:])
     many = tuple(BenchStiffness(joint=j, value=told, spread=0.1) for j in (1, 5, 5))
-    assert np.linalg.eigvalsh(learn_from_bench(PAPER, plain, many).covariance[:17, :17]).min() > 0
+    assert np.linalg.eigvalsh(build_prior(PAPER, Prior(), bench=many).covariance[:17, :17]).min() > 0
 
 
 @pytest.mark.parametrize(("joint", "value", "words"), [(18, 0.3, "1 to 17"), (2, 1e4, "same trunk")])
 def test_a_bench_of_another_trunk_is_refused(joint, value, words):
     with pytest.raises(ModelError, match=words):
-        learn_from_bench(
-            PAPER, build_knobs(PAPER, Prior(), None), (BenchStiffness(joint=joint, value=value, spread=0.1),)
-        )
+        build_prior(PAPER, Prior(), bench=(BenchStiffness(joint=joint, value=value, spread=0.1),))
 
 
 def test_rmse_is_over_what_was_seen():
@@ -229,7 +224,7 @@ def test_rmse_is_over_what_was_seen():
 )
 def test_bad_weighings_are_refused(bad, words):
     with pytest.raises((DesignError, ModelError), match=words):
-        build_knobs(PAPER, Prior(), Weighing(**bad))
+        build_prior(PAPER, Prior(), Weighing(**bad))
 
 
 def test_bad_choices_are_refused():

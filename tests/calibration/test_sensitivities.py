@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from spiraltrunk.calibration.parameters import apply_knobs, name_knobs
-from spiraltrunk.calibration.predict_states import State, play_statics
+from spiraltrunk.calibration.parameters import apply_parameters, name_parameters
+from spiraltrunk.calibration.predict_states import State, predict_statics
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 from spiraltrunk.model.statics.sensitivities import by_parameters
 
 TRUNK = carry_gripper(PAPER)
-NAMES = name_knobs(PAPER)
+NAMES = name_parameters(PAPER)
 NAN = math.nan
 
 
@@ -32,23 +32,23 @@ def _states():
     return (rest, *bend)
 
 
-def _knobs(seed=3):
+def _values(seed=3):
     draw = np.random.default_rng(seed)
     return np.array([*(0.1 * draw.standard_normal(17)), 0.05, 0.01, 0.2, 0.003, 0.003, 0.003, 0.005, 2e-5])
 
 
-def _play(knobs):
-    design, winders = apply_knobs(TRUNK, knobs)
-    return design, play_statics(design, _states(), winders)
+def _predict(values):
+    design, winders = apply_parameters(TRUNK, values)
+    return design, predict_statics(design, _states(), winders)
 
 
 @pytest.fixture(scope="module")
 def slopes():
-    design, played = _play(_knobs())
+    design, found = _predict(_values())
     return np.array(
         [
-            by_parameters(design, shape, theta_0=state.theta_0, length=length, compliance=_knobs()[-1])
-            for shape, state, length in zip(played.shapes, _states(), played.length, strict=True)
+            by_parameters(design, shape, theta_0=state.theta_0, length=length, compliance=_values()[-1])
+            for shape, state, length in zip(found.shapes, _states(), found.length, strict=True)
         ]
     )
 
@@ -57,21 +57,21 @@ def slopes():
     "name", ["stiffness_01", "stiffness_09", "stiffness_17", "center", "friction", "slack_1", "hole", "give"]
 )
 def test_slopes_are_those_of_differences(slopes, name):
-    knob, step = NAMES.index(name), {"slack_1": 1e-6, "give": 1e-7}.get(name, 1e-4)
+    k, step = NAMES.index(name), {"slack_1": 1e-6, "give": 1e-7}.get(name, 1e-4)
     ends = []
     for side in (step, -step):
-        knobs = _knobs()
-        knobs[knob] += side
-        ends.append(_play(knobs)[1].points)
+        values = _values()
+        values[k] += side
+        ends.append(_predict(values)[1].points)
     expected = (ends[0] - ends[1]) / (2 * step)
     size = max(float(np.abs(expected).max()), 1e-9)
-    np.testing.assert_allclose(slopes[:, knob] / size, expected / size, rtol=0, atol=2e-3)
+    np.testing.assert_allclose(slopes[:, k] / size, expected / size, rtol=0, atol=2e-3)
 
 
 def test_mass_moves_the_trunk_as_all_stiffnesses_do_the_other_way(slopes):
     """What gives under a force gives as much less under one that is scaled up with all others."""
     together = slopes[:, :17].sum(axis=1) + slopes[:, NAMES.index("mass")]
-    together -= _knobs()[NAMES.index("give")] * slopes[:, NAMES.index("give")]
+    together -= _values()[NAMES.index("give")] * slopes[:, NAMES.index("give")]
     # The friction's elastic foot, 20 um at 1 N, does not scale with them.
     assert np.abs(together).max() < 1e-3 * np.abs(slopes[:, NAMES.index("mass")]).max()
 
@@ -86,10 +86,10 @@ def test_at_rest_neither_friction_nor_holes_count(slopes):
 
 
 def test_without_friction_the_slope_by_friction_is_that_of_a_little():
-    knobs, knob, step = _knobs(), NAMES.index("friction"), 1e-4
-    knobs[knob] = 0.0
-    design, played = _play(knobs)
-    slopes = by_parameters(design, played.shapes[2], theta_0=math.pi / 2, length=played.length[2], compliance=knobs[-1])
-    knobs[knob] = step
-    expected = (_play(knobs)[1].points[2] - played.points[2]) / step
-    np.testing.assert_allclose(slopes[knob], expected, rtol=0, atol=0.02 * np.abs(expected).max())
+    values, k, step = _values(), NAMES.index("friction"), 1e-4
+    values[k] = 0.0
+    design, found = _predict(values)
+    slopes = by_parameters(design, found.shapes[2], theta_0=math.pi / 2, length=found.length[2], compliance=values[-1])
+    values[k] = step
+    expected = (_predict(values)[1].points[2] - found.points[2]) / step
+    np.testing.assert_allclose(slopes[k], expected, rtol=0, atol=0.02 * np.abs(expected).max())

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from spiraltrunk.calibration.predict_states import place_points
+from spiraltrunk.calibration.predict_states import place_markers
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
@@ -51,7 +51,7 @@ def test_files_read_back_as_the_shapes_that_were_played(session):
     protocol = load_protocol(folder / "protocol.toml")
     takes = {run.plan.run.name: [folder / f"{run.plan.run.name}_1.csv"] for run in played}
     shapes = read_session(protocol, takes, SessionSettings(design=PAPER, alignment=Alignment(kind="base")))
-    truth = np.concatenate([place_points(PAPER, run.ends, compute_seat(PAPER)) for run in played])
+    truth = np.concatenate([place_markers(PAPER, run.ends, compute_seat(PAPER)) for run in played])
     away = np.linalg.norm(shapes.points - truth, axis=-1)
     assert np.isfinite(away).sum() == 6 * 15
     # The base's axes, from three markers at 44 mm and 100 frames, are known to 0.9 mrad: five times that at the tip.

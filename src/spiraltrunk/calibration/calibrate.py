@@ -1,60 +1,66 @@
-"""Calibration: stiffness, mass, friction, slack, holes and give of one trunk from its recorded shapes.
+"""Calibration: stiffness, mass, friction, slack, holes and winder compliance of one trunk from its recorded shapes.
 
-One part of the takes is fitted, the error is told on the other. Beside it stands the error of the design as it was,
-by equilibrium and by the paper's forward model, on the same shapes.
+Some takes are fitted, and the error is evaluated on the others, beside that of the design as it was, by equilibrium and
+by the paper's forward model.
 
-Scaling all stiffnesses and all masses together leaves every shape as it is, whatever the cables' lengths and friction,
-if winders give as much less: recordings alone tell the ratio. A weighing (`Weighing`) or a bench (`BenchStiffness`)
-tells the rest.
+Shapes identify the ratio of stiffness to mass only: scaling all stiffnesses and all masses together leaves every shape
+as it is, whatever the cables' lengths and friction, where the compliance of the winders falls by the same factor. A
+weighing (`Weighing`) or a bench (`BenchStiffness`) identifies the rest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.calibration.map_fit import Fit, Task, fit_knobs
+from spiraltrunk.calibration.map_fit import FitProblem, MapEstimate, estimate_map
 from spiraltrunk.calibration.parameters import (
     BenchStiffness,
-    Knobs,
+    Gaussian,
     Prior,
     Weighing,
     Winders,
-    apply_knobs,
-    build_knobs,
+    apply_parameters,
+    build_prior,
     center_fraction,
-    learn_from_bench,
 )
-from spiraltrunk.calibration.predict_states import State, find_states, place_points, play_reference, play_statics
+from spiraltrunk.calibration.predict_states import (
+    State,
+    find_states,
+    place_markers,
+    predict_reference,
+    predict_statics,
+    select_states,
+)
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 __all__ = ["BenchStiffness", "Calibration", "Errors", "Parameter", "Prior", "Settings", "Weighing", "calibrate"]
 
-SURE = 1.959963984540054
-"""Standard deviations on either side of the mean that hold 95 % of a Gaussian [-]."""
+Z_95 = 1.959963984540054
+"""Standard deviations on either side of the mean that hold 95 % of a normal distribution [-]."""
 
-UNTOLD = 0.7
-"""Width over the prior's from which a parameter counts as not told by the recordings [-] (ours: half the variance)."""
+IDENTIFIED = 0.7
+"""Width over the prior's below which a parameter counts as identified [-] (ours: half the variance)."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """How a calibration is made; the defaults are for use."""
+    """Prior knowledge and tolerances of a calibration."""
 
     prior: Prior = field(default_factory=Prior)
     """What is known beforehand."""
     weighing: Weighing | None = None
-    """What a scale said, if the trunk was weighed."""
+    """The weighing, if the trunk was weighed."""
     bench: tuple[BenchStiffness, ...] = ()
-    """What a bench said of single joints."""
+    """Stiffness of single joints from a bench."""
     registration_turn: float = 2e-3
     """Standard deviation of the registration's rotation about each axis [rad] (ours: 1 mm over the trunk's length)."""
     registration_shift: float = 3e-4
@@ -71,20 +77,20 @@ class Parameter:
     unit: str
     """Its unit; "-" for a pure number."""
     before: float
-    """What it was in the design, or expected."""
+    """What it was in the design, or the prior's mean."""
     value: float
-    """What it is."""
+    """MAP estimate."""
     low: float
     """Lower end of the 95 % interval."""
     high: float
     """Upper end."""
     width_ratio: float
-    """Width over the prior's: near 1 the recordings say nothing [-]."""
+    """Width over the prior's; near 1 the recordings do not identify it [-]."""
 
     @property
-    def is_told(self) -> bool:
-        """Whether the recordings tell it."""
-        return self.width_ratio < UNTOLD
+    def is_identified(self) -> bool:
+        """Whether the recordings identify it."""
+        return self.width_ratio < IDENTIFIED
 
 
 @final
@@ -97,7 +103,7 @@ class Errors:
     calibrated: np.ndarray
     """By equilibrium, calibrated, shape (n,) [m]."""
     uncalibrated: np.ndarray
-    """By equilibrium of the design as it was, without friction told of it, shape (n,) [m]."""
+    """By equilibrium of the design as it was, shape (n,) [m]."""
     reference: np.ndarray
     """By the paper's forward model of the design as it was, shape (n,) [m]."""
 
@@ -105,22 +111,20 @@ class Errors:
 @final
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """What the recordings say of a trunk."""
+    """A calibrated trunk."""
 
     design: TrunkDesign
-    """The design with what was fitted, but slack and give, which are no part of it."""
-    slack: np.ndarray
-    """Cable that each winder takes in before it pulls, shape (n_cable,) [m]."""
-    give: float
-    """What each winder with its cable gives per tension [m/N]."""
+    """The design with the fitted parameters, without those of the winders."""
+    winders: Winders
+    """Slack and compliance of the winders, which are no part of a design."""
     parameters: tuple[Parameter, ...]
     """All fitted numbers, then the ratio of stiffness to mass and the exponent of the stiffness law."""
     correlation: np.ndarray
-    """Of the fitted knobs, in the order of `names`, shape (n_knob, n_knob) [-]."""
+    """Of the parameter vector, in the order of `names`, shape (n_parameter, n_parameter) [-]."""
     names: tuple[str, ...]
-    """Names of the knobs."""
-    fit: Fit
-    """Knobs, covariance and scatter as they were fitted."""
+    """Names of the parameter vector."""
+    fit: MapEstimate
+    """Parameter vector, covariance and noise model."""
     fitted: Errors
     """Errors on the shapes that were fitted."""
     held_out: Errors
@@ -135,29 +139,44 @@ def calibrate(
     is_fitted: ArrayLike,
     settings: Settings | None = None,
     *,
-    tell: Callable[[str, int, int], None] | None = None,
+    progress: Progress = ignore_progress,
 ) -> Calibration:
-    """Fit a design to the shapes of ``is_fitted`` and judge it on the others.
+    """Fit a design to the shapes of ``is_fitted`` and evaluate it on the others.
 
     Args:
-        design: the trunk as it was built; its stiffness law, masses and holes are where the search begins.
+        design: the trunk as it was built; its stiffness law, masses and holes are the prior's mean.
         shapes: what was recorded.
         is_fitted: which shapes are fitted, shape (n,) [bool]; the others are held out.
-        settings: how.
-        tell: called with what is being done, how often it was and how often it will be at most.
+        settings: prior knowledge and tolerances.
+        progress: called with the step, how many of them are done, and at most how many there are.
 
     Raises:
         ModelError: where shapes and design do not fit, or no point was seen in what is to be fitted.
     """
-    settings = Settings() if settings is None else settings
-    chosen = np.asarray(is_fitted)
+    settings, chosen = settings or Settings(), np.asarray(is_fitted)
     _check(design, shapes, chosen)
     trunk = carry_gripper(design)
-    known = find_states(shapes)
-    knobs = learn_from_bench(design, build_knobs(design, settings.prior, settings.weighing), settings.bench)
-    task = _build_task(trunk, shapes, chosen, (known.states, known.of_shape))
-    fit = fit_knobs(task, knobs, (settings.registration_turn, settings.registration_shift), tell)
-    return _tell_all(design, (shapes, chosen), (known.states, known.of_shape), (fit, knobs))
+    states, of_shape = find_states(shapes)
+    prior = build_prior(design, settings.prior, settings.weighing, settings.bench)
+    problem = _build_problem(trunk, shapes, chosen, (states, of_shape))
+    fit = estimate_map(problem, prior, (settings.registration_turn, settings.registration_shift), progress)
+    calibrated, winders = apply_parameters(trunk, fit.values)
+    equilibria = predict_statics(calibrated, states, winders)
+    plain = predict_statics(trunk, states, Winders(slack=np.zeros(design.n_cable)))
+    rmse = [
+        compute_rmse(place_markers(trunk, ends, shapes.seat)[of_shape], shapes.points)
+        for ends in (equilibria.points, plain.points, predict_reference(trunk, states))
+    ]
+    fitted, held_out = (
+        Errors(index=np.flatnonzero(own), calibrated=rmse[0][own], uncalibrated=rmse[1][own], reference=rmse[2][own])
+        for own in (chosen, ~chosen)
+    )
+    spread = np.sqrt(np.diag(fit.covariance))
+    return Calibration(
+        design=apply_parameters(design, fit.values)[0], winders=winders, parameters=describe(design, fit, prior),
+        correlation=fit.covariance / np.outer(spread, spread), names=prior.names, fit=fit, fitted=fitted,
+        held_out=held_out, unsolved=int(equilibria.has_failed[of_shape].sum()),
+    )  # fmt: skip
 
 
 def compute_rmse(predicted: np.ndarray, measured: np.ndarray) -> np.ndarray:
@@ -181,117 +200,67 @@ def _check(design: TrunkDesign, shapes: MeasuredShapes, chosen: np.ndarray) -> N
         raise ModelError(f"points and pull have the shapes {given}; allowed for this design: {expected}")
 
 
-def _build_task(
-    trunk: TrunkDesign,
-    shapes: MeasuredShapes,
-    chosen: np.ndarray,
-    known: tuple[tuple[State, ...], np.ndarray],
-) -> Task:
+def _build_problem(
+    trunk: TrunkDesign, shapes: MeasuredShapes, chosen: np.ndarray, known: tuple[tuple[State, ...], np.ndarray]
+) -> FitProblem:
     """Mean of the repeats of every state that is fitted, and the states that lead there."""
     states, of_shape = known
+    seen = np.isfinite(shapes.points).all(axis=-1)
     count = np.zeros((len(states), trunk.n_section), int)
     total = np.zeros((len(states), trunk.n_section, 3))
-    seen = np.isfinite(shapes.points).all(axis=-1)
-    for i in np.flatnonzero(chosen):
-        count[of_shape[i]] += seen[i]
-        total[of_shape[i]] += np.where(seen[i][:, None], shapes.points[i], 0.0)
-    needed = {int(s) for s in of_shape[chosen]}
+    np.add.at(count, of_shape[chosen], seen[chosen])
+    np.add.at(total, of_shape[chosen], np.where(seen[..., None], shapes.points, 0.0)[chosen])
+    needed = set(of_shape[chosen].tolist())
     for s in range(len(states) - 1, -1, -1):  # A state stands before those that go on from it.
         if s in needed and states[s].before >= 0:
             needed.add(states[s].before)
     kept = sorted(needed)
-    place = {s: i for i, s in enumerate(kept)}
-    own = tuple(_renumber(states[s], place) for s in kept)
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = total[kept] / count[kept][..., None]
-    return Task(
-        design=trunk, states=own, seat=np.asarray(shapes.seat, float), measured=mean, count=count[kept],
+    return FitProblem(
+        design=trunk, states=select_states(states, kept), marker_offset=np.asarray(shapes.seat, float), measured=mean,
+        count=count[kept],
     )  # fmt: skip
 
 
-def _renumber(state: State, place: dict[int, int]) -> State:
-    before = -1 if state.before < 0 else place[state.before]
-    return State(theta_0=state.theta_0, pull=state.pull, before=before, kind=state.kind, chain=state.chain)
+_UNITS = {"stiffness": "N m/rad", "mass": "kg", "slack": "m", "give": "m/N"}
+"""Units of the parameters in SI, by the first word of their names; "-" of all others."""
 
 
-def _tell_all(
-    design: TrunkDesign,
-    recorded: tuple[MeasuredShapes, np.ndarray],
-    known: tuple[tuple[State, ...], np.ndarray],
-    found: tuple[Fit, Knobs],
-) -> Calibration:
-    (shapes, chosen), (states, of_shape), (fit, knobs) = recorded, known, found
-    trunk = carry_gripper(design)
-    turned, winders = apply_knobs(trunk, fit.knobs)
-    played = play_statics(turned, states, winders)
-    plain = play_statics(trunk, states, Winders(slack=np.zeros(design.n_cable)))
-    three = (played.points, plain.points, play_reference(trunk, states))
-    placed = [place_points(trunk, model, shapes.seat)[of_shape] for model in three]
-    rmse = [compute_rmse(model, shapes.points) for model in placed]
-    errors = [
-        Errors(
-            index=np.flatnonzero(part), calibrated=rmse[0][part], uncalibrated=rmse[1][part], reference=rmse[2][part]
-        )
-        for part in (chosen, ~chosen)
-    ]
-    spread = np.sqrt(np.diag(fit.covariance))
-    return Calibration(
-        design=apply_knobs(design, fit.knobs)[0], slack=winders.slack, give=winders.give,
-        parameters=describe(design, fit, knobs),
-        correlation=fit.covariance / np.outer(spread, spread), names=knobs.names, fit=fit, fitted=errors[0],
-        held_out=errors[1], unsolved=int(played.has_failed[of_shape].sum()),
-    )  # fmt: skip
+def describe(design: TrunkDesign, fit: MapEstimate, prior: Gaussian) -> tuple[Parameter, ...]:
+    """The parameters in SI with their intervals, and two linear combinations of them.
 
-
-def describe(design: TrunkDesign, fit: Fit, knobs: Knobs) -> tuple[Parameter, ...]:
-    """The knobs in SI with their intervals, then two numbers that follow from them.
-
-    These are the stiffness of joint 1 over the mass, which shapes tell without a scale, and the exponent n of the law
-    K ~ k_p^(n (i - 1)) that lies nearest to all joints, 3 by E I / L.
+    These are the stiffness of joint 1 over the mass, which shapes identify without a scale, and the exponent n of the
+    law K ~ k_p^(n (i - 1)) that lies nearest to all joints, 3 by E I / L.
     """
-    joints, size = design.n_joint, len(fit.knobs)
-    out = [_describe(knobs.names[k], design, (np.eye(size)[k], k), (fit, knobs)) for k in range(size)]
-    ratio = np.zeros(size)
-    ratio[:joints], ratio[joints] = 1 / joints, -1.0
-    along = np.log(design.scale[:-1])
-    slope = np.zeros(size)
-    slope[:joints] = (along - along.mean()) / ((along - along.mean()) ** 2).sum()
-    out.append(_describe("stiffness_over_mass", design, (ratio, -1), (fit, knobs)))
-    out.append(_describe("stiffness_exponent", design, (slope, -1), (fit, knobs)))
-    return tuple(out)
-
-
-def _describe(name: str, design: TrunkDesign, row: tuple[np.ndarray, int], found: tuple[Fit, Knobs]) -> Parameter:
-    """One linear combination of the knobs, in SI."""
-    (weights, knob), (fit, knobs) = row, found
-    middle, spread = float(weights @ fit.knobs), float(np.sqrt(weights @ fit.covariance @ weights))
-    before = float(weights @ knobs.mean)
-    wide = float(np.sqrt(weights @ knobs.covariance @ weights))
-    unit, scale, origin = _unit_of(name, design, knob)
-    low, high = middle - SURE * spread, middle + SURE * spread
-    if name in ("friction", "give"):
-        low = max(low, 0.0)
-    numbers = (before, middle, low, high)
-    if scale > 0:
-        told = [scale * float(np.exp(number)) for number in numbers]
-    else:
-        told = [origin + number for number in numbers]
-    return Parameter(
-        name=name, unit=unit, before=told[0], value=told[1], low=told[2], high=told[3], width_ratio=spread / wide
-    )
-
-
-def _unit_of(name: str, design: TrunkDesign, knob: int) -> tuple[str, float, float]:
-    """Unit of a number, what its exponential is multiplied with (0 for none), and what it is added to."""
-    if name == "stiffness_over_mass":
-        level = float(np.exp(np.log(design.joint_stiffness).mean()))
-        return "N m/rad/kg", level / design.total_mass, 0.0
-    if name == "stiffness_exponent":
-        along, law = np.log(design.scale[:-1]), np.log(design.joint_stiffness)
-        return "-", 0.0, float(np.polyfit(along, law, 1)[0])
-    if name.startswith("stiffness_"):
-        return "N m/rad", float(design.joint_stiffness[knob]), 0.0
-    if name == "mass":
-        return "kg", design.total_mass, 0.0
-    origin = {"center": center_fraction(design), "hole": design.cable.hole_fraction}.get(name, 0.0)
-    return ("m/N" if name == "give" else "m" if name.startswith("slack_") else "-"), 0.0, origin
+    joints, size = design.n_joint, len(fit.values)
+    along, law = np.log(design.scale[:-1]), np.log(design.joint_stiffness)
+    rows = dict(zip(prior.names, np.eye(size), strict=True))
+    rows["stiffness_over_mass"] = np.array([*[1 / joints] * joints, -1.0, *[0.0] * (size - joints - 1)])
+    slope = (along - along.mean()) / ((along - along.mean()) ** 2).sum()
+    rows["stiffness_exponent"] = np.array([*slope, *[0.0] * (size - joints)])
+    factors = dict(zip(prior.names, design.joint_stiffness.tolist(), strict=False))
+    factors |= {"mass": design.total_mass, "stiffness_over_mass": float(np.exp(law.mean())) / design.total_mass}
+    origins = {
+        "center": center_fraction(design), "hole": design.cable.hole_fraction,
+        "stiffness_exponent": float(np.polyfit(along, law, 1)[0]),
+    }  # fmt: skip
+    units = {"stiffness_over_mass": "N m/rad/kg", "stiffness_exponent": "-"}
+    described = []
+    for name, row in rows.items():
+        middle, spread = float(row @ fit.values), float(np.sqrt(row @ fit.covariance @ row))
+        low, high = middle - Z_95 * spread, middle + Z_95 * spread
+        if name in ("friction", "give"):
+            low = max(low, 0.0)
+        numbers = (float(row @ prior.mean), middle, low, high)
+        if name in factors:
+            before, value, low, high = (factors[name] * float(np.exp(number)) for number in numbers)
+        else:
+            before, value, low, high = (origins.get(name, 0.0) + number for number in numbers)
+        described.append(
+            Parameter(
+                name=name, unit=units.get(name, _UNITS.get(name.split("_")[0], "-")), before=before, value=value,
+                low=low, high=high, width_ratio=spread / float(np.sqrt(row @ prior.covariance @ row)),
+            )
+        )  # fmt: skip
+    return tuple(described)

@@ -1,4 +1,4 @@
-"""What the recordings could not tell of a trunk, and what to record to tell it."""
+"""Parameters that the recordings do not identify, and what to record to identify them."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from spiraltrunk.calibration.calibrate import Calibration, Parameter
 
-TIED = 0.95
-"""Correlation of two knobs from which they are told together alone [-] (ours)."""
+CORRELATED = 0.95
+"""Correlation above which two parameters are identified together only [-] (ours)."""
 
 _HOW = {
     "stiffness": "a bending take that shuts this joint and holds shapes before it does",
@@ -20,32 +20,30 @@ _HOW = {
 }
 
 
-def find_untold(calibration: Calibration) -> tuple[Parameter, ...]:
-    """Parameters that are hardly better known than before."""
-    return tuple(parameter for parameter in calibration.parameters if not parameter.is_told)
+def list_unidentified(calibration: Calibration) -> tuple[Parameter, ...]:
+    """Parameters whose intervals are hardly narrower than the prior's."""
+    return tuple(parameter for parameter in calibration.parameters if not parameter.is_identified)
 
 
-def find_tied(calibration: Calibration) -> tuple[tuple[str, str, float], ...]:
-    """Pairs of knobs that the recordings tell together alone, with their correlation."""
+def list_correlated(calibration: Calibration) -> tuple[tuple[str, str, float], ...]:
+    """Pairs of parameters that are identified together only, with their correlation."""
     upper = np.triu(np.abs(calibration.correlation), 1)
-    pairs = np.argwhere(upper > TIED)
+    pairs = np.argwhere(upper > CORRELATED)
     return tuple((calibration.names[i], calibration.names[j], float(calibration.correlation[i, j])) for i, j in pairs)
 
 
 def advise(calibration: Calibration, *, was_weighed: bool) -> tuple[str, ...]:
-    """What to record, in words, for what is not told."""
-    names = [parameter.name for parameter in find_untold(calibration)]
-    words = []
+    """What to record for the parameters that are not identified, one sentence each."""
+    names = [parameter.name for parameter in list_unidentified(calibration)]
+    advice = []
     if not was_weighed:
-        words.append(
-            "stiffness and mass: scaling both leaves every shape as it is, so that their ratio alone is told; "
-            f"record {_HOW['mass']}"
+        advice.append(
+            "stiffness and mass: scaling both leaves every shape as it is, so that recordings identify their ratio "
+            f"alone; record {_HOW['mass']}"
         )
-        names = [name for name in names if name != "mass"]
     for name in names:
-        kind = name.split("_")[0]
-        if name == "mass":
-            words.append("mass: known by its weighing, or a bench, alone, as shapes tell its ratio to stiffness")
-        elif kind in _HOW and name not in {"stiffness_over_mass", "stiffness_exponent"}:
-            words.append(f"{name}: record {_HOW[kind]}")
-    return tuple(words)
+        if name == "mass" and was_weighed:
+            advice.append("mass: known from its weighing, or a bench, alone, as shapes identify its ratio to stiffness")
+        elif name not in {"mass", "stiffness_over_mass", "stiffness_exponent"}:
+            advice.append(f"{name}: record {_HOW[name.split('_')[0]]}")
+    return tuple(advice)

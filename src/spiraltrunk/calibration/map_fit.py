@@ -1,342 +1,330 @@
-"""Knobs from measured shapes: the most probable ones, and how far each may be off.
-
-Steps of Levenberg and Marquardt on residuals and prior together, whitened by `calibrate_noise`, with the slopes of
-`calibrate_slopes`. Points that lie far off the others of their section count less (Huber).
-"""
+"""MAP estimate of the parameters from measured shapes, with its covariance."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
-from spiraltrunk.calibration.noise_model import Block, Scatter, Whitener, find_scatter
-from spiraltrunk.calibration.parameters import Knobs, apply_knobs, keep_positive
-from spiraltrunk.calibration.predict_states import Played, State, place_points, play_statics
+from spiraltrunk.calibration.noise_model import Block, NoiseModel, factorise, fit_noise_model, whiten
+from spiraltrunk.calibration.parameters import Gaussian, apply_parameters, keep_positive
+from spiraltrunk.calibration.predict_states import (
+    Equilibria,
+    State,
+    compute_step,
+    place_markers,
+    predict_statics,
+    select_states,
+)
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, ModelError
+from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.model.statics.sensitivities import by_parameters
 
-Tell = Callable[[str, int, int], None]
-"""Called with what is being done, how often it was done and how often it will be at most."""
-
 ENOUGH = 0.5
-"""Fall of the misfit, a sum of squares of variance 1, at which the search ends [-]."""
+"""Decrease of the misfit, a sum of squares of variance 1, below which the fit has converged [-]."""
 
 _LEVELS = (
-    Scatter(noise=3e-3, discrepancy=10e-3), Scatter(noise=1e-3, discrepancy=3e-3),
-    Scatter(noise=5e-4, discrepancy=1e-3),
+    NoiseModel(noise=3e-3, discrepancy=10e-3), NoiseModel(noise=1e-3, discrepancy=3e-3),
+    NoiseModel(noise=5e-4, discrepancy=1e-3),
 )  # fmt: skip
-"""Scatter that is taken for true at first, one after the other.
+"""Noise models assumed at first, one after the other.
 
-Joints that shut in another order than measured make local minima, which a larger scatter smooths.
+Joints that shut in another order than measured make local minima, which more noise smooths.
 """
 
 MODEL_ERROR = {"friction": 5e-3}
-"""Standard deviation of a knob that no fit tells, as the model is not the trunk.
+"""Standard deviation added to a parameter for the model's own error [-].
 
 Pulled softly at 5 mm/s, cables in the simulation still slip a little earlier than in equilibrium: the friction that
 fits lay 0.004 below the truth on the mean (`benchmarks/calibration_worlds.py`).
 """
 
-_LEVEL_TURNS, _FINE_TURNS, _TRIES = 6, 5, 5
-_SOFT = (0.3, 0.0)
-"""Softness of shut joints in the slopes, one after the other [-]: a joint that shut too early does not feel it."""
-_FEW_STEPS = 4
+_SOFTNESS = (0.3, 0.0)
+"""Softness of pressed joints in the Jacobian, one after the other [-]: a joint that shut too early does not feel it."""
+
+_STEPS = 6
+"""Most steps at each softness."""
+
+_ROUNDS = 5
+"""Most rounds in which the noise model is brought up to date."""
+
+_TRIES = 5
+"""Most dampings that are tried in a step."""
+
+_FEW_STATES = 4
+"""Chains of fewer states are not split."""
+
 _NEAR = 2
 """Joints on either side of one that may shut before or after it [-]."""
-_FARTHEST = 1.5
-"""Largest step of a knob over its prior width [-]."""
+
+_LONGEST_STEP = 1.5
+"""Largest step of a parameter over its prior standard deviation [-]."""
+
 _HUBER = 3.0
-"""Distance over the usual one from which a point counts less [-]."""
+"""Distance over the median of its section from which a point is an outlier [-]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Task:
-    """What is fitted to what."""
+class FitProblem:
+    """Measured shapes and the states that they were measured in."""
 
     design: TrunkDesign
     """The trunk, its gripper's mass in the last section."""
     states: tuple[State, ...]
     """What the cables were brought to."""
-    seat: np.ndarray
-    """Where the sections' points sit on them, shape (n_section,) [m]."""
+    marker_offset: np.ndarray
+    """Distance of each section's marker from its proximal joint, shape (n_section,) [m]."""
     measured: np.ndarray
     """Mean of the takes; not a number where unseen, shape (n_state, n_section, 3) [m]."""
     count: np.ndarray
     """Takes that each point is the mean of, shape (n_state, n_section) [-]."""
 
-    def predict(self, knobs: np.ndarray) -> tuple[Played, np.ndarray]:
-        """Equilibria and points of every state, shape (n_state, n_section, 3) [m]."""
-        design, winders = apply_knobs(self.design, knobs)
-        played = play_statics(design, self.states, winders)
-        return played, place_points(design, played.points, self.seat)
+    def predict(self, values: np.ndarray) -> tuple[Equilibria, np.ndarray]:
+        """Equilibria with a parameter vector, and the markers, shape (n_state, n_section, 3) [m]."""
+        design, winders = apply_parameters(self.design, values)
+        equilibria = predict_statics(design, self.states, winders)
+        return equilibria, place_markers(design, equilibria.points, self.marker_offset)
 
-    def slopes(self, knobs: np.ndarray, played: Played, softness: float) -> np.ndarray:
-        """Motion of the points per knob, joints that shut as soft as told, shape (n_knob, n_state, n_section, 3)."""
-        design, winders = apply_knobs(self.design, knobs)
+    def differentiate(self, values: np.ndarray, equilibria: Equilibria, softness: float) -> np.ndarray:
+        """Jacobian of the markers, pressed joints as soft as told, shape (n_parameter, n_state, n_section, 3)."""
+        design, winders = apply_parameters(self.design, values)
         each = [
             by_parameters(
-                design, shape, theta_0=state.theta_0, length=length, compliance=winders.give, softness=softness
+                design, shape, theta_0=state.theta_0, length=length, compliance=winders.compliance, softness=softness
             )
-            for shape, state, length in zip(played.shapes, self.states, played.length, strict=True)
+            for shape, state, length in zip(equilibria.shapes, self.states, equilibria.length, strict=True)
         ]
-        return place_points(design, np.stack(each, axis=1), self.seat)
+        return place_markers(design, np.stack(each, axis=1), self.marker_offset)
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Fit:
-    """Knobs as the recordings and what was known before have them."""
+class MapEstimate:
+    """Parameters of greatest posterior density."""
 
-    knobs: np.ndarray
-    """The most probable ones, shape (n_knob,)."""
+    values: np.ndarray
+    """Parameter vector, shape (n_parameter,)."""
     covariance: np.ndarray
-    """Of those, shape (n_knob, n_knob)."""
-    scatter: Scatter
-    """How the residuals scatter."""
-    far: int
-    """Points that count less than half as they lie far off [-]."""
-    turns: int
-    """Steps after the neighbourhood was found [-]."""
-    is_settled: bool
+    """Of its error, shape (n_parameter, n_parameter)."""
+    noise_model: NoiseModel
+    """Noise model of the residuals, fitted."""
+    n_outlier: int
+    """Points that count less than half."""
+    has_converged: bool
     """Whether the misfit had ceased to fall."""
 
 
-def fit_knobs(task: Task, knobs: Knobs, registration: tuple[float, float], tell: Tell | None = None) -> Fit:
-    """The most probable knobs of a task.
+def estimate_map(
+    problem: FitProblem,
+    prior: Gaussian,
+    registration: tuple[float, float],
+    progress: Progress = ignore_progress,
+) -> MapEstimate:
+    """MAP estimate by Levenberg-Marquardt, with Huber weights for outliers.
+
+    The odd and the even states are fitted first, from the prior's mean on; all states are then fitted from the better
+    of these two estimates, and the noise model with them.
 
     Args:
-        task: what is fitted.
-        knobs: what is known beforehand.
+        problem: what is fitted.
+        prior: of the parameter vector.
         registration: standard deviations of its rotation [rad] and shift [m] about each axis.
-        tell: called with what is being done, how often it was and how often it will be at most.
+        progress: called with the step, how many of them are done, and at most how many there are.
 
     Raises:
         ModelError: where nothing was seen.
     """
-    tell = tell or (lambda what, done, total: None)
-    work = 3 * len(_LEVELS) + _FINE_TURNS
-    halves = []
+    work, halves = 3 * len(_LEVELS) + _ROUNDS, []
+    levels = [replace(level, turn=registration[0], shift=registration[1]) for level in _LEVELS]
     for odd in (0, 1):
-        half = _Search(halve(task, odd), knobs, knobs.mean)
-        for level, scatter in enumerate(_LEVELS):
-            tell("fitting half of the steps", odd * len(_LEVELS) + level, work)
-            half.expect(replace(scatter, turn=registration[0], shift=registration[1]))
+        half = _Search(split_half(problem, odd), prior, prior.mean, levels[0])
+        for i, level in enumerate(levels):
+            progress("fitting half of the steps", odd * len(levels) + i, work)
+            half.assume(level)
             half.descend()
-        halves.append(half.knobs)
-    first = replace(_LEVELS[-1], turn=registration[0], shift=registration[1])
-    search = min((_descend_from(task, knobs, begin, first) for begin in halves), key=_Search.present)
-    is_settled, turns = False, 0
-    while not is_settled and turns < _FINE_TURNS:
-        tell("fitting", 3 * len(_LEVELS) + turns, work)
-        search.take_slopes()
-        search.look_at_scatter(first)
-        is_settled = search.descend() < ENOUGH
-        turns += 1
-    search.take_slopes()
-    covariance = widen(np.linalg.inv(search.build_normal()[0]), search.knobs, halves, task.design.n_joint)
-    return Fit(
-        knobs=search.knobs, covariance=add_model_error(covariance, knobs),
-        scatter=search.scatter, far=search.count_far(), turns=turns, is_settled=is_settled,
+        halves.append(half.values)
+    searches = [_Search(problem, prior, begin, levels[-1]) for begin in halves]
+    for search in searches:
+        search.descend()
+    search = min(searches, key=_Search.misfit)
+    for done in range(_ROUNDS):
+        progress("fitting", 3 * len(levels) + done, work)
+        search.update_noise_model(levels[-1])
+        has_converged = search.descend() < ENOUGH
+        if has_converged:
+            break
+    search.differentiate()
+    covariance = inflate(np.linalg.inv(search.build_normal()[0]), search.values, halves, problem.design.n_joint)
+    return MapEstimate(
+        values=search.values, covariance=add_model_error(covariance, prior), noise_model=search.noise_model,
+        n_outlier=search.count_outliers(), has_converged=has_converged,
     )  # fmt: skip
 
 
-def _descend_from(task: Task, knobs: Knobs, begin: np.ndarray, scatter: Scatter) -> _Search:
-    search = _Search(task, knobs, begin)
-    search.expect(scatter)
-    search.descend()
-    return search
-
-
-def widen(covariance: np.ndarray, knobs: np.ndarray, halves: list[np.ndarray], n_joint: int) -> np.ndarray:
-    """The covariance, wider where two halves of the steps differ more than it says.
+def inflate(covariance: np.ndarray, values: np.ndarray, halves: list[np.ndarray], n_joint: int) -> np.ndarray:
+    """The covariance, inflated where the estimates from two halves of the states differ by more than it says.
 
     Each half has twice the variance of the whole, so that half their difference, and what lies between the whole and
     their mean, have that of the whole or less. Where it is more the misfit has several minima, and what lies between
-    those that were found counts as not known. These are mostly joints that shut one after the other, or the other way
-    round: a joint is as little known as its neighbours.
+    those that were found counts as unknown. These are mostly joints that shut one after the other, or the other way
+    round: a joint is inflated as much as its neighbours.
     """
     spread = np.sqrt(np.diag(covariance))
-    apart = np.maximum(np.abs(halves[0] - halves[1]) / 2, np.abs(knobs - (halves[0] + halves[1]) / 2))
-    wider = np.maximum(1.0, apart / spread)
-    joints = np.pad(wider[:n_joint], _NEAR, mode="edge")
-    wider[:n_joint] = np.lib.stride_tricks.sliding_window_view(joints, 2 * _NEAR + 1).max(axis=1)
-    return np.asarray(covariance * np.outer(wider, wider))
+    apart = np.maximum(np.abs(halves[0] - halves[1]) / 2, np.abs(values - (halves[0] + halves[1]) / 2))
+    factor = np.maximum(1.0, apart / spread)
+    joints = np.pad(factor[:n_joint], _NEAR, mode="edge")
+    factor[:n_joint] = np.lib.stride_tricks.sliding_window_view(joints, 2 * _NEAR + 1).max(axis=1)
+    return np.asarray(covariance * np.outer(factor, factor))
 
 
-def add_model_error(covariance: np.ndarray, knobs: Knobs) -> np.ndarray:
-    """The covariance with `MODEL_ERROR`; no knob is less known than before any recording, or than it was."""
+def add_model_error(covariance: np.ndarray, prior: Gaussian) -> np.ndarray:
+    """The covariance with `MODEL_ERROR`, which widens no parameter beyond its prior."""
     out = covariance.copy()
     for name, error in MODEL_ERROR.items():
-        k = knobs.names.index(name)
-        out[k, k] = min(out[k, k] + error**2, max(knobs.covariance[k, k], out[k, k]))
+        k = prior.names.index(name)
+        out[k, k] = min(out[k, k] + error**2, max(prior.covariance[k, k], out[k, k]))
     return out
 
 
-def halve(task: Task, odd: int) -> Task:
+def split_half(problem: FitProblem, odd: int) -> FitProblem:
     """Every other state of each chain, each reached in one increment, and all states at rest.
 
     Pulled ever further a cable slides at every hole, and how finely it was pulled does not matter.
     """
-    chains = np.array([state.chain for state in task.states])
-    kept: list[int] = []
-    for chain in np.unique(chains):
-        own = np.flatnonzero(chains == chain)
-        kept += own.tolist() if len(own) < _FEW_STEPS else own[odd::2].tolist()
-    kept.sort()
-    place = {s: i for i, s in enumerate(kept)}
-    states = []
-    for s in kept:
-        before = task.states[s].before
-        while before >= 0 and before not in place:
-            before = task.states[before].before
-        states.append(replace(task.states[s], before=place.get(before, -1)))
-    return replace(task, states=tuple(states), measured=task.measured[kept], count=task.count[kept])
+    chains = np.array([state.chain for state in problem.states])
+    own = [np.flatnonzero(chains == chain) for chain in np.unique(chains)]
+    kept = sorted(s for part in own for s in (part if len(part) < _FEW_STATES else part[odd::2]).tolist())
+    return replace(
+        problem, states=select_states(problem.states, kept), measured=problem.measured[kept], count=problem.count[kept]
+    )
 
 
-def build_blocks(task: Task, predicted: np.ndarray) -> list[Block]:
+def _build_blocks(problem: FitProblem, predicted: np.ndarray) -> list[Block]:
     """The seen points, chain by chain."""
-    along = np.cumsum(task.design.section_length) - task.design.section_length + task.seat
-    stroke = _strokes(task.states)
-    seen = np.isfinite(task.measured).all(axis=-1)
-    chains = np.array([state.chain for state in task.states])
-    blocks = []
-    for chain in np.unique(chains):
-        at = np.argwhere(seen & (chains == chain)[:, None])
-        if len(at):
-            s, n = at.T
-            block = Block(
-                points=predicted[s, n], at=at, along=(along / task.design.length)[n], stroke=stroke[s],
-                weight=task.count[s, n].astype(float),
-            )  # fmt: skip
-            blocks.append(block)
+    along = np.cumsum(problem.design.section_length) - problem.design.section_length + problem.marker_offset
+    stroke = np.zeros(len(problem.states))
+    for i, state in enumerate(problem.states):
+        stroke[i] = (0.0 if state.before < 0 else stroke[state.before]) + compute_step(state, problem.states)
+    seen = np.isfinite(problem.measured).all(axis=-1)
+    chains = np.array([state.chain for state in problem.states])
+    parts = [np.argwhere(seen & (chains == chain)[:, None]) for chain in np.unique(chains)]
+    blocks = [
+        Block(
+            points=predicted[s, n], at=np.stack([s, n], axis=-1), along=(along / problem.design.length)[n],
+            stroke=stroke[s], weight=problem.count[s, n].astype(float),
+        )
+        for s, n in (at.T for at in parts if len(at))
+    ]  # fmt: skip
+    if not blocks:
+        raise ModelError("no point was seen in the takes that are fitted; allowed: at least one shape")
     return blocks
-
-
-def _strokes(states: tuple[State, ...]) -> np.ndarray:
-    """Cable pulled in or paid out on the way to each state, shape (n_state,) [m]."""
-    out = np.zeros(len(states))
-    for i, state in enumerate(states):
-        now = np.nan_to_num(np.array(state.pull))
-        then = np.zeros_like(now) if state.before < 0 else np.nan_to_num(np.array(states[state.before].pull))
-        out[i] = (0.0 if state.before < 0 else out[state.before]) + np.abs(now - then).max()
-    return out
 
 
 @final
 class _Search:
-    """Where the search is, and how the misfit falls from there."""
+    """State of a Levenberg-Marquardt search."""
 
-    def __init__(self, task: Task, knobs: Knobs, begin: np.ndarray) -> None:
-        self.task, self.prior, self.knobs = task, knobs, begin.copy()
-        self.precision = np.linalg.inv(knobs.covariance)
-        self.played, self.predicted = task.predict(self.knobs)
-        self.blocks = build_blocks(task, self.predicted)
-        if not self.blocks:
-            raise ModelError("no point was seen in the takes that are fitted; allowed: at least one shape")
-        self.weights = [block.weight for block in self.blocks]
-        self.slopes: np.ndarray = np.empty(0)
-        self._damping = 1e-2
+    def __init__(self, problem: FitProblem, prior: Gaussian, begin: np.ndarray, noise_model: NoiseModel) -> None:
+        self.problem, self.prior, self.values = problem, prior, begin.copy()
+        self.precision = np.linalg.inv(prior.covariance)
+        self.equilibria, self.predicted = problem.predict(self.values)
+        self.blocks = _build_blocks(problem, self.predicted)
+        self.takes = [block.weight for block in self.blocks]
+        self.jacobian: np.ndarray = np.empty(0)
+        self.assume(noise_model)
 
-    def present(self) -> float:
-        """Misfit where the search is."""
-        return self.misfit(self.predicted, self.knobs)
+    def assume(self, noise_model: NoiseModel) -> None:
+        """Whiten residuals by a noise model."""
+        self.noise_model = noise_model
+        self.factors = [factorise(block, noise_model) for block in self.blocks]
 
-    def expect(self, scatter: Scatter) -> None:
-        """Take a scatter for true."""
-        self.scatter = scatter
-        self.whiteners = [Whitener(block, scatter) for block in self.blocks]
-
-    def take_slopes(self, softness: float = 0.0) -> None:
-        """Slopes of all points by every knob, shape (n_knob, n_state, n_section, 3)."""
-        self.slopes = self.task.slopes(self.knobs, self.played, softness)
+    def differentiate(self, softness: float = 0.0) -> None:
+        """Bring the Jacobian up to date."""
+        self.jacobian = self.problem.differentiate(self.values, self.equilibria, softness)
 
     def descend(self) -> float:
-        """Steps along soft slopes and then along the true ones; by how much the misfit fell."""
-        before = self.misfit(self.predicted, self.knobs)
-        for softness in _SOFT:
+        """Steps along soft Jacobians and then along the true ones; returns the decrease of the misfit."""
+        before = self.misfit()
+        for softness in _SOFTNESS:
             self._damping = 1e-3
-            for _ in range(_LEVEL_TURNS):
-                self.take_slopes(softness)
+            for _ in range(_STEPS):
+                self.differentiate(softness)
                 if self.step() < ENOUGH:
                     break
-        return before - self.misfit(self.predicted, self.knobs)
+        return before - self.misfit()
 
     def build_normal(self) -> tuple[np.ndarray, np.ndarray]:
-        """Second derivatives of the misfit by the knobs, halved, and minus its first ones, halved."""
-        normal, moment = self.precision.copy(), self.precision @ (self.prior.mean - self.knobs)
-        for block, whitener in zip(self.blocks, self.whiteners, strict=True):
-            s = whitener.whiten(self._slopes_of(block))
-            normal += s.T @ s
-            moment += s.T @ whitener.whiten(self._residual(block, self.predicted))
+        """Matrix J^T C^-1 J + P and right-hand side J^T C^-1 r + P (mean - values) of the normal equations."""
+        normal, moment = self.precision.copy(), self.precision @ (self.prior.mean - self.values)
+        for block, factor in zip(self.blocks, self.factors, strict=True):
+            jacobian = whiten(factor, self._jacobian_of(block))
+            normal += jacobian.T @ jacobian
+            moment += jacobian.T @ whiten(factor, self._residual(block, self.predicted))
         return normal, moment
 
-    def misfit(self, predicted: np.ndarray, knobs: np.ndarray) -> float:
-        """Sum of squares of residuals and prior, each of variance 1 [-]."""
-        away = knobs - self.prior.mean
+    def misfit(self, values: np.ndarray | None = None, predicted: np.ndarray | None = None) -> float:
+        """Sum of squares of the whitened residuals and of the deviation from the prior, here or elsewhere [-]."""
+        away = (self.values if values is None else values) - self.prior.mean
+        predicted = self.predicted if predicted is None else predicted
         total = float(away @ self.precision @ away)
-        for block, whitener in zip(self.blocks, self.whiteners, strict=True):
-            white = whitener.whiten(self._residual(block, predicted))
+        for block, factor in zip(self.blocks, self.factors, strict=True):
+            white = whiten(factor, self._residual(block, predicted))
             total += float(white @ white)
         return total
 
-    def look_at_scatter(self, first: Scatter) -> None:
-        """Bring the weights and, from ``first``, the scatter up to date with the residuals."""
-        rest = [self._residual(block, self.predicted) for block in self.blocks]
-        self._weigh(rest)
-        slopes = [self._slopes_of(block) for block in self.blocks]
-        back = [r + s @ (self.knobs - self.prior.mean) for r, s in zip(rest, slopes, strict=True)]
-        self.expect(find_scatter(self.blocks, back, slopes, self.prior.covariance, first))
+    def update_noise_model(self, first: NoiseModel) -> None:
+        """Bring the Huber weights and, from ``first``, the noise model up to date with the residuals."""
+        self.differentiate()
+        residuals = [self._residual(block, self.predicted) for block in self.blocks]
+        self._weigh(residuals)
+        jacobians = [self._jacobian_of(block) for block in self.blocks]
+        away = self.values - self.prior.mean
+        at_mean = [r + j @ away for r, j in zip(residuals, jacobians, strict=True)]
+        self.assume(fit_noise_model(self.blocks, at_mean, jacobians, self.prior.covariance, first))
 
-    def count_far(self) -> int:
+    def count_outliers(self) -> int:
         """Points that count less than half."""
-        return int(sum((b.weight < 0.5 * w).sum() for b, w in zip(self.blocks, self.weights, strict=True)))
+        return int(sum((b.weight < 0.5 * takes).sum() for b, takes in zip(self.blocks, self.takes, strict=True)))
 
     def step(self) -> float:
-        """Go along the slopes, damped until the misfit falls (Levenberg and Marquardt); by how much it fell."""
-        now = self.misfit(self.predicted, self.knobs)
+        """One step, damped until the misfit falls (Levenberg and Marquardt); returns its decrease."""
+        now = self.misfit()
         normal, moment = self.build_normal()
         for _ in range(_TRIES):
             step = np.linalg.solve(normal + self._damping * np.diag(np.diag(normal)), moment)
-            step *= min(1.0, _FARTHEST / max(float(np.abs(step / self.prior.spread).max()), 1e-12))
-            knobs = keep_positive(self.prior.names, self.knobs + step)
-            tried = self._try(knobs)
-            if tried is not None and tried[1] < now:
-                self.knobs, (self.played, self.predicted) = knobs, tried[0]
+            step *= min(1.0, _LONGEST_STEP / max(float(np.abs(step / self.prior.spread).max()), 1e-12))
+            values = keep_positive(self.prior.names, self.values + step)
+            try:
+                found = self.problem.predict(values)
+                then = self.misfit(values, found[1])
+            except DesignError:  # A hole or a centre outside of the section.
+                then = np.inf
+            if then < now:
+                self.values, (self.equilibria, self.predicted) = values, found
                 self._damping = max(0.1 * self._damping, 1e-9)
-                return now - tried[1]
+                return now - then
             self._damping = max(10 * self._damping, 1e-4)
         return 0.0
 
-    def _try(self, knobs: np.ndarray) -> tuple[tuple[Played, np.ndarray], float] | None:
-        """Equilibria, points and misfit with these knobs; None for a trunk that cannot be."""
-        try:
-            found = self.task.predict(knobs)
-        except DesignError:  # A hole or a centre outside of the section.
-            return None
-        return found, self.misfit(found[1], knobs)
-
     def _residual(self, block: Block, predicted: np.ndarray) -> np.ndarray:
         s, n = block.at.T
-        return (self.task.measured[s, n] - predicted[s, n]).ravel()
+        return (self.problem.measured[s, n] - predicted[s, n]).ravel()
 
-    def _slopes_of(self, block: Block) -> np.ndarray:
+    def _jacobian_of(self, block: Block) -> np.ndarray:
         s, n = block.at.T
-        return self.slopes[:, s, n].reshape(len(self.knobs), -1).T
+        return self.jacobian[:, s, n].reshape(len(self.values), -1).T
 
-    def _weigh(self, rest: list[np.ndarray]) -> None:
-        """Let points that lie far from the others of their section count less."""
-        away = [np.linalg.norm(r.reshape(-1, 3), axis=1) for r in rest]
-        section = np.concatenate([block.at[:, 1] for block in self.blocks])
-        everything = np.concatenate(away)
-        usual = np.full(self.task.design.n_section, np.inf)
+    def _weigh(self, residuals: list[np.ndarray]) -> None:
+        """Huber weights by the distance from the prediction over the median of the section."""
+        away = [np.linalg.norm(r.reshape(-1, 3), axis=1) for r in residuals]
+        section, everything = np.concatenate([block.at[:, 1] for block in self.blocks]), np.concatenate(away)
+        usual = np.full(self.problem.design.n_section, np.inf)
         for n in np.unique(section):
             usual[n] = max(float(np.median(everything[section == n])), 1e-5)
         self.blocks = [
-            replace(block, weight=weight * np.minimum(1.0, _HUBER * usual[block.at[:, 1]] / np.maximum(far, 1e-9)) ** 2)
-            for block, weight, far in zip(self.blocks, self.weights, away, strict=True)
+            replace(block, weight=takes * np.minimum(1.0, _HUBER * usual[block.at[:, 1]] / np.maximum(far, 1e-9)) ** 2)
+            for block, takes, far in zip(self.blocks, self.takes, away, strict=True)
         ]

@@ -1,41 +1,36 @@
-"""How measured points scatter about the model: noise, error of the model itself, and error of the registration.
-
-Residuals of neighbouring sections and steps are alike wherever the model is wrong, so that a thousand of them do not
-tell a thousand times as much as one. With s, t the distances along the trunk over its length and u, v the cable pulled
-in on the way, the covariance of two residuals of one chain of states, along the same axis, is
-
-    sigma_n^2 [same point] + sigma_d^2 s t exp(-(s - t)^2 / (2 * 0.3^2)) exp(-|u - v| / 30 mm) + registration,
-
-a Gaussian process for the model's discrepancy (Kennedy and O'Hagan, Bayesian calibration of computer models, 2001),
-and for the registration a small rotation and shift of the whole chain. Both sigmas are those of greatest marginal
-likelihood. The two lengths are ours: a third of the trunk, and a quarter of the paper's stroke.
-"""
+"""Noise model of the residuals: measurement noise, model discrepancy, and error of the registration."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import final
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import minimize
 
-_ALONG, _STROKE = 0.3, 0.03
+_LENGTH_SCALE, _STROKE_SCALE = 0.3, 0.03
+"""Correlation lengths of the discrepancy: along the trunk over its length [-], and in cable pulled in [m] (ours: a
+third of the trunk, and a quarter of the paper's stroke)."""
+
 _LEAST_NOISE = 1e-5
+"""Least standard deviation of the measurement noise [m]."""
+
 LEAST_DISCREPANCY = 5e-4
-"""Error of the model at the tip that is always reckoned with [m].
+"""Least standard deviation of the discrepancy at the tip [m].
 
 Below a millimetre the misfit has several minima, as two joints that shut one after the other fit nearly as well when
 they shut the other way round; the intervals take in what lies between them (ours, see docs/validation/calibration.md).
 """
-_FEW = 450
-"""Residuals of a chain of which the sigmas are found: steps are left out until there are no more."""
+
+_MOST_RESIDUALS = 450
+"""Residuals of a chain from which the noise model is fitted; states are left out until there are no more."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Scatter:
-    """How far residuals are expected to lie from zero."""
+class NoiseModel:
+    """Standard deviations of what makes up the residuals."""
 
     noise: float = 0.5e-3
     """Of each coordinate of each point of one take [m]."""
@@ -50,10 +45,10 @@ class Scatter:
 @final
 @dataclass(frozen=True, kw_only=True)
 class Block:
-    """The seen points of one chain of states, m of them."""
+    """The seen points of one chain of states, m of them: a block of the residuals' block-diagonal covariance."""
 
     points: np.ndarray
-    """Where they are predicted at the start, shape (m, 3) [m]."""
+    """Prediction at the start, shape (m, 3) [m]."""
     at: np.ndarray
     """Index of state and section of each, shape (m, 2) [-]."""
     along: np.ndarray
@@ -61,93 +56,109 @@ class Block:
     stroke: np.ndarray
     """Cable pulled in on the way to the state, shape (m,) [m]."""
     weight: np.ndarray
-    """Takes that each is the mean of, less where it lies far off, shape (m,) [-]."""
+    """Takes that each is the mean of, less where it is an outlier, shape (m,) [-]."""
 
 
-def build_covariance(block: Block, scatter: Scatter) -> np.ndarray:
-    """Covariance of the residuals of a chain, point by point and axis by axis, shape (3 m, 3 m) [m^2]."""
+def build_covariance(block: Block, model: NoiseModel) -> np.ndarray:
+    """Covariance of the residuals of a chain, point by point and axis by axis, shape (3 m, 3 m) [m^2].
+
+    Residuals of neighbouring sections and steps are correlated wherever the model is wrong. With s, t the distances
+    along the trunk over its length and u, v the cable pulled in on the way, the covariance of two residuals along the
+    same axis is
+
+        sigma_n^2 [same point] + sigma_d^2 s t exp(-(s - t)^2 / (2 * 0.3^2)) exp(-|u - v| / 30 mm) + registration,
+
+    a Gaussian process for the model's discrepancy (Kennedy and O'Hagan, Bayesian calibration of computer models, 2001),
+    and for the registration a small rotation and shift of the whole chain.
+    """
     apart = block.along[:, None] - block.along
-    alike = np.outer(block.along, block.along) * np.exp(-(apart**2) / (2 * _ALONG**2))
-    alike *= np.exp(-np.abs(block.stroke[:, None] - block.stroke) / _STROKE)
-    same = scatter.discrepancy**2 * alike + np.diag(scatter.noise**2 / block.weight)
+    alike = np.outer(block.along, block.along) * np.exp(-(apart**2) / (2 * _LENGTH_SCALE**2))
+    alike *= np.exp(-np.abs(block.stroke[:, None] - block.stroke) / _STROKE_SCALE)
+    same = model.discrepancy**2 * alike + np.diag(model.noise**2 / block.weight)
     whole = np.kron(same, np.eye(3))
-    turned = turn_points(block.points)
-    whole += scatter.turn**2 * turned @ turned.T
-    return whole + scatter.shift**2 * np.kron(np.ones_like(same), np.eye(3))
+    turned = differentiate_rotation(block.points)
+    whole += model.turn**2 * turned @ turned.T
+    return whole + model.shift**2 * np.kron(np.ones_like(same), np.eye(3))
 
 
-def turn_points(points: np.ndarray) -> np.ndarray:
-    """Motion of points with a small rotation of all about the origin, shape (3 m, 3) [m/rad]."""
+def differentiate_rotation(points: np.ndarray) -> np.ndarray:
+    """Jacobian of points by a small rotation of all about the origin, shape (3 m, 3) [m/rad]."""
     x, y, z = points.T
     zero = np.zeros_like(x)
     rows = [[zero, z, -y], [-z, zero, x], [y, -x, zero]]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=1).reshape(-1, 3)
 
 
-@final
-class Whitener:
-    """Turns residuals of a chain into independent ones of variance 1."""
-
-    def __init__(self, block: Block, scatter: Scatter) -> None:
-        self._lower = np.linalg.cholesky(build_covariance(block, scatter))
-
-    def whiten(self, rows: np.ndarray) -> np.ndarray:
-        """Residuals or slopes, shape (3 m, ...) [m]."""
-        return solve_triangular(self._lower, rows, lower=True, check_finite=False)
+def factorise(block: Block, model: NoiseModel) -> np.ndarray:
+    """Lower Cholesky factor of the covariance, shape (3 m, 3 m) [m]."""
+    return np.linalg.cholesky(build_covariance(block, model))
 
 
-def find_scatter(
-    blocks: list[Block], residuals: list[np.ndarray], slopes: list[np.ndarray], covariance: np.ndarray, first: Scatter
-) -> Scatter:
-    """The sigmas of noise and discrepancy of greatest likelihood, knobs integrated out.
+def whiten(factor: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Residuals or Jacobian, shape (3 m, ...) [m], as independent ones of variance 1 [-]."""
+    return solve_triangular(factor, rows, lower=True, check_finite=False)
+
+
+def fit_noise_model(
+    blocks: list[Block],
+    residuals: list[np.ndarray],
+    jacobians: list[np.ndarray],
+    covariance: np.ndarray,
+    first: NoiseModel,
+) -> NoiseModel:
+    """Standard deviations of noise and discrepancy of greatest marginal likelihood, the parameters integrated out.
 
     Args:
         blocks: chains of states.
-        residuals: measured minus predicted with all knobs where they are expected, linear, each (3 m,) [m].
-        slopes: of the predictions by the knobs, each (3 m, n_knob).
-        covariance: of the knobs beforehand, shape (n_knob, n_knob).
-        first: where to begin, and the registration's errors, which are taken as told.
+        residuals: measured minus predicted at the prior's mean, linearised, each (3 m,) [m].
+        jacobians: of the predictions by the parameters, each (3 m, n_parameter).
+        covariance: of the prior, shape (n_parameter, n_parameter).
+        first: where to begin, and the registration's errors, which are given.
     """
-    few = [_thin(*parts) for parts in zip(blocks, residuals, slopes, strict=True)]
+    thinned = [_thin(*parts) for parts in zip(blocks, residuals, jacobians, strict=True)]
     precision = np.linalg.inv(covariance)
 
-    def miss(logs: np.ndarray) -> float:
-        scatter = Scatter(
-            noise=float(np.exp(logs[0])), discrepancy=float(np.exp(logs[1])), turn=first.turn, shift=first.shift
-        )
-        return _unlikeliness(few, scatter, precision) + 0.05 * float(((logs - begin) ** 2).sum())
+    def penalise(logs: np.ndarray) -> float:
+        model = replace(first, noise=float(np.exp(logs[0])), discrepancy=float(np.exp(logs[1])))
+        return _negative_log_likelihood(thinned, model, precision) + 0.05 * float(((logs - begin) ** 2).sum())
 
     begin = np.log([first.noise, first.discrepancy])
     corners = [begin + np.array([0.7 * a, 0.7 * b]) for a, b in ((0, 0), (1, 0), (0, 1))]
     best = minimize(
-        miss, begin, method="Nelder-Mead",
+        penalise, begin, method="Nelder-Mead",
         options={"initial_simplex": corners, "xatol": 0.03, "fatol": 0.1, "maxfev": 60},
     ).x  # fmt: skip
     noise, discrepancy = np.exp(np.clip(best, np.log([_LEAST_NOISE, LEAST_DISCREPANCY]), np.log(0.1))).tolist()
-    return Scatter(noise=noise, discrepancy=discrepancy, turn=first.turn, shift=first.shift)
+    return replace(first, noise=noise, discrepancy=discrepancy)
 
 
-def _thin(block: Block, residual: np.ndarray, slope: np.ndarray) -> tuple[Block, np.ndarray, np.ndarray]:
+def _thin(block: Block, residual: np.ndarray, jacobian: np.ndarray) -> tuple[Block, np.ndarray, np.ndarray]:
     states = np.unique(block.at[:, 0])
-    step = max(1, -(-3 * len(block.at) // _FEW))
+    step = max(1, -(-3 * len(block.at) // _MOST_RESIDUALS))
     kept = np.isin(block.at[:, 0], states[:: min(step, len(states))])
-    fewer = Block(
-        points=block.points[kept], at=block.at[kept], along=block.along[kept], stroke=block.stroke[kept],
-        weight=block.weight[kept],
-    )  # fmt: skip
     rows = np.repeat(kept, 3)
-    return fewer, residual[rows], slope[rows]
+    return (
+        Block(**{part.name: getattr(block, part.name)[kept] for part in fields(Block)}),
+        residual[rows],
+        jacobian[rows],
+    )
 
 
-def _unlikeliness(few: list[tuple[Block, np.ndarray, np.ndarray]], scatter: Scatter, precision: np.ndarray) -> float:
-    """Minus the logarithm of the marginal likelihood, but for a constant."""
+def _negative_log_likelihood(
+    parts: list[tuple[Block, np.ndarray, np.ndarray]], model: NoiseModel, precision: np.ndarray
+) -> float:
+    """Minus the logarithm of the marginal likelihood of residuals r with Jacobian J, but for a constant.
+
+    1/2 r^T C^-1 r + 1/2 log|C| - 1/2 b^T A^-1 b + 1/2 log|A|, with A = P + J^T C^-1 J, b = J^T C^-1 r and P the prior's
+    precision (Rasmussen and Williams, Gaussian processes for machine learning, 2006, section 2.7).
+    """
     normal, moment, total = precision.copy(), np.zeros(len(precision)), 0.0
-    for block, residual, slope in few:
-        whitener = Whitener(block, scatter)
-        r, s = whitener.whiten(residual), whitener.whiten(slope)
-        total += 0.5 * float(r @ r) + float(np.log(np.diag(whitener._lower)).sum())
-        normal += s.T @ s
-        moment += s.T @ r
-    factor = cho_factor(normal, lower=True)
-    total -= 0.5 * float(moment @ cho_solve(factor, moment))
-    return total + float(np.log(np.diag(factor[0])).sum())
+    for block, residual, jacobian in parts:
+        factor = factorise(block, model)
+        r, j = whiten(factor, residual), whiten(factor, jacobian)
+        total += 0.5 * float(r @ r) + float(np.log(np.diag(factor)).sum())
+        normal += j.T @ j
+        moment += j.T @ r
+    lower = cho_factor(normal, lower=True)
+    total -= 0.5 * float(moment @ cho_solve(lower, moment))
+    return total + float(np.log(np.diag(lower[0])).sum())

@@ -1,12 +1,13 @@
-"""The protocol played on a model: one shape for every state that the cables were brought into.
+"""States that the cables were brought into, and where the models say that the trunk then is.
 
-Takes that repeat the same commands share their states, so that each is solved once. With friction a state is reached
-from the one before it, as it was in the laboratory.
+Takes that repeat the same commands share their states, so that each state is solved once. With friction a state is
+reached from the one before it, as it was when it was recorded.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -20,15 +21,16 @@ from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.cables import PULL_MARGIN
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.model.kinematics.shape import Shape, Status
+from spiraltrunk.model.reference.constants import prepare
 
 _SAME = 1e-7
 """Pulls that differ by less are one command [m]."""
 
 _OPTIONS = statics.StaticsOptions(steps_most=2_000)
-"""Pulled past full curl by two cables a trunk may not settle: that is not waited for."""
+"""Fewer steps than by default: pulled past full curl by two cables a trunk may not settle."""
 
 _RIGID = 1e-9
-"""Give up to which a cable counts as inextensible [m/N]: 60 nm at 60 N."""
+"""Compliance up to which a cable counts as inextensible [m/N]: 60 nm at 60 N."""
 
 _MOST_STATES = 2_000
 """More different states than any session has."""
@@ -46,53 +48,59 @@ class State:
     before: int
     """State from which the cables went on; -1 for slack cables at rest."""
     kind: str
-    """What was pulled, of `measured.KINDS`."""
+    """What was pulled, of `measured_shapes.KINDS`."""
     chain: int
     """States of one chain were reached one from another; a rest is a chain of its own."""
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class States:
-    """All states of a session, each before those that go on from it."""
-
-    states: tuple[State, ...]
-    """The different ones."""
-    of_shape: np.ndarray
-    """State of each measured shape, shape (n,) [-]."""
-
-
-def find_states(shapes: MeasuredShapes) -> States:
-    """The different states of the measured shapes.
+def find_states(shapes: MeasuredShapes) -> tuple[tuple[State, ...], np.ndarray]:
+    """The different states of the measured shapes, each before those that go on from it; state of each shape, (n,).
 
     Raises:
-        ModelError: where a shape goes on from a later one, or there are too many.
+        ModelError: where there are too many.
     """
     known: dict[tuple[object, ...], int] = {}
     states: list[State] = []
     of_shape: list[int] = []
-    for i, kind in enumerate(shapes.kind):
-        follows, theta_0, pull = int(shapes.follows[i]), float(shapes.theta_0[i]), shapes.pull[i]
-        if follows >= i:
-            raise ModelError(f"shape {i} goes on from shape {follows}; allowed: -1 or an earlier shape")
-        is_rest = bool(np.isnan(pull).all())
-        before = -1 if follows < 0 or is_rest else of_shape[follows]
-        if before >= 0 and np.isnan(states[before].pull).all():
+    for kind, follows, theta_0, pull in zip(
+        shapes.kind, shapes.follows.tolist(), shapes.theta_0.tolist(), shapes.pull.tolist(), strict=True
+    ):
+        is_rest = all(map(math.isnan, pull))
+        before = -1 if follows < 0 or is_rest else of_shape[int(follows)]
+        if before >= 0 and all(map(math.isnan, states[before].pull)):
             before = -1
-        key = (before, round(theta_0 / 1e-6), *(None if np.isnan(p) else round(p / _SAME) for p in pull.tolist()))
+        key = (before, round(theta_0 / 1e-6), *(None if math.isnan(p) else round(p / _SAME) for p in pull))
         if key not in known:
             chain = len(states) if before < 0 else states[before].chain
             known[key] = len(states)
-            states.append(State(theta_0=theta_0, pull=tuple(pull.tolist()), before=before, kind=kind, chain=chain))
+            states.append(State(theta_0=theta_0, pull=tuple(pull), before=before, kind=kind, chain=chain))
         of_shape.append(known[key])
     if len(states) > _MOST_STATES:
         raise ModelError(f"{len(states)} different states given; allowed: up to {_MOST_STATES}")
-    return States(states=tuple(states), of_shape=np.array(of_shape, int))
+    return tuple(states), np.array(of_shape, int)
+
+
+def select_states(states: tuple[State, ...], kept: Sequence[int]) -> tuple[State, ...]:
+    """The states ``kept``, in their order, each reached from the nearest state before it that is kept."""
+    place = {s: i for i, s in enumerate(kept)}
+    selected = []
+    for s in kept:
+        before = states[s].before
+        while before >= 0 and before not in place:
+            before = states[before].before
+        selected.append(replace(states[s], before=place.get(before, -1)))
+    return tuple(selected)
+
+
+def compute_step(state: State, states: tuple[State, ...]) -> float:
+    """Largest change of a cable's pull on the way to a state [m]."""
+    begin = 0.0 if state.before < 0 else np.nan_to_num(np.array(states[state.before].pull))
+    return float(np.abs(np.nan_to_num(np.array(state.pull)) - begin).max())
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Played:
+class Equilibria:
     """Equilibria of all states."""
 
     shapes: tuple[Shape, ...]
@@ -111,85 +119,80 @@ class Played:
         return np.array([int(shape.status) == Status.NOT_CONVERGED for shape in self.shapes])
 
 
-def play_statics(design: TrunkDesign, states: tuple[State, ...], winders: Winders) -> Played:
+def predict_statics(design: TrunkDesign, states: tuple[State, ...], winders: Winders) -> Equilibria:
     """The equilibrium of every state, with the design's friction.
 
-    A cable with slack begins to pull when so much has been taken in, and gives under its tension.
+    A cable begins to pull when its slack has been taken in, and lengthens in proportion to its tension.
     """
-    stiffness = 1 / winders.give if winders.give > _RIGID else math.inf
+    stiffness = 1 / winders.compliance if winders.compliance > _RIGID else math.inf
     shapes: list[Shape] = []
     lengths = []
     most = PULL_MARGIN * design.cable_stroke
     for state in states:
-        told = np.array(state.pull)
-        is_relaxed = np.isnan(told)
-        pull = np.clip(np.where(is_relaxed, 0.0, told - winders.slack), -most, most)
+        commanded = np.array(state.pull)
+        is_relaxed = np.isnan(commanded)
+        pull = np.clip(np.where(is_relaxed, 0.0, commanded - winders.slack), -most, most)
+        # As many increments whatever the slack is, or else the prediction would jump with it.
+        step = compute_step(state, states)
+        increment = 1.5 * max(step / max(math.ceil(step / _OPTIONS.increment - 1e-6), 1), 1e-4)
         shapes.append(
             statics.solve(
                 design, pull=pull, tension=np.where(is_relaxed, 0.0, design.cable.tension_max),
                 by_tension=is_relaxed, theta_0=state.theta_0,
                 start=None if state.before < 0 else shapes[state.before],
-                options=replace(
-                    _OPTIONS, cable_stiffness=stiffness, increment=_find_increment(state, states, _OPTIONS.increment)
-                ),
+                options=replace(_OPTIONS, cable_stiffness=stiffness, increment=increment),
             )
         )  # fmt: skip
         lengths.append(np.where(is_relaxed, np.nan, design.cable_stroke - pull))
-    return Played(shapes=tuple(shapes), length=np.array(lengths))
+    return Equilibria(shapes=tuple(shapes), length=np.array(lengths))
 
 
-def _find_increment(state: State, states: tuple[State, ...], most: float) -> float:
-    """Largest increment that takes the told step in as many parts whatever the slack is: else slopes would jump [m]."""
-    then = 0.0 if state.before < 0 else np.nan_to_num(np.array(states[state.before].pull))
-    step = float(np.abs(np.nan_to_num(np.array(state.pull)) - then).max())
-    return 1.5 * max(step / max(math.ceil(step / most - 1e-6), 1), 1e-4)
-
-
-def play_reference(design: TrunkDesign, states: tuple[State, ...]) -> np.ndarray:
-    """Section ends of every state by the paper's forward model; not a number where it has no answer, or none is known.
+def predict_reference(design: TrunkDesign, states: tuple[State, ...]) -> np.ndarray:
+    """Section ends of every state by the paper's forward model, not a number where it has no answer.
 
     Shape (n_state, n_section, 3) [m].
     """
     out = np.full((len(states), design.n_section, 3), np.nan)
     for i, state in enumerate(states):
         try:
-            out[i] = _refer(design, state, states).points
+            out[i] = _solve_reference(design, state).points
         except SpiralTrunkError:  # Outside of what its algorithms know: no cable mirrored, pulled past full curl.
             continue
     return out
 
 
-def _refer(design: TrunkDesign, state: State, states: tuple[State, ...]) -> Shape:
-    pull = np.array(state.pull)
+def _solve_reference(design: TrunkDesign, state: State) -> Shape:
+    pull, rest = np.array(state.pull), reference.rest(design, state.theta_0)
     if np.isnan(pull).all():
-        return reference.rest(design, state.theta_0)
-    rest = reference.rest(design, state.theta_0).cable_change
-    if state.kind == "bend-dorsal":
-        return reference.bend_dorsal(design, max(pull[0] - rest[0], 0.0), state.theta_0)
+        return rest
     if state.kind == "bend-ventral":
-        return _refer_ventral(design, float(np.nanmean(pull[1:])), state.theta_0)
-    first = max(pull[0] - rest[0], 0.0)
+        return _solve_ventral(design, float(np.nanmean(pull[1:])), state.theta_0)
+    first = max(pull[0] - rest.cable_change[0], 0.0)
     bent = reference.bend_dorsal(design, first, state.theta_0)
+    if state.kind == "bend-dorsal":
+        return bent
     second = 0.0 if np.isnan(pull[1]) else max(pull[1] - bent.cable_change[1], 0.0)
     return reference.twist(design, first, second, state.theta_0)
 
 
-def _refer_ventral(design: TrunkDesign, pull: float, theta_0: float) -> Shape:
-    """The bend in which the ventral cables have come in so far: the model is driven by what the dorsal one pays out."""
-    from spiraltrunk.model.reference.constants import prepare
-
+def _solve_ventral(design: TrunkDesign, pull: float, theta_0: float) -> Shape:
+    """The bend with the ventral cables pulled in so far; the model is driven by what the dorsal cable pays out."""
     most = PULL_MARGIN * prepare(design).ventral_stroke
 
-    def miss(lengthening: float) -> float:
+    def exceed(lengthening: float) -> float:
         return float(reference.bend_ventral(design, lengthening, theta_0).cable_change[1:].mean()) - pull
 
-    if miss(0.0) >= 0.0 or miss(most) <= 0.0:
-        return reference.bend_ventral(design, 0.0 if miss(0.0) >= 0.0 else most, theta_0)
-    return reference.bend_ventral(design, float(brentq(miss, 0.0, most, xtol=1e-7)), theta_0)
+    if exceed(0.0) >= 0.0:
+        return reference.bend_ventral(design, 0.0, theta_0)
+    lengthening = most if exceed(most) <= 0.0 else float(brentq(exceed, 0.0, most, xtol=1e-7))
+    return reference.bend_ventral(design, lengthening, theta_0)
 
 
-def place_points(design: TrunkDesign, ends: np.ndarray, seat: np.ndarray) -> np.ndarray:
-    """The sections' measured points from their ends, shapes (..., n_section, 3) [m]."""
+def place_markers(design: TrunkDesign, ends: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """Markers at distances ``offset`` (n_section,) [m] from the sections' proximal joints, by the sections' ends.
+
+    Shapes (..., n_section, 3) [m].
+    """
     start = np.concatenate([np.zeros_like(ends[..., :1, :]), ends[..., :-1, :]], axis=-2)
-    part = (np.asarray(seat, float) / design.section_length)[:, None]
+    part = (np.asarray(offset, float) / design.section_length)[:, None]
     return start + part * (ends - start)

@@ -146,7 +146,7 @@ def _play(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> 
         "mass_g": 1e3 * float(world.design.section_mass.sum()), "friction": world.design.cable.friction,
         "stiffness_nm_per_rad": world.design.joint_stiffness.tolist(), "slack_mm": (1e3 * world.winders.slack).tolist(),
         "center_fraction": world.design.mass.center_fraction, "hole_fraction": world.design.cable.hole_fraction,
-        "give_mm_per_n": 1e3 * world.winders.give,
+        "give_mm_per_n": 1e3 * world.winders.compliance,
         "files": files,
     }  # fmt: skip
     text = (

@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings, calibrate
-from spiraltrunk.calibration.identifiability import advise, find_tied, find_untold
+from spiraltrunk.calibration.identifiability import advise, list_correlated, list_unidentified
 from spiraltrunk.design.toml import write_design
 from spiraltrunk.files.atomic import atomic_folder
 from spiraltrunk.files.results import Progress, format_json, ignore_progress, read_versions, to_json
@@ -58,7 +58,7 @@ def run_calibration(
     """
     progress("reading", 0, 1)
     recorded = read_recordings(recordings)
-    found = calibrate(recordings.design, recorded.shapes, recorded.is_fitted, settings, tell=progress)
+    found = calibrate(recordings.design, recorded.shapes, recorded.is_fitted, settings, progress=progress)
     return CalibrationRun(recordings=recordings, settings=settings, bench=bench, recorded=recorded, found=found)
 
 
@@ -72,20 +72,20 @@ def compute_result(run: CalibrationRun) -> dict[str, Any]:
         "parameters": {
             p.name: {
                 "unit": p.unit, "before": p.before, "value": p.value, "low_95": p.low, "high_95": p.high,
-                "width_over_prior": p.width_ratio, "is_told": p.is_told,
+                "width_over_prior": p.width_ratio, "is_told": p.is_identified,
             }
             for p in found.parameters
         },
-        "not_told": [parameter.name for parameter in find_untold(found)],
-        "told_together": [{"names": [a, b], "correlation": c} for a, b, c in find_tied(found)],
+        "not_told": [parameter.name for parameter in list_unidentified(found)],
+        "told_together": [{"names": [a, b], "correlation": c} for a, b, c in list_correlated(found)],
         "to_record": advise(found, was_weighed=was_weighed),
         "fitted": _average_errors(found.fitted, run.recorded.shapes),
         "held_out": _average_errors(found.held_out, run.recorded.shapes),
         "bench": None if run.bench is None else summarise_bench(run.bench),
-        "noise_m": found.fit.scatter.noise,
-        "discrepancy_at_tip_m": found.fit.scatter.discrepancy,
-        "points_that_count_less": found.fit.far,
-        "is_settled": found.fit.is_settled,
+        "noise_m": found.fit.noise_model.noise,
+        "discrepancy_at_tip_m": found.fit.noise_model.discrepancy,
+        "points_that_count_less": found.fit.n_outlier,
+        "is_settled": found.fit.has_converged,
         "shapes_not_solved": found.unsolved,
         "takes": {"fitted": list_files(recordings.fitted), "held_out": list_files(recordings.held_out)},
         "paper": {
@@ -123,7 +123,7 @@ def _list_provenance(result: Mapping[str, Any], found: Calibration) -> list[str]
     """Where the numbers of a calibrated design come from, as comment lines."""
     takes = [Path(name).name for name in result["takes"]["fitted"]]
     held = result["held_out"].get("all", {}).get("calibrated_mean_rmse_m")
-    slack = ", ".join(f"{1e3 * value:.2f}" for value in found.slack)
+    slack = ", ".join(f"{1e3 * value:.2f}" for value in found.winders.slack)
     notes = [f"Calibrated by spiraltrunk {result['versions']['spiraltrunk']} from the design {result['design']!r}."]
     notes += [f"Note: {note}." for note in result["notes"]]
     notes.append(f"Fitted to {len(takes)} takes: {', '.join(takes)}"[:400] + ".")
@@ -132,7 +132,9 @@ def _list_provenance(result: Mapping[str, Any], found: Calibration) -> list[str]
         f"Slack of the cables, which is no part of a design: {slack} mm. For sessions still to be recorded put it into "
         "the protocol's slack_mm, never for these takes; `validate` subtracts the slack of the protocol."
     )
-    notes.append(f"Compliance of winder and cable, which is no part of a design: {1e3 * found.give:.3g} mm/N.")
+    notes.append(
+        f"Compliance of winder and cable, which is no part of a design: {1e3 * found.winders.compliance:.3g} mm/N."
+    )
     if result["not_told"]:
         notes.append(f"Not determined by the takes, close to the prior: {', '.join(result['not_told'])}.")
     return notes
@@ -184,9 +186,10 @@ def _list_warnings(run: CalibrationRun) -> list[str]:
     synthetic = f"not a measurement: {len(run.recorded.synthetic)} of {n_take} recordings are synthetic"
     warnings = {
         synthetic: run.recorded.synthetic,
-        "nothing was calibrated: these takes determine no parameter": len(find_untold(found)) == len(found.parameters),
+        "nothing was calibrated: these takes determine no parameter": len(list_unidentified(found))
+        == len(found.parameters),
         "nothing was held out: the error on unseen shapes is not known": not recordings.held_out,
-        "the fit ended before the misfit converged": not found.fit.is_settled,
+        "the fit ended before the misfit converged": not found.fit.has_converged,
         f"{found.unsolved} shapes did not converge": found.unsolved,
     }
     return [text for text, applies in warnings.items() if applies]

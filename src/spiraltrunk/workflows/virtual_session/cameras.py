@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from spiraltrunk.calibration.predict_states import place_points
+from spiraltrunk.calibration.predict_states import place_markers
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.recordings.take import Body, Marker, Take
@@ -80,7 +80,7 @@ def film(design: TrunkDesign, played: Played, seed: int, options: FilmOptions | 
         rate=options.rate, hold=options.hold, move=options.move, noise=options.noise, frame=frame,
         sections=options.sections, seed=int(draw.integers(2**32)),
     )  # fmt: skip
-    points = place_points(design, played.ends, compute_seat(design))
+    points = place_markers(design, played.ends, compute_seat(design))
     take = rehearse_take(design, points, played.rotation, played.plan.run.theta_0, rehearsal)
     spoiled = _spoil(take, draw, options)
     return replace(spoiled, source="virtual capture", name=NAME)

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.calibration.predict_states import State, play_statics
+from spiraltrunk.calibration.predict_states import State, predict_statics
 from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.protocol.schedule import Plan
 from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
@@ -48,7 +48,7 @@ def play_simulated(world: World, plan: Plan, options: SettleOptions = SETTLE) ->
         ModelError: where the world has other cables than the plan.
     """
     _check(world, plan)
-    trunk = replace(options.trunk, cable_gain=1 / world.winders.give)
+    trunk = replace(options.trunk, cable_gain=1 / world.winders.compliance)
     rig = SettleRig(world.design, theta_0=plan.run.theta_0, options=replace(options, trunk=trunk))
     for i, sag in enumerate(world.sag):
         for name, angle in zip(hinge_names(i), sag, strict=True):
@@ -69,7 +69,7 @@ def play_by_model(world: World, plan: Plan) -> Played:
         State(theta_0=plan.run.theta_0, pull=tuple(pull), before=i - 1, kind=plan.run.kind, chain=0)
         for i, pull in enumerate(plan.pull.tolist())
     )
-    return _collect(world, plan, list(play_statics(world.design, states, world.winders).shapes))
+    return _collect(world, plan, list(predict_statics(world.design, states, world.winders).shapes))
 
 
 def _visit(rig: SettleRig, world: World, plan: Plan) -> Iterator[Settled]:

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.calibration.parameters import Prior, Winders, apply_knobs
+from spiraltrunk.calibration.parameters import Prior, Winders, apply_parameters
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
@@ -33,8 +33,8 @@ class WorldOptions:
     """Cable that each winder takes in before it pulls [m]."""
     hole: float = 0.01
     """Standard deviation of the holes' distance from the backbone over the face's half-width [-]."""
-    give: float = 1e-5
-    """What each winder with its cable gives per tension [m/N] (ours: 0.6 mm at 60 N)."""
+    compliance: float = 1e-5
+    """Lengthening of each winder with its cable per tension [m/N] (ours: 0.6 mm at 60 N)."""
     sag: float = 0.0
     """Standard deviation of the bends, about both axes, in which the joints were printed [rad]."""
 
@@ -44,7 +44,7 @@ class WorldOptions:
         for name in ("stiffness_scatter", "center", "friction", "hole", "sag"):
             check_number(name, getattr(self, name), least=0.0, below=1.0)
         check_number("slack", self.slack, least=0.0, below=0.05)
-        check_number("give", self.give, least=1e-6, below=1e-3)
+        check_number("compliance", self.compliance, least=1e-6, below=1e-3)
 
 
 @final
@@ -56,10 +56,10 @@ class World:
     """What it was drawn from."""
     design: TrunkDesign
     """What it is, the gripper's mass in the last section, as the models have it."""
-    knobs: np.ndarray
-    """The same as what calibration turns, in the order of `calibrate_knobs.name_knobs`."""
+    values: np.ndarray
+    """Its parameter vector, as of `calibration.parameters`."""
     winders: Winders
-    """Slack and give of its winders."""
+    """Slack and compliance of its winders."""
     sag: np.ndarray
     """Bends about y and z in which the joints were printed, shape (n_joint, 2) [rad]."""
 
@@ -77,10 +77,10 @@ def draw_world(design: TrunkDesign, seed: int, options: WorldOptions | None = No
     stiffness = level + options.stiffness_scatter * draw.standard_normal(joints)
     mass = math.log1p(options.mass * draw.choice([-1.0, 1.0]))
     center, hole = options.center * draw.standard_normal(), options.hole * draw.standard_normal()
-    knobs = np.array([*stiffness, mass, center, options.friction, *[options.slack] * cables, hole, options.give])
-    true, winders = apply_knobs(carry_gripper(design), knobs)
+    values = np.array([*stiffness, mass, center, options.friction, *[options.slack] * cables, hole, options.compliance])
+    true, winders = apply_parameters(carry_gripper(design), values)
     sag = options.sag * draw.standard_normal((joints, 2))
-    return World(seed=seed, design=true, knobs=knobs, winders=winders, sag=sag)
+    return World(seed=seed, design=true, values=values, winders=winders, sag=sag)
 
 
 def weigh(design: TrunkDesign, world: World, share: float = 0.01) -> tuple[float, float]:

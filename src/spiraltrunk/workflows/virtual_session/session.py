@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.calibration.predict_states import place_points
+from spiraltrunk.calibration.predict_states import place_markers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
@@ -108,7 +108,7 @@ def measure(
     for take in (1, 2):
         for run in played:
             first, count = len(parts["kind"]), len(run.ends)
-            points = place_points(design, run.ends, seat) + draw.normal(0.0, options.noise, run.ends.shape)
+            points = place_markers(design, run.ends, seat) + draw.normal(0.0, options.noise, run.ends.shape)
             turn = draw.normal(0.0, options.turn, 3)
             points = points + np.cross(turn, points) + draw.normal(0.0, options.shift, 3)
             parts["kind"] += [run.plan.run.kind] * count
