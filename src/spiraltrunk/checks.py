@@ -90,7 +90,7 @@ def check_count(name: str, value: object, *, least: int, most: int) -> None:
     Raises:
         DesignError: with the name, the value and the range.
     """
-    if not (isinstance(value, int) and least <= value <= most):
+    if not (isinstance(value, (int, np.integer)) and least <= value <= most):
         raise DesignError(name, got=value, allowed=f"a whole number from {least} to {most}")
 
 

@@ -79,8 +79,5 @@ class RunError(SpiralTrunkError, RuntimeError):
 
 def tell(value: object, most: int = 80) -> str:
     """What was given, in one short line."""
-    try:
-        text = " ".join(repr(value).split())
-    except (ValueError, RecursionError):  # A whole number with thousands of digits, a list of itself.
-        text = f"{'a whole number' if isinstance(value, int) else 'a value'} too large to print"
+    text = " ".join(repr(value).split())
     return text if len(text) <= most else f"{text[: most // 2 - 3]}...{text[-most // 2 :]}"

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from spiraltrunk.design.spiral import Spiral, arc_length, chord, curvature, points, radius, tangent
+from spiraltrunk.design.spiral import Spiral, arc_length, chord, points, radius
 
 SPIRALS = st.builds(Spiral, a=st.floats(1e-3, 10.0), b=st.floats(0.01, 1.5))
 ANGLES = st.floats(-6.0, 6.0)
@@ -40,29 +40,6 @@ def test_turning_the_spiral_is_scaling_it(spiral, theta, turn):
     np.testing.assert_allclose(points(spiral, theta + turn), scaled, rtol=0, atol=1e-13 * np.linalg.norm(scaled))
 
 
-@given(SPIRALS, ANGLES)
-def test_tangent_is_the_unit_derivative(spiral, theta):
-    step = 1e-5
-    derivative = (points(spiral, theta + step) - points(spiral, theta - step)) / (2 * step)
-    unit = tangent(spiral, theta)
-    assert np.linalg.norm(unit) == pytest.approx(1.0, abs=1e-14)
-    np.testing.assert_allclose(unit, derivative / np.linalg.norm(derivative), atol=1e-8)
-
-
-@given(SPIRALS, ANGLES)
-def test_angle_between_tangent_and_radius_is_constant(spiral, theta):
-    outward = points(spiral, theta) / radius(spiral, theta)
-    assert tangent(spiral, theta) @ outward == pytest.approx(spiral.b / math.hypot(1.0, spiral.b), abs=1e-14)
-
-
-@given(SPIRALS, ANGLES)
-def test_curvature_is_the_turn_of_the_tangent_per_length(spiral, theta):
-    step = 1e-5
-    turn = np.linalg.norm(tangent(spiral, theta + step) - tangent(spiral, theta - step))
-    length = arc_length(spiral, theta - step, theta + step)
-    assert turn / length == pytest.approx(float(curvature(spiral, theta)), rel=1e-6)
-
-
 @given(SPIRALS, ANGLES, ANGLES)
 def test_arc_length_is_the_integral_of_the_speed(spiral, start, end):
     numeric, _ = quad(lambda theta: float(radius(spiral, theta)) * math.hypot(1.0, spiral.b), start, end, epsrel=1e-12)
@@ -92,7 +69,6 @@ def test_arrays_broadcast():
     spiral = Spiral(a=1.0, b=0.2)
     start, end = np.zeros((3, 1)), np.linspace(1.0, 2.0, 4)
     assert points(spiral, end).shape == (4, 2)
-    assert tangent(spiral, start).shape == (3, 1, 2)
     for law in (arc_length, chord):
         batch = law(spiral, start, end)
         assert batch.shape == (3, 4)

@@ -27,8 +27,6 @@ REFUSED = {
     ],
     "statics is": [lambda: InverseOptions(statics="all")],
     "creep is": [lambda: StaticsOptions(creep=1.0)],
-    "has_torsion is": [lambda: StaticsOptions(has_torsion=[])],
-    "cable_stiffness is": [lambda: StaticsOptions(cable_stiffness=np.array([1, 2]))],
     "tension is": [
         lambda: statics.solve(PAPER, tension="1.0"),
         lambda: statics.solve(PAPER, tension=[[1, 2], [3]]),

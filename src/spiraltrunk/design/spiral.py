@@ -41,22 +41,6 @@ def points(spiral: Spiral, theta: ArrayLike) -> np.ndarray:
     return radius(spiral, theta)[..., None] * np.stack([-np.cos(theta), np.sin(theta)], axis=-1)
 
 
-def tangent(spiral: Spiral, theta: ArrayLike) -> np.ndarray:
-    """Unit tangent towards growing ``theta`` [rad], shape (..., 2) [-].
-
-    The angle between tangent and radius is constant: its cosine is b / sqrt(1 + b^2).
-    """
-    theta = np.asarray(theta, float)
-    outward = np.stack([-np.cos(theta), np.sin(theta)], axis=-1)
-    around = np.stack([np.sin(theta), np.cos(theta)], axis=-1)
-    return (spiral.b * outward + around) / np.sqrt(1.0 + spiral.b**2)
-
-
-def curvature(spiral: Spiral, theta: ArrayLike) -> np.ndarray:
-    """Curvature 1 / (r sqrt(1 + b^2)) at ``theta`` [rad], shape of ``theta`` [1/m]."""
-    return 1.0 / (radius(spiral, theta) * np.sqrt(1.0 + spiral.b**2))
-
-
 def arc_length(spiral: Spiral, theta_from: ArrayLike, theta_to: ArrayLike) -> np.ndarray:
     """Length of the curve from ``theta_from`` to ``theta_to`` [rad], signed, broadcast shape [m].
 

@@ -175,11 +175,10 @@ BAD = [
     ({"friction": math.nan}, "friction"), ({"friction": "dry"}, "friction"),
     ({"loads": Loads(mass=-1.0)}, "loads.mass"), ({"loads": Loads(mass=math.inf)}, "loads.mass"),
     ({"loads": Loads(mass=1.0, section=18)}, "loads.section"), ({"loads": Loads(section=0.5)}, "loads.section"),
-    ({"loads": Loads(section=True)}, "loads.section"), ({"loads": Loads(force=(1, 2))}, "loads.force"),
+    ({"loads": Loads(force=(1, 2))}, "loads.force"),
     ({"loads": Loads(force=math.nan)}, "loads.force"), ({"loads": Loads(force=(1e5, 0, 0))}, "loads.force"),
     ({"loads": Loads(force=(1, 0, 0), force_section=-19)}, "loads.force_section"),
     ({"tension": np.full((1000, 3), "a")}, "tension"), ({"tension": np.full(3, 1j)}, "tension"),
-    ({"by_tension": [[True], [True, False], True]}, "by_tension"),
     ({"loads": Loads(mass=np.ones(4), force=np.zeros((5, 3)))}, "batches are loads.mass"),
     ({"tension": (-1, 50, 0)}, "tension is -1"), ({"loads": Loads(mass=(-1, 500))}, "loads.mass is -1"),
     ({"loads": Loads(force=(0, -2e4, 0))}, "loads.force is -20000"),
@@ -223,7 +222,7 @@ def test_torsion_and_hinges_exclude_each_other():
 
 def test_the_start_is_of_the_same_trunk():
     other = statics.solve(presets.get("spirob-1m"))
-    with pytest.raises(ModelError, match="start has 42 joints and 3 cables; allowed: 17 joints"):
+    with pytest.raises(ModelError, match=r"start.gap has shape \(42, 3\); allowed: \(..., 17, 3\)"):
         statics.solve(PAPER, start=other)
 
 

@@ -16,14 +16,14 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import Range, broadcast_batches, check_type, read_numbers
+from spiraltrunk.checks import Range, broadcast_batches, check_count, check_type, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError, tell
+from spiraltrunk.errors import ModelError
 from spiraltrunk.model.identity_cache import Same
 from spiraltrunk.model.inverse.kernels.target_residual import Aim, gap_rows
 from spiraltrunk.model.inverse.multistart import InverseOptions, find, read_scene
 from spiraltrunk.model.inverse.start_table import section_axes
-from spiraltrunk.model.kinematics.enclosure import WRAP_TURN, snug_bend
+from spiraltrunk.model.kinematics.enclosure import first_wrapped, snug_bend
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics.loads import Loads
 
@@ -72,10 +72,8 @@ class Reach:
 
     @property
     def advice(self) -> str:
-        """The gravest status in words; of no targets, that of one reached."""
-        if np.size(self.status) == 0:
-            return Status.CONVERGED.advice
-        return Status(int(np.max(self.status))).advice
+        """The gravest status in words."""
+        return Status.worst(self.status).advice
 
 
 def solve(
@@ -116,11 +114,11 @@ def solve(
     weight = float(read_numbers("direction_weight", direction_weight, Range(least=1e-6, most=1e3), shape=()))
     batch = broadcast_batches({"tip": wanted.shape[:-1], "direction": aimed.shape[:-1]})
     scene, batch = read_scene((theta_0, roll), loads, batch)
-    point, heading = np.zeros((*batch, count, 3)), np.zeros((*batch, 3))
-    point[..., -1, :], heading[:] = wanted, aimed
+    point, heading, last = np.zeros((*batch, count, 3)), np.zeros((*batch, 3)), np.zeros(count)
+    point[..., -1, :], heading[:], last[-1] = wanted, aimed, 1.0
     point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
     turn = 0.0 if direction is None else weight
-    aim = _aim(design, point=point, weight=_only(count, -1), heading=heading, turn=turn)
+    aim = _aim(design, point=point, weight=last, heading=heading, turn=turn)
     options = _read_options(options, _DEFAULT)
     shape = find(design, scene, aim, options, batch)
     away = shape.points[..., -1, :] - wanted
@@ -235,10 +233,9 @@ def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.nda
     """1 for the sections that should touch, 0 for the others, shape (n_section,) [-]."""
     count = design.n_section
     if touching is None:
-        turn = np.cumsum(snug_bend(design, width)[::-1])[::-1]
-        touching = count - int(np.count_nonzero(turn > WRAP_TURN))
-    elif isinstance(touching, bool) or not isinstance(touching, int) or not 1 <= touching <= count:
-        raise ModelError(f"touching is {tell(touching)}; allowed: a whole number from 1 to {count}")
+        touching = count - first_wrapped(snug_bend(design, width))
+    else:
+        check_count("touching", touching, least=1, most=count)
     return np.where(np.arange(count) >= count - touching, 1.0, 0.0)
 
 
@@ -282,12 +279,6 @@ def _answer(
         shape=shape, tension=tension, pull=shape.cable_change, distance=np.asarray(distance), status=status,
         turn=None if turn is None else np.asarray(turn), gap=gap,
     )  # fmt: skip
-
-
-def _only(count: int, index: int) -> np.ndarray:
-    one = np.zeros(count)
-    one[index] = 1.0
-    return one
 
 
 def _read_unit(name: str, value: ArrayLike) -> np.ndarray:

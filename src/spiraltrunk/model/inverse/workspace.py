@@ -68,7 +68,7 @@ def map(
         options: how it is modelled.
 
     Raises:
-        ModelError: for a batch of stands, or more than 200 000 combinations.
+        ModelError: for a batch of base poses or loads, or more than 200 000 combinations.
     """
     check_count("levels", levels, least=2, most=_MOST)
     if levels**design.n_cable > _MOST:
@@ -78,14 +78,9 @@ def map(
         np.meshgrid(*[np.minimum(row, design.cable.tension_max)] * design.n_cable, indexing="ij"), axis=-1
     )
     tension = tension.reshape(-1, design.n_cable)
-    try:
-        shape = equilibrium.solve(
-            design, tension=tension, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=options
-        )
-    except ValueError as error:
-        if isinstance(error, ModelError):
-            raise
-        raise ModelError("theta_0, roll or loads are a batch; allowed: one number each") from None
+    shape = equilibrium.solve(
+        design, tension=tension, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=options
+    )
     found = shape.status != Status.NOT_CONVERGED
     return Workspace(
         tension=tension[found], pull=shape.cable_change[found], tip=shape.points[found, -1],

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.checks import read_array, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 
@@ -47,20 +48,14 @@ class MeasuredShapes:
                 raise ModelError(f"kind is {kind!r}; allowed: {', '.join(KINDS)}")
         if len(self.take) != n:
             raise ModelError(f"take has {len(self.take)} names for {n} shapes; allowed: one each")
-        n_cable = np.shape(self.pull)[-1] if np.ndim(self.pull) == 2 else 0
-        sizes = {
-            "theta_0": (n,), "pull": (n, n_cable), "follows": (n,), "seat": (n_section,),
-            "points": (n, n_section, 3), "rotation": (n, n_section, 3, 3),
-        }  # fmt: skip
-        for name, size in sizes.items():
-            if np.shape(getattr(self, name)) != size:
-                raise ModelError(f"{name} has shape {np.shape(getattr(self, name))}; allowed: {size}")
-        for name in ("theta_0", "seat", "follows"):
-            if not np.isfinite(getattr(self, name)).all():
-                raise ModelError(f"{name} is not finite; allowed: finite numbers")
+        for name, size in (("theta_0", n), ("seat", n_section), ("follows", n)):
+            read_numbers(name, getattr(self, name), shape=(size,))
+        read_array("pull", self.pull, (n, np.shape(self.pull)[-1]))
+        read_array("points", self.points, (n, n_section, 3))
+        read_array("rotation", self.rotation, (n, n_section, 3, 3))
         for name in ("pull", "points", "rotation"):
             if np.isinf(getattr(self, name)).any():
-                raise ModelError(f"{name} is infinite; allowed: finite numbers, or not a number where nothing was seen")
+                raise ModelError(f"{name} is infinite; allowed: finite numbers, or NaN where nothing was seen")
         self._check_follows()
 
     def _check_follows(self) -> None:

@@ -24,6 +24,11 @@ class Status(IntEnum):
         """What it means and what to do."""
         return _ADVICE[self]
 
+    @staticmethod
+    def worst(status: np.ndarray) -> Status:
+        """The gravest of an array of statuses; CONVERGED for an empty one."""
+        return Status(int(np.max(status, initial=Status.CONVERGED)))
+
 
 _ADVICE = {
     Status.CONVERGED: "converged",
@@ -49,16 +54,6 @@ class Forces:
     """Displacement of the tip per force on it, cables held as they are, shape (..., 3, 3) [m/N]."""
     residual: np.ndarray
     """Largest moment that is left at a joint, shape (...) [N m]."""
-
-    @property
-    def tip_stiffness(self) -> np.ndarray:
-        """Force per displacement of the tip, shape (..., 3, 3) [N/m].
-
-        The inverse of the compliance; a direction that gives way by less than 1 nm/N, such as the axis of the straight
-        trunk, counts as 1e9 N/m.
-        """
-        size, axes = np.linalg.eigh((self.tip_compliance + np.swapaxes(self.tip_compliance, -1, -2)) / 2)
-        return np.einsum("...ij,...j,...kj->...ik", axes, 1 / np.maximum(size, 1e-9), axes)
 
 
 @final
@@ -103,10 +98,8 @@ class Shape:
 
     @property
     def advice(self) -> str:
-        """The gravest status in words; of no shapes, that of a good one."""
-        if np.size(self.status) == 0:
-            return Status.CONVERGED.advice
-        return Status(int(np.max(self.status))).advice
+        """The gravest status in words."""
+        return Status.worst(self.status).advice
 
 
 _Part = TypeVar("_Part", Shape, Forces, History)

@@ -90,15 +90,13 @@ class StaticsOptions:
 
     def __post_init__(self) -> None:
         check_number("hole_set_back", self.hole_set_back, least=0.0, below=0.5)
-        if not isinstance(self.cable_stiffness, float) or self.cable_stiffness != math.inf:
+        if self.cable_stiffness != math.inf:
             check_number("cable_stiffness", self.cable_stiffness, least=1e2)
         check_number("increment", self.increment, least=1e-5, below=10.0)
         check_number("tension_increment", self.tension_increment, least=1e-3, below=1e4)
         check_number("hole_stiffness", self.hole_stiffness, least=1.0, below=1e8)
         check_number("tolerance", self.tolerance, least=1e-12, below=1e-3)
         check_count("steps_most", self.steps_most, least=1, most=10**8)
-        for name in ("has_torsion", "has_hinges"):
-            check_type(name, getattr(self, name), bool)
         if self.creep is not None:
             check_type("creep", self.creep, Creep)
         if self.has_torsion and self.has_hinges:

@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import Range, broadcast_batches, check_number, check_type, read_numbers
+from spiraltrunk.checks import Range, broadcast_batches, check_count, check_number, check_type, read_numbers
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, tell
@@ -98,10 +98,7 @@ def read_drive(
     if by_tension is None:
         held = np.full(count, pull is None)
     else:
-        try:
-            held = np.array(by_tension)
-        except ValueError:  # Ragged.
-            held = np.empty(0)
+        held = np.array(by_tension)
         if held.shape != (count,) or held.dtype != bool:
             raise ModelError(f"by_tension is {tell(by_tension)}; allowed: {count} booleans, one per cable")
     if pull is None and not all(held.tolist()):
@@ -152,25 +149,17 @@ def read_angle(name: str, value: ArrayLike) -> np.ndarray:
 
 
 def check_start(design: TrunkDesign, start: Shape) -> None:
-    """Refuse a start of another trunk, and one that is not finite, with which a search would have no end.
+    """Refuse a start of another trunk, and one that is not finite, with which a search would not end.
 
     Raises:
-        ModelError: with what was given.
+        ModelError: names the array.
     """
-    if start.gap.shape[-2:] != (design.n_joint, design.n_cable):
-        joints, cables = start.gap.shape[-2:]
-        allowed = f"{design.n_joint} joints and {design.n_cable} cables, as the design"
-        raise ModelError(f"start has {joints} joints and {cables} cables; allowed: {allowed}")
-    history, forces = start.history, start.forces
-    used = {
-        "gap": start.gap,
-        "history.bend": None if history is None else history.bend,
-        "history.anchor": None if history is None else history.anchor,
-        "forces.cable_tension": None if forces is None else forces.cable_tension,
-    }
-    for name, array in used.items():
-        if array is not None and not np.isfinite(array).all():
-            raise ModelError(f"start.{name} is not finite; allowed: an earlier solution as it was returned")
+    read_numbers("start.gap", start.gap, shape=(..., design.n_joint, design.n_cable))
+    if start.history is not None:
+        read_numbers("start.history.bend", start.history.bend)
+        read_numbers("start.history.anchor", start.history.anchor)
+    if start.forces is not None:
+        read_numbers("start.forces.cable_tension", start.forces.cable_tension)
 
 
 @lru_cache(maxsize=64)
@@ -195,10 +184,7 @@ def _read_cables(name: str, value: ArrayLike, count: int, allowed: Range, unit: 
 
 
 def _read_section(design: TrunkDesign, name: str, section: int) -> int:
-    if isinstance(section, bool) or not isinstance(section, int | np.integer):
-        raise ModelError(f"{name} is {tell(section)}; allowed: a whole number")
-    if not -design.n_section <= section < design.n_section:
-        raise ModelError(f"{name} is {section}; allowed: {-design.n_section} to {design.n_section - 1}")
+    check_count(name, section, least=-design.n_section, most=design.n_section - 1)
     return int(section) % design.n_section
 
 

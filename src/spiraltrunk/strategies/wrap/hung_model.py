@@ -19,7 +19,7 @@ from spiraltrunk.checks import check_number
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.model.kinematics.cables import planar_gap, planar_lever
-from spiraltrunk.model.kinematics.enclosure import WRAP_TURN, snug_bend
+from spiraltrunk.model.kinematics.enclosure import first_wrapped, snug_bend
 from spiraltrunk.model.kinematics.joint_limits import clip_bend
 
 _ROUNDS = 30
@@ -46,7 +46,7 @@ def predict_wrap(design: TrunkDesign, width: float, mass: float, tension: float)
     check_number("width", width, above=0.0)
     check_number("mass", mass, least=0.0)
     bend = snug_bend(design, width)
-    first = _first_wrapped(bend)
+    first = first_wrapped(bend)
     for _ in range(_ROUNDS):
         center = _object_center(design, bend, first, width)
         bend[:first] += 0.5 * (_balance(design, bend, tension, mass, center)[:first] - bend[:first])
@@ -73,7 +73,7 @@ def unrolled_center(design: TrunkDesign, width: float, pull: float) -> np.ndarra
     for straight in range(design.n_joint + 1):
         bend = np.where(np.arange(design.n_joint) < straight, 0.0, snug)
         pulls[straight] = _pull(design, bend)[ventral].mean()
-        centers[straight] = _object_center(design, bend, max(straight, _first_wrapped(snug)), width)
+        centers[straight] = _object_center(design, bend, max(straight, first_wrapped(snug)), width)
     return np.array([np.interp(pull, pulls[::-1], centers[::-1, axis]) for axis in range(2)])
 
 
@@ -108,11 +108,6 @@ def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: floa
         else:
             high = middle
     return high
-
-
-def _first_wrapped(snug: np.ndarray) -> int:
-    """Index of the first joint of those that follow the object."""
-    return int(np.count_nonzero(np.cumsum(snug[::-1])[::-1] > WRAP_TURN))
 
 
 def _balance(
