@@ -10,7 +10,7 @@ from typing import NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.errors import DesignError, ModelError, SpiralTrunkError, Words, tell
+from spiraltrunk.errors import DesignError, ModelError, SpiralTrunkError, Unquoted, describe
 
 
 @final
@@ -81,7 +81,7 @@ def check_tip(width: float, least: float) -> None:
     """
     if not width >= least:
         allowed = f"at least {1e3 * least:g} mm: fewer turns or sections, a smaller b (larger m) or a wider base"
-        raise DesignError("width of the tip", got=Words(f"{1e3 * width:.3g} mm"), allowed=allowed)
+        raise DesignError("width of the tip", got=Unquoted(f"{1e3 * width:.3g} mm"), allowed=allowed)
 
 
 def check_count(name: str, value: object, *, least: int, most: int) -> None:
@@ -103,7 +103,7 @@ def check_numbers(name: str, values: object, *, count: int | None = None, above:
     if not isinstance(values, tuple):
         raise DesignError(name, got=values, allowed="a tuple of numbers")
     if count is not None and len(values) != count:
-        raise DesignError(name, got=Words(f"{len(values)} numbers"), allowed=f"{count} numbers")
+        raise DesignError(name, got=Unquoted(f"{len(values)} numbers"), allowed=f"{count} numbers")
     for i, value in enumerate(values):
         check_number(f"{name}[{i}]", value, above=above)
 
@@ -155,7 +155,7 @@ def read_array(
         except (TypeError, ValueError):  # Ragged.
             array = np.empty(0, object)
         if array.dtype.kind not in "fiub":
-            raise error(f"{name} is {tell(value)}; allowed: numbers")
+            raise error(f"{name} is {describe(value)}; allowed: numbers")
         array = array.astype(float, copy=False)
     if not (shape is None or array.shape == shape or _ends_in(array.shape, shape)):
         allowed = str(shape).replace("Ellipsis", "...") if shape else "one number"

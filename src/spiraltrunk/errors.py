@@ -1,4 +1,4 @@
-"""One base error; each error is also the built-in error that a caller would expect."""
+"""Errors of this package: one base class; each error is also the built-in error that a caller would expect."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ class SpiralTrunkError(Exception):
     """Base of every error that this package raises on purpose."""
 
 
-class Words(str):
+class Unquoted(str):
     """A text about a value, such as "missing", which an error shows without quotes."""
 
     __slots__ = ()
@@ -25,7 +25,7 @@ class DesignError(SpiralTrunkError, ValueError):
         self.name = name
         self.got = got
         self.allowed = allowed
-        super().__init__(f"{name} is {tell(got)}; allowed: {allowed}")
+        super().__init__(f"{name} is {describe(got)}; allowed: {allowed}")
 
 
 class ShapeError(SpiralTrunkError, ValueError):
@@ -33,7 +33,7 @@ class ShapeError(SpiralTrunkError, ValueError):
 
 
 class ModelError(SpiralTrunkError, ValueError):
-    """A request that the model cannot answer."""
+    """An input for which the model has no solution."""
 
 
 class UnknownName(SpiralTrunkError, KeyError):
@@ -53,7 +53,7 @@ class MissingPackage(SpiralTrunkError, ImportError):
 
 
 class TakeError(SpiralTrunkError, ValueError):
-    """A recording or a protocol that cannot be used: where in the file, what was found and what is allowed."""
+    """A recording or a protocol that cannot be used: place in the file, what was found and what is allowed."""
 
     def __init__(self, message: str, *, file: str = "", line: int | None = None, column: int | None = None) -> None:
         self.file = file
@@ -66,18 +66,18 @@ class TakeError(SpiralTrunkError, ValueError):
 
 
 class SurveyError(SpiralTrunkError, ValueError):
-    """A folder that holds another survey than the one that is asked for."""
+    """A folder that holds another survey than the requested one."""
 
 
 class PartError(SpiralTrunkError, ValueError):
-    """A part that cannot be made as asked: which, where and by how much."""
+    """A part that cannot be manufactured: which, where and by how much."""
 
 
 class RunError(SpiralTrunkError, RuntimeError):
     """A run that cannot start or cannot go on."""
 
 
-def tell(value: object, most: int = 80) -> str:
-    """What was given, in one short line."""
+def describe(value: object, most: int = 80) -> str:
+    """The value's `repr` on one line, of at most ``most`` characters."""
     text = " ".join(repr(value).split())
     return text if len(text) <= most else f"{text[: most // 2 - 3]}...{text[-most // 2 :]}"

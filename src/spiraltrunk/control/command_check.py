@@ -9,7 +9,7 @@ import numpy as np
 
 from spiraltrunk.checks import read_array, read_numbers
 from spiraltrunk.control.messages import Command
-from spiraltrunk.errors import RunError, tell
+from spiraltrunk.errors import RunError, describe
 
 FARTHEST = 100.0
 """Largest coordinate of a position, and most cable to pay out, that a command may ask for [m]."""
@@ -31,7 +31,7 @@ def read_command(command: Command, n_cable: int) -> Command:
         RunError: where a value is not a number, not finite or of another shape, or the frame is not a rigid transform.
     """
     if not isinstance(command, Command):
-        raise RunError(f"command is {tell(command)}; allowed: a Command")
+        raise RunError(f"command is {describe(command)}; allowed: a Command")
     given = command.T_world_base, command.cable_tension, command.cable_pull, command.gripper
     frame = read_numbers("command.T_world_base", given[0], shape=(4, 4), error=RunError)
     _check_frame(frame)
@@ -50,7 +50,7 @@ def _read_pull(value: np.ndarray, n_cable: int) -> np.ndarray:
     pull = read_array("command.cable_pull", value, (n_cable,), error=RunError)
     if not all(length > -FARTHEST for length in pull.tolist()):
         allowed = f"metres above -{FARTHEST:g}, or infinity for no bound"
-        raise RunError(f"command.cable_pull is {tell(value)}; allowed: {allowed}")
+        raise RunError(f"command.cable_pull is {describe(value)}; allowed: {allowed}")
     return pull
 
 

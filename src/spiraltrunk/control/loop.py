@@ -11,7 +11,7 @@ from typing import Any, final
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
-from spiraltrunk.errors import RunError, tell
+from spiraltrunk.errors import RunError, describe
 
 LONGEST = 300.0
 """Time after which a run that has not ended is stopped [s]."""
@@ -63,7 +63,7 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
     allowed = "a Strategy, such as spiraltrunk.strategies.get('wrap-vertical')"
     _check_has("strategy", strategy, ("init", "step", "status"), allowed)
     if watch is not None and not callable(watch):
-        raise RunError(f"watch is {tell(watch)}; allowed: a function of an observation and a status")
+        raise RunError(f"watch is {describe(watch)}; allowed: a function of an observation and a status")
     observation = _seen(plant.reset(), "reset")
     began = perf_counter()
     state = strategy.init(observation)
@@ -94,24 +94,24 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
 
 def _seen(value: Observation, call: str) -> Observation:
     if not isinstance(getattr(value, "time", None), Real):
-        raise RunError(f"plant.{call} returned {tell(value)}; allowed: an Observation")
+        raise RunError(f"plant.{call} returned {describe(value)}; allowed: an Observation")
     return value
 
 
 def _decided(value: tuple[Any, Command]) -> tuple[Any, Command]:
     if not (isinstance(value, tuple) and len(value) == 2):
-        raise RunError(f"strategy.step returned {tell(value)}; allowed: a pair of what to remember and a Command")
+        raise RunError(f"strategy.step returned {describe(value)}; allowed: a pair of what to remember and a Command")
     return value
 
 
 def _told(value: Status) -> Status:
     if not isinstance(value, Status):
-        raise RunError(f"strategy.status returned {tell(value)}; allowed: a Status")
+        raise RunError(f"strategy.status returned {describe(value)}; allowed: a Status")
     if not isinstance(value.milestone, Milestone | None):
-        raise RunError(f"status.milestone is {tell(value.milestone)}; allowed: a Milestone, or None")
+        raise RunError(f"status.milestone is {describe(value.milestone)}; allowed: a Milestone, or None")
     return value
 
 
 def _check_has(name: str, value: object, methods: tuple[str, ...], allowed: str) -> None:
     if isinstance(value, type) or not all(callable(getattr(value, method, None)) for method in methods):
-        raise RunError(f"{name} is {tell(value)}; allowed: {allowed}")
+        raise RunError(f"{name} is {describe(value)}; allowed: {allowed}")

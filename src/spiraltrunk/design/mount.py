@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.checks import check_number, check_numbers, check_text
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 
 @final
@@ -65,7 +65,7 @@ class ArmDesign:
         if self.home is not None:
             check_numbers("arm.home", self.home)
             if not 1 <= len(self.home) <= 32:
-                raise DesignError("arm.home", got=Words(f"{len(self.home)} numbers"), allowed="1 to 32 numbers")
+                raise DesignError("arm.home", got=Unquoted(f"{len(self.home)} numbers"), allowed="1 to 32 numbers")
 
     @property
     def is_file(self) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.checks import check_number, check_numbers
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 
 @final
@@ -58,7 +58,7 @@ class CableDesign:
     def __post_init__(self) -> None:
         check_numbers("cable.angles", self.angles)
         if not 2 <= len(self.angles) <= 12:
-            raise DesignError("cable.angles", got=Words(f"{len(self.angles)} cables"), allowed="2 to 12 cables")
+            raise DesignError("cable.angles", got=Unquoted(f"{len(self.angles)} cables"), allowed="2 to 12 cables")
         turns = sorted(angle % (2 * math.pi) for angle in self.angles)
         gaps = [b - a for a, b in zip(turns, [*turns[1:], turns[0] + 2 * math.pi], strict=True)]
         if min(gaps) < math.radians(5.0):

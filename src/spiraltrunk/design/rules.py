@@ -16,7 +16,7 @@ from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign
 from spiraltrunk.design.spiral import Spiral, radius
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
@@ -166,7 +166,7 @@ def _check_room(section: float, joint: float) -> None:
     """Refuse a first section that is no longer than its joint, both in [m]."""
     if section <= joint:
         allowed = f"longer than its joint, {1e3 * joint:.3g} mm: fewer sections, each of a wider angle"
-        raise DesignError("length of section 1", got=Words(f"{1e3 * section:.3g} mm"), allowed=allowed)
+        raise DesignError("length of section 1", got=Unquoted(f"{1e3 * section:.3g} mm"), allowed=allowed)
 
 
 def _count_sections(delta_theta: float, turns: float) -> int:
@@ -180,5 +180,5 @@ def _count_sections(delta_theta: float, turns: float) -> int:
         few = max(math.floor(exact), math.floor(total / 90 * (1 + 1e-9)) + 1)  # Below 90 deg also as it is printed.
         near = ", ".join(f"{total / n:.9g} deg ({n} sections)" for n in (few, few + 1) if n <= _MOST_SECTIONS)
         allowed = f"an angle that divides {total:g} deg into whole sections, such as {near}"
-        raise DesignError("delta_theta", got=Words(f"{math.degrees(delta_theta):g} deg"), allowed=allowed)
+        raise DesignError("delta_theta", got=Unquoted(f"{math.degrees(delta_theta):g} deg"), allowed=allowed)
     return n_section

@@ -18,7 +18,7 @@ from spiraltrunk.design.mount import ArmDesign, HousingDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 _EXACT = Context(prec=60, traps=[])
 
@@ -127,7 +127,7 @@ def read_value(name: str, value: object, key: Key) -> object:
         return tuple(_to_si(f"{name}[{i}]", item, key.unit) for i, item in enumerate(value))
     if type(value) is {Kind.TEXT: str, Kind.COUNT: int}.get(key.kind):
         return value
-    raise DesignError(name, got=describe(value), allowed=key.kind.value)
+    raise DesignError(name, got=describe_toml(value), allowed=key.kind.value)
 
 
 def format_value(value: object, key: Key) -> str:
@@ -141,19 +141,19 @@ def format_value(value: object, key: Key) -> str:
     return _from_si(float(value), key.unit)  # type: ignore[arg-type]
 
 
-def describe(value: object) -> object:
+def describe_toml(value: object) -> object:
     """A parsed TOML value for an error message: as TOML spells it, of tables and arrays the kind alone."""
     if isinstance(value, dict):
-        return Words("a table")
+        return Unquoted("a table")
     if isinstance(value, list):
-        return Words(f"an array of {len(value)}")
-    return value if isinstance(value, str) else Words(str(value).lower())
+        return Unquoted(f"an array of {len(value)}")
+    return value if isinstance(value, str) else Unquoted(str(value).lower())
 
 
 def spell(error: DesignError, name: str, unit: Decimal, typed: object) -> DesignError:
     """The error about a field in SI, in the name, the unit and the value that were typed."""
     allowed = error.allowed.in_unit(float(unit)) if isinstance(error.allowed, Range) else error.allowed
-    return DesignError(name, got=error.got if isinstance(error.got, Words) else typed, allowed=allowed)
+    return DesignError(name, got=error.got if isinstance(error.got, Unquoted) else typed, allowed=allowed)
 
 
 def find_key(field: str) -> tuple[str, Key] | None:
@@ -170,7 +170,7 @@ def _to_si(name: str, value: object, unit: Decimal) -> float:
     is_number = isinstance(value, (Decimal, int)) and not isinstance(value, bool)
     number = float(_EXACT.multiply(Decimal(value), unit)) if is_number else math.nan  # type: ignore[arg-type]
     if not math.isfinite(number):
-        raise DesignError(name, got=describe(value), allowed=Kind.NUMBER.value)
+        raise DesignError(name, got=describe_toml(value), allowed=Kind.NUMBER.value)
     return number
 
 

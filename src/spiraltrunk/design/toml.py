@@ -16,10 +16,10 @@ from typing import Any
 from spiraltrunk.checks import check_type
 from spiraltrunk.design import presets
 from spiraltrunk.design.rules import compactness
-from spiraltrunk.design.schema import TABLES, describe, find_key, format_value, read_value, spell
+from spiraltrunk.design.schema import TABLES, describe_toml, find_key, format_value, read_value, spell
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.files.atomic import write_file
 
 SCHEMA = 1
@@ -113,14 +113,14 @@ def _as_typed(error: DesignError) -> DesignError:
     if found is None:
         return error
     table, key = found
-    got = Words(format_value(error.got, key)) if isinstance(error.got, (float, int, tuple)) else error.got
+    got = Unquoted(format_value(error.got, key)) if isinstance(error.got, (float, int, tuple)) else error.got
     return spell(error, f"{_dotted(table, key.name)}{bracket}{index}", key.unit, got)
 
 
 def _assemble(document: dict[str, Any]) -> TrunkDesign:
     schema = document.pop("schema", SCHEMA)
     if schema != SCHEMA:
-        raise DesignError("schema", got=describe(schema), allowed=str(SCHEMA))
+        raise DesignError("schema", got=describe_toml(schema), allowed=str(SCHEMA))
     top = _read_table("", {name: value for name, value in document.items() if name not in _PARTS})
     spiral = _read_table("spiral", document.get("spiral", {}))
     trunk: dict[str, Any] = {"gripper": None, **top[TrunkDesign], **spiral.get(TrunkDesign, {})}
@@ -138,16 +138,16 @@ def _read_table(table: str, content: object) -> dict[type, dict[str, Any]]:
     keys = {key.name: key for key in TABLES[table]}
     known = ", ".join([*keys] if table else ["schema", *keys, *(f"[{part}]" for part in _PARTS)])
     if not isinstance(content, dict):
-        raise DesignError(table, got=describe(content), allowed=f"a table with the keys {known}")
+        raise DesignError(table, got=describe_toml(content), allowed=f"a table with the keys {known}")
     for name in content:
         if name not in keys:
-            raise DesignError(_dotted(table, name), got=describe(content[name]), allowed=f"only the keys {known}")
+            raise DesignError(_dotted(table, name), got=describe_toml(content[name]), allowed=f"only the keys {known}")
     values: dict[type, dict[str, Any]] = {}
     for name, key in keys.items():
         if name in content:
             values.setdefault(key.owner, {})[key.field] = read_value(_dotted(table, name), content[name], key)
         elif key.is_required:
-            raise DesignError(_dotted(table, name), got=Words("missing"), allowed=key.kind.value)
+            raise DesignError(_dotted(table, name), got=Unquoted("missing"), allowed=key.kind.value)
     return values
 
 

@@ -20,7 +20,7 @@ from spiraltrunk.design.mount import ArmDesign, HousingDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
 from spiraltrunk.design.section import SectionSolid
 from spiraltrunk.design.spiral import Spiral, arc_length, chord, radius
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 _LEAST_TIP_WIDTH = 1e-5
 """Thinnest tip that a design may have [m] (ours: a tenth of a hair; what is thinner is a slip of the pen)."""
@@ -87,7 +87,7 @@ class TrunkDesign:
             ("mass.sections", self.mass.sections, self.n_section),
         ):
             if values is not None and len(values) != count:
-                raise DesignError(name, got=Words(f"{len(values)} numbers"), allowed=f"{count} numbers")
+                raise DesignError(name, got=Unquoted(f"{len(values)} numbers"), allowed=f"{count} numbers")
 
     # The spiral cut into sections.
 

@@ -12,7 +12,7 @@ from xml.etree import ElementTree as ET
 import mujoco
 import numpy as np
 
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 BETWEEN_MASS, BETWEEN_INERTIA = 1e-7, 1e-10
 """Mass [kg] and moment of inertia [kg m^2] of a link between two hinges of one body."""
@@ -87,7 +87,7 @@ def _add_joint(
     kinds = {mujoco.mjtJoint.mjJNT_HINGE: "revolute", mujoco.mjtJoint.mjJNT_SLIDE: "prismatic"}
     kind = kinds.get(mujoco.mjtJoint(int(model.jnt_type[j])))
     if kind is None:
-        raise DesignError("arm.model", got=Words("with a ball or free joint"), allowed="hinges and slides, for URDF")
+        raise DesignError("arm.model", got=Unquoted("with a ball or free joint"), allowed="hinges and slides, for URDF")
     is_limited = bool(model.jnt_limited[j])
     joint = ET.SubElement(robot, "joint", name=_plain(model.joint(j).name), type=kind)
     _add_ends(joint, ends, origin)

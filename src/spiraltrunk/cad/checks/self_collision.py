@@ -16,7 +16,7 @@ import numpy as np
 
 from spiraltrunk.design.spiral import radius
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 TOUCH = 1e-4
 """Overlap that counts as contact [m]: the accuracy of a printer."""
@@ -55,7 +55,7 @@ def check_curl(design: TrunkDesign) -> Overlap:
         raise DesignError(
             f"part trunk: overlap of sections {first} and {second} with all joints bent "
             f"{math.degrees(design.joint_limit):.4g} deg",
-            got=Words(f"{1e3 * worst.depth:.2f} mm"),
+            got=Unquoted(f"{1e3 * worst.depth:.2f} mm"),
             allowed=f"at most {1e3 * allowed:.2f} mm: a k of (1 + exp(-2 pi b)) / 2 or less",
         )  # fmt: skip
     return worst

@@ -11,7 +11,7 @@ from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
 from spiraltrunk.cad.geometry.csg import polar
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 FOOT, FOOT_WIDE = 5.0, 10.0
 """Thickness and overhang of the neck's foot [mm] (ours)."""
@@ -105,5 +105,5 @@ def foot_angles(design: TrunkDesign) -> tuple[float, ...]:
 def too_small(name: str, got: float, least: float, why: str) -> DesignError:
     """The error for a dimension that is too small."""
     return DesignError(
-        f"part housing: {name}", got=Words(f"{got:.1f} mm"), allowed=f"at least {least:.1f} mm, for {why}"
+        f"part housing: {name}", got=Unquoted(f"{got:.1f} mm"), allowed=f"at least {least:.1f} mm, for {why}"
     )

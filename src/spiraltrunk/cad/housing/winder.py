@@ -11,7 +11,7 @@ from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar,
 from spiraltrunk.cad.geometry.part import PLA, Part
 from spiraltrunk.cad.trunk.gripper import strand_travel
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 DEAD_TURNS = 2.0
 """Turns that stay on a drum to unload the knot (ours)."""
@@ -72,12 +72,12 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
     least = motor.rotor_circle / 2 + ROTOR_SCREW / 2 + options.wall
     if radius < 5.0:
         raise DesignError(
-            "part drum: radius", got=Words(f"{radius:.2f} mm"),
+            "part drum: radius", got=Unquoted(f"{radius:.2f} mm"),
             allowed="at least 5 mm: the cable holes at the base lie too near to the motors' axes; take another base",
         )  # fmt: skip
     if motor.torque / (1e-3 * radius) < design.cable.tension_max:
         raise DesignError(
-            "part drum: tension", got=Words(f"{motor.torque / (1e-3 * radius):.0f} N at most on {radius:.1f} mm"),
+            "part drum: tension", got=Unquoted(f"{motor.torque / (1e-3 * radius):.0f} N at most on {radius:.1f} mm"),
             allowed=f"at least cable.tension_max_n, {design.cable.tension_max:g} N: a stronger motor or less tension",
         )  # fmt: skip
     travel_in = 1e3 * design.cable_stroke

@@ -17,7 +17,7 @@ from spiraltrunk.cad.geometry.part import TPU, Part
 from spiraltrunk.cad.trunk.gripper_socket import TipSeat, build_tenon, find_seat
 from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 STRAND = 0.6
 """Diameter of a strand's hole over that of a cable's [-]; a cable is unbraided into one strand a finger (ours)."""
@@ -176,12 +176,12 @@ def _check_room(design: GripperDesign, finger: Finger) -> None:
         rim = length - finger.reach(j) * sum(finger.slopes)
         if rim < 0.05 * length:
             raise DesignError(
-                f"part gripper, phalanx {j + 1}: length of its outer surface", got=Words(f"{rim:.2f} mm"),
+                f"part gripper, phalanx {j + 1}: length of its outer surface", got=Unquoted(f"{rim:.2f} mm"),
                 allowed=f"at least {0.05 * length:.2f} mm: a longer gripper.finger_length_mm or a narrower finger",
             )  # fmt: skip
     apart = 2e3 * design.mount_radius * math.sin(math.pi / design.n_finger)
     if apart < 2 * finger.reach(0):
         raise DesignError(
-            "part gripper: distance between fingers", got=Words(f"{apart:.2f} mm"),
+            "part gripper: distance between fingers", got=Unquoted(f"{apart:.2f} mm"),
             allowed=f"at least {2 * finger.reach(0):.2f} mm, with their cable beads: a larger gripper.mount_radius_mm",
         )  # fmt: skip

@@ -12,7 +12,7 @@ from typing import final
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Form, Revolved, rod
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 LUG_ARC, ENTRY_ARC = math.radians(50.0), math.radians(60.0)
 """Angles of a lug and of its entry slot [rad]."""
@@ -109,7 +109,7 @@ def _sector(inner: float, outer: float, heights: tuple[float, float], angles: tu
 def _check_room(design: TrunkDesign, seat: TipSeat, options: MakeOptions) -> None:
     if seat.bore < options.hole / 2:
         raise DesignError(
-            "part gripper: radius of the hole in its tenon", got=Words(f"{seat.bore:.2f} mm"),
+            "part gripper: radius of the hole in its tenon", got=Unquoted(f"{seat.bore:.2f} mm"),
             allowed=f"at least {options.hole / 2:.2f} mm: a wider tip, a finer --nozzle-mm or no [gripper]",
         )  # fmt: skip
     solid, scale = design.solid, 1e3 * float(design.scale[-1])
@@ -117,6 +117,6 @@ def _check_room(design: TrunkDesign, seat: TipSeat, options: MakeOptions) -> Non
     left = scale * solid.length - seat.plate - seat.depth - cone
     if left < options.wall:
         raise DesignError(
-            f"part trunk, section {design.n_section}: floor under the gripper's socket", got=Words(f"{left:.2f} mm"),
+            f"part trunk, section {design.n_section}: floor under the gripper's socket", got=Unquoted(f"{left:.2f} mm"),
             allowed=f"at least {options.wall:.2f} mm: a longer tip section, a finer --nozzle-mm or no [gripper]",
         )  # fmt: skip

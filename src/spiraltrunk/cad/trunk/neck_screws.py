@@ -13,7 +13,7 @@ from typing import final
 from spiraltrunk.cad.components.fasteners import M4, THREADS, Bolt, hexagon, pick_length
 from spiraltrunk.cad.geometry.csg import Form, polar, rod
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 NECK_WALL = 4.0
 """Thickness of the neck's wall and funnel [mm] (ours)."""
@@ -56,7 +56,7 @@ def find_neck_screw(design: TrunkDesign) -> NeckScrew:
     least = ring * t1 - seat + 3.0 + _THREAD.nut + _BEYOND
     if length is None or length < least:
         raise DesignError(
-            "part neck: screws into section 1", got=Words(f"{end - seat:.1f} mm long at most"),
+            "part neck: screws into section 1", got=Unquoted(f"{end - seat:.1f} mm long at most"),
             allowed=f"at least {least:.1f} mm: a longer section 1, from a larger base",
         )  # fmt: skip
     return NeckScrew(ring=ring, seat=seat, length=length, nut=seat + length - _BEYOND - _THREAD.nut)

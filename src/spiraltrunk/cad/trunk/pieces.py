@@ -19,7 +19,7 @@ from spiraltrunk.cad.trunk.gripper_socket import add_socket
 from spiraltrunk.cad.trunk.neck_screws import cut_neck_screws
 from spiraltrunk.cad.trunk.pins import find_pins
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 LEAST_PIECE = 8.0
 """Least height of a piece of the trunk [mm] (ours)."""
@@ -107,7 +107,7 @@ def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]
     width = 2e3 * float(design.section_radius[0])
     if width > min(x, y):
         raise DesignError(
-            "trunk", got=Words(f"{width:.1f} mm wide at section 1"),
+            "trunk", got=Unquoted(f"{width:.1f} mm wide at section 1"),
             allowed=f"at most {min(x, y):g} mm, the bed: a larger --bed-mm or a narrower base",
         )  # fmt: skip
     bottom = float(body.profile[0][1])
@@ -121,7 +121,7 @@ def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]
         if all(LEAST_PIECE < high - low <= tall for low, high in pairwise(ends)):
             return cuts
     raise DesignError(
-        "trunk", got=Words(f"no set of sections that each fit {tall:g} mm"),
+        "trunk", got=Unquoted(f"no set of sections that each fit {tall:g} mm"),
         allowed="a bed at least as high as two sections: a larger --bed-mm Z",
     )  # fmt: skip
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import Typed, add_parser, read_number, read_text
 from spiraltrunk.cli.output import DONE, Answer, UsageError, check_folder, format_json, quote
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 
 if TYPE_CHECKING:
     from spiraltrunk.design import TrunkDesign
@@ -88,7 +88,7 @@ def _design_from(wishes: dict[str, Typed]) -> TrunkDesign:
             raise UsageError(f"{_retype(wishes)}: {error}") from None
         if error.name not in wishes:
             raise _refuse_turns(wishes["turns"]) from None
-        typed = Words(wishes[error.name].text)
+        typed = Unquoted(wishes[error.name].text)
         raise spell(error, _WISHES[error.name], unit.get(error.name, ONE), typed) from None
 
 
@@ -96,7 +96,7 @@ def _refuse_turns(turns: Typed, angle: float = 30.0) -> DesignError:
     """Turns that leave a rest of a section of the usual angle [deg]."""
     few = math.floor(360 * turns / angle)
     near = " or ".join(f"{n * angle / 360:.9g} ({n} sections)" for n in (few, few + 1))
-    return DesignError("--turns", got=Words(turns.text), allowed=f"whole sections of {angle:g} deg, such as {near}")
+    return DesignError("--turns", got=Unquoted(turns.text), allowed=f"whole sections of {angle:g} deg, such as {near}")
 
 
 def _retype(wishes: dict[str, Typed]) -> str:

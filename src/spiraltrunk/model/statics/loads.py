@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import Range, broadcast_batches, check_count, check_number, check_type, read_numbers
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError, tell
+from spiraltrunk.errors import ModelError, describe
 from spiraltrunk.model.identity_cache import Same
 from spiraltrunk.model.kinematics.cables import PULL_MARGIN
 from spiraltrunk.model.kinematics.shape import Shape
@@ -100,7 +100,7 @@ def read_drive(
     else:
         held = np.array(by_tension)
         if held.shape != (count,) or held.dtype != bool:
-            raise ModelError(f"by_tension is {tell(by_tension)}; allowed: {count} booleans, one per cable")
+            raise ModelError(f"by_tension is {describe(by_tension)}; allowed: {count} booleans, one per cable")
     if pull is None and not all(held.tolist()):
         raise ModelError("pull is missing; allowed: a pull wherever by_tension is False")
     farthest = PULL_MARGIN * design.cable_stroke

@@ -7,7 +7,7 @@ import math
 import mujoco
 
 from spiraltrunk.checks import check_type
-from spiraltrunk.errors import DesignError, UnknownName, Words
+from spiraltrunk.errors import DesignError, UnknownName, Unquoted
 from spiraltrunk.sim.objects.mjcf import load_mjcf_solid
 from spiraltrunk.sim.objects.spec import EXTENTS, MASSES, ObjectSpec, add_object, scaled
 from spiraltrunk.sim.objects.stl import AXES, COLLIDES, UNITS, load_stl_solid
@@ -154,12 +154,12 @@ def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> Object
     if kind == "ring":
         if not values["outer_mm"] > 2 * values["tube_mm"]:
             got, allowed = f"{1e3 * values['outer_mm']:g}", f"more than twice the tube's {1e3 * values['tube_mm']:g}"
-            raise DesignError("object.outer_mm", got=Words(got), allowed=allowed)
+            raise DesignError("object.outer_mm", got=Unquoted(got), allowed=allowed)
         return ObjectSpec(kind=kind, size=(values["tube_mm"], values["outer_mm"], values["outer_mm"]), mass=mass)
     width, neck = values["diameter_mm"], values.get("neck_mm", 0.0)
     if not neck < width:
         got, allowed = f"{1e3 * neck:g}", f"less than the diameter's {1e3 * width:g}"
-        raise DesignError("object.neck_mm", got=Words(got), allowed=allowed)
+        raise DesignError("object.neck_mm", got=Unquoted(got), allowed=allowed)
     return ObjectSpec(kind=kind, size=(values.get("height_mm", width), width, width), mass=mass, neck=neck)
 
 
@@ -180,7 +180,7 @@ def _split_measures(kind: str, text: str) -> dict[str, str]:
         given[name] = value.strip()
     missing = [name for name in _MEASURES[kind] if name not in given]
     if missing:
-        raise DesignError("object", got=Words(f"without {', '.join(missing)}"), allowed=_form(kind))
+        raise DesignError("object", got=Unquoted(f"without {', '.join(missing)}"), allowed=_form(kind))
     return given
 
 
@@ -192,6 +192,6 @@ def _parse_measure(name: str, text: str) -> float:
     except ValueError:
         value = math.nan
     if not allowed.holds(value / 1000.0):
-        got = text if math.isnan(value) else Words(text)
+        got = text if math.isnan(value) else Unquoted(text)
         raise DesignError(f"object.{name}", got=got, allowed=allowed.in_unit(1e-3))
     return value / 1000.0

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.checks import Range, check_number, check_numbers, check_range
-from spiraltrunk.errors import DesignError, UnknownName, Words
+from spiraltrunk.errors import DesignError, UnknownName, Unquoted
 from spiraltrunk.sim.objects.parts import Solid, add_part
 from spiraltrunk.sim.objects.solids import SOLIDS, bottle
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
@@ -85,7 +85,7 @@ class ObjectSpec:
         elif self.neck != 0:
             raise DesignError("object.neck", got=self.neck, allowed="0 for anything but a bottle")
         if isinstance(self.loaded, Solid) != (self.kind in {"mesh", "mjcf"}):
-            got = Words("missing" if self.loaded is None else "given")
+            got = Unquoted("missing" if self.loaded is None else "given")
             raise DesignError("object.loaded", got=got, allowed="a Solid for mesh and mjcf, None for the others")
         if self.loaded is not None and not np.allclose(self.loaded.extents(), self.size, rtol=1e-6, atol=0):
             raise DesignError("object.size", got=self.size, allowed=f"the file's extents {self.loaded.extents()}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spiraltrunk.errors import DesignError, MissingPackage, UnknownName, Words
+from spiraltrunk.errors import DesignError, MissingPackage, UnknownName, Unquoted
 from spiraltrunk.sim.objects.parts import HIDDEN, Part, Solid, compute_turn
 from spiraltrunk.sim.objects.spec import EXTENTS
 
@@ -83,7 +83,7 @@ def read_bytes(path: str, kind: str) -> bytes:
         raise DesignError(f"{kind}:path", got=path, allowed="a file that exists (no comma in its name)")
     if not content:
         allowed = f"a file of 1 byte to {FILE_MOST // 1_000_000} MB"
-        raise DesignError(f"{kind}:path", got=Words(f"{path!r} of {size} bytes"), allowed=allowed)
+        raise DesignError(f"{kind}:path", got=Unquoted(f"{path!r} of {size} bytes"), allowed=allowed)
     return content
 
 
@@ -213,4 +213,4 @@ def _decompose(vertices: np.ndarray, faces: np.ndarray) -> tuple[Part, ...]:
 
 def refusal(path: str, reason: str, allowed: str) -> DesignError:
     """The error for a file that cannot be an object: "the file ... is ``reason``; allowed: ``allowed``"."""
-    return DesignError(f"the file {Path(path).name!r}", got=Words(reason), allowed=allowed)
+    return DesignError(f"the file {Path(path).name!r}", got=Unquoted(reason), allowed=allowed)

@@ -11,7 +11,7 @@ from spiraltrunk.checks import check_type
 from spiraltrunk.control.messages import Goal, Target, Task
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Words
+from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.sim.robot.arm import arm_spec
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 from spiraltrunk.sim.robot.trunk import add_trunk, tune_joint_limits
@@ -90,7 +90,7 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
         model = spec.compile()
     except ValueError as error:
         allowed = f"sizes, masses and places that it builds; it says: {' '.join(str(error).split())[:150]}"
-        raise DesignError("world", got=Words("one that MuJoCo refuses"), allowed=allowed) from None
+        raise DesignError("world", got=Unquoted("one that MuJoCo refuses"), allowed=allowed) from None
     tune_joint_limits(model, design)
     return model
 
