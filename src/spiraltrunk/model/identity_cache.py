@@ -1,4 +1,4 @@
-"""Designs as keys of what is kept for them, told apart by identity."""
+"""Keys of caches that hold what was computed from a design."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from spiraltrunk.design.trunk import TrunkDesign
 
 
 @final
-class Same:
-    """A design as a key: a design's own hash, of all its numbers, takes as long as a solution.
+class IdentityKey:
+    """Cache key of a design by its identity, since hashing all its numbers takes as long as a solution.
 
     Args:
-        design: the design; of two with the same numbers each is prepared by itself.
+        design: the design; two equal designs have two keys.
     """
 
     __slots__ = ("design",)
@@ -24,4 +24,4 @@ class Same:
         return id(self.design)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Same) and self.design is other.design
+        return isinstance(other, IdentityKey) and self.design is other.design

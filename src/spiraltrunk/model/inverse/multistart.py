@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import broadcast_batches, check_count, check_number, check_type, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.identity_cache import Same
+from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.inverse.kernels.multistart import Limits, seek_rows
 from spiraltrunk.model.inverse.kernels.target_residual import Aim
 from spiraltrunk.model.inverse.start_table import Stand, Starts, get_starts
@@ -136,13 +136,13 @@ def find(design: TrunkDesign, scene: Scene, aim: Aim, options: InverseOptions, b
     Returns:
         Shapes with the batch's axes.
     """
-    same, count = Same(design), len(scene.stands)
-    posed, trunk = _keep_posed(same, options) if count == 1 else _pose_tensions(design, count, options)
+    key, count = IdentityKey(design), len(scene.stands)
+    posed, trunk = _keep_posed(key, options) if count == 1 else _pose_tensions(design, count, options)
     base, weights = _read_stands(design, scene)
     problem = Problem(base, weights.direction, weights.factor, weights.moment, *posed)
     solution = equilibrium.make_room(trunk, count)
     for stand, members in _group(scene.stands).items():
-        starts, limits = _keep_starts(same, _near(stand), options)
+        starts, limits = _keep_starts(key, _near(stand), options)
         rows, turn = np.array(members), np.dot(base[members[0]], starts.base.T)
         _seek(rows, limits, (stand.loads is None, trunk, problem, aim, starts.known, turn, solution))
     return equilibrium.read_out(solution, batch)
@@ -161,15 +161,15 @@ def _pose_tensions(design: TrunkDesign, rows: int, options: InverseOptions) -> t
 
 
 @lru_cache(maxsize=64)
-def _keep_posed(same: Same, options: InverseOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
+def _keep_posed(key: IdentityKey, options: InverseOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
     """The same for one target, kept; nothing is written into it."""
-    return _pose_tensions(same.design, 1, options)
+    return _pose_tensions(key.design, 1, options)
 
 
 @lru_cache(maxsize=128)
-def _keep_starts(same: Same, stand: Stand, options: InverseOptions) -> tuple[Starts, Limits]:
+def _keep_starts(key: IdentityKey, stand: Stand, options: InverseOptions) -> tuple[Starts, Limits]:
     """`get_starts`, and how they are used."""
-    starts, length = get_starts(same.design, stand, options.samples, options.statics), same.design.length
+    starts, length = get_starts(key.design, stand, options.samples, options.statics), key.design.length
     return starts, Limits(
         options.tries, options.rounds, options.tolerance, _APART * length, _CLOSE * length,
         3 if options.statics.has_torsion else 2, starts.slack,
@@ -186,7 +186,7 @@ def _read_stands(design: TrunkDesign, scene: Scene) -> tuple[np.ndarray, Fields]
     if len(scene.stands) == 1:
         one = scene.stands[0]
         base, loads = base_orientation(one.theta_0, one.roll)[None], one.loads
-        return base, _own_weight(Same(design)) if loads is None else _read_row(design, loads)
+        return base, _own_weight(IdentityKey(design)) if loads is None else _read_row(design, loads)
     weights = read_fields(design, scene.loads)
     return np.array(base_orientation(scene.theta_0, scene.roll), order="C"), Fields(
         direction=np.array(weights.direction, order="C"), factor=np.array(weights.factor, order="C"),
@@ -195,8 +195,8 @@ def _read_stands(design: TrunkDesign, scene: Scene) -> tuple[np.ndarray, Fields]
 
 
 @lru_cache(maxsize=64)
-def _own_weight(same: Same) -> Fields:
-    return _read_row(same.design, None)
+def _own_weight(key: IdentityKey) -> Fields:
+    return _read_row(key.design, None)
 
 
 def _read_row(design: TrunkDesign, loads: Loads | None) -> Fields:

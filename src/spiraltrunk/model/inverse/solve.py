@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import Range, broadcast_batches, check_count, check_type, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.identity_cache import Same
+from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.inverse.kernels.target_residual import Aim, gap_rows
 from spiraltrunk.model.inverse.multistart import InverseOptions, find, read_scene
 from spiraltrunk.model.inverse.start_table import section_axes
@@ -242,7 +242,7 @@ def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.nda
 def _aim(design: TrunkDesign, **parts: Any) -> Aim:
     """An aim of which all that is not given is left out."""
     rows = len(parts["circle"] if "circle" in parts else parts["point"])
-    return (_keep_no_aim(Same(design)) if rows == 1 else _no_aim(design, rows))._replace(**parts)
+    return (_keep_no_aim(IdentityKey(design)) if rows == 1 else _no_aim(design, rows))._replace(**parts)
 
 
 def _no_aim(design: TrunkDesign, rows: int) -> Aim:
@@ -255,9 +255,9 @@ def _no_aim(design: TrunkDesign, rows: int) -> Aim:
 
 
 @lru_cache(maxsize=64)
-def _keep_no_aim(same: Same) -> Aim:
+def _keep_no_aim(key: IdentityKey) -> Aim:
     """The same for one target, kept; nothing is written into it."""
-    return _no_aim(same.design, 1)
+    return _no_aim(key.design, 1)
 
 
 def _answer(

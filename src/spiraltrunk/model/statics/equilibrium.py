@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import broadcast_batches, check_count, check_number, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.model.identity_cache import Same
+from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.cables import hole_positions
 from spiraltrunk.model.kinematics.frames import base_orientation
@@ -212,12 +212,12 @@ def straight_length(trunk: Trunk) -> np.ndarray:
 
 def get_trunk(design: TrunkDesign, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
     """`build_trunk` and `straight_length`, kept for designs lately used."""
-    return _keep_trunk(Same(design), options)
+    return _keep_trunk(IdentityKey(design), options)
 
 
 @lru_cache(maxsize=64)
-def _keep_trunk(same: Same, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
-    trunk = build_trunk(same.design, options)
+def _keep_trunk(key: IdentityKey, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
+    trunk = build_trunk(key.design, options)
     return trunk, straight_length(trunk)
 
 

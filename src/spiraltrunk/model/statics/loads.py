@@ -13,7 +13,7 @@ from spiraltrunk.checks import Range, broadcast_batches, check_count, check_numb
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, describe
-from spiraltrunk.model.identity_cache import Same
+from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.kinematics.cables import PULL_MARGIN
 from spiraltrunk.model.kinematics.shape import Shape
 
@@ -93,7 +93,7 @@ def read_drive(
         ModelError: where it does not fit the design, is not finite or is out of range.
     """
     if pull is None and tension is None and by_tension is None:
-        return _slack(Same(design))
+        return _slack(IdentityKey(design))
     count, most = design.n_cable, design.cable.tension_max
     if by_tension is None:
         held = np.full(count, pull is None)
@@ -117,7 +117,7 @@ def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
         ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, on no section, or batches do not fit.
     """
     if loads is None:
-        return _own_weight(Same(design))
+        return _own_weight(IdentityKey(design))
     check_type("loads", loads, Loads)
     mass = read_numbers("loads.mass", loads.mass, Range(least=0.0, most=1e3), unit="kg")
     at = _read_section(design, "loads.section", loads.section)
@@ -163,14 +163,14 @@ def check_start(design: TrunkDesign, start: Shape) -> None:
 
 
 @lru_cache(maxsize=64)
-def _slack(same: Same) -> Drive:
-    none = np.zeros(same.design.n_cable)
+def _slack(key: IdentityKey) -> Drive:
+    none = np.zeros(key.design.n_cable)
     return Drive(pull=none, tension=none, by_tension=np.full(none.size, True))
 
 
 @lru_cache(maxsize=64)
-def _own_weight(same: Same) -> Fields:
-    return read_fields(same.design, Loads())
+def _own_weight(key: IdentityKey) -> Fields:
+    return read_fields(key.design, Loads())
 
 
 def _read_cables(name: str, value: ArrayLike, count: int, allowed: Range, unit: str) -> np.ndarray:
