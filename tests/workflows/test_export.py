@@ -66,11 +66,11 @@ def test_every_check_holds(exported, short):
 
 
 def test_a_steps_volume_is_the_parts(exported):
-    from spiraltrunk.cad.geometry.occ import read_step_volume
+    import build123d
 
     folder, result, _ = exported
     for name in ("trunk_1", "gripper", "shell_02", "housing"):
-        volume = 1e-9 * read_step_volume(folder / "parts" / f"{name}.step")
+        volume = 1e-9 * build123d.import_step(folder / "parts" / f"{name}.step").volume
         assert volume == pytest.approx(result["checks"][name]["volume_m3"], rel=1e-6)
 
 

@@ -104,8 +104,7 @@ class Bolt:
 
 def pick_length(most: float) -> float | None:
     """Longest standard length up to ``most``; None where there is none."""
-    fitting = [length for length in LENGTHS if length <= most]
-    return fitting[-1] if fitting else None
+    return max((length for length in LENGTHS if length <= most), default=None)
 
 
 def sink(thread: Thread, hole: float, extra: float = 0.3) -> Form:

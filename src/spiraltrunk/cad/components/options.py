@@ -47,6 +47,16 @@ class Servo:
     turn: float = 90.0
     """Rotation to either side [deg] (paper: 90 deg open, 90 deg closed)."""
 
+    @property
+    def aside(self) -> float:
+        """Offset of the body's middle from the shaft."""
+        return self.length / 2 - self.shaft_offset
+
+    @property
+    def bracket(self) -> float:
+        """Width of its bracket (ours)."""
+        return self.lug_pitch + 8.0
+
 
 @final
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ tip; x is dorsal.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import final
@@ -96,6 +96,11 @@ def rod(radius: float, start: Sequence[float] | np.ndarray, end: Sequence[float]
     length = float(np.linalg.norm(along))
     form = Revolved(profile=((0.0, 0.0), (radius, 0.0), (radius, length), (0.0, length)))
     return Moved(form=form, T=_frame(along / length, start))
+
+
+def rods(radius: float, ring: float, angles: Iterable[float], low: float, high: float) -> list[Form]:
+    """Cylinders along z between two heights, at ``angles`` [rad] on a circle of radius ``ring``."""
+    return [rod(radius, polar(ring, angle, low), polar(ring, angle, high)) for angle in angles]
 
 
 def box(size: Sequence[float], center: Sequence[float]) -> Prism:

@@ -172,13 +172,6 @@ def write_3mf(mesh: Trimesh, path: Path, name: str) -> None:
     model.QueryWriter("3mf").WriteToFile(str(path))
 
 
-def read_step_volume(path: Path) -> float:
-    """Volume of what a STEP file holds [mm^3]."""
-    import build123d as bd
-
-    return float(bd.import_step(str(path)).volume)
-
-
 def _location(T: Any) -> Any:
     import build123d as bd
     from OCP.gp import gp_Trsf
@@ -190,16 +183,12 @@ def _location(T: Any) -> Any:
 
 def _single(result: Any) -> Any:
     """The one solid in a result that may be a list or a compound of one."""
+    import build123d as bd
+
     solids = list(result) if isinstance(result, (list, tuple)) else [result]
     if len(solids) == 1 and len(solids[0].solids()) == 1:
         return solids[0].solids()[0]
-    return solids[0] if len(solids) == 1 else _compound(solids)
-
-
-def _compound(solids: list[Any]) -> Any:
-    import build123d as bd
-
-    return bd.Compound(children=solids)
+    return solids[0] if len(solids) == 1 else bd.Compound(children=solids)
 
 
 def measure_cylinders(solid: Shape[Any], radius: float) -> np.ndarray:

@@ -10,7 +10,7 @@ import math
 
 from spiraltrunk.cad.components.fasteners import M3_INSERT, M4, M4_INSERT, M6, M6_HEAD, THREADS, Bolt, sink
 from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
-from spiraltrunk.cad.geometry.csg import Common, Cut, Form, Revolved, Union, polar, rod, shifted
+from spiraltrunk.cad.geometry.csg import Common, Cut, Revolved, Union, polar, rod, rods, shifted
 from spiraltrunk.cad.geometry.part import PLA, Part
 from spiraltrunk.cad.housing.layout import (
     FOOT,
@@ -52,11 +52,10 @@ def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     ring, tall = flange.pitch_circle / 2, ADAPTER + flange.pilot_height
     profile = ((0.0, 0.0), (outer, 0.0), (outer, ADAPTER), (spigot, ADAPTER), (spigot, tall), (0.0, tall))
     corners = [math.pi / 4 + k * math.pi / 2 for k in range(4)]
-    tools: list[Form] = [rod(M6 / 2, polar(ring, a, -1), polar(ring, a, ADAPTER + 1)) for a in corners]
-    tools += [rod(M6_HEAD / 2, polar(ring, a, -1), polar(ring, a, SPIGOT_SEAT)) for a in corners]
+    tools = [*rods(M6 / 2, ring, corners, -1, ADAPTER + 1), *rods(M6_HEAD / 2, ring, corners, -1, SPIGOT_SEAT)]
     tools.append(rod((flange.dowel + 0.1) / 2, polar(ring, 0, ADAPTER - 6.0), polar(ring, 0, ADAPTER + 1)))
     # It is turned over about x for assembly, so angles change their sign.
-    tools += [rod(M4_INSERT / 2, polar(layout.base, -a, -1), polar(layout.base, -a, 8.0)) for a in layout.bases]
+    tools += rods(M4_INSERT / 2, layout.base, [-a for a in layout.bases], -1, 8.0)
     tools.append(rod(8.0, (0, 0, -1), (0, 0, tall + 1)))
     top = -1e3 * (design.housing.neck_length + design.housing.length)
     part = Part(
@@ -68,27 +67,21 @@ def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
 
 
 def _build_cup(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) -> Part:
-    inner, floor, motor = layout.radius - options.rim, options.plate, options.motor
+    inner, floor = layout.radius - options.rim, options.plate
     cup = Revolved(
         profile=(
             (0.0, 0.0), (layout.radius, 0.0), (layout.radius, layout.height), (inner, layout.height), (inner, floor),
             (0.0, floor),
         )
     )  # fmt: skip
-    posts = [rod(POST, polar(layout.post, a, floor / 2), polar(layout.post, a, layout.height)) for a in layout.posts]
-    tools: list[Form] = [
-        rod(M3_INSERT / 2, polar(layout.post, a, layout.height - 8), polar(layout.post, a, layout.height + 1))
-        for a in layout.posts
-    ]
+    posts = rods(POST, layout.post, layout.posts, floor / 2, layout.height)
+    tools = rods(M3_INSERT / 2, layout.post, layout.posts, layout.height - 8, layout.height + 1)
     for axis in motor_angles(design):
-        center = polar(layout.ring, axis, 0.0)
-        tools.append(rod(8.0, (*center[:2], -1), (*center[:2], floor + 1)))
-        for q in range(4):
-            x, y, _ = polar(motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0)
-            tools.append(rod(M4 / 2, (center[0] + x, center[1] + y, -1), (center[0] + x, center[1] + y, floor + 1)))
-            # Countersunk, as the adapter lies over them.
-            tools.append(shifted(sink(THREADS["M4"], M4), (center[0] + x, center[1] + y, 0.0)))
-    tools += [rod(M4 / 2, polar(layout.base, a, -1), polar(layout.base, a, floor + 1)) for a in layout.bases]
+        tools += rods(8.0, layout.ring, [axis], -1, floor + 1)
+        for x, y in _motor_screws(layout, axis, options):
+            tools.append(rod(M4 / 2, (x, y, -1), (x, y, floor + 1)))
+            tools.append(shifted(sink(THREADS["M4"], M4), (x, y, 0.0)))  # Countersunk, as the adapter lies over them.
+    tools += rods(M4 / 2, layout.base, layout.bases, -1, floor + 1)
     x, y, _ = polar(layout.radius, layout.posts[0] + 0.2, 0)
     tools.append(rod(5.0, (0.8 * x, 0.8 * y, floor + 8), (1.1 * x, 1.1 * y, floor + 8)))
     bottom = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER
@@ -115,18 +108,12 @@ def _build_neck(design: TrunkDesign, layout: HousingLayout, options: MakeOptions
     ring, high = 1e3 * float(design.hole_position[0, 0, 1]), tall + radius * slope + 1.0
     screw = find_neck_screw(design)
     low = tall - NECK_WALL - 1.0
-    tools: list[Form] = [rod(options.hole, polar(ring, a, low), polar(ring, a, high)) for a in design.cable.angles]
-    tools += [rod(M4 / 2, polar(screw.ring, a, low), polar(screw.ring, a, high)) for a in between_cables(design)]
+    tools = rods(options.hole, ring, design.cable.angles, low, high)
+    tools += rods(M4 / 2, screw.ring, between_cables(design), low, high)
     below = Revolved(profile=((0.0, 0.0), (radius, 0.0), (radius, tall + radius * slope), (0.0, tall)))
     seat = tall + screw.seat
-    bosses = [
-        Common(form=rod(BOSS, polar(screw.ring, a, seat), polar(screw.ring, a, high)), other=below)
-        for a in between_cables(design)
-    ]
-    tools += [
-        rod(M4 / 2, polar(foot_circle(design), a, -1), polar(foot_circle(design), a, FOOT + 1))
-        for a in foot_angles(design)
-    ]
+    bosses = [Common(form=boss, other=below) for boss in rods(BOSS, screw.ring, between_cables(design), seat, high)]
+    tools += rods(M4 / 2, foot_circle(design), foot_angles(design), -1, FOOT + 1)
     if design.gripper is not None:
         tools.append(rod(2.5, (0, 0, low), (0, 0, high)))
     return Part(
@@ -134,6 +121,13 @@ def _build_neck(design: TrunkDesign, layout: HousingLayout, options: MakeOptions
         form=Cut(form=Union(forms=(tube, *bosses)), tools=tuple(tools)), at=(0.0, 0.0, -tall),
         thinnest="a thicker neck",
     )  # fmt: skip
+
+
+def _motor_screws(layout: HousingLayout, axis: float, options: MakeOptions) -> list[tuple[float, float]]:
+    """Places (x, y) of the four screws of the motor at the angle ``axis``."""
+    (x, y, _), radius = polar(layout.ring, axis, 0.0), options.motor.floor_circle / 2
+    screws = [polar(radius, axis + math.pi / 4 + q * math.pi / 2, 0.0) for q in range(4)]
+    return [(x + u, y + v) for u, v, _ in screws]
 
 
 def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
@@ -152,14 +146,12 @@ def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
              seat=polar(layout.base, a, floor + options.plate), way=layout.height - options.plate - m4.head_height)
         for a in layout.bases
     ]  # fmt: skip
-    for axis in motor_angles(design):
-        x, y, _ = polar(layout.ring, axis, 0.0)
-        for q in range(4):
-            u, v, _ = polar(options.motor.floor_circle / 2, axis + math.pi / 4 + q * math.pi / 2, 0.0)
-            bolts.append(
-                Bolt(what="motor to housing", parts=("housing",), thread=m4, length=10.0, along=up, is_sunk=True,
-                     seat=(x + u, y + v, floor))
-            )  # fmt: skip
+    bolts += [
+        Bolt(what="motor to housing", parts=("housing",), thread=m4, length=10.0, along=up, is_sunk=True,
+             seat=(*place, floor))
+        for axis in motor_angles(design)
+        for place in _motor_screws(layout, axis, options)
+    ]  # fmt: skip
     bolts += [
         Bolt(what="lid to housing", parts=("lid", "housing"), thread=m3, length=10.0, along=down, is_sunk=True,
              seat=polar(layout.post, a, neck), way=20.0)

@@ -8,7 +8,7 @@ from typing import final
 
 from spiraltrunk.cad.components.fasteners import M3, M4, THREADS, sink
 from spiraltrunk.cad.components.options import MakeOptions
-from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar, rod, shifted, turned
+from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar, rod, rods, shifted, turned
 from spiraltrunk.cad.geometry.part import PLA, Part
 from spiraltrunk.cad.housing.layout import HousingLayout, foot_angles, foot_circle, too_small
 from spiraltrunk.cad.housing.winder import find_drum
@@ -25,19 +25,11 @@ _FORE, _AFT = 7.0, 18.0
 """Reach of the servo from its lugs towards the axis, with gears, and away from it (9 g class)."""
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class Bracket:
-    """Place of the servo's bracket in the lid's frame."""
+def find_bracket(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) -> tuple[float, float]:
+    """Place of the bracket nearest to the axis with the servo clear of cable guides, nuts and posts.
 
-    turn: float
-    """Rotation of the bracket about the axis, 0 towards y [rad]."""
-    away: float
-    """Distance of the bracket's middle from the axis."""
-
-
-def find_bracket(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) -> Bracket:
-    """The bracket nearest to the axis with the servo clear of cable guides, nuts and posts.
+    Returns:
+        Rotation about the axis, 0 towards y [rad], and distance of the bracket's middle from the axis.
 
     Raises:
         DesignError: where there is no room for it.
@@ -45,17 +37,17 @@ def find_bracket(design: TrunkDesign, layout: HousingLayout, options: MakeOption
     ring, foot = 1e3 * float(design.hole_position[0, 0, 1]), foot_circle(design)
     guides = [polar(ring, -a, 0.0) for a in design.cable.angles]
     nuts = [polar(foot, -a, 0.0) for a in foot_angles(design)]
-    aside, nut = _aside(options), THREADS["M4"].flats / math.sqrt(3) + 0.5
+    aside, nut = options.servo.aside, THREADS["M4"].flats / math.sqrt(3) + 0.5
     for away in range(8, int(layout.radius)):
         body = _Box(middle=aside, wide=options.servo.lug_pitch + 5.0, near=away - _FORE, far=away + _AFT)
-        wall = _Box(middle=aside, wide=_width(options), near=away - _DEEP / 2, far=away + _DEEP / 2)
+        wall = _Box(middle=aside, wide=options.servo.bracket, near=away - _DEEP / 2, far=away + _DEEP / 2)
         if max(body.reach, wall.reach) > layout.post - 5.0:
             break
         for step in range(24):
             turn = step * math.pi / 12
             is_clear = all(body.distance(place, turn) >= GUIDE + 0.5 for place in guides)
             if is_clear and all(wall.distance(place, turn) >= nut for place in nuts):
-                return Bracket(turn=turn, away=float(away))
+                return turn, float(away)
     raise too_small(
         "housing.radius_mm", layout.radius, layout.radius + 5.0, "a servo of the 9 g class beside the cables"
     )
@@ -65,20 +57,14 @@ def build_lid(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) 
     """The lid; it is turned over about x for assembly, so angles change their sign."""
     thick = options.plate
     disc = Revolved(profile=((0.0, 0.0), (layout.radius, 0.0), (layout.radius, thick), (0.0, thick)))
-    tools: list[Form] = [
-        rod(M3 / 2, polar(layout.post, -a, -1), polar(layout.post, -a, thick + 1)) for a in layout.posts
-    ]
+    tools = rods(M3 / 2, layout.post, [-a for a in layout.posts], -1, thick + 1)
     # Countersunk, as the neck's foot may lie over them.
     tools += [shifted(sink(THREADS["M3"], M3), polar(layout.post, -a, 0.0)) for a in layout.posts]
-    ring, foot, end = (
-        1e3 * float(design.hole_position[0, 0, 1]),
-        foot_circle(design),
-        thick + layout.height - layout.groove,
-    )
-    forms: list[Form] = [disc]
-    forms += [rod(GUIDE, polar(ring, -a, thick / 2), polar(ring, -a, end)) for a in design.cable.angles]
-    tools += [form for a in design.cable.angles for form in _bore_guide(polar(ring, -a, end), options)]
-    tools += [rod(M4 / 2, polar(foot, -a, -1), polar(foot, -a, thick + 1)) for a in foot_angles(design)]
+    ring, end = 1e3 * float(design.hole_position[0, 0, 1]), thick + layout.height - layout.groove
+    angles = [-a for a in design.cable.angles]
+    forms: list[Form] = [disc, *rods(GUIDE, ring, angles, thick / 2, end)]
+    tools += [form for a in angles for form in _bore_guide(polar(ring, a, end), options)]
+    tools += rods(M4 / 2, foot_circle(design), [-a for a in foot_angles(design)], -1, thick + 1)
     if design.gripper is not None:
         stand, openings = _build_bracket(design, layout, options)
         forms.append(stand)
@@ -103,27 +89,18 @@ def _bore_guide(end: tuple[float, float, float], options: MakeOptions) -> list[F
 
 def _build_bracket(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) -> tuple[Form, list[Form]]:
     """The bracket: a wall, and the cuts of the servo's opening and lugs; the servo's shaft points to the axis."""
-    servo, thick, place = options.servo, options.plate, find_bracket(design, layout, options)
-    middle, aside = thick + _RISE + servo.width / 2, _aside(options)
+    servo, thick, (turn, away) = options.servo, options.plate, find_bracket(design, layout, options)
+    middle, aside = thick + _RISE + servo.width / 2, servo.aside
     tall = middle + servo.width / 2 + _BAR
     room_left = thick + layout.height - layout.groove - find_drum(design, options).height / 2 - 1.0
     if tall > room_left:
         raise too_small("room for the servo between lid and drums", room_left, tall, "a servo of the 9 g class")
-    wall = box((_width(options), _DEEP, tall - thick / 2), (aside, place.away, (tall + thick / 2) / 2))
-    openings: list[Form] = [box((servo.length + 0.4, 3 * _DEEP, servo.width + 0.4), (aside, place.away, middle))]
+    wall = box((servo.bracket, _DEEP, tall - thick / 2), (aside, away, (tall + thick / 2) / 2))
+    openings: list[Form] = [box((servo.length + 0.4, 3 * _DEEP, servo.width + 0.4), (aside, away, middle))]
     for side in (-0.5, 0.5):
         x = aside + side * servo.lug_pitch
-        openings.append(rod(0.9, (x, place.away - _DEEP, middle), (x, place.away + _DEEP, middle)))
-    return turned(wall, "z", place.turn), [turned(form, "z", place.turn) for form in openings]
-
-
-def _width(options: MakeOptions) -> float:
-    return options.servo.lug_pitch + 8.0
-
-
-def _aside(options: MakeOptions) -> float:
-    """Offset of the servo's middle from its shaft, which points to the axis."""
-    return options.servo.length / 2 - options.servo.shaft_offset
+        openings.append(rod(0.9, (x, away - _DEEP, middle), (x, away + _DEEP, middle)))
+    return turned(wall, "z", turn), [turned(form, "z", turn) for form in openings]
 
 
 @final

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
-from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar, rod
+from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar, rod, rods
 from spiraltrunk.cad.geometry.part import PLA, Part
 from spiraltrunk.cad.trunk.gripper import strand_travel
 from spiraltrunk.design.trunk import TrunkDesign
@@ -62,11 +62,9 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
     """
     motor = options.motor
     ring, hole = motor_ring(design, options), 1e3 * float(design.hole_position[0, 0, 1])
-    axes = motor_angles(design)
-    distance = min(
-        math.dist(polar(ring, axis, 0), polar(hole, angle, 0))
-        for axis, angle in zip(axes, _ordered(design), strict=True)
-    )
+    angles = sorted(angle % (2 * math.pi) for angle in design.cable.angles)
+    places = zip(motor_angles(design), angles, strict=True)
+    distance = min(math.dist(polar(ring, axis, 0), polar(hole, angle, 0)) for axis, angle in places)
     rim = motor.rotor_circle / 2 - HEAD  # A key reaches the screws' heads beside the rim.
     radius = min(distance - 2.0, rim - 2.5 * options.cable)
     least = motor.rotor_circle / 2 + ROTOR_SCREW / 2 + options.wall
@@ -102,7 +100,7 @@ def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     )  # fmt: skip
     screws = [math.pi / 4 + k * math.pi / 2 for k in range(4)]
     ring = options.motor.rotor_circle / 2
-    holes = [rod(ROTOR_SCREW / 2, polar(ring, angle, -1), polar(ring, angle, drum.wall + 1)) for angle in screws]
+    holes = rods(ROTOR_SCREW / 2, ring, screws, -1, drum.wall + 1)
     tie: Form = rod(TIE / 2, (0.0, 0.0, drum.wall + TIE), (drum.rim + 1, 0.0, drum.wall + TIE))
     bore = rod(max(2.0, core / 3), (0, 0, -1), (0, 0, drum.height + 1))
     form = Cut(form=Revolved(profile=profile), tools=(bore, *holes, tie))
@@ -155,10 +153,6 @@ def motor_angles(design: TrunkDesign) -> tuple[float, ...]:
     """
     step = 2 * math.pi / design.n_cable
     return tuple(step * (k + 0.5) for k in range(design.n_cable))
-
-
-def _ordered(design: TrunkDesign) -> list[float]:
-    return sorted(angle % (2 * math.pi) for angle in design.cable.angles)
 
 
 def _drum_height(design: TrunkDesign, options: MakeOptions) -> float:

@@ -19,19 +19,16 @@ from spiraltrunk.design.trunk import TrunkDesign
 def format_guide(design: TrunkDesign, made: Sequence[MadePart], options: MakeOptions) -> str:
     """The guide as a Markdown page."""
     groups = {one.part.group for one in made}
-    text = [f"# Building {escape(design.name)}", "", _summary(design), ""]
+    text = [
+        f"# Building {escape(design.name)}", "",
+        f"{design.n_section} sections, {1e3 * design.length:.0f} mm long, {1e3 * design.base_width:.0f} mm wide at "
+        f"the base, {design.n_cable} cables. What was made and what is to be bought is listed in `bom.md`, what it "
+        "looks like is in `pictures`. Dorsal is where cable 1 runs.", "",
+    ]  # fmt: skip
     lines = [step(design, options) if callable(step) else [step] for group, step in _STEPS.items() if group in groups]
     text += [f"{number}. " + "\n   ".join(step) for number, step in enumerate(lines, start=1)]
     text += ["", "Then weigh the sections, shells on, and put what you find into `mass.sections_g` of `trunk.toml`."]
     return "\n".join(text) + "\n"
-
-
-def _summary(design: TrunkDesign) -> str:
-    return (
-        f"{design.n_section} sections, {1e3 * design.length:.0f} mm long, {1e3 * design.base_width:.0f} mm wide at "
-        f"the base, {design.n_cable} cables. What was made and what is to be bought is listed in `bom.md`, what it "
-        "looks like is in `pictures`. Dorsal is where cable 1 runs."
-    )
 
 
 def _print_trunk(design: TrunkDesign, options: MakeOptions) -> list[str]:

@@ -14,7 +14,7 @@ from typing import final
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Common, Cut, Form, Revolved, Union, rod, shifted, turned
 from spiraltrunk.cad.geometry.part import TPU, Part
-from spiraltrunk.cad.trunk.gripper_socket import TipSeat, build_tenon, find_seat
+from spiraltrunk.cad.trunk.gripper_socket import build_tenon, find_seat
 from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
@@ -83,17 +83,20 @@ def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     top = seat.plate - finger.joints[0] * finger.slopes[1]
     widest = max(seat.radius, mount + finger.lever(0) + finger.bead)
     disc = Revolved(profile=((0.0, 0.0), (widest, 0.0), (widest, top), (0.0, top)))
-    bodies, tools = [disc, *build_tenon(seat)], _ways(seat, top, options)
+    bodies, spoke = [disc, *build_tenon(seat)], top - options.wall - options.hole / 2
+    inner, outer = seat.ring - 2.5 * options.cable, seat.ring + 2.5 * options.cable
+    tools: list[Form] = [
+        rod(seat.bore, (0, 0, -seat.lip - seat.lug - 1.0), (0, 0, spoke)),  # Through the tenon up to the spokes.
+        Revolved(profile=((inner, -1.0), (outer, -1.0), (outer, seat.knot), (inner, seat.knot))),  # For knots.
+    ]
     straight = _finger_forms(finger, top - seat.plate)
     for f in range(gripper.n_finger):
         bodies += [turned(shifted(form, (mount, 0, seat.plate)), "z", f * turn) for form in straight]
     holes = [shifted(form, (mount, 0, seat.plate)) for form in _strand_holes(finger)]
-    tools += [
-        turned(form, "z", f * turn)
-        for form in (*holes, *_legs(seat, finger, mount, top, options))
-        for f in range(gripper.n_finger)
-    ]
-    tools += [turned(_spoke(seat, top, widest, options), "z", f * turn) for f in range(gripper.n_finger)]
+    for x in (mount - finger.lever(0), mount + finger.lever(0)):
+        holes.append(rod(finger.strand, (x, 0, spoke), (x, 0, top + 1.0)))
+    holes.append(rod(options.hole / 2, (0.0, 0, spoke), (widest + 1.0, 0, spoke)))  # Strands are threaded through it.
+    tools += [turned(form, "z", f * turn) for form in holes for f in range(gripper.n_finger)]
     form = Cut(form=Union(forms=tuple(bodies)), tools=tuple(tools))
     deep = seat.lip + seat.lug
     at = 1e3 * design.length - seat.plate
@@ -145,30 +148,6 @@ def _strand_holes(finger: Finger) -> list[Form]:
             holes.append(rod(finger.strand, (x, 0, z + lever * t1 - 1.0), (x, 0, z + length - lever * t2 + 0.4)))
         z += length
     return holes
-
-
-def _ways(seat: TipSeat, top: float, options: MakeOptions) -> list[Form]:
-    """The hole through the tenon up to the spokes, and the groove for the knots of the trunk's cables."""
-    inner, outer = seat.ring - 2.5 * options.cable, seat.ring + 2.5 * options.cable
-    groove = Revolved(profile=((inner, -1.0), (outer, -1.0), (outer, seat.knot), (inner, seat.knot)))
-    bore = rod(seat.bore, (0, 0, -seat.lip - seat.lug - 1.0), (0, 0, _spoke_height(top, options)))
-    return [bore, groove]
-
-
-def _spoke(seat: TipSeat, top: float, widest: float, options: MakeOptions) -> Form:
-    """A straight hole from the plate's outside to its middle, through which strands are threaded."""
-    z = _spoke_height(top, options)
-    return rod(options.hole / 2, (0.0, 0, z), (widest + 1.0, 0, z))
-
-
-def _spoke_height(top: float, options: MakeOptions) -> float:
-    return top - options.wall - options.hole / 2
-
-
-def _legs(seat: TipSeat, finger: Finger, mount: float, top: float, options: MakeOptions) -> list[Form]:
-    """Holes from the spoke up to the finger's inner and outer strand."""
-    z, lever = _spoke_height(top, options), finger.lever(0)
-    return [rod(finger.strand, (mount + x, 0, z), (mount + x, 0, top + 1.0)) for x in (-lever, lever)]
 
 
 def _check_room(design: GripperDesign, finger: Finger) -> None:

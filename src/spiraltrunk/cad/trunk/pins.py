@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from spiraltrunk.cad.components.options import MakeOptions
-from spiraltrunk.cad.geometry.csg import Form, polar, rod
+from spiraltrunk.cad.geometry.csg import Form, rods
 from spiraltrunk.cad.trunk.neck_screws import between_cables
 from spiraltrunk.design.trunk import TrunkDesign
 
@@ -50,8 +50,7 @@ class Pin:
         if self.height not in (low, high):
             return []
         deep = self.depth + _SPARE
-        ends = (self.height - deep, self.height + deep)
-        return [rod(self.diameter / 2, polar(self.ring, a, ends[0]), polar(self.ring, a, ends[1])) for a in self.angles]
+        return rods(self.diameter / 2, self.ring, self.angles, self.height - deep, self.height + deep)
 
 
 def find_pins(design: TrunkDesign, body: Body, planes: Sequence[float], options: MakeOptions) -> tuple[Pin, ...]:

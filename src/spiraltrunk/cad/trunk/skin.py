@@ -92,9 +92,9 @@ def _build_mould(n: int, seat: ShellSeat, options: MakeOptions) -> tuple[Part, P
     common = f"of the mould of shell {n + 1}"
     return (
         Part(name=f"mould_core_{n + 1:02d}", group="moulds", what=f"core and floor {common}", material=PLA,
-             form=_raised(core, MOULD_WALL + STEP), at=at, thinnest=hint),
+             form=shifted(core, (0, 0, MOULD_WALL + STEP)), at=at, thinnest=hint),
         Part(name=f"mould_ring_{n + 1:02d}", group="moulds", what=f"ring with ridges {common}", material=PLA,
-             form=_raised(Union(forms=(wall, *ridges)), STEP), at=at, thinnest=hint),
+             form=shifted(Union(forms=(wall, *ridges)), (0, 0, STEP)), at=at, thinnest=hint),
     )  # fmt: skip
 
 
@@ -102,7 +102,3 @@ def _shrunk(seat: ShellSeat, options: MakeOptions) -> ShellSeat:
     """Dimensions of the shell for a seat: a little narrower, so that it grips."""
     inner, half = seat.inner * (1 - options.shell_grip), options.clearance / 2
     return ShellSeat(inner, seat.outer, seat.begin + half, seat.end - half)
-
-
-def _raised(form: Form, by: float) -> Form:
-    return shifted(form, (0, 0, by))
