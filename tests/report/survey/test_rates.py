@@ -11,12 +11,12 @@ from PIL import Image
 
 from spiraltrunk.report.style import write_figure
 from spiraltrunk.report.survey.heatmap import Outcomes, build_heatmap_figure, compute_cells
-from spiraltrunk.report.survey.rates import Rate, build_rates_figure
+from spiraltrunk.report.survey.rates import build_rates_figure
 
-RATES = [
-    Rate(name="wrap-vertical", trials=50, successes=48, low=0.865, high=0.989),
-    Rate(name="kick", trials=0, successes=0, low=0.0, high=1.0),
-]
+RATES = {
+    "wrap-vertical": {"trials": 50, "successes": 48, "low": 0.865, "high": 0.989},
+    "kick": {"trials": 0, "successes": 0, "low": 0.0, "high": 1.0},
+}
 
 
 def build_outcomes(name: str = "wrap-vertical", count: int = 40) -> Outcomes:

@@ -69,10 +69,12 @@ def _draw_space(axes: Any, solids: Solids, lead: np.ndarray) -> None:
 def _draw_side(axes: Axes, solids: Solids, lead: np.ndarray, right: int, depth: tuple[int, int]) -> None:
     """Draw the same in one side view; ``depth`` is the coordinate towards the eye and its sign."""
     from matplotlib.collections import LineCollection, PolyCollection
+    from scipy.spatial import ConvexHull
 
     seen, (toward, sign) = [right, 1], depth
     order = np.argsort(sign * solids.outline[..., toward].mean(axis=(1, 2)))
-    hulls = [_hull(solids.outline[section][..., seen].reshape(-1, 2)) for section in order]
+    rings = [solids.outline[section][..., seen].reshape(-1, 2) for section in order]
+    hulls = [ring[ConvexHull(ring, qhull_options="QJ").vertices] for ring in rings]
     axes.add_collection(PolyCollection(hulls, facecolors=_BODY, edgecolors=_EDGE, alpha=0.45, linewidths=0.6, zorder=1))
     for cable, (line, gaps) in enumerate(zip(solids.cable[..., seen], solids.gaps[..., seen], strict=True)):
         apart = solids.cable[:cable] - solids.cable[cable]
@@ -103,13 +105,6 @@ def _faces(solids: Solids) -> list[tuple[np.ndarray, str]]:
     body = [bands[:, 1], bands[~proximal, 0], bands[~distal, 2]]
     marked = [bands[proximal, 0], bands[distal, 2]]
     return [(np.concatenate(quads).reshape(-1, 4, 3), color) for quads, color in ((body, _BODY), (marked, _SHUT))]
-
-
-def _hull(points: np.ndarray) -> np.ndarray:
-    """Corners of the convex hull of points in the plane, shape (n, 2)."""
-    from scipy.spatial import ConvexHull
-
-    return points[ConvexHull(points, qhull_options="QJ").vertices]
 
 
 def _handles(solids: Solids) -> list[Any]:

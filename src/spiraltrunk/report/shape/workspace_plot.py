@@ -23,13 +23,17 @@ _COLOR_MAP = "viridis"
 
 def build_workspace_figure(workspace: Workspace, *, title: str = "") -> Figure:
     """Tips in space, left, and those near the plane z = 0, right [mm], coloured by the sum of tensions [N]."""
+    from matplotlib.colors import LogNorm
+
     figure = build_figure(8.6, 5.4, title)
     grid = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.0])
     space = figure.add_subplot(grid[0], projection="3d")
     plane = figure.add_subplot(grid[1])
     total = workspace.tension.sum(axis=1)
     order = np.argsort(-total)  # Little tension is drawn last, on top.
-    norm = _norm(total)
+    most = float(total.max(initial=0.0)) or 1.0
+    least = float(total[total > 0].min(initial=most))
+    norm = LogNorm(min(least, 0.5 * most), most, clip=True)
     _add_space(space, workspace, order, norm)
     dots = _add_plane(plane, workspace, order, norm)
     bar = figure.colorbar(dots, ax=plane, shrink=0.85, pad=0.02)
@@ -37,14 +41,6 @@ def build_workspace_figure(workspace: Workspace, *, title: str = "") -> Figure:
     bar.ax.tick_params(labelsize=SMALL, colors=INK)
     bar.outline.set_visible(False)
     return figure
-
-
-def _norm(total: np.ndarray) -> Normalize:
-    from matplotlib.colors import LogNorm
-
-    most = float(total.max(initial=0.0)) or 1.0
-    least = float(total[total > 0].min(initial=most))
-    return LogNorm(min(least, 0.5 * most), most, clip=True)
 
 
 def _add_space(axes: Any, workspace: Workspace, order: np.ndarray, norm: Normalize) -> None:
@@ -68,6 +64,8 @@ def _add_space(axes: Any, workspace: Workspace, order: np.ndarray, norm: Normali
 
 
 def _add_plane(axes: Axes, workspace: Workspace, order: np.ndarray, norm: Normalize) -> PathCollection:
+    from scipy.spatial import ConvexHull
+
     order = order[workspace.in_plane(_SLICE)[order]]
     tip, rest = 1e3 * workspace.tip[order], 1e3 * _from_base(workspace)
     dots = axes.scatter(
@@ -77,7 +75,10 @@ def _add_plane(axes: Axes, workspace: Workspace, order: np.ndarray, norm: Normal
     axes.plot(0, 0, marker="s", color=INK, markersize=6, linestyle="none", label="base")
     circle = 1e3 * workspace.length * np.exp(1j * np.linspace(0, 2 * np.pi, 361))
     axes.plot(circle.real, circle.imag, color=LIMIT, linewidth=1.0, linestyle="--", label="trunk's length")
-    _add_hull(axes, tip[:, :2])
+    if len(tip) > 2:
+        corner = ConvexHull(tip[:, :2], qhull_options="QJ").vertices
+        hull = tip[np.append(corner, corner[0])]
+        axes.plot(hull[:, 0], hull[:, 1], color=COLORS[0], linewidth=1.0, linestyle=":", label="convex hull")
     title = f"Tips within {1e3 * _SLICE / 2:g} mm of the plane z = 0"
     style_axes(axes, "y, up [mm]", xlabel="x, dorsal where it hangs [mm]", title=title)
     axes.set_aspect("equal")
@@ -87,18 +88,6 @@ def _add_plane(axes: Axes, workspace: Workspace, order: np.ndarray, norm: Normal
     axes.locator_params(axis="x", nbins=5)
     add_legend(axes, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2)
     return dots
-
-
-def _add_hull(axes: Axes, tip: np.ndarray) -> None:
-    """Convex hull of the slice; none where the tips lie on a line."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        corner = ConvexHull(tip).vertices
-    except (QhullError, ValueError):
-        return
-    closed = np.append(corner, corner[0])
-    axes.plot(tip[closed, 0], tip[closed, 1], color=COLORS[0], linewidth=1.0, linestyle=":", label="convex hull")
 
 
 def _from_base(workspace: Workspace) -> np.ndarray:

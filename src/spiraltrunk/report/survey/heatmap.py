@@ -117,8 +117,5 @@ def _round_edges(values: np.ndarray) -> np.ndarray:
     if not values.size:
         return np.array([0.0, 1.0])
     edges = np.array(MaxNLocator(nbins=_BINS, steps=[1, 2, 2.5, 5, 10]).tick_values(values.min(), values.max()), float)
-    edges[0], edges[-1] = (
-        min(edges[0], values.min()),
-        max(edges[-1], values.max()),
-    )  # Rounding may leave a value just outside.
+    edges[[0, -1]] = min(edges[0], values.min()), max(edges[-1], values.max())  # Rounding may leave a value outside.
     return edges

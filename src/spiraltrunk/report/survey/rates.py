@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from spiraltrunk.report.style import COLORS, INK, NORMAL, SMALL, build_figure, style_axes
 
@@ -12,37 +11,24 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class Rate:
-    """Success rate of one strategy."""
+def build_rates_figure(rates: Mapping[str, Mapping[str, float]]) -> Figure:
+    """A dot for each rate and a line for its interval [%], the first on top; without trials only the line.
 
-    name: str
-    """Name of the strategy."""
-    trials: int
-    """Number of trials."""
-    successes: int
-    """Number of successful trials."""
-    low: float
-    """Lower end of the 95 % interval [-]."""
-    high: float
-    """Upper end of the 95 % interval [-]."""
-
-
-def build_rates_figure(rates: Sequence[Rate]) -> Figure:
-    """A dot for each rate and a line for its interval [%], the first on top; without trials only the line."""
+    Args:
+        rates: by strategy, ``trials``, ``successes``, and the ends ``low`` and ``high`` of the 95 % interval [-].
+    """
     figure = build_figure(7.6, 1.3 + 0.36 * len(rates), "Trials that succeeded, with intervals of 95 % (Wilson)")
     axes = figure.subplots()
-    for i, rate in enumerate(rates):
-        axes.plot([100 * rate.low, 100 * rate.high], [i, i], color=COLORS[0], lw=4.0, alpha=0.35, solid_capstyle="butt")
-        if rate.trials:
-            axes.plot(100 * rate.successes / rate.trials, i, color=COLORS[0], marker="o", markersize=6)
+    for i, rate in enumerate(rates.values()):
+        ends = [100 * rate["low"], 100 * rate["high"]]
+        axes.plot(ends, [i, i], color=COLORS[0], lw=4.0, alpha=0.35, solid_capstyle="butt")
+        if rate["trials"]:
+            axes.plot(100 * rate["successes"] / rate["trials"], i, color=COLORS[0], marker="o", markersize=6)
         axes.annotate(
-            f"{rate.successes} of {rate.trials}", (1.01, i), xycoords=("axes fraction", "data"), va="center",
+            f"{rate['successes']} of {rate['trials']}", (1.01, i), xycoords=("axes fraction", "data"), va="center",
             fontsize=SMALL, color=INK, annotation_clip=False,
         )  # fmt: skip
     style_axes(axes, xlabel="Rate of success [%]")
-    axes.set_yticks(range(len(rates)), [rate.name for rate in rates], fontsize=NORMAL, color=INK)
-    axes.set_ylim(len(rates) - 0.5, -0.5)
-    axes.set_xlim(-1.5, 101.5)
+    axes.set_yticks(range(len(rates)), list(rates), fontsize=NORMAL, color=INK)
+    axes.set(ylim=(len(rates) - 0.5, -0.5), xlim=(-1.5, 101.5))
     return figure

@@ -33,8 +33,10 @@ def add_joint_bend(axes: Axes, series: Series) -> None:
     """Heat map of the bend of each joint over time, base at the bottom, with the limit on the colour bar [deg]."""
     limit = np.degrees(series.joint_limit)
     bend = np.degrees(series.joint_bend)
+    time = series.time
+    edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])  # Half-way between instants.
     mesh = axes.pcolormesh(
-        _edges(series.time), np.arange(series.n_joint + 1) + 0.5, bend.T, cmap="viridis", rasterized=True,
+        edges, np.arange(series.n_joint + 1) + 0.5, bend.T, cmap="viridis", rasterized=True,
         vmin=min(0.0, float(bend.min())), vmax=max(1.08 * limit, float(bend.max())),
     )  # fmt: skip
     _finish(axes, series, "Joint", is_opaque=True)
@@ -102,9 +104,3 @@ def _finish(axes: Axes, series: Series, ylabel: str, *, is_opaque: bool = False)
 
 def _cable_labels(n_cable: int) -> list[str]:
     return [f"cable {i + 1}" + (" (dorsal)" if i == 0 else "") for i in range(n_cable)]
-
-
-def _edges(time: np.ndarray) -> np.ndarray:
-    """Edges half-way between instants, shape (n + 1,) [s]."""
-    between = (time[1:] + time[:-1]) / 2
-    return np.concatenate([time[:1], between, time[-1:]])

@@ -40,27 +40,22 @@ def write_video(path: str | Path, frames: Iterable[np.ndarray], fps: int = 25) -
 
     Raises:
         ShapeError: where there is no frame.
-        MissingPackage: where PyAV or its H.264 encoder is not installed.
+        MissingPackage: where PyAV has no H.264 encoder.
         OSError: where the file cannot be written.
     """
+    import av
+
     frames = iter(frames)
     first = next(frames, None)
     if first is None:
         raise ShapeError("a video has 0 frames; allowed: at least 1")
-    with atomic_file(path) as draft, _open_video(draft) as container:
+    options = {"movflags": "+faststart"}
+    with atomic_file(path) as draft, av.open(str(draft), "w", format="mp4", options=options) as container:
         stream = _add_stream(container, first.shape, fps)
         for i, frame in enumerate(chain([first], frames)):
             _add_frame(container, stream, frame, i)
         container.mux(stream.encode(None))
     return Path(path)
-
-
-def _open_video(path: Path) -> OutputContainer:
-    try:
-        import av
-    except ImportError:
-        raise MissingPackage("videos need PyAV, which is not installed: pip install av") from None
-    return av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"})
 
 
 def _add_stream(container: OutputContainer, shape: tuple[int, ...], fps: int) -> VideoStream:

@@ -11,7 +11,7 @@ from typing import Any
 import spiraltrunk
 from spiraltrunk.report.style import write_figure
 from spiraltrunk.report.survey.heatmap import Outcomes, build_heatmap_figure
-from spiraltrunk.report.survey.rates import Rate, build_rates_figure
+from spiraltrunk.report.survey.rates import build_rates_figure
 from spiraltrunk.workflows.survey.code_version import compute_source
 from spiraltrunk.workflows.survey.plan import Entry, Plan
 from spiraltrunk.workflows.survey.process_pool import run_jobs
@@ -77,10 +77,7 @@ def write_pictures(result: dict[str, Any], rows: Sequence[Row], rates: Path, hea
     Raises:
         OSError: where a file cannot be written.
     """
-    told = result["strategies"].items()
-    keys = ("trials", "successes", "low", "high")
-    figure = build_rates_figure([Rate(name=name, **{key: counts[key] for key in keys}) for name, counts in told])
-    write_figure(figure, rates)
+    write_figure(build_rates_figure(result["strategies"]), rates)
     outcomes = [
         Outcomes(
             name=name,
@@ -88,7 +85,7 @@ def write_pictures(result: dict[str, Any], rows: Sequence[Row], rates: Path, hea
             mass=[row["mass_kg"] for row in own],
             success=[row["success"] for row in own],
         )
-        for name, _ in told
+        for name in result["strategies"]
         for own in [[row for row in rows if row["strategy"] == name and row["width_m"] is not None]]
     ]
     write_figure(build_heatmap_figure(outcomes), heatmap)
