@@ -7,12 +7,12 @@ depend on its inertia. Cables are pulled together at an even speed. With frictio
 ten times as heavy, and one cable is pulled after the other along soft ramps.
 
 With all three cables pulled against each other many shapes balance, and with friction even more; which is found depends
-on the way there. So the model goes the same way: its trunk creeps (`statics.Creep`) as fast as the simulation's winders
-turn, its joints as much damped; and the simulation, without friction while it moves fast, is damped so much that its
-inertia hardly counts. Told beside it is how many the model finds in one step from the straight trunk, and with friction
-how many in small increments. Without friction it also starts from MuJoCo's rest: where it stays within the claim, its
-forces balance there, and the rest is an equilibrium of the model, be it another than the one it came to. Exits with 1
-where a rest is no such equilibrium, and with 130 when interrupted.
+on the way there. So the model is loaded the same way, quasi-statically (`statics.QuasiStatic`): its winders turn as
+fast as the simulation's, its joints are damped as much; and the simulation, without friction while it moves fast, is
+damped so much that its inertia hardly counts. Told beside it is how many the model finds in one step from the straight
+trunk, and with friction how many in small increments. Without friction it also starts from MuJoCo's rest: where it
+stays within the claim, its forces balance there, and the rest is an equilibrium of the model, be it another than the
+one it came to. Exits with 1 where a rest is no such equilibrium, and with 130 when interrupted.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ SLOW = SettleOptions(
 )  # fmt: skip
 """The same with friction: a trunk that swings, be it from a sudden start or a limit, shakes cables loose."""
 
-CREEP = {
-    kind: statics.Creep(
+QUASI_STATIC = {
+    kind: statics.QuasiStatic(
         damping_time=rig.brake_factor * rig.damping_factor * PAPER.joint.damping_time, pull_speed=rig.pull_speed,
         tension_speed=rig.tension_speed,
     )
@@ -214,7 +214,7 @@ def compare(kind: str, trial: int) -> dict[str, Any]:
     """One case as a row of the table."""
     case = draw_case(kind, trial)
     rest, options = simulate(case)
-    alone = predict(case, replace(options, creep=CREEP[kind]))
+    alone = predict(case, replace(options, quasi_static=QUASI_STATIC[kind]))
     row = case | {
         "simulated": Status(int(rest.shape.status)).name, "solved": Status(int(alone.status)).name,
         "distance_m": distance(alone, rest.shape), "shut": int(rest.shape.is_shut.sum()),

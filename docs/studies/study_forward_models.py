@@ -24,7 +24,7 @@ from draw_forward_models import draw_bending, draw_distance, draw_shapes, draw_t
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.shape import Shape, Status
-from spiraltrunk.model.statics import Creep, StaticsOptions, pull_sequences
+from spiraltrunk.model.statics import QuasiStatic, StaticsOptions, pull_sequences
 from spiraltrunk.report.shape.shape_plot import build_shape_figure
 from spiraltrunk.report.style import write_figure
 
@@ -241,7 +241,9 @@ def _measure_doubts() -> dict[str, float]:
         "holes half as stiff before cables slide": StaticsOptions(hole_stiffness=usual.hole_stiffness / 2),
         "holes twice as stiff": StaticsOptions(hole_stiffness=usual.hole_stiffness * 2),
         "half the increment of load": StaticsOptions(increment=usual.increment / 2),
-        "wound at 5 mm/s, joints damped for 0.04 s": StaticsOptions(creep=Creep(damping_time=0.04, pull_speed=5e-3)),
+        "wound at 5 mm/s, joints damped for 0.04 s": StaticsOptions(
+            quasi_static=QuasiStatic(damping_time=0.04, pull_speed=5e-3)
+        ),
     }
     return {
         name: _round(_distance(shape, _twist(0.1, 0.06, 0.03, ORDERS[0], options)).max(), 2)

@@ -26,7 +26,7 @@ REFUSED = {
         lambda: inverse.curl(PAPER, TIP, 0.1, options=3),
     ],
     "statics is": [lambda: InverseOptions(statics="all")],
-    "creep is": [lambda: StaticsOptions(creep=1.0)],
+    "quasi_static is": [lambda: StaticsOptions(quasi_static=1.0)],
     "tension is": [
         lambda: statics.solve(PAPER, tension="1.0"),
         lambda: statics.solve(PAPER, tension=[[1, 2], [3]]),

@@ -11,7 +11,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError, SpiralTrunkError
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.shape import Status
-from spiraltrunk.model.statics.equilibrium import Creep, Loads, StaticsOptions
+from spiraltrunk.model.statics.equilibrium import Loads, QuasiStatic, StaticsOptions
 
 STRICT = StaticsOptions(tolerance=1e-12)
 TURN = PAPER.n_section * PAPER.delta_theta
@@ -210,9 +210,9 @@ def test_impossible_options_are_refused(field, value):
 
 @pytest.mark.parametrize("field", ["damping_time", "pull_speed", "tension_speed"])
 @pytest.mark.parametrize("value", [0.0, -1.0, math.inf, math.nan])
-def test_impossible_creeps_are_refused(field, value):
-    with pytest.raises(SpiralTrunkError, match=f"creep.{field}"):
-        Creep(**{field: value})
+def test_impossible_quasi_static_loadings_are_refused(field, value):
+    with pytest.raises(SpiralTrunkError, match=f"quasi_static.{field}"):
+        QuasiStatic(**{field: value})
 
 
 def test_torsion_and_hinges_exclude_each_other():

@@ -78,7 +78,7 @@ def compute_starts(design: TrunkDesign, stand: Stand, count: int, options: Stati
         roll=stand.roll,
         loads=stand.loads,
         friction=0.0,
-        options=replace(options, creep=None),
+        options=replace(options, quasi_static=None),
     )
     bend = np.zeros((count, design.n_joint, 3)) if shape.history is None else shape.history.bend
     effort = _CROSSED * (tension / design.cable.tension_max).mean(axis=1)

@@ -32,17 +32,17 @@ from spiraltrunk.model.statics.kernels.batch import NUDGE, Problem, Solution, so
 from spiraltrunk.model.statics.kernels.energy import Trunk
 from spiraltrunk.model.statics.kernels.joint_rotation import VECTOR, Y_FIRST, Z_FIRST
 from spiraltrunk.model.statics.loads import (
-    Creep,
     Drive,
     Fields,
     Loads,
+    QuasiStatic,
     check_start,
     read_angle,
     read_drive,
     read_fields,
 )
 
-__all__ = ["Creep", "Loads", "StaticsOptions", "solve"]
+__all__ = ["Loads", "QuasiStatic", "StaticsOptions", "solve"]
 
 POISSON = 0.48
 """Poisson's ratio of TPU [-]: an assumption, used for torsion alone, whose stiffness is E I / (L (1 + nu))."""
@@ -50,8 +50,8 @@ POISSON = 0.48
 SHUT = 1e-6
 """Length at which a gap counts as shut [m]."""
 
-_SLOWLY = Creep()
-"""How a loading with friction is tried again whose increments did not converge, between two of which it may leap."""
+_FALLBACK = QuasiStatic()
+"""Quasi-static loading, used when incremental loading with friction fails to converge."""
 
 _CHUNK = 16
 """Equilibria that a core solves in a row."""
@@ -60,33 +60,33 @@ _CHUNK = 16
 @final
 @dataclass(frozen=True, kw_only=True)
 class StaticsOptions:
-    """How the trunk is modelled and solved; the defaults are for use."""
+    """Options of the model and the solver."""
 
     has_torsion: bool = False
-    """Whether joints twist too, with G J / L; the paper locks torsion."""
+    """Whether joints also twist, with torsional stiffness G J / L; the paper neglects torsion."""
     has_hinges: bool = False
-    """Whether each joint is two hinges in a row, the order alternating, as in the simulation."""
+    """Whether each joint is two hinges in series, in alternating order, as in the simulation."""
     hole_set_back: float = 0.0
-    """Holes lie this part of the face's half-width behind the face [-], as in the simulation; 0 is the design.
+    """Distance of the holes behind the face over its half-width [-], as in the simulation; 0 is the design.
 
-    Cables rub at the designed holes in either case."""
+    Friction acts at the designed holes in either case."""
     cable_stiffness: float = math.inf
     """Tension per stretch of a cable and its winder [N/m]; infinity is inextensible."""
     increment: float = 5e-3
-    """Largest change of a cable's length that is solved at once where there is friction [m].
+    """Largest change of a cable's length per increment where there is friction [m].
 
-    A trunk that leaps on its way, as some do with several cables pulled, ends elsewhere in smaller ones, centimetres
-    off at the worst: try them where that matters, or let it creep, which takes its own steps."""
+    A trunk that buckles during loading, as some do with several cables pulled, may end up to centimetres elsewhere with
+    smaller increments. Where that matters, try smaller ones or quasi-static loading, which chooses its own steps."""
     tension_increment: float = 2.0
-    """Largest change of a tension that is solved at once where there is friction [N]."""
+    """Largest change of a tension per increment where there is friction [N]."""
     hole_stiffness: float = 5e4
     """Force per slip of a cable at a hole before it slides [N/m]; regularises friction, 1 N before 20 um."""
     tolerance: float = 1e-9
     """Largest moment left at a joint [N m]; ten times that where there is friction."""
-    creep: Creep | None = None
-    """How the trunk is led to its shape; None goes there in one step, or with friction in increments."""
+    quasi_static: QuasiStatic | None = None
+    """Quasi-static loading; None loads in one step, or with friction in increments."""
     steps_most: int = 20_000
-    """Steps after which an increment is given up, or a creep."""
+    """Largest number of solver steps of an increment or of a quasi-static loading."""
 
     def __post_init__(self) -> None:
         check_number("hole_set_back", self.hole_set_back, least=0.0, below=0.5)
@@ -97,8 +97,8 @@ class StaticsOptions:
         check_number("hole_stiffness", self.hole_stiffness, least=1.0, below=1e8)
         check_number("tolerance", self.tolerance, least=1e-12, below=1e-3)
         check_count("steps_most", self.steps_most, least=1, most=10**8)
-        if self.creep is not None:
-            check_type("creep", self.creep, Creep)
+        if self.quasi_static is not None:
+            check_type("quasi_static", self.quasi_static, QuasiStatic)
         if self.has_torsion and self.has_hinges:
             raise ModelError("has_torsion and has_hinges given; allowed: one of them")
 
@@ -138,9 +138,9 @@ def solve(
     paper does, by `pulls.carry_gripper`.
 
     More than one shape may balance, above all with every cable pulled or the trunk upright under a load. Which one is
-    found depends on ``start``; the trunk is led there in one step, in increments where there is friction, or creeps.
-    Loads and base take effect at once. Where every cable is held by length and none stretches, lengths hardly tell how
-    hard they work against each other: give ``cable_stiffness``.
+    found depends on ``start`` and on the loading: in one step, in increments where there is friction, or quasi-static.
+    Loads and base take effect at once. Where every cable is held by length and none stretches, the tensions that act
+    against each other are ill-conditioned: give ``cable_stiffness``.
 
     Returns:
         The shape with its `Forces` and, for a next call, its `History`. Its status is CONVERGED, STALLED where a winder
@@ -170,8 +170,8 @@ def solve(
             "start": () if start is None else start.status.shape,
         }
     )
-    if start is None and (mu > 0 or options.creep is not None):
-        at_once = replace(options, creep=None)
+    if start is None and (mu > 0 or options.quasi_static is not None):
+        at_once = replace(options, quasi_static=None)
         start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=at_once)
     if start is not None:
         check_start(design, start)
@@ -179,8 +179,8 @@ def solve(
     problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
     solution = _start(trunk, drive, batch, start)
     _run(problem, solution, trunk, 3 if options.has_torsion else 2)
-    if mu > 0 and options.creep is None and (solution.status == Status.NOT_CONVERGED).any():
-        options, again = replace(options, creep=_SLOWLY), _start(trunk, drive, batch, start)
+    if mu > 0 and options.quasi_static is None and (solution.status == Status.NOT_CONVERGED).any():
+        options, again = replace(options, quasi_static=_FALLBACK), _start(trunk, drive, batch, start)
         problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
         _run_again(problem, (solution, again), trunk, 3 if options.has_torsion else 2)
     return read_out(solution, batch)
@@ -242,13 +242,13 @@ def _pose(
         begin[:, 0] = _spread(start.gap.sum(axis=-2), batch, 1) - stretch
     far = np.where(drive.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1)
     hard = np.where(drive.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1)
-    increments, motion, creep = np.ones(rows, np.int64), np.zeros((rows, 2)), options.creep
-    if mu > 0 and creep is None:
+    increments, motion, slow = np.ones(rows, np.int64), np.zeros((rows, 2)), options.quasi_static
+    if mu > 0 and slow is None:
         parts = np.maximum(far / options.increment, hard / options.tension_increment)
         increments = np.maximum(np.ceil(parts - 1e-9), 1.0).astype(np.int64)
-    elif creep is not None:
-        motion[:, 0] = np.maximum(far / creep.pull_speed, hard / creep.tension_speed)
-        motion[:, 1] = creep.damping_time
+    elif slow is not None:
+        motion[:, 0] = np.maximum(far / slow.pull_speed, hard / slow.tension_speed)
+        motion[:, 1] = slow.damping_time
     return Problem(
         _spread(base, batch, 2), _spread(fields.direction, batch, 2), _spread(fields.factor, batch, 2),
         _spread(fields.moment, batch, 2), length, begin, increments, tension, motion, drive.by_tension,

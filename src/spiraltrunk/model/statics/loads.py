@@ -38,16 +38,16 @@ class Loads:
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Creep:
-    """How a trunk is led to its shape: winders at an even speed, all arriving together, joints damped, no inertia.
+class QuasiStatic:
+    """Quasi-static loading: winders at constant speeds that arrive together, damped joints, no inertia.
 
-    Of several shapes that balance it ends in the one that this way leads to, as a trunk does that is pulled slowly.
-    Where all cables pull against each other it buckles on its way, and another speed may lead elsewhere. With friction
-    what a hole holds is one step old, of 2000 and more to a loading.
+    Of several equilibria it finds the one that a slowly pulled trunk reaches. Where all cables pull against each other
+    the trunk buckles on the way, and another speed may lead to another equilibrium. With friction the tensions that a
+    hole holds lag by one step, of 2000 and more to a loading.
     """
 
     damping_time: float = 0.04
-    """Damping of the joints over their stiffness [s]; only its product with the speeds counts."""
+    """Damping of the joints over their stiffness [s]; only its product with the speeds matters."""
     pull_speed: float = 0.005
     """Change of a cable's length [m/s]."""
     tension_speed: float = 1.0
@@ -55,7 +55,7 @@ class Creep:
 
     def __post_init__(self) -> None:
         for name in ("damping_time", "pull_speed", "tension_speed"):
-            check_number(f"creep.{name}", getattr(self, name), least=1e-6, below=1e6)
+            check_number(f"quasi_static.{name}", getattr(self, name), least=1e-6, below=1e6)
 
 
 @final
