@@ -22,7 +22,7 @@ def plant(request):
 
 def _arrays(observation):
     values = {field.name: getattr(observation, field.name) for field in fields(observation)}
-    del values["task"], values["look"]
+    del values["task"], values["camera"]
     return values
 
 

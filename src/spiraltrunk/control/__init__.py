@@ -1,14 +1,14 @@
 """Control: the messages between strategy and plant, what each of them is, and the loop that joins them."""
 
 from spiraltrunk.control.loop import RunLog, run
-from spiraltrunk.control.messages import Command, Goal, Look, Observation, Target, Task
+from spiraltrunk.control.messages import CameraObservation, Command, Goal, Observation, Target, Task
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
 
 __all__ = [
+    "CameraObservation",
     "Command",
     "Goal",
-    "Look",
     "Milestone",
     "Observation",
     "Plant",

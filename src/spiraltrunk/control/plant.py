@@ -1,8 +1,8 @@
-"""What simulator and hardware both are: something that takes commands and gives observations.
+"""Plant: the interface of simulator and hardware, which take commands and return observations.
 
-A strategy sees nothing else. An observation holds what the real robot has (motor angles as cable lengths, motor
-currents as tension estimates, arm joints), and the task as it was given; where the object truly is, only a simulator
-knows.
+A strategy sees nothing else. An observation holds the task and what the real robot measures: motor angles as cable
+lengths, motor currents as tension estimates, arm joints. Ground truth, such as the object's pose, is known to the
+simulator only.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from spiraltrunk.control.messages import Command, Observation
 
 
 class Plant(ABC):
-    """A robot with its surroundings, advanced one control period at a time."""
+    """A robot in its environment, advanced one control period at a time."""
 
     @property
     @abstractmethod
@@ -22,12 +22,12 @@ class Plant(ABC):
 
     @abstractmethod
     def reset(self) -> Observation:
-        """Bring everything to the start of the task and return the first observation."""
+        """Restore the initial state of the task and return the first observation."""
 
     @abstractmethod
     def step(self, command: Command) -> Observation:
-        """Carry out a command for one control period and return what is seen then.
+        """Execute a command for one control period and return the observation at its end.
 
         Raises:
-            RunError: where the command is none (`read_command`), or the plant cannot go on.
+            RunError: where the command is invalid (`read_command`), or the plant cannot continue.
         """

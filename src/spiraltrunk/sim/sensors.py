@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.checks import check_count, check_number, check_type
-from spiraltrunk.control.messages import Look
+from spiraltrunk.control.messages import CameraObservation
 
 LOOK_PERIOD = 0.5
 """Time between two looks of the camera [s] (ours)."""
@@ -63,7 +63,7 @@ class Sensors:
         self._rng = np.random.default_rng(self.options.seed)
         self._bias = _draw_in_ball(self._rng) * self.options.look_error * (1 - _JITTER)
         self._bias_turn = float(self._rng.uniform(-1, 1)) * self.options.look_turn
-        self._look: Look | None = None
+        self._look: CameraObservation | None = None
 
     def read_pull(self, pull: np.ndarray) -> np.ndarray:
         """Cable pulled in, as the motors' angles tell it, shape (n_cable,) [m]."""
@@ -78,14 +78,16 @@ class Sensors:
         """Torques of the arm's joints, shape (n_arm,) [N m]."""
         return self._blur(torque, self.options.torque_noise)
 
-    def look(self, time: float, position: np.ndarray, quat_wxyz: np.ndarray) -> Look | None:
+    def look(self, time: float, position: np.ndarray, quat_wxyz: np.ndarray) -> CameraObservation | None:
         """The camera's last look; a new one each LOOK_PERIOD."""
         if not self.options.looks:
             return None
         if self._look is None or time >= self._look.time + LOOK_PERIOD - 1e-9:
             jitter = _draw_in_ball(self._rng) * self.options.look_error * _JITTER
             axis = _rotate(quat_wxyz, np.array([1.0, 0.0, 0.0]))
-            self._look = Look(time=time, position=position + self._bias + jitter, axis=_turn(axis, self._bias_turn))
+            self._look = CameraObservation(
+                time=time, position=position + self._bias + jitter, axis=_turn(axis, self._bias_turn)
+            )
         return self._look
 
     def _blur(self, truth: np.ndarray, deviation: float | np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ def base_directions(observation: Observation) -> tuple[np.ndarray, np.ndarray]:
 
 def seen_position(observation: Observation) -> np.ndarray:
     """Position of the object by the camera, or the announced one where no camera looks, shape (3,) [m]."""
-    return observation.task.target.position if observation.look is None else observation.look.position
+    return observation.task.target.position if observation.camera is None else observation.camera.position
 
 
 def limit_ventral_lead(observation: Observation, lead: float) -> np.ndarray:

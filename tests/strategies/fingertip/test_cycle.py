@@ -10,7 +10,7 @@ import pytest
 
 from spiraltrunk import strategies
 from spiraltrunk.control.loop import run
-from spiraltrunk.control.messages import Goal, Look, Observation, Target, Task
+from spiraltrunk.control.messages import CameraObservation, Goal, Observation, Target, Task
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
@@ -75,14 +75,14 @@ class Hand(Plant):
         self.time = time
         load = 9.81 * self.task.target.mass if self.held is not None else 0.0
         weight = 9.81 * self.task.design.total_mass + load
-        look = Look(time=time - time % 0.5, position=self.place, axis=self.task.target.axis)
+        look = CameraObservation(time=time - time % 0.5, position=self.place, axis=self.task.target.axis)
         if time > 0 and round(time / DT) % 25:
             look = self.look
         self.look = look
         return Observation(
             time=time, task=self.task, T_world_base=T, arm_position=np.zeros(7), arm_velocity=np.zeros(7),
             cable_pull=np.zeros(3), cable_tension=np.zeros(3), base_force=np.array([0, 0, -weight]),
-            base_torque=np.zeros(3), look=look if self.has_camera else None,
+            base_torque=np.zeros(3), camera=look if self.has_camera else None,
         )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.control.loop import run
-from spiraltrunk.control.messages import Command, Look, Observation
+from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.design.presets import PAPER
@@ -73,11 +73,11 @@ class Table(Plant):
 
     def _observe(self, tension):
         if self.looked is None or self.time >= self.looked.time + 0.5 - 1e-9:
-            self.looked = Look(time=self.time, position=self.object.copy(), axis=np.array([0.0, 0.0, 1.0]))
+            self.looked = CameraObservation(time=self.time, position=self.object.copy(), axis=np.array([0.0, 0.0, 1.0]))
         return Observation(
             time=self.time, task=self.task, T_world_base=self.T, arm_position=np.zeros(7), arm_velocity=np.zeros(7),
             cable_pull=np.zeros(3), cable_tension=np.asarray(tension), base_force=np.zeros(3), base_torque=np.zeros(3),
-            look=self.looked,
+            camera=self.looked,
         )  # fmt: skip
 
 
@@ -170,11 +170,15 @@ def test_the_grasp_is_told_where_the_object_is_seen_to_lie():
 def test_an_axis_seen_upside_down_is_told_as_announced_and_a_fallen_object_as_it_lies():
     plant = Table(_task())
     seen = plant.reset()
-    over = replace(seen, look=replace(seen.look, axis=np.array([0.0, 0.0, -1.0]), position=seen.look.position + 0.003))
+    over = replace(
+        seen, camera=replace(seen.camera, axis=np.array([0.0, 0.0, -1.0]), position=seen.camera.position + 0.003)
+    )
     told = task_to_grasp(over).target
     np.testing.assert_allclose(told.axis, [0.0, 0.0, 1.0])
     assert told.position[2] == plant.task.target.position[2]
-    fallen = replace(seen, look=replace(seen.look, axis=np.array([1.0, 0.0, 0.0]), position=np.array([0.5, 0.1, 0.63])))
+    fallen = replace(
+        seen, camera=replace(seen.camera, axis=np.array([1.0, 0.0, 0.0]), position=np.array([0.5, 0.1, 0.63]))
+    )
     told = task_to_grasp(fallen).target
     np.testing.assert_allclose(told.position, [0.5, 0.1, 0.63])
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiraltrunk.control.messages import Look, Observation
+from spiraltrunk.control.messages import CameraObservation, Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
@@ -214,8 +214,8 @@ def test_the_head_rights_what_still_leans_once_the_cables_are_equal(start: tuple
         state, seen = at_the_end_of(start, action, 1.0)
         axis = np.array([0.0, 0.1, 1.0]) / np.sqrt(1.01)
         planned, base = state.sequence.move.rotation, state.sequence.move.position
-        look = Look(time=seen.time, position=base + np.array([0.08, 0.05, -0.3]), axis=axis)
-        state, _ = STRATEGY.step(state, replace(seen, look=look))
+        look = CameraObservation(time=seen.time, position=base + np.array([0.08, 0.05, -0.3]), axis=axis)
+        state, _ = STRATEGY.step(state, replace(seen, camera=look))
         assert state.sequence.move.rotation is not None
         assert planned is not None
         turned[action] = np.abs(state.sequence.move.rotation - planned).max()
@@ -247,10 +247,10 @@ def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(
     assert min(move.duration for move in later if move.action == "let go") == standing_plan.OPEN_TIME
     at = next(i for i, move in enumerate(state.sequence.moves) if move.action == "back off")
     moved = seen.task.target.position + np.array([0.01, -0.02, 0.03])
-    look = Look(time=seen.time, position=moved, axis=seen.task.target.axis)
+    look = CameraObservation(time=seen.time, position=moved, axis=seen.task.target.axis)
     since = seen.time - state.sequence.moves[at].duration
     begun = replace(state, sequence=replace(state.sequence, index=at, since=since))
-    again, _ = STRATEGY.step(begun, replace(seen, look=look))
+    again, _ = STRATEGY.step(begun, replace(seen, camera=look))
     assert again.sequence.move.action == "touch"
     np.testing.assert_allclose(
         again.sequence.move.position - state.sequence.moves[at + 1].position, [0.01, -0.02, 0.0], atol=1e-12

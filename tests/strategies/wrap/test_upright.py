@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from spiraltrunk.control.messages import Look, Observation
+from spiraltrunk.control.messages import CameraObservation, Observation
 from spiraltrunk.design import presets
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
@@ -38,8 +38,8 @@ def leaning(
 ) -> tuple[Observation, np.ndarray]:
     """The object seen beside the base, leaning by the rotation vector ``turn`` [rad], and its axis."""
     axis = Rotation.from_rotvec(turn).apply([0.0, 0.0, 1.0])
-    look = Look(time=seen.time, position=base + np.array([0.08, 0.05, -below]), axis=axis)
-    return replace(seen, look=look), axis
+    look = CameraObservation(time=seen.time, position=base + np.array([0.08, 0.05, -below]), axis=axis)
+    return replace(seen, camera=look), axis
 
 
 @pytest.mark.parametrize("turn", [[0.1, 0.0, 0.0], [-0.2, 0.1, 0.0], [0.0, -0.3, 0.0]])
@@ -49,13 +49,13 @@ def test_it_is_turned_about_itself_until_it_stands(held: tuple[MoveSequence, Obs
     sequence = replace(sequence, index=at)
     now = command_at(sequence, seen.time).T_world_base
     seen, axis = leaning(seen, now[:3, 3], np.array(turn), below=0.3)  # The housing is far above the ground.
-    assert seen.look is not None
+    assert seen.camera is not None
     level, before = carry_upright(sequence, seen, PLANE.ground_gap).moves[at + 1], sequence.moves[at]
     assert level.rotation is not None
     turned = level.rotation @ now[:3, :3].T
     np.testing.assert_allclose(turned @ axis, [0.0, 0.0, 1.0], atol=1e-9)
     np.testing.assert_allclose(np.arccos((np.trace(turned) - 1) / 2), np.linalg.norm(turn), atol=1e-7)
-    np.testing.assert_allclose(level.position - seen.look.position, turned @ (before.position - seen.look.position))
+    np.testing.assert_allclose(level.position - seen.camera.position, turned @ (before.position - seen.camera.position))
 
 
 @pytest.mark.parametrize("turn", [[0.1, 0.0, 0.0], [0.4, 0.0, 0.0], [-0.4, 0.2, 0.0]])
@@ -65,11 +65,11 @@ def test_it_is_set_down_over_its_place_and_the_housing_stays_off_the_ground(
     sequence, seen = held
     base = command_at(sequence, seen.time).T_world_base
     seen, _ = leaning(seen, base[:3, 3], np.array(turn))
-    assert seen.look is not None
+    assert seen.camera is not None
     moves = set_down_upright(sequence, seen, PLANE.ground_gap).moves
     lower = next(move for move in moves if move.action == "lower")
     assert lower.rotation is not None
-    to_base = lower.rotation @ base[:3, :3].T @ (base[:3, 3] - seen.look.position)
+    to_base = lower.rotation @ base[:3, :3].T @ (base[:3, 3] - seen.camera.position)
     np.testing.assert_allclose((lower.position - to_base)[:2], seen.task.goal.place[:2], atol=1e-9)
     tilt = float(np.arccos(-lower.rotation[2, 0]))
     ground = seen.task.goal.ground
@@ -81,6 +81,6 @@ def test_it_is_set_down_over_its_place_and_the_housing_stays_off_the_ground(
 
 def test_without_a_camera_nothing_is_turned(held: tuple[MoveSequence, Observation]) -> None:
     sequence, seen = held
-    blind = replace(seen, look=None)
+    blind = replace(seen, camera=None)
     assert carry_upright(sequence, blind, PLANE.ground_gap) is sequence
     assert set_down_upright(sequence, blind, PLANE.ground_gap) is sequence

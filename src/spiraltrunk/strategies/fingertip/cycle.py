@@ -130,7 +130,7 @@ class TipStrategy(MoveStrategy[TipState]):
 
         Slip shows in a new observation with the object lower under the base that carries it than in those before.
         """
-        now, look, seen = weight(observation), observation.look, state.seen
+        now, look, seen = weight(observation), observation.camera, state.seen
         state = replace(
             state,
             weights=state.weights.with_reading(np.asarray(now)),

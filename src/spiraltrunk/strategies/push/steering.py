@@ -102,7 +102,7 @@ def is_over(state: Steering, observation: Observation, goal: np.ndarray, plan: S
 
     Only a present observation shows whether the trunk slid past the object.
     """
-    look, seen = observation.look, seen_position(observation)
+    look, seen = observation.camera, seen_position(observation)
     is_there = float(np.dot(goal - seen, plan.pose.way)) <= NEAR
     is_fresh = look is None or look.time >= observation.time - _FRESH
     is_past = is_fresh and _gap(state, seen, plan) < -PASSED

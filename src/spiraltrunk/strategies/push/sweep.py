@@ -216,7 +216,7 @@ def task_to_grasp(observation: Observation) -> Task:
     is kept as announced: the height of an object that stands on the ground is better known than observed.
     """
     task, seen = observation.task, seen_position(observation)
-    axis = task.target.axis if observation.look is None else observation.look.axis
+    axis = task.target.axis if observation.camera is None else observation.camera.axis
     along = float(np.dot(axis, task.target.axis))
     if abs(along) > _FALLEN:
         seen = np.array([*seen[:2], task.target.position[2]])
@@ -226,7 +226,7 @@ def task_to_grasp(observation: Observation) -> Task:
 
 def with_task(observation: Observation, task: Task) -> Observation:
     """The observation with another task, the observed axis pointing as in that task."""
-    look = observation.look
+    look = observation.camera
     if look is not None and float(np.dot(look.axis, task.target.axis)) < 0:
         look = replace(look, axis=-look.axis)
-    return replace(observation, task=task, look=look)
+    return replace(observation, task=task, camera=look)

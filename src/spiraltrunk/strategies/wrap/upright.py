@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from spiraltrunk.control.messages import Look, Observation
+from spiraltrunk.control.messages import CameraObservation, Observation
 from spiraltrunk.strategies.moves import Move, MoveSequence, command_at, edit_moves
 from spiraltrunk.strategies.wrap.standing_plan import SINK, housing_sink
 
@@ -18,7 +18,7 @@ def carry_upright(sequence: MoveSequence, observation: Observation, ground_gap: 
 
     Without a camera it stays as it is. The housing keeps half of ``ground_gap`` [m] from the ground.
     """
-    look = observation.look
+    look = observation.camera
     if look is None:
         return sequence
     rotation, to_base = _turn_upright(sequence, observation, look, ground_gap)
@@ -36,7 +36,7 @@ def set_down_upright(sequence: MoveSequence, observation: Observation, ground_ga
 
     Without a camera it stays as it is. The housing keeps half of ``ground_gap`` [m] from the ground.
     """
-    look = observation.look
+    look = observation.camera
     if look is None:
         return sequence
     rotation, to_base = _turn_upright(sequence, observation, look, ground_gap)
@@ -59,7 +59,7 @@ def set_down_upright(sequence: MoveSequence, observation: Observation, ground_ga
 
 
 def _turn_upright(
-    sequence: MoveSequence, observation: Observation, look: Look, ground_gap: float
+    sequence: MoveSequence, observation: Observation, look: CameraObservation, ground_gap: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Orientation of the base at which the object stands, shape (3, 3) [-], and the way from its centre to the base
     [m].
