@@ -169,7 +169,7 @@ def test_each_half_has_its_own_steps_and_all_rests():
     problem = FitProblem(
         design=carry_gripper(PAPER),
         states=states,
-        marker_offset=shapes.seat,
+        marker_offset=shapes.marker_offset,
         measured=np.zeros((*size, 3)),
         count=np.ones(size, int),
     )
@@ -237,7 +237,7 @@ def test_bad_choices_are_refused():
         calibrate(PAPER, unseen, np.ones(2, bool))
     fewer = MeasuredShapes(
         kind=shapes.kind, take=shapes.take, theta_0=shapes.theta_0, pull=shapes.pull, follows=shapes.follows,
-        seat=shapes.seat[:5], points=shapes.points[:, :5], rotation=shapes.rotation[:, :5],
+        marker_offset=shapes.marker_offset[:5], points=shapes.points[:, :5], rotation=shapes.rotation[:, :5],
     )  # fmt: skip
     with pytest.raises(ModelError, match="allowed for this design"):
         calibrate(PAPER, fewer, np.ones(2, bool))

@@ -14,7 +14,7 @@ from spiraltrunk.mocap.protocol.toml import load_protocol
 from spiraltrunk.mocap.recordings.load import load_take
 from spiraltrunk.mocap.session.session import SessionSettings, read_session
 from spiraltrunk.mocap.signal.registration import Alignment
-from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
 from spiraltrunk.workflows.virtual_session.cameras import NAME, FilmOptions, film
 from spiraltrunk.workflows.virtual_session.play import play_by_model, play_simulated
 from spiraltrunk.workflows.virtual_session.printed_trunk import WorldOptions, draw_world, weigh
@@ -51,7 +51,7 @@ def test_files_read_back_as_the_shapes_that_were_played(session):
     protocol = load_protocol(folder / "protocol.toml")
     takes = {run.plan.run.name: [folder / f"{run.plan.run.name}_1.csv"] for run in played}
     shapes = read_session(protocol, takes, SessionSettings(design=PAPER, alignment=Alignment(kind="base")))
-    truth = np.concatenate([place_markers(PAPER, run.ends, compute_seat(PAPER)) for run in played])
+    truth = np.concatenate([place_markers(PAPER, run.ends, compute_marker_offset(PAPER)) for run in played])
     away = np.linalg.norm(shapes.points - truth, axis=-1)
     assert np.isfinite(away).sum() == 6 * 15
     # The base's axes, from three markers at 44 mm and 100 frames, are known to 0.9 mrad: five times that at the tip.

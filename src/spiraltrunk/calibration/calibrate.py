@@ -164,7 +164,7 @@ def calibrate(
     equilibria = predict_statics(calibrated, states, winders)
     plain = predict_statics(trunk, states, Winders(slack=np.zeros(design.n_cable)))
     rmse = [
-        compute_rmse(place_markers(trunk, ends, shapes.seat)[of_shape], shapes.points)
+        compute_rmse(place_markers(trunk, ends, shapes.marker_offset)[of_shape], shapes.points)
         for ends in (equilibria.points, plain.points, predict_reference(trunk, states))
     ]
     fitted, held_out = (
@@ -218,8 +218,8 @@ def _build_problem(
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = total[kept] / count[kept][..., None]
     return FitProblem(
-        design=trunk, states=select_states(states, kept), marker_offset=np.asarray(shapes.seat, float), measured=mean,
-        count=count[kept],
+        design=trunk, states=select_states(states, kept), marker_offset=np.asarray(shapes.marker_offset, float),
+        measured=mean, count=count[kept],
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.session.section_spacing import compute_reach
 from spiraltrunk.mocap.session.session import SessionSettings
 from spiraltrunk.mocap.signal.registration import read_alignment
-from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
 from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
 SECTIONS = (1, 3, 5, 7, 9, 11, 13, 15)
@@ -176,10 +176,10 @@ def test_shapes_are_what_calibration_reads(protocol, rehearse, tmp_path):
     np.testing.assert_allclose(shapes.pull[:5, 0], 0.02 * np.arange(5), atol=1e-5)
     assert np.isnan(shapes.pull[:, 1:]).all()
     assert np.isnan(shapes.pull[5]).all()
-    assert shapes.seat[0] == pytest.approx(0.0474092, abs=1e-7)
+    assert shapes.marker_offset[0] == pytest.approx(0.0474092, abs=1e-7)
     path = write_shapes(shapes, tmp_path / "shapes.json")
     again = load_shapes(path)
-    for name in ("theta_0", "pull", "follows", "seat", "points", "rotation"):
+    for name in ("theta_0", "pull", "follows", "marker_offset", "points", "rotation"):
         np.testing.assert_array_equal(getattr(again, name), getattr(shapes, name))
     assert (again.kind, again.take) == (shapes.kind, shapes.take)
 
@@ -253,21 +253,21 @@ def test_an_error_of_scale_is_told(name, factor, protocol, rehearse):
 def test_no_shape_is_beyond_the_reach_of_the_joints():
     """Random bends in space within the joint limit, drawn as chains on their own."""
     draw = np.random.default_rng(0)
-    seat, length = compute_seat(PAPER), PAPER.section_length
+    offset, length = compute_marker_offset(PAPER), PAPER.section_length
     for one, other in [(0, 1), (0, 2), (3, 7), (2, 8), (0, 17), (10, 17)]:
         least, most = compute_reach(PAPER, one, other)
         for k in range(200):
             bend = PAPER.joint_limit * (draw.uniform(0.8, 1.0, other - one) if k else np.ones(other - one))
             about = 0.3 * k / 200 * draw.normal(size=other - one)
-            turn, place = Rotation.identity(), np.array([length[one] - seat[one], 0.0, 0.0])
+            turn, place = Rotation.identity(), np.array([length[one] - offset[one], 0.0, 0.0])
             for joint, section in enumerate(range(one + 1, other + 1)):
                 axis = np.array([0.0, -np.sin(about[joint]), np.cos(about[joint])])
                 turn = turn * Rotation.from_rotvec(bend[joint] * axis)
-                place = place + turn.apply([seat[section] if section == other else length[section], 0.0, 0.0])
+                place = place + turn.apply([offset[section] if section == other else length[section], 0.0, 0.0])
             assert least - 1e-12 <= np.linalg.norm(place) <= most + 1e-12
             if k == 0 and other - one <= 4:
                 assert np.linalg.norm(place) == pytest.approx(least)
-    assert most == pytest.approx(length[10:17].sum() - seat[10] + seat[17])
+    assert most == pytest.approx(length[10:17].sum() - offset[10] + offset[17])
 
 
 def _scale(take, factor):

@@ -12,7 +12,7 @@ from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 def parts() -> dict:
     return {
         "kind": ("rest", "bend-dorsal", "bend-dorsal"), "take": ("a", "b", "b"), "theta_0": np.zeros(3),
-        "pull": np.full((3, 3), np.nan), "follows": np.array([-1, -1, 1]), "seat": np.linspace(0.05, 0.01, 4),
+        "pull": np.full((3, 3), np.nan), "follows": np.array([-1, -1, 1]), "marker_offset": np.linspace(0.05, 0.01, 4),
         "points": np.full((3, 4, 3), np.nan), "rotation": np.full((3, 4, 3, 3), np.nan),
     }  # fmt: skip
 
@@ -28,7 +28,7 @@ def test_what_was_not_seen_may_be_missing() -> None:
         ("take", ("a",), "take has 1 names for 3 shapes"),
         ("theta_0", np.zeros(2), r"theta_0 has shape \(2,\); allowed: \(3,\)"),
         ("theta_0", np.array([0.0, np.nan, 0.0]), "theta_0 is nan; allowed: a finite number"),
-        ("seat", np.array([0.0, np.inf, 0.0, 0.0]), "seat is inf; allowed: a finite number"),
+        ("marker_offset", np.array([0.0, np.inf, 0.0, 0.0]), "offset is inf; allowed: a finite number"),
         ("pull", np.zeros(3), "pull has shape"),
         ("pull", np.full((3, 3), np.inf), "pull is infinite"),
         ("points", np.zeros((3, 5, 3)), "points has shape"),

@@ -12,7 +12,7 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import Plan
-from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
 
 _TOLD = 5e-6
 """Half of the last digit in the tables [m]."""
@@ -43,11 +43,11 @@ def format_plan(design: TrunkDesign, protocol: Protocol, plans: Sequence[Plan]) 
 
 
 def _prepare(design: TrunkDesign, protocol: Protocol) -> list[str]:
-    seat, radius = compute_seat(design), design.section_radius
+    along, radius = compute_marker_offset(design), design.section_radius
     return [
         "- [ ] markers: three on the lower edge of each section, 120 deg apart, the first dorsal (at cable 1), counted "
-        f"as the cables; from {1e3 * seat[0]:.1f} mm beyond the proximal joint and {2e3 * radius[0]:.1f} mm across at "
-        f"section 1 to {1e3 * seat[-1]:.1f} and {2e3 * radius[-1]:.1f} mm at section {design.n_section}; 15 sections, "
+        f"as the cables; from {1e3 * along[0]:.1f} mm beyond the proximal joint and {2e3 * radius[0]:.1f} mm across at "
+        f"section 1 to {1e3 * along[-1]:.1f} and {2e3 * radius[-1]:.1f} mm at section {design.n_section}; 15 sections, "
         "or any three or more",
         "- [ ] Motive: a rigid body a section, section_01 at the base, and one called "
         f"{protocol.base} at the trunk's base: origin at the beginning of section 1, x along the base axis, y dorsal",

@@ -12,7 +12,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.protocol.schedule import Plan, solve_reference
 from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
-from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics import pull_sequences
 
@@ -66,7 +66,7 @@ def predict(
         rotations, status = _solve_steps(design, plan, friction, watch)
     frames = base_orientation(plan.run.theta_0) @ section_frames(design, rotations)[..., :3, :]
     axes, origin = frames[..., :3], frames[..., 3]
-    points = origin + compute_seat(design)[:, None] * axes[..., 0]
+    points = origin + compute_marker_offset(design)[:, None] * axes[..., 0]
     troubles = tuple(
         f"{plan.run.name}, shape {i + 1}: {Status(int(code)).advice}"
         for i, code in enumerate(status)

@@ -16,7 +16,7 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.session.sections import HeldShape
-from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
 
 SLACK_SHARE, SLACK = 0.10, 5e-3
 """How far a distance may be beyond what the design allows before the trunk is another one [-], [m] (ours)."""
@@ -34,8 +34,8 @@ def compute_reach(design: TrunkDesign, one: int, other: int) -> tuple[float, flo
 
     For neighbours with pieces a and b and the limit q they are sqrt(a^2 + b^2 + 2 a b cos q) and a + b.
     """
-    seat, length = compute_seat(design), design.section_length
-    pieces = np.array([length[one] - seat[one], *length[one + 1 : other], seat[other]])
+    offset, length = compute_marker_offset(design), design.section_length
+    pieces = np.array([length[one] - offset[one], *length[one + 1 : other], offset[other]])
     turns = np.broadcast_to(design.joint_limit, (design.n_section - 1,))[one:other]
     angle = np.concatenate([[0.0], np.cumsum(turns)])
     edges = pieces[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -105,6 +105,7 @@ def _expect(shape: HeldShape, design: TrunkDesign, i: int, j: int) -> tuple[floa
     cosine = float(shape.rotation[i, :, 0] @ shape.rotation[j, :, 0])
     if j > i + 1 or not np.isfinite(cosine):
         return compute_reach(design, i, j)
-    before, beyond = float(design.section_length[i] - compute_seat(design)[i]), float(compute_seat(design)[j])
+    offset = compute_marker_offset(design)
+    before, beyond = float(design.section_length[i] - offset[i]), float(offset[j])
     apart = float(np.sqrt(before**2 + beyond**2 + 2 * before * beyond * cosine))
     return apart, apart

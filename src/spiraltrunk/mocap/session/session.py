@@ -26,7 +26,7 @@ from spiraltrunk.mocap.signal.gaps import tell_gaps
 from spiraltrunk.mocap.signal.registration import Alignment, Motion, fit_motion, is_straight, mean_rotation
 from spiraltrunk.mocap.signal.segmentation import Still, find_stills, find_timed, tell_calmest
 from spiraltrunk.model.kinematics.frames import base_orientation
-from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_seat
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_marker_offset
 
 _BASE_MOVED = 2e-3
 """Way of the base over a take from which on it is told [m] (ours)."""
@@ -335,6 +335,6 @@ def _gather(runs: Sequence[RunShapes], design: TrunkDesign) -> MeasuredShapes:
         take=tuple(name for name, n in zip(names, counts, strict=True) for _ in range(n)),
         theta_0=np.repeat([run.plan.run.theta_0 for run in runs], counts),
         pull=np.concatenate([run.plan.pull for run in runs]), follows=np.concatenate(follows),
-        seat=compute_seat(design), points=np.concatenate([run.points for run in runs]),
+        marker_offset=compute_marker_offset(design), points=np.concatenate([run.points for run in runs]),
         rotation=np.concatenate([run.rotation for run in runs]),
     )  # fmt: skip

@@ -15,7 +15,7 @@ from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 
 _SCHEMA = 1
 _ARRAYS = {
-    "theta_0": "theta_0_rad", "pull": "pull_m", "follows": "follows", "seat": "seat_m", "points": "points_m",
+    "theta_0": "theta_0_rad", "pull": "pull_m", "follows": "follows", "marker_offset": "seat_m", "points": "points_m",
     "rotation": "rotation",
 }  # fmt: skip
 _MOST_BYTES = 100_000_000

@@ -1,4 +1,4 @@
-"""Static shapes of one trunk as a motion capture saw them: what recordings become and calibration reads."""
+"""Static shapes of one trunk from motion capture, the input of a calibration."""
 
 from __future__ import annotations
 
@@ -12,43 +12,42 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 
 KINDS = ("rest", "bend-dorsal", "bend-ventral", "twist")
-"""What the cables did before a shape was held."""
+"""Cable pulls that lead to a shape."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class MeasuredShapes:
-    """Shapes at rest, in the order in which they were taken; arrays are finite but where nothing was seen.
+    """Shapes at rest, in the order of their recording; points and rotations that were not measured are NaN.
 
     Frame: that of `Shape` (base of section 1 in the origin, y up), after registration.
     """
 
     kind: tuple[str, ...]
-    """What was pulled, one of `KINDS`, one a shape."""
+    """Cable pull of each shape, one of `KINDS`."""
     take: tuple[str, ...]
-    """Recording that each shape comes from; several where takes were averaged, joined by "+"."""
+    """Recording of each shape; names of averaged takes are joined by "+"."""
     theta_0: np.ndarray
-    """Angle of the base axis below the horizontal as it was set, shape (n,) [rad]."""
+    """Nominal angle of the base axis below the horizontal, shape (n,) [rad]."""
     pull: np.ndarray
-    """Cable that the winders were told to have pulled in since the straight trunk; not a number for a relaxed cable,
-    which pays out freely, shape (n, n_cable) [m]."""
+    """Commanded cable pull since the straight trunk, NaN for a cable that pays out freely, shape (n, n_cable) [m]."""
     follows: np.ndarray
-    """Index of the shape from which the cables went on; -1 where they began slack at rest, shape (n,) [-]."""
-    seat: np.ndarray
-    """Distance of each section's measured point from the section's proximal joint, along its axis, (n_section,) [m]."""
+    """Index of the shape from which loading continued; -1 for a start at rest with slack cables, shape (n,) [-]."""
+    marker_offset: np.ndarray
+    """Axial distance of each section's measured point from its proximal joint, shape (n_section,) [m]."""
     points: np.ndarray
-    """Measured points of the sections, base to tip; not a number where unseen, shape (n, n_section, 3) [m]."""
+    """Measured points of the sections, base to tip, shape (n, n_section, 3) [m]."""
     rotation: np.ndarray
-    """Axes of the sections (x along the section, as columns); not a number where unseen, shape (n, n_section, 3, 3)."""
+    """Axes of the sections as columns, x along the section, shape (n, n_section, 3, 3) [-]."""
 
     def __post_init__(self) -> None:
-        n, n_section = len(self.kind), np.size(self.seat)
+        n, n_section = len(self.kind), np.size(self.marker_offset)
         for kind in self.kind:
             if kind not in KINDS:
                 raise ModelError(f"kind is {kind!r}; allowed: {', '.join(KINDS)}")
         if len(self.take) != n:
             raise ModelError(f"take has {len(self.take)} names for {n} shapes; allowed: one each")
-        for name, size in (("theta_0", n), ("seat", n_section), ("follows", n)):
+        for name, size in (("theta_0", n), ("marker_offset", n_section), ("follows", n)):
             read_numbers(name, getattr(self, name), shape=(size,))
         read_array("pull", self.pull, (n, np.shape(self.pull)[-1]))
         read_array("points", self.points, (n, n_section, 3))
@@ -66,6 +65,9 @@ class MeasuredShapes:
             raise ModelError(f"shape {shape} follows {follows[shape]:g}; allowed: -1, or a shape before it")
 
 
-def compute_seat(design: TrunkDesign) -> np.ndarray:
-    """Where the markers are on each section: its lower edge, the distal face's outer corner, shape (n_section,) [m]."""
+def compute_marker_offset(design: TrunkDesign) -> np.ndarray:
+    """Axial distance of the markers from the proximal joints, shape (n_section,) [m].
+
+    They are on the outer corner of each section's distal face.
+    """
     return design.solid.rim_end * design.scale

@@ -108,6 +108,6 @@ def _join_shapes(parts: Sequence[MeasuredShapes]) -> MeasuredShapes:
         for name in ("theta_0", "pull", "points", "rotation")
     }
     return MeasuredShapes(
-        kind=tuple(kind for part in parts for kind in part.kind), seat=parts[0].seat,
+        kind=tuple(kind for part in parts for kind in part.kind), marker_offset=parts[0].marker_offset,
         take=tuple(take for part in parts for take in part.take), follows=np.concatenate(follows), **arrays,
     )  # fmt: skip

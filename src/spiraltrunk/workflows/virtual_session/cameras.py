@@ -13,7 +13,7 @@ from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.recordings.take import Body, Marker, Take
 from spiraltrunk.mocap.signal.registration import Motion
-from spiraltrunk.model.kinematics.measured_shapes import compute_seat
+from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
 from spiraltrunk.workflows.virtual_session.play import Played
 from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
 
@@ -80,7 +80,7 @@ def film(design: TrunkDesign, played: Played, seed: int, options: FilmOptions | 
         rate=options.rate, hold=options.hold, move=options.move, noise=options.noise, frame=frame,
         sections=options.sections, seed=int(draw.integers(2**32)),
     )  # fmt: skip
-    points = place_markers(design, played.ends, compute_seat(design))
+    points = place_markers(design, played.ends, compute_marker_offset(design))
     take = rehearse_take(design, points, played.rotation, played.plan.run.theta_0, rehearsal)
     spoiled = _spoil(take, draw, options)
     return replace(spoiled, source="virtual capture", name=NAME)

@@ -16,7 +16,7 @@ from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.recordings.motive_write import write_motive
-from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_seat
+from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_marker_offset
 from spiraltrunk.workflows.virtual_session.cameras import PAPERS, FilmOptions, film
 from spiraltrunk.workflows.virtual_session.play import Played, play_by_model, play_simulated
 from spiraltrunk.workflows.virtual_session.printed_trunk import World
@@ -102,13 +102,13 @@ def measure(
     """
     options = MeasureOptions() if options is None else options
     draw = np.random.default_rng([10, seed])
-    seat = compute_seat(design)
+    offset = compute_marker_offset(design)
     seen = np.isin(np.arange(1, design.n_section + 1), options.sections)
     parts: dict[str, list[object]] = {name: [] for name in ("kind", "take", "theta_0", "pull", "follows", "points")}
     for take in (1, 2):
         for run in played:
             first, count = len(parts["kind"]), len(run.ends)
-            points = place_markers(design, run.ends, seat) + draw.normal(0.0, options.noise, run.ends.shape)
+            points = place_markers(design, run.ends, offset) + draw.normal(0.0, options.noise, run.ends.shape)
             turn = draw.normal(0.0, options.turn, 3)
             points = points + np.cross(turn, points) + draw.normal(0.0, options.shift, 3)
             parts["kind"] += [run.plan.run.kind] * count
@@ -119,6 +119,6 @@ def measure(
             parts["points"] += list(np.where(seen[:, None], points, np.nan))
     arrays = {name: np.array(parts[name]) for name in ("theta_0", "pull", "follows", "points")}
     return MeasuredShapes(
-        kind=tuple(map(str, parts["kind"])), take=tuple(map(str, parts["take"])), seat=seat,
+        kind=tuple(map(str, parts["kind"])), take=tuple(map(str, parts["take"])), marker_offset=offset,
         rotation=np.full((*arrays["points"].shape, 3), np.nan), **arrays,
     )  # fmt: skip
