@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from spiraltrunk.control.messages import Command
 from spiraltrunk.strategies.moves import (
     Move,
     MoveSequence,
@@ -29,9 +30,8 @@ def _sequence():
     )
     T = np.eye(4)
     T[:3, 3] = [0.2, 0.0, 1.1]
-    return MoveSequence(
-        moves=moves, index=0, since=0.0, T_start=T, tension_start=np.zeros(3), velocity_start=np.zeros(3)
-    )
+    start = Command(T_world_base=T, cable_tension=np.zeros(3))
+    return MoveSequence(moves=moves, index=0, since=0.0, start=start, velocity=np.zeros(3))
 
 
 def _place(sequence, time):

@@ -55,16 +55,10 @@ class MoveSequence:
     """Index of the present move."""
     since: float
     """Time at which the present move began [s]."""
-    T_start: np.ndarray
-    """Commanded frame of the base at that time, shape (4, 4) [-, m]."""
-    tension_start: np.ndarray
-    """Tension ceilings at that time, shape (n_cable,) [N]."""
-    velocity_start: np.ndarray
+    start: Command
+    """Command at that time."""
+    velocity: np.ndarray
     """Commanded velocity of the base at that time, shape (3,) [m/s]."""
-    gripper_start: float = 0.0
-    """Gripper command at that time [-]."""
-    pull_start: np.ndarray | None = None
-    """Upper bounds of the cable pulls at that time, shape (n_cable,) [m]; None for no bounds."""
 
     @property
     def move(self) -> Move:
@@ -79,10 +73,8 @@ class MoveSequence:
 
 def begin(moves: tuple[Move, ...], observation: Observation) -> MoveSequence:
     """Start a sequence from the observed frame of the base, cables slack."""
-    return MoveSequence(
-        moves=moves, index=0, since=observation.time, T_start=observation.T_world_base,
-        tension_start=np.zeros(observation.cable_tension.shape), velocity_start=np.zeros(3),
-    )  # fmt: skip
+    slack = Command(T_world_base=observation.T_world_base, cable_tension=np.zeros(observation.cable_tension.shape))
+    return MoveSequence(moves=moves, index=0, since=observation.time, start=slack, velocity=np.zeros(3))
 
 
 def fraction(sequence: MoveSequence, time: float) -> float:
@@ -92,17 +84,20 @@ def fraction(sequence: MoveSequence, time: float) -> float:
 
 def command_at(sequence: MoveSequence, time: float) -> Command:
     """Command at ``time`` [s]: minimum-jerk path of the base, linear ramps of tensions, pull bounds and gripper."""
-    s, move = fraction(sequence, time), sequence.move
-    T_world_base = sequence.T_start.copy()
-    way = move.position - sequence.T_start[:3, 3]
-    T_world_base[:3, 3] += _minimum_jerk(s) * way + _decelerate(s) * move.duration * sequence.velocity_start
+    s, move, start = fraction(sequence, time), sequence.move, sequence.start
+    T_world_base = start.T_world_base.copy()
+    way = move.position - start.T_world_base[:3, 3]
+    T_world_base[:3, 3] += _minimum_jerk(s) * way + _decelerate(s) * move.duration * sequence.velocity
     if move.rotation is not None:
-        T_world_base[:3, :3] = _rotate(sequence.T_start[:3, :3], move.rotation, _minimum_jerk(s))
+        T_world_base[:3, :3] = _rotate(start.T_world_base[:3, :3], move.rotation, _minimum_jerk(s))
+    pull = move.pull
+    if pull is not None and start.cable_pull is not None and np.isfinite(start.cable_pull).all():
+        pull = start.cable_pull + s * (pull - start.cable_pull)
     return Command(
         T_world_base=T_world_base,
-        cable_tension=sequence.tension_start + s * (move.tension - sequence.tension_start),
-        cable_pull=_bound_pull(sequence, s),
-        gripper=sequence.gripper_start + s * (move.gripper - sequence.gripper_start),
+        cable_tension=start.cable_tension + s * (move.tension - start.cable_tension),
+        cable_pull=pull,
+        gripper=start.gripper + s * (move.gripper - start.gripper),
     )
 
 
@@ -116,13 +111,10 @@ def advance(sequence: MoveSequence, time: float) -> MoveSequence:
 
     The present move may be cut short.
     """
-    now, step = command_at(sequence, time), 1e-4
-    velocity = (now.T_world_base[:3, 3] - base_position(sequence, time - step)) / step
-    return replace(
-        sequence, index=sequence.index + 1, since=time, T_start=now.T_world_base, tension_start=now.cable_tension,
-        velocity_start=velocity if fraction(sequence, time) < 1.0 else np.zeros(3),
-        gripper_start=now.gripper, pull_start=now.cable_pull,
-    )  # fmt: skip
+    now, step, velocity = command_at(sequence, time), 1e-4, np.zeros(3)
+    if fraction(sequence, time) < 1.0:
+        velocity = (now.T_world_base[:3, 3] - base_position(sequence, time - step)) / step
+    return replace(sequence, index=sequence.index + 1, since=time, start=now, velocity=velocity)
 
 
 def insert_next(sequence: MoveSequence, moves: tuple[Move, ...]) -> MoveSequence:
@@ -156,13 +148,6 @@ def _rotate(start: np.ndarray, end: np.ndarray, s: float) -> np.ndarray:
     """Spherical linear interpolation between two orientations, shape (3, 3) [-]."""
     turn = Rotation.from_matrix(start.T @ end).as_rotvec()
     return np.asarray(start @ Rotation.from_rotvec(s * turn).as_matrix())
-
-
-def _bound_pull(sequence: MoveSequence, s: float) -> np.ndarray | None:
-    end, start = sequence.move.pull, sequence.pull_start
-    if end is None or start is None or not np.isfinite(start).all():
-        return end
-    return np.asarray(start + s * (end - start))
 
 
 def _minimum_jerk(s: float) -> float:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiraltrunk.control.messages import CameraObservation, Observation
+from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError
@@ -136,7 +136,9 @@ def touching(start: tuple[StandingState, Observation], lean: float) -> StandingS
     assert touch.rotation is not None
     there = np.eye(4)
     there[:3, :3], there[:3, 3] = touch.rotation, touch.position - [0.01, 0.0, 0.0]
-    sequence = replace(state.sequence, index=at, since=seen.time - 0.01, T_start=there)
+    sequence = replace(
+        state.sequence, index=at, since=seen.time - 0.01, start=Command(T_world_base=there, cable_tension=touch.tension)
+    )
     bent = replace(seen, T_world_base=there, cable_pull=np.array([lean, 0.0, 0.0]))
     return STRATEGY.step(replace(state, sequence=sequence, lean=lean, lean_free=0.0), bent)[0]
 
@@ -179,9 +181,8 @@ def at_the_end_of(
     state, seen = start
     at = next(i for i, move in enumerate(state.sequence.moves) if move.action == action)
     move = state.sequence.moves[at]
-    sequence = replace(
-        state.sequence, index=at, since=seen.time - move.duration, T_start=seen.T_world_base, tension_start=move.tension
-    )
+    begun = Command(T_world_base=seen.T_world_base, cable_tension=move.tension)
+    sequence = replace(state.sequence, index=at, since=seen.time - move.duration, start=begun)
     weight = load * 9.80665 * seen.task.target.mass
     pull = np.array([-0.1, 0.05, 0.06])
     now = replace(seen, base_force=np.array([0.0, 0.0, -weight]), cable_pull=pull, cable_tension=move.tension)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from spiraltrunk.control.messages import CameraObservation, Observation
+from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.design import presets
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
@@ -29,8 +29,8 @@ def held() -> tuple[MoveSequence, Observation]:
     at = next(i for i, move in enumerate(moves) if move.action == "hold")
     T_base = np.eye(4)
     T_base[:3, :3], T_base[:3, 3] = moves[at].rotation, moves[at].position
-    since = seen.time - moves[at].duration
-    return replace(begin(moves, seen), index=at, since=since, T_start=T_base), seen
+    since, start = seen.time - moves[at].duration, Command(T_world_base=T_base, cable_tension=moves[at].tension)
+    return replace(begin(moves, seen), index=at, since=since, start=start), seen
 
 
 def leaning(

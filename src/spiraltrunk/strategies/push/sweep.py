@@ -191,11 +191,8 @@ def _renew(state: SweepState, steering: Steering, observation: Observation) -> S
 
 def _go_on(state: SweepState, steering: Steering, moves: tuple[Move, ...], observation: Observation) -> MoveSequence:
     """Moves that begin from the motion of a push."""
-    held = command_of(steering, state.pose)
-    return replace(
-        begin(moves, observation), T_start=held.T_world_base, tension_start=held.cable_tension,
-        velocity_start=steering.velocity,
-    )  # fmt: skip
+    start = command_of(steering, state.pose)
+    return replace(begin(moves, observation), start=start, velocity=steering.velocity)
 
 
 def _is_low(state: SweepState, observation: Observation) -> bool:

@@ -168,7 +168,8 @@ class StandingWrap(MoveStrategy[StandingState]):
             return replace(state, is_done=True)
         sequence = advance(sequence, observation.time)
         if action == "bring":  # What the winders pulled with to hold their lengths, and not what they were allowed.
-            sequence = replace(sequence, tension_start=np.maximum(observation.cable_tension, 0.0))
+            tension = np.maximum(observation.cable_tension, 0.0)
+            sequence = replace(sequence, start=replace(sequence.start, cable_tension=tension))
         return replace(state, sequence=sequence)
 
 
