@@ -36,7 +36,7 @@ def exported(short, tmp_path_factory):
     """Most of the short robot in all formats, by one process."""
     folder = tmp_path_factory.mktemp("made") / "new" / "robot"
     told = []
-    result = export_robot(short, folder, Request(parts=SOME), tell=lambda what, done, total: told.append(what))
+    result = export_robot(short, folder, Request(parts=SOME), progress=lambda what, done, total: told.append(what))
     return folder, result, told
 
 
@@ -195,7 +195,7 @@ def test_stopping_two_processes_ends_them_at_once(tmp_path, short):
 
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
-        export_robot(short, tmp_path / "out", Request(parts=("trunk", "gripper"), workers=2), tell=stop)
+        export_robot(short, tmp_path / "out", Request(parts=("trunk", "gripper"), workers=2), progress=stop)
     assert list(tmp_path.iterdir()) == []
     assert not active_children()
     assert time.monotonic() - began < 60
@@ -214,7 +214,7 @@ def test_stopping_leaves_nothing(tmp_path, short):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        export_robot(short, tmp_path / "out", Request(parts=QUICK, formats=("stl",)), tell=stop)
+        export_robot(short, tmp_path / "out", Request(parts=QUICK, formats=("stl",)), progress=stop)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -138,7 +138,7 @@ def _play(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> 
     seed = arguments.seed or 0
     world = draw_world(design, seed)
     with show_progress(sys.stderr) as tell:
-        played = play_session(design, world, protocol, tell=tell)
+        played = play_session(design, world, protocol, progress=tell)
         tell("writing", 0, 1)
         files = [path.name for path in write_session(design, played, seed, arguments.virtual)]
     told = {

@@ -57,9 +57,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
     design = load_design(arguments.design)
     with show_progress(sys.stderr) as tell:
         if arguments.out is None:
-            result = check_robot(design, request, tell=tell)
+            result = check_robot(design, request, progress=tell)
         else:
-            result = export_robot(design, arguments.out, request, tell=tell)
+            result = export_robot(design, arguments.out, request, progress=tell)
     agreement = result["agreement"] or {}
     code = DONE if all(row.get("holds", True) for row in agreement.values()) else FAILED
     return code, format_json(result) if arguments.json else _format_table(result, arguments.out)

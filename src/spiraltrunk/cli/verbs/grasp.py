@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_seed, read_text
 from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, check_folder, complain, format_json, quote
-from spiraltrunk.cli.progress import Tell, show_progress
+from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
     from spiraltrunk.design import TrunkDesign
+    from spiraltrunk.files.results import Progress
     from spiraltrunk.sim.objects.catalogue import ObjectSpec
     from spiraltrunk.workflows.grasp.trial import Trial
 
@@ -69,12 +70,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
     missing = None
     if arguments.out is None:
-        with show_progress(sys.stderr) as tell:
-            result = compute_result(_run_watched(arguments, design, shape, tell), name)
+        with show_progress(sys.stderr) as progress:
+            result = compute_result(_run_watched(arguments, design, shape, progress), name)
     else:
-        with open_record(arguments.out) as draft, show_progress(sys.stderr) as tell:
-            trial = _run_watched(arguments, design, shape, tell)
-            record = write_record(trial, name, draft, video=not arguments.no_video, workers=_WORKERS, tell=tell)
+        with open_record(arguments.out) as draft, show_progress(sys.stderr) as progress:
+            trial = _run_watched(arguments, design, shape, progress)
+            record = write_record(trial, name, draft, video=not arguments.no_video, workers=_WORKERS, progress=progress)
             result, missing = record.result, record.missing
     if missing is not None:
         complain(f"no film strip and no video: {missing}", DONE)
@@ -82,12 +83,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
     return code, format_json(result) if arguments.json else _format_verdict(result, arguments.out)
 
 
-def _run_watched(arguments: argparse.Namespace, design: TrunkDesign, shape: ObjectSpec, tell: Tell) -> Trial:
+def _run_watched(arguments: argparse.Namespace, design: TrunkDesign, shape: ObjectSpec, progress: Progress) -> Trial:
     from spiraltrunk.workflows.grasp.trial import run_trial
 
     return run_trial(
         design, shape, strategy=arguments.strategy, seed=arguments.seed,
-        watch=lambda seen, status: tell(status.phase, 0, 0),
+        watch=lambda seen, status: progress(status.phase, 0, 0),
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.design.gripper import GripperDesign
+from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model.kinematics.cables import lengths_from_rotations
 from spiraltrunk.model.kinematics.joint_limits import joint_angle
@@ -43,7 +44,7 @@ def held_spec(
     spec.compiler.autolimits = True
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # MuJoCo 4.0.0's sparse Cholesky factor is at fault.
-    spec.option.gravity = [0, -9.81, 0]
+    spec.option.gravity = [0, -GRAVITY, 0]
     mount, turn = np.zeros(4), trunk_quat_wxyz((1.0, 0.0, 0.0, 0.0), design.arm.roll)
     mujoco.mju_mulQuat(mount, _base_quat_wxyz(theta_0, roll), turn * [1, -1, -1, -1])
     add_trunk(spec, spec.worldbody, design, options, quat_wxyz=mount)

@@ -10,6 +10,7 @@ import numpy as np
 from spiraltrunk.checks import check_type
 from spiraltrunk.control.messages import Goal, Target, Task
 from spiraltrunk.design import presets
+from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.sim.robot.arm import arm_spec
@@ -101,7 +102,7 @@ def _set_options(spec: mujoco.MjSpec, options: SceneOptions) -> None:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.tolerance = 1e-6  # Fewer iterations than at 1e-8, for the same rate of success.
-    spec.option.gravity = [0, 0, -9.81]
+    spec.option.gravity = [0, 0, -GRAVITY]
     # MuJoCo 4.0.0's sparse Cholesky factor is at fault in places; the dense one is not, and no slower here.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
 

@@ -10,6 +10,7 @@ from typing import Any, final
 
 import numpy as np
 
+from spiraltrunk.calibration.calibrate import Z_95
 from spiraltrunk.calibration.joint_bench_csv import StaticLoads, load_ring_down, load_static_loads
 from spiraltrunk.calibration.joint_bench_fit import Interval, RingFit, StaticFit, fit_ring_down, fit_static
 from spiraltrunk.calibration.parameters import BenchStiffness
@@ -30,7 +31,6 @@ PRIOR_SPREAD = 0.10
 """Standard deviation of the logarithm of a bench stiffness, in addition to its interval [-] (ours: levers and angles
 to some percent, and the first cycles soften a print)."""
 
-_Z_95 = 1.959963984540054
 _MOST_SPREAD = 100.0
 
 
@@ -115,7 +115,7 @@ def compute_prior(bench: Bench) -> tuple[BenchStiffness, ...]:
 
 
 def _log_spread(interval: Interval) -> float:
-    own = (interval.high - interval.low) / (2 * _Z_95 * interval.value)
+    own = (interval.high - interval.low) / (2 * Z_95 * interval.value)
     return min(math.hypot(PRIOR_SPREAD, own), _MOST_SPREAD)
 
 

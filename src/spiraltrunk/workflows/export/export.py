@@ -6,7 +6,7 @@ import hashlib
 import json
 import re
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field
@@ -31,6 +31,7 @@ from spiraltrunk.design.toml import load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
 from spiraltrunk.files.atomic import atomic_folder, check_foreign_files
+from spiraltrunk.files.results import Progress, format_json, ignore_progress
 from spiraltrunk.report.solids.exploded import PlacedPart, write_pictures
 from spiraltrunk.workflows.export.agreement import compute_agreement
 
@@ -39,9 +40,6 @@ MODEL_FORMATS = ("mjcf", "urdf")
 
 FORMATS = (*make_part.FORMATS, *MODEL_FORMATS)
 """All formats."""
-
-Tell = Callable[[str, int, int], None]
-"""Progress callback: what is being made, how much is done, how much there is."""
 
 _OURS = re.compile(r"(?:(?:parts|models|models/assets|pictures)/)?[A-Za-z0-9_]+(?:\.[A-Za-z0-9]+)+")
 """Paths below the folder that an export can write."""
@@ -80,7 +78,7 @@ class Request:
 
 
 def export_robot(
-    design: TrunkDesign, folder: str | Path, request: Request | None = None, *, tell: Tell | None = None
+    design: TrunkDesign, folder: str | Path, request: Request | None = None, *, progress: Progress = ignore_progress
 ) -> dict[str, Any]:
     """Make and check the parts and models, then write them to the folder; where anything fails, it stays unchanged.
 
@@ -88,7 +86,7 @@ def export_robot(
         design: the robot.
         folder: where to, made where it is missing. Files of an earlier export are removed, all others stay.
         request: what to make; everything by default.
-        tell: progress callback.
+        progress: called as the work goes on.
 
     Returns:
         The result, ready for JSON: ``files, checks, mass_kg`` and more; ``removed`` lists an earlier export's files.
@@ -104,11 +102,13 @@ def export_robot(
     earlier = _read_earlier(Path(folder), design)
     check_foreign_files(folder, _FIRST, earlier)
     with atomic_folder(folder, earlier) as draft:
-        result = _fill(design, draft, request, definitions, tell or _ignore)
+        result = _fill(design, draft, request, definitions, progress)
     return result | {"removed": sorted(set(earlier) - set(result["files"]))}
 
 
-def check_robot(design: TrunkDesign, request: Request | None = None, *, tell: Tell | None = None) -> dict[str, Any]:
+def check_robot(
+    design: TrunkDesign, request: Request | None = None, *, progress: Progress = ignore_progress
+) -> dict[str, Any]:
     """Make and check as `export_robot` does, without writing; ``files`` is empty.
 
     Raises:
@@ -116,7 +116,7 @@ def check_robot(design: TrunkDesign, request: Request | None = None, *, tell: Te
     """
     request = request or Request()
     definitions = _define(design, request)
-    made = _make(design, None, request, definitions, tell or _ignore)
+    made = _make(design, None, request, definitions, progress)
     return _summarise(design, request, made, [])
 
 
@@ -130,14 +130,14 @@ def _define(design: TrunkDesign, request: Request) -> tuple[Part, ...]:
 
 
 def _fill(
-    design: TrunkDesign, draft: Path, request: Request, definitions: tuple[Part, ...], tell: Tell
+    design: TrunkDesign, draft: Path, request: Request, definitions: tuple[Part, ...], progress: Progress
 ) -> dict[str, Any]:
     """Write everything to the draft folder."""
     made: list[MadePart] = []
     if definitions:
         (draft / "parts").mkdir()
-        made = _make(design, draft / "parts", request, definitions, tell)
-        tell("pictures", 0, 1)
+        made = _make(design, draft / "parts", request, definitions, progress)
+        progress("pictures", 0, 1)
         _draw(design, made, draft / "pictures")
         rows = build_bill(design, made, request.options)
         (draft / "bom.md").write_text(format_markdown(design, rows))
@@ -147,18 +147,18 @@ def _fill(
     if model_formats:
         from spiraltrunk.sim.export_models import write_models
 
-        tell("models", 0, 1)
+        progress("models", 0, 1)
         write_models(design, draft / "models", model_formats)
     write_design(design, draft / "trunk.toml")
     written = {str(path.relative_to(draft)) for path in draft.rglob("*") if path.is_file()}
     result = _summarise(design, request, made, sorted({*written, "result.json"}))
     result["design_sha256"] = _hash(draft / "trunk.toml")
-    (draft / "result.json").write_text(json.dumps(result, indent=2, allow_nan=False) + "\n")
+    (draft / "result.json").write_text(format_json(result) + "\n")
     return result
 
 
 def _make(
-    design: TrunkDesign, folder: Path | None, request: Request, definitions: tuple[Part, ...], tell: Tell
+    design: TrunkDesign, folder: Path | None, request: Request, definitions: tuple[Part, ...], progress: Progress
 ) -> list[MadePart]:
     """Make all parts; the result is in the order of their definitions.
 
@@ -168,7 +168,7 @@ def _make(
     jobs = sorted(definitions, key=lambda part: _HEAVIEST.get(part.group, 9))
     arguments = (request.options, request.part_formats, folder, design.name)
     made: dict[str, MadePart] = {}
-    tell("parts", 0, len(jobs))
+    progress("parts", 0, len(jobs))
     workers = _count_workers(jobs, request.workers)
     with nullcontext() if workers == 1 else _open_pool(workers) as pool:
         if pool is None:
@@ -178,7 +178,7 @@ def _make(
             finished = (future.result() for future in as_completed(futures))
         for one in finished:
             made[one.part.name] = one
-            tell(one.part.name, len(made), len(jobs))
+            progress(one.part.name, len(made), len(jobs))
     found = [made[part.name] for part in definitions]
     faults = [f"part {one.part.name}: {fault}" for one in found for fault in one.finding.faults]
     if faults:
@@ -259,7 +259,3 @@ def _read_earlier(target: Path, wanted: TrunkDesign) -> list[str]:
         return ours
     except (OSError, ValueError, TypeError, KeyError):  # A DesignError is a ValueError.
         return []
-
-
-def _ignore(what: str, done: int, total: int) -> None:
-    """No progress report."""

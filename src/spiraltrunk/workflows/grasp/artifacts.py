@@ -129,7 +129,7 @@ def open_record(folder: str | Path) -> Iterator[Path]:
 
 
 def write_record(
-    trial: Trial, name: str, folder: Path, *, video: bool = True, workers: int = 1, tell: Progress | None = None
+    trial: Trial, name: str, folder: Path, *, video: bool = True, workers: int = 1, progress: Progress = ignore_progress
 ) -> Record:
     """Write everything about a trial into a folder; without OpenGL, everything but film strip and video.
 
@@ -139,20 +139,19 @@ def write_record(
         folder: an existing folder.
         video: whether to draw film strip and video.
         workers: processes that draw the video; more than one need a main module that can be imported.
-        tell: called as the work goes on.
+        progress: called as the work goes on.
 
     Raises:
         OSError: where a file cannot be written.
     """
-    tell = tell or ignore_progress
     series, missing = compute_series(trial, name), None
     write_design(trial.plant.design, folder / "trunk.toml")
-    tell("plots", 0, 1)
+    progress("plots", 0, 1)
     write_plots(series, folder)
     write_overview(series, folder / "overview.png")
     if video:
         try:
-            write_pictures(trial, folder, title=series.title, workers=workers, tell=tell)
+            write_pictures(trial, folder, title=series.title, workers=workers, progress=progress)
         except MissingPackage as error:
             missing = str(error)
     files = tuple(sorted({*(path.name for path in folder.iterdir()), "result.json"}))
@@ -162,7 +161,7 @@ def write_record(
 
 
 def write_pictures(
-    trial: Trial, folder: Path, *, title: str = "", workers: int = 1, tell: Progress | None = None
+    trial: Trial, folder: Path, *, title: str = "", workers: int = 1, progress: Progress = ignore_progress
 ) -> None:
     """Write film strip and video.
 
@@ -170,7 +169,6 @@ def write_pictures(
         MissingPackage: where there is no OpenGL or no encoder.
         OSError: where a file cannot be written.
     """
-    tell = tell or ignore_progress
     write_strip(trial, folder / "filmstrip.png", title=title)
     trace, period = trial.plant.trace, trial.plant.control_period
     shown = [sample.qpos for sample in trace[:: max(1, round(1 / (FPS * period)))]]
@@ -178,7 +176,7 @@ def write_pictures(
     def frames() -> Iterator[np.ndarray]:
         view = replace(_VIEWS[trial.options.stage], has_shadows=False)
         for i, frame in enumerate(render_frames(trial.plant.model, shown, view, workers=workers)):
-            tell("video", i, len(shown))
+            progress("video", i, len(shown))
             yield frame
 
     write_video(folder / "grasp.mp4", frames(), FPS)

@@ -13,6 +13,7 @@ from spiraltrunk.control.arm_limits import ArmLimits, find_unjudged, velocity_bo
 from spiraltrunk.control.loop import RunLog
 from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Milestone
+from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.sim.ground_truth import Sample
 
 LIFT_TOLERANCE = 0.25
@@ -199,7 +200,7 @@ def _held(trace: Sequence[Sample], span: tuple[float, float] | None, task: Task)
     if len(part) < 2:
         return 0.0
     mean = np.mean([s.object_position[2] for s in part])
-    slack = 0.02 * task.target.mass * 9.81
+    slack = 0.02 * task.target.mass * GRAVITY
     longest = run = 0
     for s in part:
         is_alone = s.string_tension <= slack and not s.touches_table and not s.touches_robot and s.grip_force > 0

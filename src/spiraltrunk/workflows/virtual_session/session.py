@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -13,6 +13,7 @@ import numpy as np
 from spiraltrunk.calibration.predict_states import place_markers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.atomic import atomic_file
+from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import build_plan
 from spiraltrunk.mocap.recordings.motive_write import write_motive
@@ -20,9 +21,6 @@ from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute
 from spiraltrunk.workflows.virtual_session.cameras import PAPERS, FilmOptions, film
 from spiraltrunk.workflows.virtual_session.play import Played, play_by_model, play_simulated
 from spiraltrunk.workflows.virtual_session.printed_trunk import World
-
-Tell = Callable[[str, int, int], None]
-"""Called with what is being done, how much of it is done and how much there is."""
 
 
 @final
@@ -41,13 +39,17 @@ class MeasureOptions:
 
 
 def play_session(
-    design: TrunkDesign, world: World, protocol: Protocol, *, is_simulated: bool = True, tell: Tell | None = None
+    design: TrunkDesign,
+    world: World,
+    protocol: Protocol,
+    *,
+    is_simulated: bool = True,
+    progress: Progress = ignore_progress,
 ) -> list[Played]:
     """Every run of a protocol, played once: repeats differ by what the cameras see alone."""
     played = []
     for done, run in enumerate(protocol.runs):
-        if tell is not None:
-            tell(f"playing {run.name}", done, len(protocol.runs))
+        progress(f"playing {run.name}", done, len(protocol.runs))
         plan = build_plan(design, protocol, run)
         played.append(play_simulated(world, plan) if is_simulated else play_by_model(world, plan))
     return played
