@@ -198,34 +198,21 @@ def measure_cylinders(solid: Shape[Any], radius: float) -> np.ndarray:
     """
     import build123d as bd
 
-    rims: dict[tuple[float, float], list[list[float]]] = {}
+    holes: list[tuple[float, float, list[float]]] = []
     face: Any
     for face in solid.faces().filter_by(bd.GeomType.CYLINDER):
         axis = face.axis_of_rotation
-        if axis is None or abs(face.radius - radius) > 1e-6 or abs(axis.direction.Z) < 1 - 1e-9:
-            continue
-        heights = [
-            point.Z for edge in face.edges() if edge.geom_type != bd.GeomType.LINE for point in edge.positions(_ALONG)
-        ]
-        if heights:
-            rims.setdefault((round(axis.position.X, 4), round(axis.position.Y, 4)), []).append(heights)
-    rows = [(*axis, *_ends(heights)) for axis, faces in rims.items() for heights in _join(faces)]
-    return np.array(rows).reshape(-1, 4)
-
-
-_ALONG = [i / 32 for i in range(33)]
-"""Places along an edge at which its height is taken [-]."""
-
-
-def _join(faces: list[list[float]]) -> list[list[float]]:
-    """Heights of the rims of each hole: faces that overlap along one axis are one hole, cut by a seam."""
-    holes: list[list[float]] = []
-    for heights in sorted(faces, key=min):
-        if holes and min(heights) < max(holes[-1]):
-            holes[-1] += heights
+        rims = [edge for edge in face.edges() if edge.geom_type != bd.GeomType.LINE]
+        if rims and abs(face.radius - radius) < 1e-6 and abs(axis.direction.Z) > 1 - 1e-9:
+            heights = [point.Z for edge in rims for point in edge.positions([i / 32 for i in range(33)])]
+            holes.append((round(axis.position.X, 4), round(axis.position.Y, 4), heights))
+    joined: list[tuple[float, float, list[float]]] = []
+    for x, y, heights in sorted(holes, key=lambda hole: (*hole[:2], min(hole[2]))):
+        if joined and joined[-1][:2] == (x, y) and min(heights) < max(joined[-1][2]):
+            joined[-1][2].extend(heights)  # The same hole, cut by a seam.
         else:
-            holes.append(list(heights))
-    return holes
+            joined.append((x, y, heights))
+    return np.array([(x, y, *_ends(heights)) for x, y, heights in joined]).reshape(-1, 4)
 
 
 def _ends(heights: list[float]) -> tuple[float, float]:

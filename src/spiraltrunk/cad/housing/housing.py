@@ -14,11 +14,11 @@ from spiraltrunk.cad.geometry.csg import Common, Cut, Revolved, Union, polar, ro
 from spiraltrunk.cad.geometry.part import PLA, Part
 from spiraltrunk.cad.housing.layout import (
     FOOT,
+    FOOT_ANGLES,
     FOOT_WIDE,
     POST,
     HousingLayout,
     find_layout,
-    foot_angles,
     foot_circle,
     too_small,
 )
@@ -113,7 +113,7 @@ def _build_neck(design: TrunkDesign, layout: HousingLayout, options: MakeOptions
     below = Revolved(profile=((0.0, 0.0), (radius, 0.0), (radius, tall + radius * slope), (0.0, tall)))
     seat = tall + screw.seat
     bosses = [Common(form=boss, other=below) for boss in rods(BOSS, screw.ring, between_cables(design), seat, high)]
-    tools += rods(M4 / 2, foot_circle(design), foot_angles(design), -1, FOOT + 1)
+    tools += rods(M4 / 2, foot_circle(design), FOOT_ANGLES, -1, FOOT + 1)
     if design.gripper is not None:
         tools.append(rod(2.5, (0, 0, low), (0, 0, high)))
     return Part(
@@ -160,6 +160,6 @@ def list_housing_bolts(design: TrunkDesign, options: MakeOptions) -> list[Bolt]:
     bolts += [
         Bolt(what="neck to lid", parts=("neck", "lid"), thread=m4, length=16.0, along=down,
              seat=polar(foot_circle(design), a, neck + FOOT), nut_at=FOOT + options.plate, way=20.0)
-        for a in foot_angles(design)
+        for a in FOOT_ANGLES
     ]  # fmt: skip
     return bolts

@@ -16,6 +16,9 @@ from spiraltrunk.errors import DesignError, Unquoted
 FOOT, FOOT_WIDE = 5.0, 10.0
 """Thickness and overhang of the neck's foot [mm] (ours)."""
 
+FOOT_ANGLES = tuple(math.pi / 6 + k * math.pi / 3 for k in range(6))
+"""Angles of the screws through the neck's foot and the lid [rad] (ours)."""
+
 POST = 4.0
 """Radius of the posts that carry the lid [mm] (ours)."""
 
@@ -95,11 +98,6 @@ def _find_base(design: TrunkDesign, options: MakeOptions, angles: tuple[float, .
 def foot_circle(design: TrunkDesign) -> float:
     """Radius of the circle of screws through the neck's foot [mm]."""
     return 1e3 * design.solid.radius + FOOT_WIDE / 2 + 0.5
-
-
-def foot_angles(design: TrunkDesign) -> tuple[float, ...]:
-    """Angles of the six screws through the neck's foot [rad]; the same pattern is in the lid."""
-    return tuple(math.pi / 6 + k * math.pi / 3 for k in range(6))
 
 
 def too_small(name: str, got: float, least: float, why: str) -> DesignError:

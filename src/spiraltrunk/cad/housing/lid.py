@@ -10,7 +10,7 @@ from spiraltrunk.cad.components.fasteners import M3, M4, THREADS, sink
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar, rod, rods, shifted, turned
 from spiraltrunk.cad.geometry.part import PLA, Part
-from spiraltrunk.cad.housing.layout import HousingLayout, foot_angles, foot_circle, too_small
+from spiraltrunk.cad.housing.layout import FOOT_ANGLES, HousingLayout, foot_circle, too_small
 from spiraltrunk.cad.housing.winder import find_drum
 from spiraltrunk.design.trunk import TrunkDesign
 
@@ -36,7 +36,7 @@ def find_bracket(design: TrunkDesign, layout: HousingLayout, options: MakeOption
     """
     ring, foot = 1e3 * float(design.hole_position[0, 0, 1]), foot_circle(design)
     guides = [polar(ring, -a, 0.0) for a in design.cable.angles]
-    nuts = [polar(foot, -a, 0.0) for a in foot_angles(design)]
+    nuts = [polar(foot, -a, 0.0) for a in FOOT_ANGLES]
     aside, nut = options.servo.aside, THREADS["M4"].flats / math.sqrt(3) + 0.5
     for away in range(8, int(layout.radius)):
         body = _Box(middle=aside, wide=options.servo.lug_pitch + 5.0, near=away - _FORE, far=away + _AFT)
@@ -64,7 +64,7 @@ def build_lid(design: TrunkDesign, layout: HousingLayout, options: MakeOptions) 
     angles = [-a for a in design.cable.angles]
     forms: list[Form] = [disc, *rods(GUIDE, ring, angles, thick / 2, end)]
     tools += [form for a in angles for form in _bore_guide(polar(ring, a, end), options)]
-    tools += rods(M4 / 2, foot_circle(design), [-a for a in foot_angles(design)], -1, thick + 1)
+    tools += rods(M4 / 2, foot_circle(design), [-a for a in FOOT_ANGLES], -1, thick + 1)
     if design.gripper is not None:
         stand, openings = _build_bracket(design, layout, options)
         forms.append(stand)

@@ -44,7 +44,8 @@ def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
         (near, 0.0), (far, 0.0), (far * math.cos(TILT), far * math.sin(TILT)),
         (near * math.cos(TILT), near * math.sin(TILT)),
     )  # fmt: skip
-    walls = [_upright(side, y) for y in (-reach, reach - WEB)]
+    wall = turned(Prism(corners=tuple((x, -z) for x, z in side), bottom=0.0, top=WEB), "x", -math.pi / 2)
+    walls = [shifted(wall, (0, y, 0)) for y in (-reach, reach - WEB)]
     holes: list[Form] = [rod(flange.pilot / 2 + options.clearance / 2, (0, 0, -1.0), (0, 0, PLATE + 1))]
     for x, y, _ in (polar(flange.pitch_circle / 2, math.pi / 4 + k * math.pi / 2, 0.0) for k in range(4)):
         holes.append(rod(M6 / 2, (x, y, -1.0), (x, y, PLATE + 1)))
@@ -98,9 +99,3 @@ def build_markers(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
                  form=shifted(form, (-radius, 0, 0)), count=PER_SECTION, at=place, thinnest="a finer --nozzle-mm")
         )  # fmt: skip
     return tuple(parts)
-
-
-def _upright(side: tuple[tuple[float, float], ...], y: float) -> Form:
-    """A wall with this outline in x and z, ``WEB`` thick from ``y`` on."""
-    drawn = turned(Prism(corners=tuple((x, -z) for x, z in side), bottom=0.0, top=WEB), "x", -math.pi / 2)
-    return shifted(drawn, (0, y, 0))

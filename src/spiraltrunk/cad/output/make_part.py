@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 import spiraltrunk
+from spiraltrunk.cad.checks.agreement import place_faces
 from spiraltrunk.cad.checks.printability import Finding, check_part
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import compute_volume
@@ -41,10 +42,8 @@ class MadePart:
     """Its surface, in its own frame [mm]."""
     finding: Finding
     """Result of its checks."""
-    cones: np.ndarray
-    """Cones of a piece of the trunk (`kernel.measure_cones`)."""
-    cylinders: np.ndarray
-    """Cable holes of a piece of the trunk (`kernel.measure_cylinders`)."""
+    faces: tuple[float, np.ndarray, np.ndarray] | None
+    """Cones and cable holes of a piece of the trunk, for `agreement.measure_trunk`."""
 
     @property
     def checks(self) -> dict[str, Any]:
@@ -78,13 +77,18 @@ def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder
     """
     solid = build_solid(part.form)
     mesh = build_mesh(solid, options.tolerance)
-    made = MadePart(
-        part=part, mesh=mesh, finding=check_part(part, solid, mesh, compute_volume(part.form), options),
-        cones=measure_cones(solid) if part.group == "trunk" else np.zeros((0, 2)),
-        cylinders=measure_cylinders(solid, options.hole / 2) if part.group == "trunk" else np.zeros((0, 4)),
-    )  # fmt: skip
+    faces = None
+    if part.group == "trunk":
+        faces = place_faces(part, measure_cones(solid), measure_cylinders(solid, options.hole / 2))
+    finding = check_part(part, solid, mesh, compute_volume(part.form), options)
+    made = MadePart(part=part, mesh=mesh, finding=finding, faces=faces)
     if folder is not None and made.finding.holds:
-        _write(made, solid, formats, folder)
+        if "step" in formats:
+            write_step(solid, folder / f"{part.name}.step", part.name)
+        if "stl" in formats:
+            mesh.export(folder / f"{part.name}.stl")
+        if "3mf" in formats:
+            write_3mf(mesh, folder / f"{part.name}.3mf", part.name)
         about = {
             "part": part.name, "what": part.what, "count": part.count, "material": part.material.name, "unit": "mm",
             "design": design, "seed": options.seed, "tolerance_mm": options.tolerance, "nozzle_mm": options.nozzle,
@@ -92,13 +96,3 @@ def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder
         }  # fmt: skip
         (folder / f"{part.name}.json").write_text(json.dumps(about, indent=2, allow_nan=False) + "\n")
     return made
-
-
-def _write(made: MadePart, solid: Any, formats: tuple[str, ...], folder: Path) -> None:
-    name = made.part.name
-    if "step" in formats:
-        write_step(solid, folder / f"{name}.step", name)
-    if "stl" in formats:
-        made.mesh.export(folder / f"{name}.stl")
-    if "3mf" in formats:
-        write_3mf(made.mesh, folder / f"{name}.3mf", name)

@@ -28,11 +28,6 @@ class Joint:
     length: float
     """Free length: the gap between the faces at the cylinder's surface."""
 
-    @property
-    def wall(self) -> float:
-        """Wall thickness of the hollow cylinder, or diameter of the solid one."""
-        return self.radius - self.bore / 2 if self.bore else 2 * self.radius
-
 
 class ShellSeat(NamedTuple):
     """Seat of a section's shell, in mm."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, final
 
 import spiraltrunk
-from spiraltrunk.cad.checks.agreement import measure_trunk, place_faces
+from spiraltrunk.cad.checks.agreement import measure_trunk
 from spiraltrunk.cad.checks.assembly import check_hardware
 from spiraltrunk.cad.checks.self_collision import check_curl
 from spiraltrunk.cad.components.options import MakeOptions
@@ -236,7 +236,7 @@ def _summarise(design: TrunkDesign, request: Request, made: Sequence[MadePart], 
         "formats": list(request.formats),
         "spiraltrunk": spiraltrunk.__version__,
     }
-    pieces = [place_faces(one.part, one.cones, one.cylinders) for one in made if one.part.group == "trunk"]
+    pieces = [one.faces for one in made if one.faces is not None]
     if pieces:
         result["agreement"] = compute_agreement(design, measure_trunk(design, pieces))
     return result
