@@ -63,10 +63,11 @@ def _draw_strip(trial: Any, path: Path) -> bool:
 
 
 def _draw_overview(trial: Any, path: Path) -> bool:
-    from spiraltrunk.report import write_overview
+    from spiraltrunk.report.style import write_figure
+    from spiraltrunk.report.trial.figures import build_run_figure
     from spiraltrunk.workflows.grasp.artifacts import compute_series
 
-    write_overview(compute_series(trial, trial.options.shape.kind), path)
+    write_figure(build_run_figure(compute_series(trial, trial.options.shape.kind), "overview.png"), path)
     return True
 
 

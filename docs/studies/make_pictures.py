@@ -18,9 +18,10 @@ from spiraltrunk.design import presets
 from spiraltrunk.errors import RunError
 from spiraltrunk.files.atomic import atomic_folder
 from spiraltrunk.model.inverse import workspace
-from spiraltrunk.report import write_filmstrip, write_overview
+from spiraltrunk.report import write_filmstrip
 from spiraltrunk.report.shape.workspace_plot import build_workspace_figure
 from spiraltrunk.report.style import write_figure
+from spiraltrunk.report.trial.figures import build_run_figure
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.render import View, render_frames
@@ -48,7 +49,7 @@ def main() -> int:
     with atomic_folder(IMAGES, tuple(WIDTH)) as draft:
         series = compute_series(trial, DEFAULT_OBJECT)
         write_strip(trial, draft / "filmstrip.png", title=series.title)
-        write_overview(series, draft / "overview.png")
+        write_figure(build_run_figure(series, "overview.png"), draft / "overview.png")
         draw_workspace(draft / "workspace.png")
         draw_sheet(draft / "strategies.png")
         for name, width in WIDTH.items():

@@ -176,7 +176,7 @@ CUTS = {
 @pytest.mark.parametrize("cut", CUTS)
 @pytest.mark.parametrize(
     "where",
-    [(spiraltrunk.workflows.grasp.trial, "run_trial"), (spiraltrunk.workflows.grasp.artifacts, "write_overview")],
+    [(spiraltrunk.workflows.grasp.trial, "run_trial"), (spiraltrunk.workflows.grasp.artifacts, "write_plots")],
 )
 @pytest.mark.usefixtures("played")
 def test_what_is_cut_short_leaves_nothing(

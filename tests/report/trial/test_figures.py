@@ -15,7 +15,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from spiraltrunk.report import Series, write_overview, write_plots
+from spiraltrunk.report import Series, write_plots
+from spiraltrunk.report.style import write_figure
 from spiraltrunk.report.trial.figures import FIGURES, build_run_figure
 from spiraltrunk.report.trial.phase_bands import place_labels
 
@@ -160,16 +161,24 @@ def test_labels_never_touch(lengths: list[tuple[str, float]], letter: float) -> 
 def test_files_are_written(series: Series, tmp_path: Path) -> None:
     folder = tmp_path / "new" / "plots"
     paths = write_plots(series, folder)
-    assert [path.name for path in paths] == ["cables.png", "joints.png", "curvature.png", "object.png", "force.png"]
+    assert [path.name for path in paths] == [
+        "cables.png",
+        "joints.png",
+        "curvature.png",
+        "object.png",
+        "force.png",
+        "overview.png",
+    ]
     assert sorted(folder.iterdir()) == sorted(paths)
-    for path in (*paths, write_overview(series, folder / "overview.png")):
+    for path in paths:
         pixels = imread(path)
         assert pixels.shape[1] == 1140
         assert pixels[..., :3].std() > 0.05
 
 
 def test_failing_writer_leaves_the_old_file(series: Series, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write_overview(series, tmp_path / "overview.png")
+    figure = build_run_figure(series, "overview.png")
+    path = write_figure(figure, tmp_path / "overview.png")
     before = path.read_bytes()
 
     def fail(self: Figure, file: Path, **settings: object) -> None:
@@ -178,7 +187,7 @@ def test_failing_writer_leaves_the_old_file(series: Series, tmp_path: Path, monk
 
     monkeypatch.setattr(Figure, "savefig", fail)
     with pytest.raises(OSError, match="no space left"):
-        write_overview(series, path)
+        write_figure(figure, path)
     assert list(tmp_path.iterdir()) == [path]
     assert path.read_bytes() == before
 

@@ -100,7 +100,8 @@ def _check_seats(bolt: Bolt, parts: Sequence[Part]) -> list[str]:
         rings.append(("nut", seat + (bolt.nut_at - 0.2) * along, thread.flats / 2))
     faults = []
     for what, middle, outer in rings:
-        around = _circle(middle, along, outer - 0.3)
+        disc = _fill(rod(outer - 0.3 + SKIN, middle, middle + along))
+        around = disc[_TURNS : 2 * _TURNS]  # The outer points of the first layer.
         held = np.zeros(len(around), dtype=bool)
         for part in parts:
             held |= contains(part.form, part.to_own_frame(around))
@@ -146,11 +147,6 @@ def _fill(form: Form) -> np.ndarray:
     local = np.array([(x, y, z) for z in heights for x, y, _ in flat])
     T = np.array(form.T)  # type: ignore[union-attr]
     return np.asarray(local @ T[:3, :3].T + T[:3, 3])
-
-
-def _circle(middle: np.ndarray, along: np.ndarray, radius: float) -> np.ndarray:
-    """Test points round an axis, shape (_TURNS, 3) [mm]."""
-    return _fill(rod(radius + SKIN, middle, middle + along))[_TURNS : 2 * _TURNS]  # The outer ones of the first layer.
 
 
 def _format_place(place: Sequence[float] | np.ndarray) -> str:

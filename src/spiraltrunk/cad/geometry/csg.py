@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from itertools import product
 from typing import final
 
 import numpy as np
@@ -142,10 +143,7 @@ def compute_bounds(form: Form) -> np.ndarray:
             return np.array([[*plane.min(axis=0), bottom], [*plane.max(axis=0), top]])
         case Moved(form=inner, T=T):
             low, high = compute_bounds(inner)
-            ends = np.array(
-                [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-            )
-            ends = ends @ np.array(T)[:3, :3].T + np.array(T)[:3, 3]
+            ends = np.array(list(product(*zip(low, high, strict=True)))) @ np.array(T)[:3, :3].T + np.array(T)[:3, 3]
             return np.stack([ends.min(axis=0), ends.max(axis=0)])
         case Union(forms=forms):
             boxes = np.stack([compute_bounds(part) for part in forms])

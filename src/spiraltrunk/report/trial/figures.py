@@ -25,15 +25,13 @@ if TYPE_CHECKING:
 _WIDTH = 7.6
 """Width of every figure [in]."""
 
-_OVERVIEW = "overview.png"
-
 FIGURES: dict[str, tuple[float, dict[Callable[[Axes, Series], None], float]]] = {
     "cables.png": (4.6, {add_cable_pull: 1.0, add_cable_tension: 1.0}),
     "joints.png": (3.4, {add_joint_bend: 1.0}),
     "curvature.png": (3.0, {add_front: 1.0}),
     "object.png": (3.0, {add_object_height: 1.0}),
     "force.png": (3.0, {add_forces: 1.0}),
-    _OVERVIEW: (
+    "overview.png": (
         10.6,
         {
             add_cable_pull: 1.0, add_cable_tension: 1.0, add_joint_bend: 1.3, add_front: 0.9, add_object_height: 0.9,
@@ -59,19 +57,9 @@ def build_run_figure(series: Series, name: str) -> Figure:
 
 
 def write_plots(series: Series, folder: str | Path) -> tuple[Path, ...]:
-    """Write every figure but the overview to a folder, made where it is missing, and return the files.
+    """Write every figure to a folder, made where it is missing, and return the files.
 
     Raises:
         OSError: where the folder cannot be written.
     """
-    names = [name for name in FIGURES if name != _OVERVIEW]
-    return tuple(write_figure(build_run_figure(series, name), Path(folder) / name) for name in names)
-
-
-def write_overview(series: Series, path: str | Path) -> Path:
-    """Write one picture with all panels over one time axis.
-
-    Raises:
-        OSError: where the file cannot be written.
-    """
-    return write_figure(build_run_figure(series, _OVERVIEW), path)
+    return tuple(write_figure(build_run_figure(series, name), Path(folder) / name) for name in FIGURES)

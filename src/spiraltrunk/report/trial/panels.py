@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 def add_cable_pull(axes: Axes, series: Series) -> None:
     """Cable pulled in since the straight trunk [mm]."""
-    _add_lines(axes, series, 1e3 * series.cable_pull, _cable_labels(series.n_cable))
+    _add_lines(axes, series, 1e3 * series.cable_pull, _cable_labels(series))
     axes.axhline(0.0, color=INK, linewidth=0.6, zorder=1)
     _finish(axes, series, "Length change [mm]\n(shortening > 0)")
 
 
 def add_cable_tension(axes: Axes, series: Series) -> None:
     """Tension of each cable [N]."""
-    _add_lines(axes, series, series.cable_tension, _cable_labels(series.n_cable))
+    _add_lines(axes, series, series.cable_tension, _cable_labels(series))
     axes.set_ylim(bottom=min(0.0, 1.05 * float(series.cable_tension.min())))
     _finish(axes, series, "Cable tension [N]")
 
@@ -33,17 +33,18 @@ def add_joint_bend(axes: Axes, series: Series) -> None:
     """Heat map of the bend of each joint over time, base at the bottom, with the limit on the colour bar [deg]."""
     limit = np.degrees(series.joint_limit)
     bend = np.degrees(series.joint_bend)
+    n_joint = bend.shape[1]
     time = series.time
     edges = np.concatenate([time[:1], (time[1:] + time[:-1]) / 2, time[-1:]])  # Half-way between instants.
     mesh = axes.pcolormesh(
-        edges, np.arange(series.n_joint + 1) + 0.5, bend.T, cmap="viridis", rasterized=True,
+        edges, np.arange(n_joint + 1) + 0.5, bend.T, cmap="viridis", rasterized=True,
         vmin=min(0.0, float(bend.min())), vmax=max(1.08 * limit, float(bend.max())),
     )  # fmt: skip
     _finish(axes, series, "Joint", is_opaque=True)
     axes.grid(visible=False)
-    axes.set_ylim(0.5, series.n_joint + 0.5)
-    ticks = sorted({1, *range(5, series.n_joint - 1, 5), series.n_joint})
-    ends = {series.n_joint: f"tip  {series.n_joint}", 1: "base  1"}
+    axes.set_ylim(0.5, n_joint + 0.5)
+    ticks = sorted({1, *range(5, n_joint - 1, 5), n_joint})
+    ends = {n_joint: f"tip  {n_joint}", 1: "base  1"}
     axes.set_yticks(ticks, [ends.get(tick, str(tick)) for tick in ticks])
     _add_color_bar(axes, mesh, limit)
 
@@ -102,5 +103,5 @@ def _finish(axes: Axes, series: Series, ylabel: str, *, is_opaque: bool = False)
         add_legend(axes)
 
 
-def _cable_labels(n_cable: int) -> list[str]:
-    return [f"cable {i + 1}" + (" (dorsal)" if i == 0 else "") for i in range(n_cable)]
+def _cable_labels(series: Series) -> list[str]:
+    return [f"cable {i + 1}" + (" (dorsal)" if i == 0 else "") for i in range(series.cable_pull.shape[1])]

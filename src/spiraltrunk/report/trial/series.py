@@ -41,16 +41,6 @@ class Series:
     """Title of the figures."""
 
     @property
-    def n_cable(self) -> int:
-        """Number of cables."""
-        return self.cable_pull.shape[1]
-
-    @property
-    def n_joint(self) -> int:
-        """Number of joints."""
-        return self.joint_bend.shape[1]
-
-    @property
     def front(self) -> np.ndarray:
         """Curled length from the tip over the trunk's length, shape (n,) [-]."""
         front = compute_front(self.joint_bend, self.section_length, self.joint_limit)

@@ -18,7 +18,7 @@ from spiraltrunk.errors import MissingPackage
 from spiraltrunk.files.atomic import atomic_folder
 from spiraltrunk.files.results import Progress, format_json, ignore_progress, read_versions, to_json
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
-from spiraltrunk.report import Series, write_filmstrip, write_overview, write_plots, write_video
+from spiraltrunk.report import Series, write_filmstrip, write_plots, write_video
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.render import View, render_frames
 from spiraltrunk.strategies.moves import PHASES
@@ -148,7 +148,6 @@ def write_record(
     write_design(trial.plant.design, folder / "trunk.toml")
     progress("plots", 0, 1)
     write_plots(series, folder)
-    write_overview(series, folder / "overview.png")
     if video:
         try:
             write_pictures(trial, folder, title=series.title, workers=workers, progress=progress)
