@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from spiraltrunk.cad.checks.assembly import list_bolts
 from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.winder import DEAD_TURNS, find_arm, find_drum, motor_angles
 from spiraltrunk.cad.output.bill_of_materials import cable_length, escape, gripper_cable_length
 from spiraltrunk.cad.output.make_part import MadePart
@@ -67,7 +67,7 @@ def _cast_shells(design: TrunkDesign, options: MakeOptions) -> list[str]:
 
 
 def _mount_adapter(design: TrunkDesign, options: MakeOptions) -> list[str]:
-    bases = sum(bolt.what == "housing to adapter" for bolt in list_bolts(design, options, {"adapter"}))
+    bases = len(find_layout(design, options).bases)
     return [
         f"**Adapter**: {bases} M4 inserts into its flat side first; then spigot and dowel into the arm's flange, four "
         "M6 x 12."
@@ -75,7 +75,7 @@ def _mount_adapter(design: TrunkDesign, options: MakeOptions) -> list[str]:
 
 
 def _build_housing(design: TrunkDesign, options: MakeOptions) -> list[str]:
-    bases = sum(bolt.what == "housing to adapter" for bolt in list_bolts(design, options, {"housing"}))
+    bases = len(find_layout(design, options).bases)
     motors = ", ".join(
         f"the one at {math.degrees(angle):.0f} deg from dorsal winds cable {cable + 1}"
         for cable, angle in enumerate(motor_angles(design))

@@ -121,9 +121,8 @@ def write_exploded(solids: Sequence[DrawnSolid], paths: Sequence[Path], *, title
     from matplotlib import rc_context
 
     for path in paths:
-        metadata = {"Date": None} if path.suffix == ".svg" else {}  # The same figure gives the same file.
-        with rc_context({"svg.hashsalt": "spiraltrunk"}):
-            write_figure(figure, path, metadata=metadata)
+        with rc_context({"svg.hashsalt": "spiraltrunk"}):  # The same figure gives the same file.
+            write_figure(figure, path, metadata={"Date": None})
 
 
 def write_sheet(solids: Sequence[DrawnSolid], path: Path, *, title: str, columns: int = 5) -> None:

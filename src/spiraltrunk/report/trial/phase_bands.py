@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from spiraltrunk.report.style import INK, OTHER_PHASE_COLOR, PHASE_COLORS, SMALL
 
 if TYPE_CHECKING:
@@ -75,17 +77,15 @@ def place_labels(spans: Spans, *, letter: float, left: float, right: float) -> l
     named = list(spans)
     while named and sum(len(phase) + 1 for phase, _, _ in named) * letter > right - left:
         named.remove(min(named, key=lambda span: span[2] - span[1]))
-    centers = [(begin + end) / 2 for _, begin, end in named]
-    halves = [(len(phase) + 1) * letter / 2 for phase, _, _ in named]
-    places, edge = list(centers), left - letter
-    for i, half in enumerate(halves):
-        places[i] = max(places[i], edge + half)
-        edge = places[i] + half
-    edge = right + letter
-    for i, half in reversed(list(enumerate(halves))):
-        places[i] = min(places[i], edge - half)
-        edge = places[i] - half
-    return [(phase, center, place) for (phase, _, _), center, place in zip(named, centers, places, strict=True)]
+    if not named:
+        return []
+    centers = np.array([(begin + end) / 2 for _, begin, end in named])
+    widths = letter * np.array([len(phase) + 1 for phase, _, _ in named])
+    offsets = np.cumsum(widths) - widths / 2  # Of names side by side from the left on.
+    shifts = np.maximum.accumulate(np.maximum(centers - offsets, left - letter))
+    places = offsets + np.minimum(shifts, right + letter - widths.sum())
+    phases = [phase for phase, _, _ in named]
+    return list(zip(phases, centers.tolist(), places.tolist(), strict=True))
 
 
 def _color(phase: str) -> str:

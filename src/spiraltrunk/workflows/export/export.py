@@ -138,7 +138,14 @@ def _fill(
         (draft / "parts").mkdir()
         made = _make(design, draft / "parts", request, definitions, progress)
         progress("pictures", 0, 1)
-        _draw(design, made, draft / "pictures")
+        parts = [
+            PlacedPart(
+                name=one.part.name, group=one.part.group, count=one.part.count, mesh=one.mesh, at=one.part.at,
+                turn=one.part.turn,
+            )
+            for one in made
+        ]  # fmt: skip
+        write_pictures(parts, draft / "pictures", title=" ".join(design.name.split()), n_cable=design.n_cable)
         rows = build_bill(design, made, request.options)
         (draft / "bom.md").write_text(format_markdown(design, rows))
         (draft / "bom.csv").write_text(format_csv(rows))
@@ -207,17 +214,6 @@ def _open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _draw(design: TrunkDesign, made: Sequence[MadePart], folder: Path) -> None:
-    parts = [
-        PlacedPart(
-            name=one.part.name, group=one.part.group, count=one.part.count, mesh=one.mesh, at=one.part.at,
-            turn=one.part.turn,
-        )
-        for one in made
-    ]  # fmt: skip
-    write_pictures(parts, folder, title=" ".join(design.name.split()), n_cable=design.n_cable)
 
 
 def _summarise(design: TrunkDesign, request: Request, made: Sequence[MadePart], files: list[str]) -> dict[str, Any]:
