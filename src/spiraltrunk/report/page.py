@@ -1,4 +1,4 @@
-"""One page of HTML that holds all that it shows: texts, tables and pictures, without scripts or links."""
+"""Self-contained HTML pages of texts, tables and pictures, without scripts or links."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from html import escape
 from pathlib import Path
 from typing import final
 
-from spiraltrunk.errors import ShapeError
 from spiraltrunk.files.atomic import atomic_file
 
 _STYLE = """
@@ -29,57 +28,52 @@ ul { padding-left: 1.2em; overflow-wrap: anywhere; } p.note { color: #555; }
 @final
 @dataclass(frozen=True, kw_only=True)
 class Heading:
-    """Title of what follows."""
+    """A section heading."""
 
     text: str
-    """The title."""
+    """Its text."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Words:
-    """Paragraphs, or points of a list."""
+class Paragraphs:
+    """Paragraphs, or items of a list."""
 
     texts: tuple[str, ...]
-    """One each."""
+    """Text of each."""
     is_list: bool = False
-    """Whether they are points."""
+    """Whether they are items of a list."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Grid:
-    """A table."""
+class Table:
+    """A table; all rows are as long as the header."""
 
     header: tuple[str, ...]
     """Names of the columns."""
     rows: tuple[tuple[str, ...], ...]
     """Cells."""
     caption: str = ""
-    """What it shows."""
-
-    def __post_init__(self) -> None:
-        for row in self.rows:
-            if len(row) != len(self.header):
-                raise ShapeError(f"row {row} has {len(row)} cells; allowed: {len(self.header)}, as the header")
+    """Its caption."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """A PNG, which becomes part of the page."""
+    """A PNG that is embedded in the page."""
 
     path: Path
-    """Where it is."""
+    """Its file."""
     text: str
-    """What it shows, for those who cannot see it."""
+    """Alternative text."""
 
 
-Block = Heading | Words | Grid | Picture
+Block = Heading | Paragraphs | Table | Picture
 
 
 def write_page(path: str | Path, title: str, blocks: Sequence[Block]) -> Path:
-    """Write the page, whole or not at all.
+    """Write the page atomically.
 
     Raises:
         OSError: where it cannot be written or a picture not be read.
@@ -91,7 +85,7 @@ def write_page(path: str | Path, title: str, blocks: Sequence[Block]) -> Path:
 
 
 def format_page(title: str, blocks: Sequence[Block]) -> str:
-    """The page as text; nothing that is told in it can be markup."""
+    """The page as text; all texts are escaped."""
     body = "\n".join(_format(block) for block in blocks)
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
@@ -103,18 +97,14 @@ def format_page(title: str, blocks: Sequence[Block]) -> str:
 def _format(block: Block) -> str:
     if isinstance(block, Heading):
         return f"<h2>{escape(block.text)}</h2>"
-    if isinstance(block, Words):
+    if isinstance(block, Paragraphs):
         if block.is_list:
             return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in block.texts) + "</ul>"
         return "\n".join(f"<p>{escape(text)}</p>" for text in block.texts)
     if isinstance(block, Picture):
         data = base64.b64encode(block.path.read_bytes()).decode()
         return f'<img alt="{escape(block.text)}" src="data:image/png;base64,{data}">'
-    return _format_grid(block)
-
-
-def _format_grid(grid: Grid) -> str:
-    caption = f"<caption>{escape(grid.caption)}</caption>" if grid.caption else ""
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in grid.header)
-    rows = "\n".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in grid.rows)
+    caption = f"<caption>{escape(block.caption)}</caption>" if block.caption else ""
+    head = "".join(f"<th>{escape(cell)}</th>" for cell in block.header)
+    rows = "\n".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in block.rows)
     return f'<div class="table"><table>{caption}\n<tr>{head}</tr>\n{rows}\n</table></div>'

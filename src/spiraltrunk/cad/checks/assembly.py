@@ -143,8 +143,7 @@ def _fill(form: Form) -> np.ndarray:
     radius, length = float(high[0]) - SKIN, float(high[2])
     heights = np.linspace(SKIN, length - SKIN, max(3, int(length)))
     turns = 2 * math.pi * np.arange(_TURNS) / _TURNS
-    flat = [polar(part * radius, turn, 0.0) for part in (0.5, 1.0) for turn in turns]
-    local = np.array([(x, y, z) for z in heights for x, y, _ in flat])
+    local = np.array([polar(r, turn, z) for z in heights for r in (0.5 * radius, radius) for turn in turns])
     T = np.array(form.T)  # type: ignore[union-attr]
     return np.asarray(local @ T[:3, :3].T + T[:3, 3])
 

@@ -1,4 +1,4 @@
-"""What a part must hold before anything is written: closed, of the right volume, sound, thick enough, on the bed."""
+"""Printability checks of a part: closed mesh, volume, valid boundary, wall thickness, size of the bed."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ VOLUME_ERROR = 0.01
 """Largest error of a volume [-]."""
 
 PARALLEL = 0.906
-"""Cosine of 25 deg: what lies between faces that are this near to parallel is a wall, else it is an edge."""
+"""Cosine of 25 deg: faces that are nearer to parallel than this bound a wall, others meet at an edge."""
 
 _STEP = 1e-3
-"""How far above a surface a ray starts [mm]."""
+"""Distance of a ray's start from the surface [mm]."""
 
 _SLIVER = 0.02
 """Height of a triangle up to which its normal is not trusted [mm]."""
@@ -31,10 +31,10 @@ _SAMPLES = 20_000
 @final
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """What was found of one part."""
+    """Result of the checks of one part."""
 
     watertight: bool
-    """Whether its mesh is closed and a manifold, all facing outwards."""
+    """Whether its mesh is a closed manifold of consistent orientation."""
     volume: float
     """Volume of the solid [mm^3]."""
     expected: float
@@ -42,22 +42,22 @@ class Finding:
     min_wall: float
     """Thinnest wall [mm]."""
     at: tuple[float, float, float]
-    """Where that is, in the part's frame [mm]."""
+    """Place of the thinnest wall in the part's frame [mm]."""
     area: float
     """Area of its surface [mm^2]."""
     size: tuple[float, float, float]
     """Extent along its axes [mm]."""
     faults: tuple[str, ...]
-    """What does not hold, in words; empty where all holds."""
+    """Messages of the checks that failed."""
 
     @property
     def holds(self) -> bool:
-        """Whether nothing was found."""
+        """Whether all checks passed."""
         return not self.faults
 
 
 def check_part(part: Part, solid: Any, mesh: Trimesh, expected: float, options: MakeOptions) -> Finding:
-    """Everything that is checked of one part."""
+    """Run all checks of one part; ``expected`` is the volume of its definition [mm^3]."""
     faults = []
     is_closed = bool(mesh.is_watertight and mesh.is_winding_consistent)
     volume = float(solid.volume)

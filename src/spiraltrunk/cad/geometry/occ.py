@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 ANGLE = 0.25
 """Largest angle between neighbouring facets of a mesh [rad]; the tolerance rules where it is finer (ours)."""
 
-
 SEAMS = (0.0, 0.4, 1.1)
 """Angles of the seams of round faces, tried in this order [rad] (ours)."""
 
@@ -27,7 +26,7 @@ _ANY = 1e6
 
 
 def check_packages() -> None:
-    """Load what solids need.
+    """Import the optional packages of solids.
 
     Raises:
         MissingPackage: which extra to install.
@@ -42,8 +41,8 @@ def check_packages() -> None:
 def build_solid(form: Form) -> Shape[Any]:
     """The form as the kernel's boundary representation, in mm.
 
-    Where two seams of round faces touch, the kernel may leave a face of no area: then the solid is built once more with
-    its seams elsewhere.
+    Where two seams of round faces touch, the kernel may leave a face without area. Then the solid is built again with
+    other seams.
     """
     for seam in SEAMS:
         solid = _build(form, seam)
@@ -53,7 +52,7 @@ def build_solid(form: Form) -> Shape[Any]:
 
 
 def _build(form: Form, seam: float) -> Shape[Any]:
-    """The form with the seams of whole turns at an angle [rad]."""
+    """The form with the seams of full revolutions at an angle [rad]."""
     import build123d as bd
 
     match form:
@@ -71,9 +70,8 @@ def _build(form: Form, seam: float) -> Shape[Any]:
             first, *others = (_build(part, seam) for part in forms)
             return _single(first.fuse(*others) if others else first)
         case Cut(form=inner, tools=tools):
-            return _single(
-                _build(inner, seam).cut(*(_build(tool, seam) for tool in tools)) if tools else _build(inner, seam)
-            )
+            whole = _build(inner, seam)
+            return _single(whole.cut(*(_build(tool, seam) for tool in tools)) if tools else whole)
         case Common(form=inner, other=other):
             return _single(_build(inner, seam).intersect(_build(other, seam)))
 
@@ -182,7 +180,7 @@ def _location(T: Any) -> Any:
 
 
 def _single(result: Any) -> Any:
-    """The one solid in a result that may be a list or a compound of one."""
+    """The solid in a result that may be a list or a compound of one."""
     import build123d as bd
 
     solids = list(result) if isinstance(result, (list, tuple)) else [result]

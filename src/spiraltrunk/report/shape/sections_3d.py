@@ -1,5 +1,4 @@
-"""What there is to draw of a shape: sections as solids of revolution and cables through their holes, in the frame of
-`Shape`, in mm."""
+"""Geometry of a shape for its figure: sections as solids of revolution, and cables, in the frame of `Shape`, in mm."""
 
 from __future__ import annotations
 
@@ -14,23 +13,23 @@ from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.statics.pull_sequences import find_shut
 
 _FACETS = 24
-"""Flat pieces round a section."""
+"""Facets round a section."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Solids:
-    """A trunk in space, in the frame of `Shape`."""
+    """Sections, cables and joints in space, in the frame of `Shape`."""
 
     outline: np.ndarray
     """Rings of each section base to tip: proximal joint centre, two rims, distal joint centre; shape (n_section, 4,
     n_facet, 3) [mm]."""
     cable: np.ndarray
-    """Each cable hole by hole, base to tip, shape (n_cable, 2 n_section, 3) [mm]."""
+    """Holes that each cable passes, base to tip, shape (n_cable, 2 n_section, 3) [mm]."""
     center: np.ndarray
     """Joint centres, shape (n_joint, 3) [mm]."""
     is_shut: np.ndarray
-    """Which joints are at their limit, shape (n_joint,) [bool]."""
+    """Whether each joint is at its limit, shape (n_joint,) [bool]."""
     axis: np.ndarray
     """Direction of the base axis, shape (3,) [-]."""
 
@@ -42,12 +41,12 @@ class Solids:
 
     @property
     def gaps(self) -> np.ndarray:
-        """Cables across the gaps, shape (n_cable, n_joint, 2, 3) [mm]."""
+        """Cable segments across the gaps, shape (n_cable, n_joint, 2, 3) [mm]."""
         return np.stack([self.cable[:, 1:-1:2], self.cable[:, 2::2]], axis=2)
 
 
 def build_solids(design: TrunkDesign, shape: Shape, theta_0: float) -> Solids:
-    """Where sections and cables of one shape are, the base axis ``theta_0`` below the horizontal [rad]."""
+    """Geometry of one shape with the base axis ``theta_0`` below the horizontal [rad]."""
     base = base_orientation(theta_0)
     frames = section_frames(design, shape.joint_rotation)
     turn = base @ frames[:, :3, :3]
@@ -64,7 +63,7 @@ def build_solids(design: TrunkDesign, shape: Shape, theta_0: float) -> Solids:
 
 
 def _place(turn: np.ndarray, origin: np.ndarray, local: np.ndarray) -> np.ndarray:
-    """Points (n_section, a, b, 3) of the sections' frames in that of `Shape`."""
+    """Transform points (n_section, a, b, 3) from the sections' frames to that of `Shape`."""
     placed: np.ndarray = np.einsum("nij,nabj->nabi", turn, local) + origin[:, None, None]
     return placed
 

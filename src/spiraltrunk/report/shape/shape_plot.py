@@ -17,19 +17,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _BODY, _EDGE, _SHUT, _SHUT_MARK = "#B8C4D0", "#5F6F80", "#CC79A7", "#8E2A6B"
-"""Sections, their outlines, faces that meet and the joints between them."""
+"""Colours of sections, their outlines, faces that touch, and shut joints."""
 
 _LEAD = 0.22
-"""Length of the base axis before the base, over the picture's size [-]."""
+"""Length of the drawn base axis over the size of the trunk [-]."""
 
 _BEHIND = 0.1
-"""Median distance of two cables in a side view up to which one hides the other, over that in space [-]."""
+"""Median ratio of two cables' distance in a side view to that in space, below which one hides the other [-]."""
 
 _DOT, _SPAN = (1.8, 4.0), 230.0
-"""Least and largest size of a shut joint's dot, a third of its section's, and of a whole view [pt]."""
+"""Least and largest diameter of a shut joint's dot, and size of a view [pt]."""
 
 _DEPTHS = ((2, 1), (0, -1))
-"""Coordinate towards the eye in each of `SIDE_VIEWS`, and its sign there."""
+"""Coordinate towards the viewer in each of `SIDE_VIEWS`, and its sign."""
 
 
 def build_shape_figure(design: TrunkDesign, shape: Shape, theta_0: float, *, title: str = "") -> Figure:

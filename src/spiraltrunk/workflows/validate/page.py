@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk.mocap.signal.deviation import PAPER
-from spiraltrunk.report.page import Block, Grid, Heading, Picture, Words
+from spiraltrunk.report.page import Block, Heading, Paragraphs, Picture, Table
 
 
 def build_page(result: dict[str, Any], plots: Mapping[Path, str]) -> list[Block]:
@@ -20,7 +20,7 @@ def build_page(result: dict[str, Any], plots: Mapping[Path, str]) -> list[Block]
         "shapes."
     )
     warnings = tuple(note for note in result["notes"] if note.startswith("not a measurement"))
-    blocks: list[Block] = [Words(texts=(*warnings, intro)), Heading(text="RMSE by run")]
+    blocks: list[Block] = [Paragraphs(texts=(*warnings, intro)), Heading(text="RMSE by run")]
     blocks += [_build_runs(result), _build_paper(result)]
     blocks += [Heading(text="Effect of the alignment"), _build_alignments(result)]
     for path, title in plots.items():
@@ -28,7 +28,7 @@ def build_page(result: dict[str, Any], plots: Mapping[Path, str]) -> list[Block]
         blocks += [Heading(text=title)] if kind == "overlay" else []
         blocks.append(Picture(path=path, text=f"{title}, {kind}"))
     if len(result["notes"]) > len(warnings):
-        blocks += [Heading(text="Notes"), Words(texts=tuple(result["notes"][len(warnings) :]), is_list=True)]
+        blocks += [Heading(text="Notes"), Paragraphs(texts=tuple(result["notes"][len(warnings) :]), is_list=True)]
     return blocks
 
 
@@ -39,18 +39,18 @@ def format_run(run: Mapping[str, Any]) -> tuple[str, ...]:
     return (*map(str, counts), *(_mm(run[key]) for key in keys))
 
 
-def _build_runs(result: dict[str, Any]) -> Grid:
+def _build_runs(result: dict[str, Any]) -> Table:
     names = ("mean RMSE [mm]", "max RMSE [mm]", "largest [mm]", "takes differ [mm]")
-    return Grid(
+    return Table(
         header=("run", "shapes", "takes", "sections", *names),
         rows=tuple((name, *format_run(run)) for name, run in result["runs"].items()),
         caption="largest: the largest distance of one section; takes differ: RMS distance of the takes from their mean",
     )  # fmt: skip
 
 
-def _build_paper(result: dict[str, Any]) -> Grid:
+def _build_paper(result: dict[str, Any]) -> Table:
     ours = "synthetic recordings [mm]" if result["is_made_up"] else "recordings [mm]"
-    return Grid(
+    return Table(
         header=("figure", ours, "the paper [mm]"), rows=tuple(pair_with_paper(result)),
         caption=f"The paper's column is {PAPER['what']} ({PAPER['source']}); it says nothing about this robot",
     )  # fmt: skip
@@ -70,9 +70,9 @@ def pair_with_paper(result: dict[str, Any]) -> list[tuple[str, str, str]]:
     return rows
 
 
-def _build_alignments(result: dict[str, Any]) -> Grid:
+def _build_alignments(result: dict[str, Any]) -> Table:
     by_kind = result["mean_rmse_by_alignment_m"]
-    return Grid(
+    return Table(
         header=("mean RMSE [mm]", *(f"alignment {kind}" for kind in by_kind)),
         rows=tuple((name, *(_mm(of_runs[name]) for of_runs in by_kind.values())) for name in result["runs"]),
         caption="base: by the rigid body at the base; run: one motion a take; shape: one for each shape",
