@@ -121,6 +121,9 @@ def test_files_hold_the_same_solid(tmp_path):
     mesh = build_mesh(solid, 0.02)
     write_step(solid, tmp_path / "thing.step", "thing")
     assert build123d.import_step(tmp_path / "thing.step").volume == pytest.approx(solid.volume, rel=1e-6)
+    for again in ("again.step", "once more.step"):
+        write_step(solid, tmp_path / again, "thing")
+        assert (tmp_path / again).read_bytes() == (tmp_path / "thing.step").read_bytes()
     mesh.export(tmp_path / "thing.stl")
     write_3mf(mesh, tmp_path / "thing.3mf", 'a <name> & "more"')
     first = (tmp_path / "thing.3mf").read_bytes()

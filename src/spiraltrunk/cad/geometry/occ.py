@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -146,6 +147,9 @@ def write_step(solid: Shape[Any], path: Path, name: str) -> None:
     solid.label = name
     if not bd.export_step(solid, str(path), timestamp=_WHEN):
         raise OSError(f"the STEP writer failed at {path.name}")
+    # The writer counts the files of its process in the name of the assembly's one item.
+    written, item = path.read_text(), re.compile(r"(_USAGE_OCCURRENCE\()'\d+'([^;]*)")
+    path.write_text(item.sub(lambda found: f"{found[1]}'1'{found[2]}".replace("\n", ""), written))
 
 
 def write_3mf(mesh: Trimesh, path: Path, name: str) -> None:
