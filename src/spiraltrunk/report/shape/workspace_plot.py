@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 _SLICE = 0.01
 """Thickness of the slice [m]."""
 
-_COLOR_MAP = "viridis"
-
 
 def build_workspace_figure(workspace: Workspace, *, title: str = "") -> Figure:
     """Tips in space, left, and those near the plane z = 0, right [mm], coloured by the sum of tensions [N]."""
@@ -48,7 +46,7 @@ def _add_space(axes: Any, workspace: Workspace, order: np.ndarray, norm: Normali
     total = workspace.tension.sum(axis=1)[order]
     # Matplotlib's third axis points up, ours is y.
     axes.scatter(
-        tip[:, 0], tip[:, 2], tip[:, 1], c=total, s=3, cmap=_COLOR_MAP, norm=norm, linewidths=0, depthshade=False
+        tip[:, 0], tip[:, 2], tip[:, 1], c=total, s=3, cmap="viridis", norm=norm, linewidths=0, depthshade=False
     )
     axes.plot(rest[:, 0], rest[:, 2], rest[:, 1], color=INK, linewidth=2.2)
     axes.set_aspect("equal")
@@ -69,7 +67,7 @@ def _add_plane(axes: Axes, workspace: Workspace, order: np.ndarray, norm: Normal
     order = order[workspace.in_plane(_SLICE)[order]]
     tip, rest = 1e3 * workspace.tip[order], 1e3 * _from_base(workspace)
     dots = axes.scatter(
-        tip[:, 0], tip[:, 1], c=workspace.tension.sum(axis=1)[order], s=9, cmap=_COLOR_MAP, norm=norm, linewidths=0
+        tip[:, 0], tip[:, 1], c=workspace.tension.sum(axis=1)[order], s=9, cmap="viridis", norm=norm, linewidths=0
     )
     axes.plot(rest[:, 0], rest[:, 1], color=INK, linewidth=2.2, label="trunk, cables slack")
     axes.plot(0, 0, marker="s", color=INK, markersize=6, linestyle="none", label="base")

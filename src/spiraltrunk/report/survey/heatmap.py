@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLOR_MAP = "viridis"
-
 _BINS = 4
 """Approximate number of bins in each direction; their edges are round numbers."""
 
@@ -77,7 +75,7 @@ def build_heatmap_figure(sheet: Sequence[Outcomes]) -> Figure:
         _add_map(axes, outcomes)
     for axes in list(grid.flat)[len(sheet) :]:
         axes.set_axis_off()
-    colors = ScalarMappable(Normalize(0, 100), _COLOR_MAP)
+    colors = ScalarMappable(Normalize(0, 100), "viridis")
     bar = figure.colorbar(colors, ax=grid, shrink=0.85, pad=0.02, aspect=15 * rows)
     bar.set_label("Rate of success [%]", fontsize=NORMAL, color=INK)
     bar.ax.tick_params(labelsize=SMALL, colors=INK)
@@ -97,7 +95,7 @@ def _add_map(axes: Axes, outcomes: Outcomes) -> None:
     cells = compute_cells(outcomes)
     rate = np.ma.masked_invalid(100 * cells.successes / np.where(cells.trials, cells.trials, np.nan))
     mesh = axes.pcolormesh(
-        cells.width_mm, cells.mass_g, rate.T, cmap=_COLOR_MAP, vmin=0, vmax=100, edgecolors="white", linewidth=1.0
+        cells.width_mm, cells.mass_g, rate.T, cmap="viridis", vmin=0, vmax=100, edgecolors="white", linewidth=1.0
     )
     mesh.set_rasterized(True)
     for i, j in np.argwhere(cells.trials):
