@@ -11,7 +11,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.model import inverse, statics
 from spiraltrunk.model.inverse.multistart import InverseOptions
-from spiraltrunk.model.inverse.start_table import Stand, compute_starts
+from spiraltrunk.model.inverse.start_table import LoadCase, compute_start_table
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics.loads import Loads
 from spiraltrunk.strategies.wrap.hung_model import predict_wrap
@@ -19,20 +19,20 @@ from spiraltrunk.strategies.wrap.hung_model import predict_wrap
 STANDS = [{}, {"theta_0": 0.3, "roll": 0.5, "loads": Loads(mass=0.05)}]
 
 
-def draw(name: str, count: int, seed: int, stand: dict) -> Shape:
+def draw(name: str, count: int, seed: int, case: dict) -> Shape:
     """Equilibria at tensions even in their logarithm, a fifth of the cables slack."""
     design, rng = presets.get(name), np.random.default_rng(seed)
     size = (count, design.n_cable)
     tension = 10 ** rng.uniform(-1, np.log10(design.cable.tension_max), size)
-    return statics.solve(design, tension=np.where(rng.random(size) < 0.2, 0.0, tension), **stand)
+    return statics.solve(design, tension=np.where(rng.random(size) < 0.2, 0.0, tension), **case)
 
 
-def check_identity(name: str, count: int, seed: int, stand: dict, least: float) -> None:
+def check_identity(name: str, count: int, seed: int, case: dict, least: float) -> None:
     """A pliant shape's tip moves by tens of metres per N m of what the solver leaves: that is 1e-10 N m here."""
-    design, wanted = presets.get(name), draw(name, count, seed, stand).points[:, -1]
+    design, wanted = presets.get(name), draw(name, count, seed, case).points[:, -1]
     sharp = statics.StaticsOptions(tolerance=1e-10)
-    reach = inverse.solve(design, wanted, options=InverseOptions(statics=sharp), **stand)
-    again = statics.solve(design, tension=reach.tension, options=sharp, **stand)
+    reach = inverse.solve(design, wanted, options=InverseOptions(statics=sharp), **case)
+    again = statics.solve(design, tension=reach.tension, options=sharp, **case)
     left = np.linalg.norm(again.points[:, -1] - wanted, axis=-1)
     np.testing.assert_allclose(reach.distance, left, atol=1e-8)
     np.testing.assert_allclose(reach.points, again.points, rtol=0, atol=1e-8)
@@ -43,19 +43,19 @@ def check_identity(name: str, count: int, seed: int, stand: dict, least: float) 
     np.testing.assert_array_equal(reach.status == Status.OUT_OF_REACH, left > 5e-5)
 
 
-@pytest.mark.parametrize("stand", STANDS)
+@pytest.mark.parametrize("case", STANDS)
 @pytest.mark.parametrize("name", presets.NAMES)
-def test_forward_of_inverse_is_identity(name: str, stand: dict) -> None:
-    check_identity(name, 20, 3, stand, least=1.0)
+def test_forward_of_inverse_is_identity(name: str, case: dict) -> None:
+    check_identity(name, 20, 3, case, least=1.0)
 
 
-@pytest.mark.parametrize("stand", STANDS)
-def test_answers_are_those_of_the_straight_trunk(stand: dict) -> None:
+@pytest.mark.parametrize("case", STANDS)
+def test_answers_are_those_of_the_straight_trunk(case: dict) -> None:
     """To what the solver leaves, with cables drawn against each other up to their largest tension, upright too."""
-    stand = stand | {"theta_0": np.repeat([-1.5, -0.5, 0.5, 1.5], 15)}
-    wanted = draw("paper", 60, 8, stand).points[:, -1]
-    reach = inverse.solve(presets.PAPER, wanted, **stand)
-    again = statics.solve(presets.PAPER, tension=reach.tension, **stand)
+    case = case | {"theta_0": np.repeat([-1.5, -0.5, 0.5, 1.5], 15)}
+    wanted = draw("paper", 60, 8, case).points[:, -1]
+    reach = inverse.solve(presets.PAPER, wanted, **case)
+    again = statics.solve(presets.PAPER, tension=reach.tension, **case)
     np.testing.assert_allclose(reach.points, again.points, rtol=0, atol=1e-7)
 
 
@@ -64,17 +64,17 @@ def test_a_slack_cable_does_not_do_where_others_are_opposed(angles: tuple[float,
     """Each answer is then looked at from the straight trunk, as others may pull against each other."""
     cable = replace(presets.PAPER.cable, angles=tuple(np.radians(angles).tolist()))
     opposed = replace(presets.PAPER, cable=cable)
-    stand = Stand(np.pi / 2, 0.0, 0.0, -1, None, -1)
-    starts = [compute_starts(design, stand, 4, statics.StaticsOptions()) for design in (presets.PAPER, opposed)]
+    case = LoadCase(np.pi / 2, 0.0, 0.0, -1, None, -1)
+    starts = [compute_start_table(design, case, 4, statics.StaticsOptions()) for design in (presets.PAPER, opposed)]
     assert starts[0].slack > 0
     assert starts[1].slack < 0
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stand", STANDS)
+@pytest.mark.parametrize("case", STANDS)
 @pytest.mark.parametrize("name", presets.NAMES)
-def test_all_but_one_in_a_hundred_reachable_targets_are_reached(name: str, stand: dict) -> None:
-    check_identity(name, 500, 11, stand, least=0.99)
+def test_all_but_one_in_a_hundred_reachable_targets_are_reached(name: str, case: dict) -> None:
+    check_identity(name, 500, 11, case, least=0.99)
 
 
 def test_the_pulls_hold_the_same_shape() -> None:

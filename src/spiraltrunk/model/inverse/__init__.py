@@ -1,4 +1,4 @@
-"""Inverse model: cables for a tip, for a direction of the tip, for a whole shape, and the tips that can be reached."""
+"""Inverse model: cable tensions for a tip position, a direction or a whole shape; workspace of the tip."""
 
 from spiraltrunk.model.inverse.multistart import InverseOptions
 from spiraltrunk.model.inverse.solve import curl, follow, solve

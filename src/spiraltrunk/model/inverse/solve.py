@@ -1,9 +1,9 @@
-"""From where the trunk should be to how its cables must be pulled: tip, tip and direction, whole shape, or a curl.
+"""Inverse model: cable tensions for a tip position, a tip pose, a whole shape or a curl round a circle.
 
-The forward model is the static equilibrium without friction. The unknowns are the tensions of the cables, from 0 to the
-design's largest: any such tensions have an equilibrium, which a set of cable lengths need not have. The answer names
-the tensions and the lengths that hold the same shape. Of several starts those with less tension come first. Three
-cables have three freedoms: a tip's place is met, a direction, a shape or a circle as nearly as they can.
+The forward model is the static equilibrium without friction. The unknowns are the cable tensions from 0 to the design's
+largest: any such tensions have an equilibrium, which a set of cable lengths need not have. The solution holds the
+tensions and the cable lengths of the same shape. Starts with low tension are preferred. Three cables give three degrees
+of freedom: a tip position is met exactly, a direction, a shape or a circle in least squares.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.inverse.kernels.target_residual import Aim, gap_rows
-from spiraltrunk.model.inverse.multistart import InverseOptions, find, read_scene
+from spiraltrunk.model.inverse.multistart import InverseOptions, read_load_cases, solve_targets
 from spiraltrunk.model.inverse.start_table import section_axes
 from spiraltrunk.model.kinematics.enclosure import first_wrapped, snug_bend
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics.loads import Loads
 
-__all__ = ["InverseOptions", "Reach", "curl", "follow", "solve"]
+__all__ = ["InverseOptions", "InverseSolution", "curl", "follow", "solve"]
 
 _DEEP = 30.0
-"""How much more a section's depth in the circle weighs than a gap before it [-]."""
+"""Weight of a section's penetration of the circle over that of a gap [-]."""
 
 _PLACES = Range(least=-1e4, most=1e4)
 """Coordinates of a target [m]."""
@@ -39,29 +39,30 @@ _CONVERGED, _OUT_OF_REACH = int(Status.CONVERGED), int(Status.OUT_OF_REACH)
 _NOT_CONVERGED = int(Status.NOT_CONVERGED)
 
 _DEFAULT, _CURL = InverseOptions(), InverseOptions(tolerance=1e-3, tries=24)
-"""How targets, and circles, are sought unless the caller says otherwise."""
+"""Default options for targets and for circles."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Reach:
-    """How the cables must be pulled, and what comes of it; leading axes ``...`` are those of the batch."""
+class InverseSolution:
+    """Tensions, cable lengths and equilibrium of each target; leading axes ``...`` are those of the batch."""
 
     shape: Shape
-    """The equilibrium at these tensions that is found from the straight trunk, as by `statics.solve`."""
+    """Equilibrium at these tensions, as `statics.solve` finds it from the straight trunk."""
     tension: np.ndarray
     """Tension of each cable, shape (..., n_cable) [N]."""
     pull: np.ndarray
-    """Each cable pulled in since the straight trunk, negative for paid out, shape (..., n_cable) [m]; where a tension
-    is 0, the most cable that may be pulled without changing the shape. Where several shapes hold the same lengths, that
-    one is found again from ``start=reach.shape``."""
+    """Each cable pulled in since the straight trunk, negative for paid out, shape (..., n_cable) [m].
+
+    Where a tension is 0: the largest pull that does not change the shape. Where several shapes have the same lengths,
+    `statics.solve` finds this one from ``start=solution.shape``."""
     distance: np.ndarray
-    """What is left: of the tip's distance, of the root mean square of the section ends' distances, or of a curl the
-    deepest section's depth or the nearest section's gap, whichever is larger; shape (...) [m]."""
+    """Residual, shape (...) [m]: distance of the tip, root mean square distance of the section ends, or of a curl the
+    penetration of the deepest section or the gap of the nearest one."""
     status: np.ndarray
-    """`Status`: CONVERGED, OUT_OF_REACH where more is left than the tolerance, NOT_CONVERGED; shape (...) [-]."""
+    """`Status`: CONVERGED, OUT_OF_REACH where the residual exceeds the tolerance, NOT_CONVERGED; shape (...) [-]."""
     turn: np.ndarray | None = None
-    """Angle between the tip's direction and the wanted one, where one is wanted, shape (...) [rad]."""
+    """Angle between the tip's direction and the target's, if it has one, shape (...) [rad]."""
     gap: np.ndarray | None = None
     """Gap between each section's surface and the circle of a curl, negative inside, shape (..., n_section) [m]."""
 
@@ -86,49 +87,49 @@ def solve(
     roll: ArrayLike = 0.0,
     loads: Loads | None = None,
     options: InverseOptions | None = None,
-) -> Reach:
-    """Cables that bring the tip to a place, or as near as they can; with a direction, to both in least squares.
+) -> InverseSolution:
+    """Cable tensions for a tip position, or for position and direction in least squares.
 
-    Minimised is |tip - wanted|^2 + (direction_weight |axis - direction|)^2.
+    Minimises |tip - target|^2 + (direction_weight |axis - direction|)^2.
 
     Args:
         design: the trunk.
-        tip: where the tip should be, in the frame of `Shape`, shape (..., 3) [m].
-        direction: where the last section should point, any length but 0, shape (..., 3) [-].
-        direction_weight: length that one radian of direction weighs as much as [m].
+        tip: target position of the tip in the frame of `Shape`, shape (..., 3) [m].
+        direction: target direction of the last section, of any length but 0, shape (..., 3) [-].
+        direction_weight: length that weighs as much as one radian of direction [m].
         theta_0: angle of the base axis below the horizontal, shape (...) [rad]; pi / 2 hangs.
-        roll: turn of the trunk about its base axis, shape (...) [rad].
-        loads: what else weighs on it.
-        options: how it is sought.
+        roll: rotation of the trunk about its base axis, shape (...) [rad].
+        loads: loads besides its weight.
+        options: options of the search.
 
     Returns:
-        Tensions, pulls and shape; the status is OUT_OF_REACH where the tip, or tip and direction, are farther off than
-        the tolerance.
+        Tensions, pulls and shape; the status is OUT_OF_REACH where the residual exceeds the tolerance.
 
     Raises:
-        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+        ModelError: for wrong shapes, and numbers that are not finite or out of range.
+        DesignError: for arguments of another type.
     """
     check_type("design", design, TrunkDesign)
     wanted, count = read_numbers("tip", tip, _PLACES, shape=(..., 3), unit="m"), design.n_section
     aimed: np.ndarray = np.zeros(3) if direction is None else _read_unit("direction", direction)
     weight = float(read_numbers("direction_weight", direction_weight, Range(least=1e-6, most=1e3), shape=()))
     batch = broadcast_batches({"tip": wanted.shape[:-1], "direction": aimed.shape[:-1]})
-    scene, batch = read_scene((theta_0, roll), loads, batch)
+    cases, batch = read_load_cases((theta_0, roll), loads, batch)
     point, heading, last = np.zeros((*batch, count, 3)), np.zeros((*batch, 3)), np.zeros(count)
     point[..., -1, :], heading[:], last[-1] = wanted, aimed, 1.0
     point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
     turn = 0.0 if direction is None else weight
     aim = _aim(design, point=point, weight=last, heading=heading, turn=turn)
     options = _read_options(options, _DEFAULT)
-    shape = find(design, scene, aim, options, batch)
+    shape = solve_targets(design, cases, aim, options, batch)
     away = shape.points[..., -1, :] - wanted
     x, y, z = away[..., 0], away[..., 1], away[..., 2]
     distance = np.sqrt(x * x + y * y + z * z)
     if direction is None:
-        return _answer(shape, distance, distance <= options.tolerance)
+        return _build_solution(shape, distance, distance <= options.tolerance)
     chord = np.linalg.norm(section_axes(shape.points)[..., -1, :] - aimed, axis=-1)
     is_reached = np.hypot(distance, turn * chord) <= options.tolerance
-    return _answer(shape, distance, is_reached, turn=2 * np.arcsin(np.minimum(chord / 2, 1.0)))
+    return _build_solution(shape, distance, is_reached, turn=2 * np.arcsin(np.minimum(chord / 2, 1.0)))
 
 
 def follow(
@@ -140,23 +141,24 @@ def follow(
     roll: ArrayLike = 0.0,
     loads: Loads | None = None,
     options: InverseOptions | None = None,
-) -> Reach:
-    """Cables that bring all section ends nearest to given ones, in least squares.
+) -> InverseSolution:
+    """Cable tensions for a whole shape: section ends nearest to given ones in weighted least squares.
 
     Args:
         design: the trunk.
-        points: where the section ends should be, base to tip, shape (..., n_section, 3) [m].
-        weight: how much each counts, shape (n_section,) [-]; equal by default.
+        points: target section ends, base to tip, shape (..., n_section, 3) [m].
+        weight: weight of each, shape (n_section,) [-]; equal by default.
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
-        roll: turn of the trunk about its base axis, shape (...) [rad].
-        loads: what else weighs on it.
-        options: how it is sought.
+        roll: rotation of the trunk about its base axis, shape (...) [rad].
+        loads: loads besides its weight.
+        options: options of the search.
 
     Returns:
         Tensions, pulls and shape; the distance is the weighted root mean square of the section ends' distances.
 
     Raises:
-        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+        ModelError: for wrong shapes, and numbers that are not finite or out of range.
+        DesignError: for arguments of another type.
     """
     check_type("design", design, TrunkDesign)
     count = design.n_section
@@ -164,13 +166,13 @@ def follow(
     share = read_numbers("weight", np.ones(count) if weight is None else weight, Range(least=0.0), shape=(count,))
     if not share.any():
         raise ModelError("weight is 0 for every section; allowed: at least one above 0")
-    scene, batch = read_scene((theta_0, roll), loads, wanted.shape[:-2])
+    cases, batch = read_load_cases((theta_0, roll), loads, wanted.shape[:-2])
     point = np.broadcast_to(wanted, (*batch, count, 3)).reshape(-1, count, 3).copy()
     share = share / share.sum()
     options = _read_options(options, _DEFAULT)
-    shape = find(design, scene, _aim(design, point=point, weight=np.sqrt(share)), options, batch)
+    shape = solve_targets(design, cases, _aim(design, point=point, weight=np.sqrt(share)), options, batch)
     distance = np.sqrt((share * ((shape.points - wanted) ** 2).sum(axis=-1)).sum(axis=-1))
-    return _answer(shape, distance, distance <= options.tolerance)
+    return _build_solution(shape, distance, distance <= options.tolerance)
 
 
 def curl(
@@ -184,49 +186,50 @@ def curl(
     roll: ArrayLike = 0.0,
     loads: Loads | None = None,
     options: InverseOptions | None = None,
-) -> Reach:
-    """Cables that curl the trunk round a circle so that the sections' outer surfaces touch it.
+) -> InverseSolution:
+    """Cable tensions that curl the trunk round a circle so that the sections' outer surfaces touch it.
 
-    Minimised are the squares of the gaps of the sections that should touch, and of all sections' distances from the
-    circle's plane; the depth of any section in the circle weighs 30 times as much as a gap. No force acts between
-    trunk and circle, so the trunk touches where its free curl lets it.
+    Minimises the squared gaps of the sections that should touch and the squared distances of all sections from the
+    circle's plane; penetration of the circle weighs 30 times as much as a gap. There is no contact force between trunk
+    and circle.
 
     Args:
         design: the trunk.
         center: centre of the circle in the frame of `Shape`, shape (..., 3) [m].
         diameter: shape (...) [m].
         normal: normal of the circle's plane, any length but 0, shape (..., 3) [-].
-        touching: how many sections, counted from the tip, should touch; by default those that wrap 250 degrees of it.
+        touching: number of sections, counted from the tip, that should touch; by default those of the last 250 degrees.
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
-        roll: turn of the trunk about its base axis, shape (...) [rad].
-        loads: what else weighs on it.
-        options: how it is sought; its tolerance says what touches, 1 mm by default.
+        roll: rotation of the trunk about its base axis, shape (...) [rad].
+        loads: loads besides its weight.
+        options: options of the search; the tolerance is the largest gap that counts as contact, 1 mm by default.
 
     Returns:
         Tensions, pulls and shape, with the gap of every section; OUT_OF_REACH where no section comes within the
-        tolerance of the circle, or one lies deeper in it.
+        tolerance of the circle, or one penetrates it deeper.
 
     Raises:
-        ModelError: for shapes that do not fit, numbers that are not finite or out of range.
+        ModelError: for wrong shapes, and numbers that are not finite or out of range.
+        DesignError: for arguments of another type.
     """
     check_type("design", design, TrunkDesign)
     middle, axis = read_numbers("center", center, _PLACES, shape=(..., 3), unit="m"), _read_unit("normal", normal)
     width = read_numbers("diameter", diameter, Range(least=1e-6, most=_PLACES.most), unit="m")
     batch = broadcast_batches({"center": middle.shape[:-1], "normal": axis.shape[:-1], "diameter": width.shape})
-    scene, batch = read_scene((theta_0, roll), loads, batch)
+    cases, batch = read_load_cases((theta_0, roll), loads, batch)
     circle = np.concatenate(
         [np.broadcast_to(part, (*batch, part.shape[-1])) for part in (middle, axis, width[..., None] / 2)], axis=-1
     ).reshape(-1, 7)
     options = _read_options(options, _CURL)
     touch = _touching(design, touching, float(width.min()))
     aim = _aim(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
-    shape = find(design, scene, aim, replace(options, tolerance=1e-6), batch)
+    shape = solve_targets(design, cases, aim, replace(options, tolerance=1e-6), batch)
     points = shape.points.reshape(-1, design.n_section, 3)
     gap = np.empty(points.shape[:-1])
     gap_rows(points, section_axes(points), aim, gap)
     gap = gap.reshape(shape.points.shape[:-1])
     distance = np.abs(gap.min(axis=-1))
-    return _answer(shape, distance, distance <= options.tolerance, gap=gap)
+    return _build_solution(shape, distance, distance <= options.tolerance, gap=gap)
 
 
 def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.ndarray:
@@ -240,13 +243,13 @@ def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.nda
 
 
 def _aim(design: TrunkDesign, **parts: Any) -> Aim:
-    """An aim of which all that is not given is left out."""
+    """Targets of the kernels; parts that are not given have no weight."""
     rows = len(parts["circle"] if "circle" in parts else parts["point"])
     return (_keep_no_aim(IdentityKey(design)) if rows == 1 else _no_aim(design, rows))._replace(**parts)
 
 
 def _no_aim(design: TrunkDesign, rows: int) -> Aim:
-    """An aim that wants nothing."""
+    """Targets without weight."""
     count, solid = design.n_section, design.solid
     return Aim(
         np.zeros((rows, count, 3)), np.zeros(count), np.zeros((rows, 3)), 0.0, np.zeros((rows, 7)), np.zeros(count),
@@ -256,26 +259,26 @@ def _no_aim(design: TrunkDesign, rows: int) -> Aim:
 
 @lru_cache(maxsize=64)
 def _keep_no_aim(key: IdentityKey) -> Aim:
-    """The same for one target, kept; nothing is written into it."""
+    """`_no_aim` for one target, cached; nothing is written into it."""
     return _no_aim(key.design, 1)
 
 
-def _answer(
+def _build_solution(
     shape: Shape,
     distance: np.ndarray,
     is_reached: np.ndarray,
     *,
     turn: np.ndarray | None = None,
     gap: np.ndarray | None = None,
-) -> Reach:
-    """The answer, in the batch's shape as all that it is given."""
+) -> InverseSolution:
+    """The solution, with the batch axes of the shape."""
     has_failed = shape.status == _NOT_CONVERGED
     if shape.status.ndim == 0:
         status = np.array(_NOT_CONVERGED if has_failed else _CONVERGED if is_reached else _OUT_OF_REACH)
     else:
         status = np.where(has_failed, _NOT_CONVERGED, np.where(is_reached, _CONVERGED, _OUT_OF_REACH))
     tension = shape.cable_change * 0 if shape.forces is None else shape.forces.cable_tension
-    return Reach(
+    return InverseSolution(
         shape=shape, tension=tension, pull=shape.cable_change, distance=np.asarray(distance), status=status,
         turn=None if turn is None else np.asarray(turn), gap=gap,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Equilibria solved once for a trunk as it stands and is loaded, from which searches start."""
+"""Start table of the inverse model: equilibria of one load case at sampled tensions, from which searches start."""
 
 from __future__ import annotations
 
@@ -17,35 +17,35 @@ from spiraltrunk.model.statics.equilibrium import StaticsOptions
 from spiraltrunk.model.statics.loads import Loads
 
 _CROSSED = 0.3
-"""Part of its distance by which a start with all tensions at their largest ranks behind a slack one [-]."""
+"""Relative distance that is added to a start with all tensions at their maximum, to prefer slack ones [-]."""
 
 _SLACK = 0.23
 """Share of the samples in which a cable is slack [-]."""
 
 _OPPOSED = -0.51
-"""Cosine of the angle between two cables from which they count as opposed [-]: a little over 120 deg."""
+"""Cosine of the angle between two cables below which they count as opposed [-]: a little over 120 deg."""
 
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
-"""Bases of Halton's sequence, one per cable."""
+"""Bases of the Halton sequence, one per cable."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Starts:
-    """Known equilibria of one stand."""
+class StartTable:
+    """Equilibria of one load case."""
 
     known: Known
-    """They themselves."""
+    """Equilibria in the arrays that the kernels read."""
     base: np.ndarray
     """Axes of the base for which they were solved, shape (3, 3) [-]."""
     slack: float
-    """Tension of one cable up to which none pull against each other; infinitely negative where some still may [N]."""
+    """Tension below which a cable counts as slack, so that the others are not opposed; -inf where they may be [N]."""
 
 
 @final
 @dataclass(frozen=True)
-class Stand:
-    """How one trunk stands and is loaded, in plain numbers, so that what was solved for it is found again; `Loads`."""
+class LoadCase:
+    """Base pose and loads of one trunk as plain numbers, the key of its start table; see `Loads`."""
 
     theta_0: float
     roll: float
@@ -63,32 +63,32 @@ class Stand:
 
 
 @lru_cache(maxsize=128)
-def get_starts(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
-    """`compute_starts`, kept for designs and stands lately used, told apart by their numbers."""
-    return compute_starts(design, stand, count, options)
+def get_start_table(design: TrunkDesign, case: LoadCase, count: int, options: StaticsOptions) -> StartTable:
+    """`compute_start_table`, cached by the numbers of design and load case."""
+    return compute_start_table(design, case, count, options)
 
 
-def compute_starts(design: TrunkDesign, stand: Stand, count: int, options: StaticsOptions) -> Starts:
+def compute_start_table(design: TrunkDesign, case: LoadCase, count: int, options: StaticsOptions) -> StartTable:
     """``count`` equilibria without friction at tensions spread evenly over their logarithms, some cables slack."""
     tension = sample_tensions(design, count)
     shape = equilibrium.solve(
         design,
         tension=tension,
-        theta_0=stand.theta_0,
-        roll=stand.roll,
-        loads=stand.loads,
+        theta_0=case.theta_0,
+        roll=case.roll,
+        loads=case.loads,
         friction=0.0,
         options=replace(options, quasi_static=None),
     )
     bend = np.zeros((count, design.n_joint, 3)) if shape.history is None else shape.history.bend
     effort = _CROSSED * (tension / design.cable.tension_max).mean(axis=1)
     known = Known(tension, effort, bend, shape.points, section_axes(shape.points))
-    base = base_orientation(stand.theta_0, stand.roll)
-    return Starts(known=known, base=base, slack=least_tension(design) if _is_slack_by_one(design) else -math.inf)
+    base = base_orientation(case.theta_0, case.roll)
+    return StartTable(known=known, base=base, slack=least_tension(design) if _is_slack_by_one(design) else -math.inf)
 
 
 def _is_slack_by_one(design: TrunkDesign) -> bool:
-    """Whether with any one cable slack no others pull against each other: three at most, none opposed to another."""
+    """Whether no cables are opposed once one is slack: at most three cables, no two of them opposed."""
     if design.n_cable < 3:
         return True
     side = design.cable_direction
@@ -96,7 +96,7 @@ def _is_slack_by_one(design: TrunkDesign) -> bool:
 
 
 def sample_tensions(design: TrunkDesign, count: int) -> np.ndarray:
-    """Tensions of every cable from nothing to the largest, shape (count, n_cable) [N]; the first row is slack."""
+    """Tensions from 0 to the largest by a Halton sequence, the first row 0, shape (count, n_cable) [N]."""
     least, most = least_tension(design), design.cable.tension_max
     unit = np.stack([_halton(base, count) for base in _PRIMES[: design.n_cable]], axis=-1)
     part = (unit - _SLACK) / (1 - _SLACK)
@@ -104,7 +104,7 @@ def sample_tensions(design: TrunkDesign, count: int) -> np.ndarray:
 
 
 def least_tension(design: TrunkDesign) -> float:
-    """Tension that bends the weightless trunk's most pliant joint by a fiftieth of its limit [N]."""
+    """Tension that bends the most compliant joint of the weightless trunk by a fiftieth of its limit [N]."""
     lever = design.hole_to_joint * math.cos(design.joint_limit / 2)
     tension = float((0.02 * design.joint_limit * design.joint_stiffness / lever).min())
     return min(tension, 0.1 * design.cable.tension_max)
@@ -117,7 +117,7 @@ def section_axes(points: np.ndarray) -> np.ndarray:
 
 
 def _halton(base: int, count: int) -> np.ndarray:
-    """Halton's sequence from 0 on, shape (count,) [-]."""
+    """Halton sequence from 0 on, shape (count,) [-]."""
     index, value, share = np.arange(count), np.zeros(count), 1.0
     while index.any():
         share /= base

@@ -1,4 +1,4 @@
-"""Where the tip can be: equilibria over a grid of cable tensions."""
+"""Workspace of the tip: equilibria over a grid of cable tensions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MOST = 200_000
 @final
 @dataclass(frozen=True, kw_only=True)
 class Workspace:
-    """Places of the tip, one row an equilibrium; frame of `Shape`."""
+    """Tip positions, one row an equilibrium; frame of `Shape`."""
 
     tension: np.ndarray
     """Tension of each cable, shape (s, n_cable) [N]."""
@@ -55,17 +55,17 @@ def map(
     loads: Loads | None = None,
     options: StaticsOptions | None = None,
 ) -> Workspace:
-    """Tips at all combinations of ``levels`` tensions per cable: none, then evenly in their logarithm to the largest.
+    """Tips at all combinations of ``levels`` tensions per cable: 0, then logarithmic steps to the largest.
 
-    Without friction. Equilibria that are not found are left out; those of the presets all are.
+    Without friction. Equilibria that do not converge are left out; for the presets all converge.
 
     Args:
         design: the trunk.
         levels: tensions per cable, 2 or more.
         theta_0: angle of the base axis below the horizontal [rad].
-        roll: turn of the trunk about its base axis [rad].
-        loads: what else weighs on it.
-        options: how it is modelled.
+        roll: rotation of the trunk about its base axis [rad].
+        loads: loads besides its weight.
+        options: options of the model.
 
     Raises:
         ModelError: for a batch of base poses or loads, or more than 200 000 combinations.
