@@ -52,7 +52,7 @@ from spiraltrunk.model.statics.kernels.projected_newton import (
     guarded_factor,
     room_for_steps,
 )
-from spiraltrunk.model.statics.loads import read_fields
+from spiraltrunk.model.statics.loads import read_forces
 from spiraltrunk.sim.relaxation.relax import Settled, SettleOptions, SettleRig, Stage
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 
@@ -195,7 +195,7 @@ def balance(case: dict[str, Any], rest: Settled) -> tuple[float, float]:
 
 def _pose(case: dict[str, Any], trunk: Trunk, tension: np.ndarray) -> Case:
     """The case as the model's kernels read it, its winders mere springs where they pull by length."""
-    fields, hold = read_fields(PAPER, loads_of(case)), np.zeros((PAPER.n_joint, PAPER.n_cable))
+    fields, hold = read_forces(PAPER, loads_of(case)), np.zeros((PAPER.n_joint, PAPER.n_cable))
     gone = case["by_tension"] | (tension <= 0)
     length, most = np.zeros(PAPER.n_cable), np.full(PAPER.n_cable, PAPER.cable.tension_max)
     return Case(

@@ -1,13 +1,12 @@
-"""The trunk in static equilibrium: elastic joints, weight, loads, cables that only pull, and faces that meet.
+"""Static equilibrium of the trunk: elastic joints, weight, loads, cables that only pull, and joint limits.
 
-Nothing of the paper's bending and twisting algorithms is assumed: the shape is a minimum of the energy
+The paper's bending and twisting algorithms are not used: the shape is a minimum of the energy
 
     sum 1/2 K_i |q_i|^2 - sum m_n g . x_n - f . x_load + cables,   |q_i| <= joint limit,
 
-with q_i the bends of joint i about y and z (rotation vector without torsion; torsion on request). A cable runs through
-the designed holes, its gaps straight in three dimensions, and pulls only. Between its winder and its gaps acts capstan
-friction, if the design or the caller says so; then the loading history matters, and a solution can be the start of the
-next.
+with q_i the bends of joint i about y and z (rotation vector, without torsion unless requested). A cable runs through
+the designed holes, straight across each gap. With capstan friction at the holes the loading history matters, and a
+solution can be the start of the next.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,29 +31,29 @@ from spiraltrunk.model.statics.kernels.batch import NUDGE, Problem, Solution, so
 from spiraltrunk.model.statics.kernels.energy import Trunk
 from spiraltrunk.model.statics.kernels.joint_rotation import VECTOR, Y_FIRST, Z_FIRST
 from spiraltrunk.model.statics.loads import (
-    Drive,
-    Fields,
+    BodyForces,
+    CableInput,
     Loads,
     QuasiStatic,
     check_start,
     read_angle,
-    read_drive,
-    read_fields,
+    read_cables,
+    read_forces,
 )
 
 __all__ = ["Loads", "QuasiStatic", "StaticsOptions", "solve"]
 
 POISSON = 0.48
-"""Poisson's ratio of TPU [-]: an assumption, used for torsion alone, whose stiffness is E I / (L (1 + nu))."""
+"""Poisson's ratio of TPU [-] (assumed), used for the torsional stiffness E I / (L (1 + nu)) only."""
 
 SHUT = 1e-6
-"""Length at which a gap counts as shut [m]."""
+"""Length below which a gap counts as closed [m]."""
 
 _FALLBACK = QuasiStatic()
 """Quasi-static loading, used when incremental loading with friction fails to converge."""
 
 _CHUNK = 16
-"""Equilibria that a core solves in a row."""
+"""Equilibria per chunk of a thread."""
 
 
 @final
@@ -71,7 +70,7 @@ class StaticsOptions:
 
     Friction acts at the designed holes in either case."""
     cable_stiffness: float = math.inf
-    """Tension per stretch of a cable and its winder [N/m]; infinity is inextensible."""
+    """Tension per elongation of a cable and its winder [N/m]; infinity for an inextensible cable."""
     increment: float = 5e-3
     """Largest change of a cable's length per increment where there is friction [m].
 
@@ -80,9 +79,9 @@ class StaticsOptions:
     tension_increment: float = 2.0
     """Largest change of a tension per increment where there is friction [N]."""
     hole_stiffness: float = 5e4
-    """Force per slip of a cable at a hole before it slides [N/m]; regularises friction, 1 N before 20 um."""
+    """Force per displacement of a cable at a hole before it slides [N/m]; regularises friction, 1 N at 20 um."""
     tolerance: float = 1e-9
-    """Largest moment left at a joint [N m]; ten times that where there is friction."""
+    """Largest residual moment at a joint [N m]; ten times that with friction."""
     quasi_static: QuasiStatic | None = None
     """Quasi-static loading; None loads in one step, or with friction in increments."""
     steps_most: int = 20_000
@@ -116,7 +115,7 @@ def solve(
     start: Shape | None = None,
     options: StaticsOptions | None = None,
 ) -> Shape:
-    """The shape in which trunk, loads and cables balance.
+    """Static equilibrium of the trunk under cables, weight and loads.
 
     Args:
         design: the trunk.
@@ -127,17 +126,17 @@ def solve(
         by_tension: which cables are held by tension, shape (n_cable,) [bool]; by default all of them where no pull is
             given, and none otherwise.
         theta_0: angle of the base axis below the horizontal, shape (...) [rad]; pi / 2 hangs.
-        roll: turn of the trunk about its base axis, shape (...) [rad].
-        loads: what else weighs on it.
+        roll: rotation of the trunk about its base axis, shape (...) [rad].
+        loads: loads besides its weight.
         friction: coefficient between cables and holes [-]; None takes the design's, 0 by default.
-        start: an earlier solution, from which the cables go on; None starts straight, or, with friction, at rest under
+        start: an earlier solution, from which loading continues; None starts straight, or, with friction, at rest under
             gravity with slack cables.
-        options: how it is modelled and solved.
+        options: options of the model and the solver.
 
-    The weight is that of the sections alone: a tip gripper's mass is a load, or is put into the last section, as the
-    paper does, by `pulls.carry_gripper`.
+    The weight is that of the sections alone: a tip gripper's mass is a load, or part of the last section, as in the
+    paper (`pull_sequences.carry_gripper`).
 
-    More than one shape may balance, above all with every cable pulled or the trunk upright under a load. Which one is
+    There may be several equilibria, above all with every cable pulled or the trunk upright under a load. Which one is
     found depends on ``start`` and on the loading: in one step, in increments where there is friction, or quasi-static.
     Loads and base take effect at once. Where every cable is held by length and none stretches, the tensions that act
     against each other are ill-conditioned: give ``cable_stiffness``.
@@ -145,11 +144,11 @@ def solve(
     Returns:
         The shape with its `Forces` and, for a next call, its `History`. Its status is CONVERGED, STALLED where a winder
         reached its largest tension before its length, ALL_SHUT where every joint is at its limit, or NOT_CONVERGED,
-        where the moments left are in ``forces.residual``; numbers are finite in every case.
+        where ``forces.residual`` is the residual moment; numbers are finite in every case.
 
     Raises:
-        ModelError: for shapes that do not fit, numbers that are not finite or out of range, a start of another trunk.
-        DesignError: for a friction out of range.
+        ModelError: for wrong shapes, numbers that are not finite or out of range, a start of another trunk.
+        DesignError: for a friction or a section out of range, and arguments of another type.
     """
     options = _DEFAULT if options is None else options
     check_type("design", design, TrunkDesign)
@@ -158,15 +157,14 @@ def solve(
         check_type("start", start, Shape)
     mu = design.cable.friction if friction is None else friction
     check_number("friction", mu, least=0.0, below=2.0)
-    drive = read_drive(design, pull, tension, by_tension)
-    fields = read_fields(design, loads)
+    cables, forces = read_cables(design, pull, tension, by_tension), read_forces(design, loads)
     base = base_orientation(read_angle("theta_0", theta_0), read_angle("roll", roll))
     batch = broadcast_batches(
         {
-            "pull": drive.pull.shape[:-1],
-            "tension": drive.tension.shape[:-1],
+            "pull": cables.pull.shape[:-1],
+            "tension": cables.tension.shape[:-1],
             "theta_0 and roll": base.shape[:-2],
-            "loads": fields.factor.shape[:-2],
+            "loads": forces.factor.shape[:-2],
             "start": () if start is None else start.status.shape,
         }
     )
@@ -175,15 +173,28 @@ def solve(
         start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=at_once)
     if start is not None:
         check_start(design, start)
+    arguments = _Arguments(cables, forces, base, batch, start, mu, options)
     trunk, straight = get_trunk(design, options)
-    problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
-    solution = _start(trunk, drive, batch, start)
-    _run(problem, solution, trunk, 3 if options.has_torsion else 2)
+    solution = _start(arguments, trunk)
+    _run(_pose(arguments, straight), solution, trunk, 3 if options.has_torsion else 2)
     if mu > 0 and options.quasi_static is None and (solution.status == Status.NOT_CONVERGED).any():
-        options, again = replace(options, quasi_static=_FALLBACK), _start(trunk, drive, batch, start)
-        problem = _pose(straight, drive, fields, base, (batch, start, mu, options))
-        _run_again(problem, (solution, again), trunk, 3 if options.has_torsion else 2)
-    return read_out(solution, batch)
+        arguments = arguments._replace(options=replace(options, quasi_static=_FALLBACK))
+        again = _start(arguments, trunk)
+        _run_again(_pose(arguments, straight), (solution, again), trunk, 3 if options.has_torsion else 2)
+    return build_shape(solution, batch)
+
+
+@final
+class _Arguments(NamedTuple):
+    """Checked arguments of `solve`."""
+
+    cables: CableInput
+    forces: BodyForces
+    base: np.ndarray
+    batch: tuple[int, ...]
+    start: Shape | None
+    friction: float
+    options: StaticsOptions
 
 
 _DEFAULT = StaticsOptions()
@@ -205,43 +216,32 @@ def build_trunk(design: TrunkDesign, options: StaticsOptions) -> Trunk:
     )  # fmt: skip
 
 
-def straight_length(trunk: Trunk) -> np.ndarray:
-    """Sum of each cable's gaps in the straight trunk, shape (n_cable,) [m]."""
-    return np.linalg.norm(trunk.beyond - trunk.before, axis=-1).sum(axis=0)
-
-
 def get_trunk(design: TrunkDesign, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
-    """`build_trunk` and `straight_length`, kept for designs lately used."""
-    return _keep_trunk(IdentityKey(design), options)
+    """`build_trunk`, and the sum of each cable's gaps in the straight trunk, shape (n_cable,) [m]; both cached."""
+    return _get_trunk(IdentityKey(design), options)
 
 
 @lru_cache(maxsize=64)
-def _keep_trunk(key: IdentityKey, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
+def _get_trunk(key: IdentityKey, options: StaticsOptions) -> tuple[Trunk, np.ndarray]:
     trunk = build_trunk(key.design, options)
-    return trunk, straight_length(trunk)
+    return trunk, np.linalg.norm(trunk.beyond - trunk.before, axis=-1).sum(axis=0)
 
 
-def _pose(
-    straight: np.ndarray,
-    drive: Drive,
-    fields: Fields,
-    base: np.ndarray,
-    rest: tuple[tuple[int, ...], Shape | None, float, StaticsOptions],
-) -> Problem:
-    """The problem of every row, and from where each is loaded."""
-    batch, start, mu, options = rest
-    rows, count = math.prod(batch), drive.by_tension.size
-    length = _spread(straight - drive.pull, batch, 1)
-    tension = _spread(drive.tension, batch, 1)
+def _pose(arguments: _Arguments, straight: np.ndarray) -> Problem:
+    """Problem of every row: final and initial lengths and tensions, and the increments between them."""
+    cables, forces, base, batch, start, mu, options = arguments
+    rows, count = math.prod(batch), cables.by_tension.size
+    length = _to_rows(straight - cables.pull, batch, 1)
+    tension = _to_rows(cables.tension, batch, 1)
     begin = np.empty((rows, 2, count))
     if start is None or start.forces is None:
-        begin[:, 0], begin[:, 1] = length, np.where(drive.by_tension, tension, 0.0)
+        begin[:, 0], begin[:, 1] = length, np.where(cables.by_tension, tension, 0.0)
     else:
-        begin[:, 1] = _spread(start.forces.cable_tension, batch, 1)
+        begin[:, 1] = _to_rows(start.forces.cable_tension, batch, 1)
         stretch = begin[:, 1] / options.cable_stiffness
-        begin[:, 0] = _spread(start.gap.sum(axis=-2), batch, 1) - stretch
-    far = np.where(drive.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1)
-    hard = np.where(drive.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1)
+        begin[:, 0] = _to_rows(start.gap.sum(axis=-2), batch, 1) - stretch
+    far = np.where(cables.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1)
+    hard = np.where(cables.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1)
     increments, motion, slow = np.ones(rows, np.int64), np.zeros((rows, 2)), options.quasi_static
     if mu > 0 and slow is None:
         parts = np.maximum(far / options.increment, hard / options.tension_increment)
@@ -250,33 +250,34 @@ def _pose(
         motion[:, 0] = np.maximum(far / slow.pull_speed, hard / slow.tension_speed)
         motion[:, 1] = slow.damping_time
     return Problem(
-        _spread(base, batch, 2), _spread(fields.direction, batch, 2), _spread(fields.factor, batch, 2),
-        _spread(fields.moment, batch, 2), length, begin, increments, tension, motion, drive.by_tension,
+        _to_rows(base, batch, 2), _to_rows(forces.direction, batch, 2), _to_rows(forces.factor, batch, 2),
+        _to_rows(forces.moment, batch, 2), length, begin, increments, tension, motion, cables.by_tension,
         np.full(count, 1 / options.cable_stiffness),
         np.array((mu, options.hole_stiffness, options.tolerance, float(options.steps_most))), straight,
     )  # fmt: skip
 
 
-def _start(trunk: Trunk, drive: Drive, batch: tuple[int, ...], start: Shape | None) -> Solution:
-    """Room for the solutions, with the bends, tensions and anchors from which they are sought."""
-    solution = make_room(trunk, math.prod(batch))
+def _start(arguments: _Arguments, trunk: Trunk) -> Solution:
+    """Arrays of the solutions, filled with the bends, tensions and anchors from which the search starts."""
+    batch, start, cables = arguments.batch, arguments.start, arguments.cables
+    solution = allocate(trunk, math.prod(batch))
     if start is None:
         solution.bend[..., :2] = NUDGE
     elif start.history is None:
         solution.bend[..., :2] = NUDGE
-        solution.anchor[:] = _spread(np.cumsum(start.gap[..., ::-1, :], axis=-2)[..., ::-1, :], batch, 2)
+        solution.anchor[:] = _to_rows(np.cumsum(start.gap[..., ::-1, :], axis=-2)[..., ::-1, :], batch, 2)
     else:
-        solution.bend[:] = _spread(start.history.bend, batch, 2)
-        solution.anchor[:] = _spread(start.history.anchor, batch, 2)
+        solution.bend[:] = _to_rows(start.history.bend, batch, 2)
+        solution.anchor[:] = _to_rows(start.history.anchor, batch, 2)
         if start.forces is not None:
-            solution.tension[:] = _spread(start.forces.cable_tension, batch, 1)
-    given = drive.tension if not batch else _spread(drive.tension, batch, 1)
-    np.copyto(solution.tension, given, where=drive.by_tension)
+            solution.tension[:] = _to_rows(start.forces.cable_tension, batch, 1)
+    given = cables.tension if not batch else _to_rows(cables.tension, batch, 1)
+    np.copyto(solution.tension, given, where=cables.by_tension)
     return solution
 
 
-def make_room(trunk: Trunk, rows: int) -> Solution:
-    """Room for solutions, with straight trunks and slack cables."""
+def allocate(trunk: Trunk, rows: int) -> Solution:
+    """Arrays for solutions, bends and tensions 0."""
     joints, count = trunk.before.shape[:2]
     return Solution(
         np.zeros((rows, joints, 3)), np.zeros((rows, count)), np.zeros((rows, joints, count)),
@@ -287,12 +288,12 @@ def make_room(trunk: Trunk, rows: int) -> Solution:
 
 
 def _run(problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
-    """Solve all rows, on all cores where there are enough."""
+    """Solve all rows on all cores."""
     share(lambda first, last: solve_rows(first, last, nd, trunk, problem, solution), len(problem.base), _CHUNK)
 
 
 def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Trunk, nd: int) -> None:
-    """Solve the rows of the first that did not converge from the start in the second, and keep those that now do."""
+    """Solve the rows of the first solution that did not converge from the second; keep those that then converge."""
     kept, again = solutions
     rows = np.flatnonzero(kept.status == Status.NOT_CONVERGED)
     own = {name: getattr(problem, name)[rows] for name in Problem._fields[:9]}
@@ -303,9 +304,8 @@ def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Tr
         array[rows[good]] = found[good]
 
 
-def read_out(solution: Solution, batch: tuple[int, ...]) -> Shape:
-    """The shapes, with the batch's axes for the rows."""
-
+def build_shape(solution: Solution, batch: tuple[int, ...]) -> Shape:
+    """Shapes of the solutions, their rows along the batch axes."""
     figures, status = solution.figures[:, 0], solution.status
     if batch:
         each = [array.reshape((*batch, *array.shape[1:])) for array in solution]
@@ -327,8 +327,8 @@ def read_out(solution: Solution, batch: tuple[int, ...]) -> Shape:
     )  # fmt: skip
 
 
-def _spread(array: np.ndarray, batch: tuple[int, ...], own: int) -> np.ndarray:
-    """An array with ``own`` axes of its own, copied over the batch: shape (rows, own axes)."""
+def _to_rows(array: np.ndarray, batch: tuple[int, ...], own: int) -> np.ndarray:
+    """An array whose last ``own`` axes are its own, copied over the batch: shape (rows, own axes)."""
     if not batch:
         return array.copy()[None]
     tail = array.shape[array.ndim - own :]

@@ -1,4 +1,4 @@
-"""What is done to a trunk: cables held by length or tension, loads, the orientation of its base."""
+"""Inputs of a static equilibrium: cables held by length or tension, loads, orientation of the base."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from spiraltrunk.model.kinematics.cables import PULL_MARGIN
 from spiraltrunk.model.kinematics.shape import Shape
 
 MOST_TURNED = 1e6
-"""Largest angle that is taken for meant [rad]."""
+"""Largest angle that is accepted [rad]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Loads:
-    """What weighs on the trunk besides itself; arrays broadcast against the batch."""
+    """Loads on the trunk besides its weight; arrays broadcast against the batch."""
 
     mass: ArrayLike = 0.0
     """Mass at the end of a section, shape (...) [kg]."""
     section: int = -1
-    """That section, from 0 at the base; negative counts from the tip."""
+    """Index of that section, 0 at the base; negative indices count from the tip."""
     force: ArrayLike | None = None
     """Force at the end of a section, in the frame of `Shape`, shape (..., 3) [N]."""
     force_section: int = -1
-    """The section on which the force acts."""
+    """Index of the section on which the force acts."""
 
 
 @final
@@ -60,21 +60,21 @@ class QuasiStatic:
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Drive:
-    """What the winders do, checked: shapes (..., n_cable)."""
+class CableInput:
+    """Checked inputs of the cables, shapes (..., n_cable)."""
 
     pull: np.ndarray
-    """Cable pulled in since the straight trunk, where a cable is held by length [m]."""
+    """Cable pulled in since the straight trunk, of cables held by length [m]."""
     tension: np.ndarray
-    """Tension, where a cable is held by tension; else the largest one [N]."""
+    """Tension of cables held by tension, largest tension of the others [N]."""
     by_tension: np.ndarray
     """Which cables are held by tension, shape (n_cable,) [bool]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Fields:
-    """Constant forces on the sections: gravity on all masses, and the load's force."""
+class BodyForces:
+    """Constant forces on the sections: gravity on all masses, and the force of the loads."""
 
     direction: np.ndarray
     """Shape (..., 1 or 2, 3) [m/s^2], [N]."""
@@ -84,13 +84,13 @@ class Fields:
     """The same times its distance along the section, shape (..., 1 or 2, n_section) [kg m], [m]."""
 
 
-def read_drive(
+def read_cables(
     design: TrunkDesign, pull: ArrayLike | None, tension: ArrayLike | None, by_tension: ArrayLike | None
-) -> Drive:
-    """Check what the cables are given.
+) -> CableInput:
+    """Check the inputs of the cables.
 
     Raises:
-        ModelError: where it does not fit the design, is not finite or is out of range.
+        ModelError: where a shape is wrong, or a number not finite or out of range.
     """
     if pull is None and tension is None and by_tension is None:
         return _slack(IdentityKey(design))
@@ -107,14 +107,15 @@ def read_drive(
     pulls = _read_cables("pull", 0.0 if pull is None else pull, count, Range(least=-farthest, most=farthest), "m")
     given = np.where(held, 0.0, most) if tension is None else tension
     forces = _read_cables("tension", given, count, Range(least=0.0, most=most), "N")
-    return Drive(pull=pulls, tension=forces, by_tension=held)
+    return CableInput(pull=pulls, tension=forces, by_tension=held)
 
 
-def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
+def read_forces(design: TrunkDesign, loads: Loads | None) -> BodyForces:
     """Weight of the sections and the loads.
 
     Raises:
-        ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, on no section, or batches do not fit.
+        ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, or batches do not broadcast.
+        DesignError: where a section does not exist.
     """
     if loads is None:
         return _own_weight(IdentityKey(design))
@@ -128,12 +129,12 @@ def read_fields(design: TrunkDesign, loads: Loads | None) -> Fields:
     gravity = np.array([0.0, -GRAVITY, 0.0])
     direction = np.broadcast_to(gravity, (*mass.shape, 3))
     if loads.force is None:
-        return Fields(direction=direction[..., None, :], factor=factor[..., None, :], moment=moment[..., None, :])
+        return BodyForces(direction=direction[..., None, :], factor=factor[..., None, :], moment=moment[..., None, :])
     force = read_numbers("loads.force", loads.force, Range(least=-1e4, most=1e4), shape=(..., 3), unit="N")
     end = np.zeros(design.n_section)
     end[_read_section(design, "loads.force_section", loads.force_section)] = 1.0
     batch = broadcast_batches({"loads.mass": mass.shape, "loads.force": force.shape[:-1]})
-    return Fields(
+    return BodyForces(
         direction=_pair(direction, force, batch), factor=_pair(factor, end, batch),
         moment=_pair(moment, end * design.section_length, batch),
     )  # fmt: skip
@@ -143,7 +144,7 @@ def read_angle(name: str, value: ArrayLike) -> np.ndarray:
     """An array of angles [rad].
 
     Raises:
-        ModelError: for anything else, and where a turn can no longer be told from the next.
+        ModelError: where they are not numbers, not finite, or beyond 1e6 rad.
     """
     return read_numbers(name, value, Range(least=-MOST_TURNED, most=MOST_TURNED), unit="rad")
 
@@ -163,14 +164,14 @@ def check_start(design: TrunkDesign, start: Shape) -> None:
 
 
 @lru_cache(maxsize=64)
-def _slack(key: IdentityKey) -> Drive:
+def _slack(key: IdentityKey) -> CableInput:
     none = np.zeros(key.design.n_cable)
-    return Drive(pull=none, tension=none, by_tension=np.full(none.size, True))
+    return CableInput(pull=none, tension=none, by_tension=np.full(none.size, True))
 
 
 @lru_cache(maxsize=64)
-def _own_weight(key: IdentityKey) -> Fields:
-    return read_fields(key.design, Loads())
+def _own_weight(key: IdentityKey) -> BodyForces:
+    return read_forces(key.design, Loads())
 
 
 def _read_cables(name: str, value: ArrayLike, count: int, allowed: Range, unit: str) -> np.ndarray:

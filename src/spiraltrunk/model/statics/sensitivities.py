@@ -34,7 +34,7 @@ from spiraltrunk.model.statics.equilibrium import SHUT, StaticsOptions, get_trun
 from spiraltrunk.model.statics.kernels.cable_gaps import NARROW
 from spiraltrunk.model.statics.kernels.capstan_law import tension_ratio
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Work, linearise, room_for_work
-from spiraltrunk.model.statics.loads import Loads, read_angle, read_fields
+from spiraltrunk.model.statics.loads import Loads, read_angle, read_forces
 
 __all__ = ["ByCables", "by_cables", "by_parameters"]
 
@@ -181,7 +181,7 @@ class _Equilibrium:
 
     def _linearise(self, design: TrunkDesign) -> Work:
         """Gradient and Hessian of elasticity and weight alone: cables without tension."""
-        fields = read_fields(design, self.loads)
+        fields = read_forces(design, self.loads)
         nothing, idle = np.zeros(design.n_cable), np.zeros((design.n_joint, design.n_cable))
         direction, factor, moment = (
             np.array(part, order="C") for part in (fields.direction, fields.factor, fields.moment)
