@@ -223,10 +223,6 @@ def _build_problem(
     )  # fmt: skip
 
 
-_UNITS = {"stiffness": "N m/rad", "mass": "kg", "slack": "m", "give": "m/N"}
-"""Units of the parameters in SI, by the first word of their names; "-" of all others."""
-
-
 def describe(design: TrunkDesign, fit: MapEstimate, prior: Gaussian) -> tuple[Parameter, ...]:
     """The parameters in SI with their intervals, and two linear combinations of them.
 
@@ -234,33 +230,43 @@ def describe(design: TrunkDesign, fit: MapEstimate, prior: Gaussian) -> tuple[Pa
     law K ~ k_p^(n (i - 1)) that lies nearest to all joints, 3 by E I / L.
     """
     joints, size = design.n_joint, len(fit.values)
-    along, law = np.log(design.scale[:-1]), np.log(design.joint_stiffness)
-    rows = dict(zip(prior.names, np.eye(size), strict=True))
-    rows["stiffness_over_mass"] = np.array([*[1 / joints] * joints, -1.0, *[0.0] * (size - joints - 1)])
-    slope = (along - along.mean()) / ((along - along.mean()) ** 2).sum()
-    rows["stiffness_exponent"] = np.array([*slope, *[0.0] * (size - joints)])
-    factors = dict(zip(prior.names, design.joint_stiffness.tolist(), strict=False))
-    factors |= {"mass": design.total_mass, "stiffness_over_mass": float(np.exp(law.mean())) / design.total_mass}
-    origins = {
-        "center": center_fraction(design), "hole": design.cable.hole_fraction,
-        "stiffness_exponent": float(np.polyfit(along, law, 1)[0]),
-    }  # fmt: skip
-    units = {"stiffness_over_mass": "N m/rad/kg", "stiffness_exponent": "-"}
-    described = []
-    for name, row in rows.items():
-        middle, spread = float(row @ fit.values), float(np.sqrt(row @ fit.covariance @ row))
-        low, high = middle - Z_95 * spread, middle + Z_95 * spread
-        if name in ("friction", "give"):
-            low = max(low, 0.0)
-        numbers = (float(row @ prior.mean), middle, low, high)
-        if name in factors:
-            before, value, low, high = (factors[name] * float(np.exp(number)) for number in numbers)
-        else:
-            before, value, low, high = (origins.get(name, 0.0) + number for number in numbers)
-        described.append(
-            Parameter(
-                name=name, unit=units.get(name, _UNITS.get(name.split("_")[0], "-")), before=before, value=value,
-                low=low, high=high, width_ratio=spread / float(np.sqrt(row @ prior.covariance @ row)),
-            )
-        )  # fmt: skip
-    return tuple(described)
+    ratio, exponent, along = np.zeros(size), np.zeros(size), np.log(design.scale[:-1])
+    ratio[:joints], ratio[joints] = 1 / joints, -1.0
+    exponent[:joints] = (along - along.mean()) / ((along - along.mean()) ** 2).sum()
+    rows = dict(zip((*prior.names, "stiffness_over_mass", "stiffness_exponent"), [*np.eye(size), ratio, exponent],
+                    strict=True))  # fmt: skip
+    return tuple(_describe(name, row, design, fit, prior) for name, row in rows.items())
+
+
+def _describe(name: str, row: np.ndarray, design: TrunkDesign, fit: MapEstimate, prior: Gaussian) -> Parameter:
+    """A linear combination of the parameter vector, in SI."""
+    unit, factor, origin = _find_scale(design, name)
+    middle, spread = float(row @ fit.values), float(np.sqrt(row @ fit.covariance @ row))
+    low, high = middle - Z_95 * spread, middle + Z_95 * spread
+    if name in ("friction", "give"):
+        low = max(low, 0.0)
+    before, value, low, high = (
+        origin + number if factor is None else factor * float(np.exp(number))
+        for number in (float(row @ prior.mean), middle, low, high)
+    )
+    return Parameter(
+        name=name, unit=unit, before=before, value=value, low=low, high=high,
+        width_ratio=spread / float(np.sqrt(row @ prior.covariance @ row)),
+    )  # fmt: skip
+
+
+def _find_scale(design: TrunkDesign, name: str) -> tuple[str, float | None, float]:
+    """Unit in SI, and what the number's exponential is multiplied by, or None and what the number is added to."""
+    stiffness, law = design.joint_stiffness, np.log(design.joint_stiffness)
+    if name == "stiffness_over_mass":
+        return "N m/rad/kg", float(np.exp(law.mean())) / design.total_mass, 0.0
+    if name == "stiffness_exponent":
+        return "-", None, float(np.polyfit(np.log(design.scale[:-1]), law, 1)[0])
+    if name.startswith("stiffness_"):
+        return "N m/rad", float(stiffness[int(name.removeprefix("stiffness_")) - 1]), 0.0
+    if name == "mass":
+        return "kg", design.total_mass, 0.0
+    if name.startswith("slack_"):
+        return "m", None, 0.0
+    origins = {"center": center_fraction(design), "hole": design.cable.hole_fraction}
+    return "m/N" if name == "give" else "-", None, origins.get(name, 0.0)

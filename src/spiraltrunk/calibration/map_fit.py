@@ -89,7 +89,7 @@ class FitProblem:
         return equilibria, place_markers(design, equilibria.points, self.marker_offset)
 
     def differentiate(self, values: np.ndarray, equilibria: Equilibria, softness: float) -> np.ndarray:
-        """Jacobian of the markers, pressed joints as soft as told, shape (n_parameter, n_state, n_section, 3)."""
+        """Jacobian of the markers with pressed joints of a softness, shape (n_parameter, n_state, n_section, 3)."""
         design, winders = apply_parameters(self.design, values)
         each = [
             by_parameters(

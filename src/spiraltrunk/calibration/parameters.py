@@ -8,7 +8,7 @@ design's, the shift of the centre of mass over the section's length, the frictio
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import final
 
 import numpy as np
@@ -48,7 +48,7 @@ class Prior:
     center: float = 0.03
     """Of the centre of mass over the section's length [-] (ours: 1.6 mm at the base)."""
     friction: float = 0.15
-    """Mean of the coefficient between cable and holes [-] (ours: 0.1 to 0.15 is told of such pairs)."""
+    """Mean of the coefficient between cable and holes [-] (ours: 0.1 to 0.15 is reported of such pairs)."""
     friction_spread: float = 0.15
     """Of that coefficient [-]."""
     slack: float = 0.0
@@ -66,15 +66,10 @@ class Prior:
     """Of that [m/N] (ours)."""
 
     def __post_init__(self) -> None:
-        for name in (
-            "stiffness_level", "stiffness_exponent", "stiffness_scatter", "mass", "center", "friction_spread",
-            "slack_spread", "slack_scatter", "hole",
-        ):  # fmt: skip
-            check_number(f"prior.{name}", getattr(self, name), least=1e-6, below=10.0)
-        check_number("prior.compliance", self.compliance, least=0.0, below=_MOST_COMPLIANCE)
-        check_number("prior.compliance_spread", self.compliance_spread, least=1e-9, below=_MOST_COMPLIANCE)
-        check_number("prior.friction", self.friction, least=0.0, below=2.0)
-        check_number("prior.slack", self.slack, least=-0.1, below=0.1)
+        means = {"friction": (0.0, 2.0), "slack": (-0.1, 0.1), "compliance": (0.0, _MOST_COMPLIANCE)}
+        for part in fields(self):
+            least, below = means.get(part.name, (1e-9 if part.name == "compliance_spread" else 1e-6, 10.0))
+            check_number(f"prior.{part.name}", getattr(self, part.name), least=least, below=below)
 
 
 @final

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from spiraltrunk.calibration.parameters import Winders
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError, SpiralTrunkError
+from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.cables import PULL_MARGIN
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
@@ -31,9 +31,6 @@ _OPTIONS = statics.StaticsOptions(steps_most=2_000)
 
 _RIGID = 1e-9
 """Compliance up to which a cable counts as inextensible [m/N]: 60 nm at 60 N."""
-
-_MOST_STATES = 2_000
-"""More different states than any session has."""
 
 
 @final
@@ -54,11 +51,7 @@ class State:
 
 
 def find_states(shapes: MeasuredShapes) -> tuple[tuple[State, ...], np.ndarray]:
-    """The different states of the measured shapes, each before those that go on from it; state of each shape, (n,).
-
-    Raises:
-        ModelError: where there are too many.
-    """
+    """The different states of the measured shapes, each before those that go on from it; state of each shape, (n,)."""
     known: dict[tuple[object, ...], int] = {}
     states: list[State] = []
     of_shape: list[int] = []
@@ -75,8 +68,6 @@ def find_states(shapes: MeasuredShapes) -> tuple[tuple[State, ...], np.ndarray]:
             known[key] = len(states)
             states.append(State(theta_0=theta_0, pull=tuple(pull), before=before, kind=kind, chain=chain))
         of_shape.append(known[key])
-    if len(states) > _MOST_STATES:
-        raise ModelError(f"{len(states)} different states given; allowed: up to {_MOST_STATES}")
     return tuple(states), np.array(of_shape, int)
 
 

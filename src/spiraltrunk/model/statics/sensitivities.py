@@ -31,7 +31,7 @@ from spiraltrunk.model.kinematics.cables import hole_positions
 from spiraltrunk.model.kinematics.frames import base_orientation, bend_rotation
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.statics.equilibrium import SHUT, StaticsOptions, get_trunk
-from spiraltrunk.model.statics.kernels.cable_gaps import NARROW
+from spiraltrunk.model.statics.kernels.capstan_friction import find_hole_turns
 from spiraltrunk.model.statics.kernels.capstan_law import tension_ratio
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Work, linearise, room_for_work
 from spiraltrunk.model.statics.loads import Loads, read_angle, read_forces
@@ -200,7 +200,9 @@ class _Equilibrium:
         length = np.sqrt((across**2).sum(axis=-1) + SHUT**2)
         turned = np.einsum("jaxy,jcy->jcax", self.work.first, beyond)
         slope = np.einsum("jcx,jcax->jca", across, turned) / length[..., None]
-        return _Gaps(length=length, slope=slope, turn=add_turns(*hole_turns(self.work.rotation, before, beyond)))
+        turn, at_beyond = _find_turns(self.work.rotation, before, beyond)
+        turn[1:] += at_beyond[:-1]
+        return _Gaps(length=length, slope=slope, turn=turn)
 
     def _find_modes(self) -> np.ndarray:
         """1 where a cable slides to its winder, -1 where it slides away, 0 where it sticks, (n_joint, n_cable) [-]."""
@@ -232,7 +234,7 @@ class _Equilibrium:
         for a in range(2):
             step = np.zeros(2)
             step[a] = _STEP
-            ends = [hole_turns(bend_rotation(self.bend[:, :2] + side * step), before, beyond) for side in (1.0, -1.0)]
+            ends = [_find_turns(bend_rotation(self.bend[:, :2] + side * step), before, beyond) for side in (1.0, -1.0)]
             near[..., a], far[..., a] = ((up - down) / (2 * _STEP) for up, down in zip(*ends, strict=True))
         out, mu = np.zeros((count, self.design.n_cable, count, 2)), self.design.cable.friction
         last, ratio = np.zeros(out.shape[1:]), self._ratio(self.gaps.turn)
@@ -329,21 +331,8 @@ def _free_axes(bend: np.ndarray, reaction: float) -> tuple[np.ndarray, np.ndarra
     return tangent, reaction / size * (tangent @ tangent.T)
 
 
-def hole_turns(rotation: np.ndarray, before: np.ndarray, beyond: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`kernels.cable_gaps.hole_turns` of all joints: turns at the holes before and beyond, (n_joint, n_cable) [rad]."""
-    across = np.einsum("jxy,jcy->jcx", rotation, beyond) - before
-    size = np.linalg.norm(across, axis=-1, keepdims=True)
-    near, far = np.array([1.0, 0.0, 0.0]), rotation[:, None, :, 0]
-    mean = near + far
-    across = across + NARROW * np.exp(-((size / NARROW) ** 2)) * mean / np.linalg.norm(mean, axis=-1, keepdims=True)
-    along = across / np.linalg.norm(across, axis=-1, keepdims=True)
-    return _angle(along, near), _angle(along, far)
-
-
-def _angle(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.asarray(2 * np.arctan2(np.linalg.norm(one - other, axis=-1), np.linalg.norm(one + other, axis=-1)))
-
-
-def add_turns(before: np.ndarray, beyond: np.ndarray) -> np.ndarray:
-    """Turn before each gap: at the hole beyond the gap before it, and at its own first hole, (n_joint, n_cable)."""
-    return before + np.vstack([np.zeros_like(beyond[:1]), beyond[:-1]])
+def _find_turns(rotation: np.ndarray, before: np.ndarray, beyond: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Turns at the holes before and beyond each joint, shape (n_joint, n_cable) [rad]."""
+    near, far = np.empty(before.shape[:2]), np.empty(before.shape[:2])
+    find_hole_turns(rotation, before, beyond, near, far)
+    return near, far

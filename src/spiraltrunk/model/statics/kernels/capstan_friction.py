@@ -24,6 +24,16 @@ SMALLEST_SHARE = 1 / 32
 
 
 @owning
+def find_hole_turns(rotation, before, beyond, at_before, at_beyond):
+    """`hole_turns` of every joint and cable into ``at_before`` and ``at_beyond`` [rad], shape (n_joint, n_cable)."""
+    v = np.empty(3)
+    for i in range(at_before.shape[0]):
+        for c in range(at_before.shape[1]):
+            turns = hole_turns(rotation[i], before[i, c], beyond[i, c], v)
+            at_before[i, c], at_beyond[i, c] = turns[0], turns[1]
+
+
+@owning
 def measure_turns(trunk, work, turns):
     """Turn w_k of every cable before each gap [rad], shape (n_joint, n_cable)."""
     v = np.empty(3)
