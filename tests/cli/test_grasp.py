@@ -131,14 +131,14 @@ def test_an_arm_that_states_no_limits_is_not_passed_in_silence(
     write_design(design, tmp_path / "trunk.toml")
     unjudged = find_unjudged(arm_limits(load_design(tmp_path / "trunk.toml").arm))
     told = replace(trial, verdict=replace(trial.verdict, unjudged=unjudged))
-    monkeypatch.setattr(spiraltrunk.trial, "run_trial", lambda *args, **options: told)
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.trial, "run_trial", lambda *args, **options: told)
     cli.main(["grasp", "--json", "--design", str(tmp_path / "trunk.toml")])
     printed = capsys.readouterr()
     result = strict(printed.out)
     assert (result["limits_judged"], result["limits_not_judged"]) == (False, ["velocity", "acceleration", "jerk"])
     (line,) = printed.err.splitlines()
     assert line.endswith("slide.xml' states no limit of velocity, acceleration, jerk: not judged")
-    monkeypatch.setattr(spiraltrunk.trial, "run_trial", lambda *args, **options: trial)
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.trial, "run_trial", lambda *args, **options: trial)
     cli.main(["grasp", "--json"])
     printed = capsys.readouterr()
     result = strict(printed.out)
@@ -176,7 +176,7 @@ CUTS = {
 @pytest.mark.parametrize("cut", CUTS)
 @pytest.mark.parametrize(
     "where",
-    [(spiraltrunk.workflows.grasp.trial, "run_trial"), (spiraltrunk.workflows.grasp.artifacts, "write_plots")],
+    [(spiraltrunk.workflows.grasp.trial, "run_trial"), (spiraltrunk.workflows.grasp.artifacts, "compute_result")],
 )
 @pytest.mark.usefixtures("played")
 def test_what_is_cut_short_leaves_nothing(
