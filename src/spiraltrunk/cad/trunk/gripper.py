@@ -89,10 +89,10 @@ def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
         rod(seat.bore, (0, 0, -seat.lip - seat.lug - 1.0), (0, 0, spoke)),  # Through the tenon up to the spokes.
         Revolved(profile=((inner, -1.0), (outer, -1.0), (outer, seat.knot), (inner, seat.knot))),  # For knots.
     ]
-    straight = _finger_forms(finger, top - seat.plate)
+    straight, strands = _finger_forms(finger, top - seat.plate)
     for f in range(gripper.n_finger):
         bodies += [turned(shifted(form, (mount, 0, seat.plate)), "z", f * turn) for form in straight]
-    holes = [shifted(form, (mount, 0, seat.plate)) for form in _strand_holes(finger)]
+    holes = [shifted(form, (mount, 0, seat.plate)) for form in strands]
     for x in (mount - finger.lever(0), mount + finger.lever(0)):
         holes.append(rod(finger.strand, (x, 0, spoke), (x, 0, top + 1.0)))
     holes.append(rod(options.hole / 2, (0.0, 0, spoke), (widest + 1.0, 0, spoke)))  # Strands are threaded through it.
@@ -115,9 +115,10 @@ def strand_travel(design: GripperDesign) -> float:
     return float((STRAND_LEVER * design.phalanx_width * design.delta_theta).sum())
 
 
-def _finger_forms(finger: Finger, floor: float) -> list[Form]:
-    """Phalanges and joints of one finger, from its first joint's centre up; that joint starts at ``floor``."""
+def _finger_forms(finger: Finger, floor: float) -> tuple[list[Form], list[Form]]:
+    """Bodies and strand holes of one finger, from its first joint's centre up; that joint starts at ``floor``."""
     forms: list[Form] = []
+    holes: list[Form] = []
     t1, t2 = finger.slopes
     z = 0.0
     for j, length in enumerate(finger.lengths):
@@ -133,21 +134,10 @@ def _finger_forms(finger: Finger, floor: float) -> list[Form]:
         forms.append(Common(form=lens, other=Union(forms=(rod(r, bottom, top), *sides))))
         below = floor - 0.5 if j == 0 else z - joint * t2 - 0.2
         forms.append(rod(joint, (0, 0, below), (0, 0, z + joint * t1 + 0.2)))
+        low, high = z + finger.lever(j) * t1 - 1.0, z + length - finger.lever(j) * t2 + 0.4
+        holes += [rod(finger.strand, (x, 0, low), (x, 0, high)) for x in (-finger.lever(j), finger.lever(j))]
         z += length
-    return forms
-
-
-def _strand_holes(finger: Finger) -> list[Form]:
-    """Holes of the inner and outer strand through the phalanges of one finger."""
-    holes: list[Form] = []
-    t1, t2 = finger.slopes
-    z = 0.0
-    for j, length in enumerate(finger.lengths):
-        lever = finger.lever(j)
-        for x in (-lever, lever):
-            holes.append(rod(finger.strand, (x, 0, z + lever * t1 - 1.0), (x, 0, z + length - lever * t2 + 0.4)))
-        z += length
-    return holes
+    return forms, holes
 
 
 def _check_room(design: GripperDesign, finger: Finger) -> None:
