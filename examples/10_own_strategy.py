@@ -46,7 +46,7 @@ class Hook(MoveStrategy[HookState]):
 
     name = "hook"
     number = 10
-    stage = "hung"
+    support = "hung"
 
     def init(self, observation: Observation) -> HookState:
         """Plan all moves from the design, the announced object and the goal."""

@@ -14,7 +14,7 @@ from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT
 from spiraltrunk.sim.robot.fr3 import FR3
 from spiraltrunk.strategies.wrap.hung_model import predict_wrap
 from spiraltrunk.workflows.grasp.trial import run_trial
-from spiraltrunk.workflows.grasp.verdict import Moments, judge
+from spiraltrunk.workflows.grasp.verdict import Evidence, evaluate_grasp
 from spiraltrunk.workflows.grasp.world import EXACT, Spread, draw_scene
 
 SHAPE = parse_object(DEFAULT_OBJECT)
@@ -59,10 +59,10 @@ def test_the_fr3_of_a_design_file_grasps_within_its_own_limits(tmp_path):
     fr3 = run_trial(load_design(tmp_path / "trunk.toml"), SHAPE, seed=0)
     assert (fr3.verdict.reason, fr3.verdict.unjudged) == ("success", ())
     assert fr3.plant.arm_limits is FR3.limits
-    moments = Moments(**{name: fr3.log.span("transport", name) for name in ("lift", "carry", "hold")})
+    evidence = Evidence.from_run(fr3.plant, fr3.log)
     for quantity in ("acceleration", "torque", "velocity"):  # Each is truly judged: at a fifth of it, it is passed.
         tight = replace(FR3.limits, **{quantity: 0.18 * getattr(FR3.limits, quantity)})
-        verdict = judge(fr3.plant.trace, fr3.plant.task, moments, gave_up=None, warnings=0, limits=tight)
+        verdict = evaluate_grasp(replace(evidence, limits=tight))
         assert verdict.reason == f"the arm passed its {quantity.replace('velocity', 'speed')} limit"
 
 

@@ -60,7 +60,7 @@ class Stub(Plant):
         )  # fmt: skip
 
 
-HUNG = [name for name in strategies.NAMES if strategies.get(name).stage == "hung"]
+HUNG = [name for name in strategies.NAMES if strategies.get(name).support == "hung"]
 
 
 @pytest.fixture(params=HUNG)

@@ -1,4 +1,4 @@
-"""The only loop: a plant and a strategy, until the strategy is done."""
+"""Control loop of a plant and a strategy."""
 
 from __future__ import annotations
 
@@ -14,25 +14,24 @@ from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.errors import RunError, describe
 
 LONGEST = 300.0
-"""Time after which a run that has not ended is stopped [s]."""
+"""Simulated or real time after which a run is stopped [s]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class RunLog:
-    """Everything that went between plant and strategy."""
+    """Log of a run: every message between plant and strategy."""
 
     observations: tuple[Observation, ...]
-    """One more than there are commands: the first is from reset."""
+    """Observations, one more than commands: the first is from reset."""
     commands: tuple[Command, ...]
-    """What the strategy asked for."""
+    """Commands of the strategy."""
     statuses: tuple[Status, ...]
-    """Where the strategy stood with each command."""
-
+    """Status of the strategy at each command."""
     gave_up: str | None
     """Why the strategy ended before its goal, if it did."""
     planning: float = 0.0
-    """Wall time of the strategy's plan, made from the first observation [s]."""
+    """Wall time of the strategy's `init` [s]."""
 
     def span(self, phase: str, action: str | None = None) -> tuple[float, float] | None:
         """First and last time of a phase, or of one action in it [s]; None where it never came."""
@@ -48,33 +47,34 @@ class RunLog:
 
 
 def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, Status], None] | None = None) -> RunLog:
-    """Reset the plant, let the strategy drive it, and return what happened.
+    """Reset the plant and run the strategy on it until the strategy is done.
 
     Args:
         plant: simulator or hardware.
         strategy: what to do.
-        watch: called after every step, to show progress; what it raises ends the run.
+        watch: called after every step with its observation and status; an exception in it ends the run.
 
     Raises:
-        RunError: for anything but a plant and a strategy, where one of them returns what it may not or time does not go
-            on, where the plant cannot go on, and where the strategy does not end in LONGEST seconds.
+        RunError: where ``plant`` is no plant or ``strategy`` no strategy, where one of them returns a value of the
+        wrong
+            type, where time does not advance, where the plant cannot go on, and after LONGEST seconds.
     """
     _check_has("plant", plant, ("reset", "step"), "a Plant, such as spiraltrunk.sim.SimPlant()")
     allowed = "a Strategy, such as spiraltrunk.strategies.get('wrap-vertical')"
     _check_has("strategy", strategy, ("init", "step", "status"), allowed)
     if watch is not None and not callable(watch):
         raise RunError(f"watch is {describe(watch)}; allowed: a function of an observation and a status")
-    observation = _seen(plant.reset(), "reset")
+    observation = _read_observation(plant.reset(), "reset")
     began = perf_counter()
     state = strategy.init(observation)
     planning = perf_counter() - began
     observations, commands, statuses = [observation], [], []
     while True:
-        state, command = _decided(strategy.step(state, observation))
-        status = _told(strategy.status(state))
+        state, command = _read_step(strategy.step(state, observation))
+        status = _read_status(strategy.status(state))
         if status.is_done:
             break
-        before, observation = observation.time, _seen(plant.step(command), "step")
+        before, observation = observation.time, _read_observation(plant.step(command), "step")
         if not observation.time > before:
             raise RunError(f"the plant's time went from {before!r} to {observation.time!r} s; allowed: forward")
         observations.append(observation)
@@ -92,19 +92,19 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
     )  # fmt: skip
 
 
-def _seen(value: Observation, call: str) -> Observation:
+def _read_observation(value: Observation, call: str) -> Observation:
     if not isinstance(getattr(value, "time", None), Real):
         raise RunError(f"plant.{call} returned {describe(value)}; allowed: an Observation")
     return value
 
 
-def _decided(value: tuple[Any, Command]) -> tuple[Any, Command]:
+def _read_step(value: tuple[Any, Command]) -> tuple[Any, Command]:
     if not (isinstance(value, tuple) and len(value) == 2):
-        raise RunError(f"strategy.step returned {describe(value)}; allowed: a pair of what to remember and a Command")
+        raise RunError(f"strategy.step returned {describe(value)}; allowed: a pair of a state and a Command")
     return value
 
 
-def _told(value: Status) -> Status:
+def _read_status(value: Status) -> Status:
     if not isinstance(value, Status):
         raise RunError(f"strategy.status returned {describe(value)}; allowed: a Status")
     if not isinstance(value.milestone, Milestone | None):

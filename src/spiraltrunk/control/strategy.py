@@ -1,4 +1,4 @@
-"""What a strategy is: a pure function from what is seen and remembered to what is done."""
+"""Strategies: pure functions from state and observation to state and command."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ class Status:
     """Where a strategy stands."""
 
     phase: str
-    """reach, prehension, transport or release."""
+    """"reach", "prehension", "transport" or "release"."""
     action: str
-    """What is being done within the phase, in the strategy's own words; nothing depends on them."""
+    """Name of the action within the phase, in the strategy's own words; nothing depends on it."""
     milestone: Milestone | None = None
     """What the step works towards; None between milestones."""
     is_done: bool = False
@@ -61,37 +61,38 @@ class Strategy(ABC, Generic[State]):
     """A way to grasp. The state is passed in and out: the same inputs give the same outputs, on every plant."""
 
     name: str
+    """Name on the command line."""
     number: int
     """Number in the paper's figure of nine strategies."""
-    stage: str = "hung"
-    """What it is for: "hung", objects on strings, or "ground", objects that rest on the ground."""
+    support: str = "hung"
+    """What supports its objects: "hung" for strings, or "ground"."""
     stance: str = "lying"
-    """How its objects rest: "lying", their axis horizontal, or "upright"."""
+    """Pose of its objects: "lying", their axis horizontal, or "upright"."""
     looks: bool = False
-    """Whether it needs a camera's looks at the object; otherwise the announced place must do."""
+    """Whether it needs a camera; otherwise it works with the announced position."""
     holds: str = "trunk"
-    """What holds the object: the "trunk" round it, the "fingers" at its tip, or "nothing" where it is only pushed."""
+    """What holds the object: "trunk", "fingers" at its tip, or "nothing" where the object is only pushed."""
     job: str = "grasp"
     """What counts as success: a "grasp" carries the object to its place, a "kick" sends it along the ground, a "sweep"
     pushes it to its place and grasps it there."""
     objects: tuple[str, ...] = ("cylinder-60",)
-    """Objects of the catalogue that it is for."""
+    """Objects of the catalogue for which it is meant."""
     position: tuple[float, float] | None = None
-    """Where its objects wait on the ground (x, y) in the world [m]; None leaves the choice to the scene."""
+    """Position of its objects on the ground (x, y) in the world [m]; None leaves the choice to the scene."""
     push: tuple[float, float] = (0.0, 0.0)
-    """Way that it shall move its objects along the ground (x, y) [m]; none where its job is a grasp."""
+    """Displacement of its objects along the ground (x, y) [m]; 0 where its job is a grasp."""
 
     def widths(self, design: TrunkDesign) -> tuple[float, float]:
-        """Least and greatest width of what it can take [m]: what the trunk can wrap, unless it takes hold otherwise."""
+        """Least and greatest width of its objects [m]: what the trunk can wrap, unless it grasps otherwise."""
         return graspable_range(design)
 
     @abstractmethod
     def init(self, observation: Observation) -> State:
-        """Plan from the first observation."""
+        """First state, planned from the first observation."""
 
     @abstractmethod
     def step(self, state: State, observation: Observation) -> tuple[State, Command]:
-        """What to remember and what to do now."""
+        """Next state and command."""
 
     @abstractmethod
     def status(self, state: State) -> Status:

@@ -1,4 +1,4 @@
-"""What to do: grasping strategies by name, pure and the same on every plant."""
+"""Grasping strategies by name, pure and the same on every plant."""
 
 from typing import Any
 

@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 
 from spiraltrunk.control.strategy import Milestone, Status
+from spiraltrunk.files.atomic import atomic_folder
 from spiraltrunk.files.results import format_json
-from spiraltrunk.workflows.grasp.artifacts import find_moments, open_record
+from spiraltrunk.workflows.grasp.artifacts import FILES
+from spiraltrunk.workflows.grasp.filmstrip import find_moments
 
 
 def test_files_move_in_at_the_end(tmp_path: Path) -> None:
     out = tmp_path / "a" / "b"
-    with open_record(out) as draft:
+    with atomic_folder(out, FILES) as draft:
         (draft / "result.json").write_text("{}")
         assert not (out / "result.json").exists()
     assert [path.name for path in out.iterdir()] == ["result.json"]
@@ -26,7 +28,7 @@ def test_failure_leaves_what_was_there(tmp_path: Path) -> None:
     (tmp_path / "result.json").write_text("old")
 
     def fail() -> None:
-        with open_record(tmp_path) as draft:
+        with atomic_folder(tmp_path, FILES) as draft:
             (draft / "result.json").write_text("new")
             raise OSError
 
@@ -37,7 +39,7 @@ def test_failure_leaves_what_was_there(tmp_path: Path) -> None:
 
 def test_failure_removes_only_folders_that_it_made(tmp_path: Path) -> None:
     def fail() -> None:
-        with open_record(tmp_path / "kept" / "made" / "too"):
+        with atomic_folder(tmp_path / "kept" / "made" / "too", FILES):
             raise KeyboardInterrupt
 
     (tmp_path / "kept").mkdir()
@@ -74,7 +76,7 @@ def _captions(steps: tuple[tuple[str, str, Milestone | None], ...]) -> list[str]
 
 def test_a_film_strip_shows_the_milestones_whatever_the_actions_are_called() -> None:
     assert _captions(GRASP) == [
-        "reach: snuggle up, 1.1 s",
+        "reach: sidle up, 1.0 s",
         "reach: touched, 2.0 s",
         "prehension: cling, 3.1 s",
         "prehension: cling, 4.0 s",

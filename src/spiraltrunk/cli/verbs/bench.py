@@ -25,8 +25,8 @@ def add_verb(verbs: Any) -> None:
 def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.out is not None:
         check_folder(arguments.out)
+    from spiraltrunk.files.atomic import atomic_folder
     from spiraltrunk.workflows.bench import CLAIMS, PEERS, check_peers
-    from spiraltrunk.workflows.grasp.artifacts import open_record
 
     if arguments.peers:
         check_peers()
@@ -34,7 +34,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.out is None:
         claims = _measure(asked)
     else:
-        with open_record(arguments.out) as draft:
+        with atomic_folder(arguments.out, ("result.json",)) as draft:
             claims = _measure(asked)
             (draft / "result.json").write_text(format_json({"claims": claims}) + "\n")
     code = DONE if all(claim["holds"] for claim in claims.values()) else FAILED

@@ -55,8 +55,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
         check_folder(arguments.out)
     from spiraltrunk import strategies
     from spiraltrunk.design import load_design
+    from spiraltrunk.files.atomic import atomic_folder
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
-    from spiraltrunk.workflows.grasp.artifacts import compute_result, open_record, write_record
+    from spiraltrunk.workflows.grasp.artifacts import FILES, compute_result, write_artifacts
 
     strategy = strategies.get(arguments.strategy)
     usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]
@@ -73,10 +74,11 @@ def _run(arguments: argparse.Namespace) -> Answer:
         with show_progress(sys.stderr) as progress:
             result = compute_result(_run_watched(arguments, design, shape, progress), name)
     else:
-        with open_record(arguments.out) as draft, show_progress(sys.stderr) as progress:
+        with atomic_folder(arguments.out, FILES) as draft, show_progress(sys.stderr) as progress:
             trial = _run_watched(arguments, design, shape, progress)
-            record = write_record(trial, name, draft, video=not arguments.no_video, workers=_WORKERS, progress=progress)
-            result, missing = record.result, record.missing
+            video = not arguments.no_video
+            artifacts = write_artifacts(trial, name, draft, video=video, workers=_WORKERS, progress=progress)
+            result, missing = artifacts.result, artifacts.missing
     if missing is not None:
         complain(f"no film strip and no video: {missing}", DONE)
     code = DONE if result["success"] else FAILED

@@ -103,7 +103,7 @@ class TipState(MoveState):
 class TipStrategy(MoveStrategy[TipState]):
     """Grip with the fingers from above; the trunk hangs straight meanwhile."""
 
-    stage = "ground"
+    support = "ground"
     looks = True
     holds = "fingers"
 

@@ -1,4 +1,4 @@
-"""A finger of the tip gripper, bent by its cables alone: what planning needs to know before anything is touched.
+"""Planning model of a finger of the tip gripper, bent by its cables alone.
 
 A strand passes each joint at the same part of its phalanx's width, so that one tension gives every joint a torque in
 proportion to its width, while stiffness falls with the width's cube: the last phalanx bends first, as in the trunk.
@@ -15,7 +15,7 @@ from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
 from spiraltrunk.model.kinematics.joint_limits import clip_bend
 
 _TENSIONS, _SAMPLES = 81, 20
-"""Tensions tried, and points along a phalanx looked at."""
+"""Number of tensions tried, and of points along a phalanx."""
 
 
 def finger_bend(gripper: GripperDesign, tension: ArrayLike) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The distal flip: how hard both ventral cables pull until the trunk's tip has turned by an angle, and how far."""
+"""Planning model of the distal flip: tension and pull of the ventral cables for a turn of the trunk's tip."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spiraltrunk.model.statics.loads import Loads
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 _CLOSE = 0.01
-"""How closely the tension is found [N]."""
+"""Tolerance of the tension [N]."""
 
 
 @final

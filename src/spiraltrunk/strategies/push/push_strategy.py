@@ -33,7 +33,7 @@ State = TypeVar("State", bound=PushState)
 class PushStrategy(MoveStrategy[State]):
     """A push with the rolled trunk."""
 
-    stage = "ground"
+    support = "ground"
     stance = "upright"
     looks = True
     gap: float

@@ -1,8 +1,8 @@
-"""A trunk wrapped round a hanging object, in one vertical plane: what planning needs to know before it is tried.
+"""Planning model of a trunk wrapped round a hanging object, in one vertical plane.
 
 The trunk hangs from its base and bends ventral. Beyond the first joint that touches, joints follow the object's outline
-up to their limit; before it, each joint balances cable tension, its own elasticity and the weights beyond it. This is a
-planning model without friction or contact forces; what it predicts is checked against the simulated trunk in the tests.
+up to their limit. Before it, each joint balances cable tension, its own elasticity and the weights beyond it. The model
+has neither friction nor contact forces; tests compare its predictions with the simulated trunk.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ def predict_wrap(design: TrunkDesign, width: float, mass: float, tension: float)
 
 
 def unrolled_center(design: TrunkDesign, width: float, pull: float) -> np.ndarray:
-    """Where an object hangs whose weight has straightened joints from the base on, by what the cables still take in.
+    """Position of an object whose weight has straightened joints from the base on, by the cables' remaining pull.
 
-    Those joints are taken as straight and the others as bent round the object: with too little tension for the load,
-    the trunk unrolls so, joint by joint.
+    These joints are taken as straight and the others as bent round the object: with too little tension for the load,
+    the trunk unrolls joint by joint.
 
     Args:
         design: the trunk.
@@ -78,10 +78,11 @@ def unrolled_center(design: TrunkDesign, width: float, pull: float) -> np.ndarra
 
 
 def free_curl(design: TrunkDesign, tension: ArrayLike) -> np.ndarray:
-    """Cable that a hanging trunk that touches nothing takes in with its ventral cables at ``tension``, shape (...) [N].
+    """Mean pull of the ventral cables of a hanging trunk without contact, shape (...) [m].
 
-    Returns:
-        Mean of the ventral cables, shape (...) [m].
+    Args:
+        design: the trunk.
+        tension: of each ventral cable, shape (...) [N].
 
     Raises:
         DesignError: for a tension that is negative or not finite.
@@ -96,9 +97,9 @@ def free_curl(design: TrunkDesign, tension: ArrayLike) -> np.ndarray:
 
 
 def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: float) -> float:
-    """Tension of each ventral cable at which joint 1, under trunk and object, still bends by ``base_bend`` [rad] [N].
+    """Tension of each ventral cable at which joint 1 bends by ``base_bend`` [rad] under trunk and object [N].
 
-    At most the motors' largest tension, where even that is not enough.
+    At most the motors' largest tension. ``width`` and ``mass`` are the object's [m], [kg]. Bisection.
     """
     low, high = 0.0, design.cable.tension_max
     for _ in range(12):
@@ -113,7 +114,7 @@ def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: floa
 def _balance(
     design: TrunkDesign, bend: np.ndarray, tension: float | np.ndarray, mass: float, center: np.ndarray
 ) -> np.ndarray:
-    """Bends at which each joint's moments cancel, within the limits, shape (..., n_joint) [rad]."""
+    """Bends at equilibrium of each joint's moments, within the limits, shape (..., n_joint) [rad]."""
     moment = tension * _ventral_lever(design, bend) - _weight_moment(design, bend, mass, center)
     return clip_bend(moment / design.joint_stiffness, design.joint_limit)
 
@@ -124,7 +125,7 @@ def _ventral_lever(design: TrunkDesign, bend: np.ndarray) -> np.ndarray:
 
 
 def _weight_moment(design: TrunkDesign, bend: np.ndarray, mass: float, center: np.ndarray) -> np.ndarray:
-    """Moment about each joint of object and sections beyond it, opening positive, shape (..., n_joint) [N m]."""
+    """Moment of the weights beyond each joint about it, opening positive, shape (..., n_joint) [N m]."""
     starts, heading = _backbone(design, bend)
     centers = starts[..., 1] + design.section_center * heading[..., 1]
     ahead = centers[..., None, :] - starts[..., 1:, None, 1]

@@ -105,7 +105,7 @@ class StandingState(MoveState):
 class StandingWrap(MoveStrategy[StandingState]):
     """Wrap of a standing object; the members of the family differ in their plane alone."""
 
-    stage = "ground"
+    support = "ground"
     stance = "upright"
     looks = True
     objects = ("cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")

@@ -1,11 +1,10 @@
-"""A trunk curling sideways round an object that stands beside it: where the object is, seen from the trunk's base.
+"""Planning model of a trunk that curls sideways round a standing object: position of the object from the trunk's base.
 
-The base axis points ahead, at a tilt from hanging straight down, the ventral side to one side. Up to the first section
-that touches, the trunk is taken as the free one in equilibrium (`statics`): the object stands loose, so that it can
-bear no force worth mention while the trunk closes round it. A planning model; what it predicts is checked against the
-simulated trunk in the tests.
+The base axis points ahead, at a tilt from hanging straight down; the ventral side points aside. Up to the first section
+in contact, the trunk is in free equilibrium (`statics`): the object stands loose, so that contact forces are negligible
+while the trunk closes round it. Tests compare the predictions with the simulated trunk.
 
-Vectors are level: (aside to ventral, ahead, up), from the base.
+Vectors are level, from the base: (aside to ventral, ahead, up).
 """
 
 from __future__ import annotations
@@ -23,13 +22,13 @@ from spiraltrunk.model.kinematics.cables import planar_lever
 from spiraltrunk.strategies.wrap.hung_model import predict_wrap
 
 _TILT_RANGE = math.radians(30.0), math.radians(150.0)
-"""Tilts among which one is sought: beyond, the trunk topples over or hangs [rad]."""
+"""Range of the tilts sought [rad]: beyond it the trunk topples over or hangs."""
 
 
 def cable_pulls(design: TrunkDesign, ventral: float, aside: float) -> np.ndarray:
-    """Least tensions whose sum pulls with ``ventral`` and, along the trunk's z, ``aside`` [N], shape (n_cable,) [N].
+    """Least tensions with the resultant ``ventral`` and, along the trunk's z, ``aside`` [N], shape (n_cable,) [N].
 
-    Unequal ventral cables turn the plane of bending: this says how unequal.
+    Unequal ventral cables turn the plane of bending. Non-negative least squares.
 
     Raises:
         ModelError: where the cables cannot pull that way.

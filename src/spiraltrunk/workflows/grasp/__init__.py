@@ -1,1 +1,1 @@
-"""One trial: a drawn world, a strategy in it, the verdict, and the files that it leaves."""
+"""One trial: a scene drawn from a seed, a strategy in it, its verdict and its artifacts."""

@@ -1,10 +1,9 @@
-"""What a trial leaves behind: result, design, plots, film strip and video, all of them or none."""
+"""Artifacts of a trial: result, design, plots, film strip and video."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, final
@@ -15,13 +14,12 @@ from spiraltrunk.control.loop import RunLog
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.toml import write_design
 from spiraltrunk.errors import MissingPackage
-from spiraltrunk.files.atomic import atomic_folder
 from spiraltrunk.files.results import Progress, format_json, ignore_progress, read_versions, to_json
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_filmstrip, write_plots, write_video
-from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.render import View, render_frames
 from spiraltrunk.strategies.moves import PHASES
+from spiraltrunk.workflows.grasp.filmstrip import find_moments
 from spiraltrunk.workflows.grasp.trial import Trial
 
 FPS = 10
@@ -31,28 +29,19 @@ FILES = (
     "result.json", "trunk.toml", "grasp.mp4", "filmstrip.png", "overview.png", "cables.png", "joints.png",
     "curvature.png", "object.png", "force.png",
 )  # fmt: skip
-"""Everything that a trial can leave behind."""
-
-_HOW_FAR = {Milestone.HELD: 0.5}
-"""Where in the steps of a milestone its picture is taken, 0 to 1 [-]; 1, where it is reached, for the others."""
-
-_UNSHOWN = (Milestone.CARRIED,)
-"""Milestones without a picture of their own: the object is where it is held afterwards."""
-
-_PARTS = (("prehension", 0.55), ("prehension", 1.0), ("reach", 0.5))
-"""Pictures between milestones: phase, and how far into it [-]; those first in the list come first."""
+"""All files that a trial can leave."""
 
 _VIEWS = {
     "hung": View(lookat=(0.32, 0.20, 1.14), distance=1.70),
     "ground": View(lookat=(0.40, 0.10, 1.08), distance=2.15),
 }
-"""Where the camera stands: the arm's raised wrist and the trunk are both in the picture."""
+"""Cameras by the object's support: the arm's raised wrist and the trunk are both in the picture."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Record:
-    """What came of a trial and of writing it down."""
+class Artifacts:
+    """Result of a trial, and whether its pictures could be drawn."""
 
     result: dict[str, Any]
     """Verdict and figures, ready for JSON."""
@@ -61,18 +50,17 @@ class Record:
 
 
 def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Verdict and figures of a trial with the object that was called ``name``, ready for JSON."""
+    """Verdict and figures of a trial with the object called ``name``, ready for JSON."""
     verdict, options = trial.verdict, trial.options
+    spans = compute_phase_spans(trial.log)
     figures = {
         "strategy": trial.strategy,
         "object": name,
         "seed": trial.seed,
         "success": verdict.success,
         "reason": verdict.reason,
-        "phases": [
-            {"name": phase, "start_s": begin, "end_s": end} for phase, begin, end in compute_phase_spans(trial.log)
-        ],
-        "front": compute_front_figures(trial),
+        "phases": [{"name": phase, "start_s": begin, "end_s": end} for phase, begin, end in spans],
+        "front": _compute_front_figures(trial),
         "lift_m": verdict.lift,
         "carry_m": verdict.carry,
         "hold_s": verdict.hold,
@@ -97,8 +85,8 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
     return {key: to_json(value) for key, value in figures.items()}
 
 
-def compute_front_figures(trial: Trial) -> dict[str, float | bool | None]:
-    """Where the curl ended, over the trunk's length, and whether it spread from tip to base and back [-]."""
+def _compute_front_figures(trial: Trial) -> dict[str, float | bool | None]:
+    """End of the curl over the trunk's length, and whether it spread from tip to base and back [-]."""
     trace, design = trial.plant.trace, trial.plant.task.design
     found = compute_propagation(
         np.array([s.time for s in trace]), np.array([s.joint_bend for s in trace]), compute_phase_spans(trial.log),
@@ -109,33 +97,19 @@ def compute_front_figures(trial: Trial) -> dict[str, float | bool | None]:
 
 def compute_phase_spans(log: RunLog) -> tuple[tuple[str, float, float], ...]:
     """Name, begin and end of each phase that came, each lasting until the next begins [-, s, s]."""
-    spans = [(phase, log.span(phase)) for phase in PHASES]
-    come = [(phase, span) for phase, span in spans if span is not None]
-    ends = [span[0] for _, span in come[1:]] + [log.observations[-1].time] * bool(come)
-    return tuple((phase, span[0], end) for (phase, span), end in zip(come, ends, strict=True))
+    begins = [(phase, span[0]) for phase in PHASES if (span := log.span(phase)) is not None]
+    ends = [*(begin for _, begin in begins[1:]), log.observations[-1].time]
+    return tuple((phase, begin, end) for (phase, begin), end in zip(begins, ends, strict=False))
 
 
-@contextmanager
-def open_record(folder: str | Path) -> Iterator[Path]:
-    """A draft folder to write to; at the end of the block its files move to ``folder``, which is made where missing.
-
-    Files of an earlier trial go then; where the block raises, everything is as it was.
-
-    Raises:
-        OSError: where the folder cannot be made or written.
-    """
-    with atomic_folder(folder, FILES) as draft:
-        yield draft
-
-
-def write_record(
+def write_artifacts(
     trial: Trial, name: str, folder: Path, *, video: bool = True, workers: int = 1, progress: Progress = ignore_progress
-) -> Record:
+) -> Artifacts:
     """Write everything about a trial into a folder; without OpenGL, everything but film strip and video.
 
     Args:
         trial: a trial that has run.
-        name: what the object was called.
+        name: name of the object.
         folder: an existing folder.
         video: whether to draw film strip and video.
         workers: processes that draw the video; more than one need a main module that can be imported.
@@ -150,27 +124,31 @@ def write_record(
     write_plots(series, folder)
     if video:
         try:
-            write_pictures(trial, folder, title=series.title, workers=workers, progress=progress)
+            write_strip(trial, folder / "filmstrip.png", title=series.title)
+            _write_video(trial, folder / "grasp.mp4", workers, progress)
         except MissingPackage as error:
             missing = str(error)
     files = tuple(sorted({*(path.name for path in folder.iterdir()), "result.json"}))
     result = compute_result(trial, name, files)
     (folder / "result.json").write_text(format_json(result) + "\n")
-    return Record(result=result, missing=missing)
+    return Artifacts(result=result, missing=missing)
 
 
-def write_pictures(
-    trial: Trial, folder: Path, *, title: str = "", workers: int = 1, progress: Progress = ignore_progress
-) -> None:
-    """Write film strip and video.
+def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
+    """Write a sheet of the trial's moments, each with its phase and time.
 
     Raises:
-        MissingPackage: where there is no OpenGL or no encoder.
-        OSError: where a file cannot be written.
+        MissingPackage: where there is no OpenGL.
+        OSError: where the file cannot be written.
     """
-    write_strip(trial, folder / "filmstrip.png", title=title)
-    trace, period = trial.plant.trace, trial.plant.control_period
-    shown = [sample.qpos for sample in trace[:: max(1, round(1 / (FPS * period)))]]
+    captions, samples = zip(*find_moments(trial), strict=True)
+    frames = list(render_frames(trial.plant.model, [sample.qpos for sample in samples], _VIEWS[trial.options.stage]))
+    write_filmstrip(path, frames, captions, title=title)
+
+
+def _write_video(trial: Trial, path: Path, workers: int, progress: Progress) -> None:
+    step = max(1, round(1 / (FPS * trial.plant.control_period)))
+    shown = [sample.qpos for sample in trial.plant.trace[::step]]
 
     def frames() -> Iterator[np.ndarray]:
         view = replace(_VIEWS[trial.options.stage], has_shadows=False)
@@ -178,77 +156,22 @@ def write_pictures(
             progress("video", i, len(shown))
             yield frame
 
-    write_video(folder / "grasp.mp4", frames(), FPS)
-
-
-def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
-    """Write a sheet of eight telling moments, each with its phase and time.
-
-    Raises:
-        MissingPackage: where there is no OpenGL.
-        OSError: where the file cannot be written.
-    """
-    moments = find_moments(trial)
-    frames = list(render_frames(trial.plant.model, [sample.qpos for _, sample in moments], _VIEWS[trial.options.stage]))
-    captions = [caption for caption, _ in moments]
-    write_filmstrip(path, frames, captions, title=title)
-
-
-def find_moments(trial: Trial, count: int = 8) -> list[tuple[str, Sample]]:
-    """Captions and samples of a film strip, in order of time.
-
-    Every milestone is shown. Up to ``count``, moments of the phases are added, then ends of further actions, evenly
-    chosen; these are captioned by the action.
-    """
-    trace, statuses = trial.plant.trace, trial.log.statuses
-    if not statuses:
-        return [(f"start, {trace[0].time:.1f} s", trace[0])]
-    shown = {}
-    for milestone in Milestone:
-        ticks = [i for i, status in enumerate(statuses) if status.milestone is milestone]
-        if ticks and milestone not in _UNSHOWN:
-            shown[_at(ticks, _HOW_FAR.get(milestone, 1.0))] = milestone.value
-    for phase, part in _PARTS:
-        ticks = [i for i, status in enumerate(statuses) if status.phase == phase]
-        if ticks and len(shown) < count and statuses[_at(ticks, part)].milestone in (None, *_UNSHOWN):
-            shown.setdefault(_at(ticks, part), statuses[_at(ticks, part)].action)
-    told = {statuses[i].action for i in shown}
-    ends = sorted({status.action: i for i, status in enumerate(statuses) if status.action not in told}.values())
-    for choice in np.linspace(0, len(ends) - 1, max(0, min(len(ends), count - len(shown)))):
-        shown[ends[round(choice)]] = statuses[ends[round(choice)]].action
-    return [
-        (f"{statuses[i].phase}: {shown[i]}, {trace[i + 1].time:.1f} s", trace[i + 1]) for i in sorted(shown)
-    ]  # fmt: skip
-
-
-def _at(ticks: list[int], part: float) -> int:
-    return ticks[round(part * (len(ticks) - 1))]
+    write_video(path, frames(), FPS)
 
 
 def compute_series(trial: Trial, name: str) -> Series:
-    """The trial's true quantities over time, for plots."""
+    """True quantities of the trial over time, for plots."""
     trace, task = trial.plant.trace, trial.plant.task
+    columns = ("time", "cable_pull", "cable_tension", "joint_bend", "grip_force", "string_tension")
+    height = np.array([s.object_position[2] for s in trace])
+    lifting, lift = trial.log.milestone_span(Milestone.LIFTED), None
+    if lifting is not None:
+        start = next(float(h) for s, h in zip(trace, height, strict=True) if s.time > lifting[0] - 1e-9)
+        lift = start, start + task.goal.lift
     shown = name if len(name) <= 40 else trial.options.shape.kind
     return Series(
-        time=np.array([s.time for s in trace]),
-        phase_spans=compute_phase_spans(trial.log),
-        cable_pull=np.array([s.cable_pull for s in trace]),
-        cable_tension=np.array([s.cable_tension for s in trace]),
-        joint_bend=np.array([s.joint_bend for s in trace]),
-        joint_limit=task.design.joint_limit,
-        section_length=task.design.section_length,
-        object_height=np.array([s.object_position[2] for s in trace]),
-        lift=_find_lift(trial),
-        grip_force=np.array([s.grip_force for s in trace]),
-        string_tension=np.array([s.string_tension for s in trace]),
+        **{column: np.array([getattr(s, column) for s in trace]) for column in columns},
+        phase_spans=compute_phase_spans(trial.log), joint_limit=task.design.joint_limit,
+        section_length=task.design.section_length, object_height=height, lift=lift,
         title=f"{trial.strategy}, {shown}, seed {trial.seed}: {trial.verdict.reason}",
-    )
-
-
-def _find_lift(trial: Trial) -> tuple[float, float] | None:
-    """Height of the object where its lift begins, and the height to which it is to be lifted [m]; None for no lift."""
-    begin = trial.log.milestone_span(Milestone.LIFTED)
-    if begin is None:
-        return None
-    start = float(next(s.object_position[2] for s in trial.plant.trace if s.time >= begin[0] - 1e-9))
-    return start, start + trial.plant.task.goal.lift
+    )  # fmt: skip

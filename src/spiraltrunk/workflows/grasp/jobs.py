@@ -1,4 +1,4 @@
-"""What counts as success, by a strategy's job."""
+"""Jobs of strategies, and what counts as success in each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One trial in simulation: a world drawn from a seed, a strategy, and the verdict."""
+"""One trial in simulation: a scene drawn from a seed, a strategy, and the verdict."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.grasp.jobs import JOBS
-from spiraltrunk.workflows.grasp.verdict import Evidence, Moments, Verdict
+from spiraltrunk.workflows.grasp.verdict import Evidence, Verdict
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 
@@ -29,15 +29,15 @@ class Trial:
     strategy: str
     """Name of the strategy."""
     seed: int
-    """Seed that the world was drawn from."""
+    """Seed from which the scene was drawn."""
     options: SceneOptions
-    """The world."""
+    """Options of the scene."""
     plant: SimPlant
-    """The simulator after the trial, with its record."""
+    """The simulator after the trial, with its trace."""
     log: RunLog
-    """What went between plant and strategy."""
+    """Messages between plant and strategy."""
     verdict: Verdict
-    """What came of it."""
+    """Whether it succeeded, and why not."""
     real_time_factor: float
     """Simulated time over the time that the loop took on one core, Python included [-]."""
 
@@ -51,9 +51,9 @@ def run_trial(
     spread: Spread | None = None,
     watch: Callable[[Observation, Status], None] | None = None,
 ) -> Trial:
-    """Draw a world, run a strategy in it, by its name or one of your own, and evaluate the run by the strategy's job.
+    """Draw a scene, run a strategy in it, by its name or one of your own, and evaluate the outcome.
 
-    ``spread`` says how far worlds differ; ``watch`` is called after every step.
+    ``spread`` says how far scenes differ; ``watch`` is called after every step.
 
     Raises:
         UnknownName: for a strategy that does not exist.
@@ -85,11 +85,7 @@ def run_scene(
     with quiet_mujoco():
         log = run(plant, strategy, watch=watch)
     factor = plant.trace[-1].time / (time.perf_counter() - began)
-    evidence = Evidence(
-        trace=plant.trace, task=plant.task, moments=Moments.from_log(log), gave_up=log.gave_up,
-        warnings=plant.warnings, limits=plant.arm_limits,
-    )  # fmt: skip
     return Trial(
         strategy=strategy.name, seed=seed, options=options, plant=plant, log=log,
-        verdict=JOBS[strategy.job](evidence), real_time_factor=factor,
+        verdict=JOBS[strategy.job](Evidence.from_run(plant, log)), real_time_factor=factor,
     )  # fmt: skip

@@ -1,10 +1,11 @@
-"""Whether a grasp truly succeeded, from the simulator's record alone."""
+"""Verdict on a grasp, from the simulator's true state alone."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import final
 
 import numpy as np
@@ -15,22 +16,25 @@ from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.sim.ground_truth import Sample
+from spiraltrunk.sim.plant import SimPlant
+
+Span = tuple[float, float]
+Condition = tuple[bool, str]
 
 LIFT_TOLERANCE = 0.25
-"""Part of the commanded lift and carry by which the real ones may differ [-]."""
+"""Largest deviation of lift and carry over the commanded ones [-] (ours)."""
 
 BEND_MOST = math.radians(33.0)
-"""Largest bend that a joint of the paper's 30 deg may show; 10 % over the limit for other designs [rad]."""
+"""Largest bend that a joint of the paper's 30 deg may show; 10 % over the limit for other designs [rad] (ours)."""
 
 PENETRATION_MOST = 0.005
-"""Deepest overlap of two bodies that counts as contact and not as fault [m]."""
+"""Deepest overlap of two bodies that counts as contact and not as fault [m] (ours)."""
 
 FALL_MOST = 0.010
-"""Most that a lifted object may come down while it touches neither trunk nor ground [m] (ours)."""
+"""Largest fall of a lifted object that touches neither trunk nor ground [m] (ours)."""
 
 DROP_SPEED = 0.6
-"""Greatest speed at which an object may be let down [m/s] (ours): what falls freely has it after 18 mm; the
-strategies let down at 0.1."""
+"""Largest speed of an object that is let down [m/s] (ours): that of a free fall by 18 mm; strategies lower at 0.1."""
 
 
 @final
@@ -38,13 +42,13 @@ strategies let down at 0.1."""
 class Moments:
     """Begin and end of what the strategy reported by its milestones [s]; None for what it did not report."""
 
-    push: tuple[float, float] | None = None
-    """From where the push begins to where the trunk has withdrawn."""
-    lift: tuple[float, float] | None = None
+    push: Span | None = None
+    """From the begin of the push until the trunk has withdrawn."""
+    lift: Span | None = None
     """The lift."""
-    carry: tuple[float, float] | None = None
+    carry: Span | None = None
     """The carry aside."""
-    hold: tuple[float, float] | None = None
+    hold: Span | None = None
     """The hold."""
 
     @classmethod
@@ -62,7 +66,7 @@ class Evidence:
     """What a verdict rests on."""
 
     trace: Sequence[Sample]
-    """True state of the simulation over time."""
+    """True states of the simulation over time."""
     task: Task
     """What was to be done."""
     moments: Moments
@@ -70,9 +74,21 @@ class Evidence:
     gave_up: str | None
     """Why the strategy ended before its goal, if it did."""
     warnings: int
-    """How often the solver warned."""
+    """Number of warnings of the solver."""
     limits: ArmLimits
-    """What the arm may do."""
+    """Limits of the arm."""
+
+    @classmethod
+    def from_run(cls, plant: SimPlant, log: RunLog) -> Evidence:
+        """Evidence of a run on a simulated plant."""
+        return cls(
+            trace=plant.trace, task=plant.task, moments=Moments.from_log(log), gave_up=log.gave_up,
+            warnings=plant.warnings, limits=plant.arm_limits,
+        )  # fmt: skip
+
+    def between(self, span: Span | None) -> list[Sample]:
+        """Samples of a span of time [s]; none for None."""
+        return [] if span is None else [s for s in self.trace if span[0] - 1e-9 <= s.time <= span[1] + 1e-9]
 
 
 @final
@@ -85,13 +101,13 @@ class Verdict:
     reason: str
     """"success", or the first condition that failed."""
     lift: float
-    """Rise of the object while the arm lifted [m]."""
+    """Rise of the object during the lift [m]."""
     carry: float
-    """Horizontal way of the object while the arm carried it aside [m]."""
+    """Horizontal displacement of the object during the carry [m]."""
     hold: float
-    """Time that the trunk alone held the object still [s]."""
+    """Time for which the trunk alone held the object still [s]."""
     place_error: float
-    """Distance of the object from its target at the end [m]."""
+    """Distance of the object from its place at the end [m]."""
     penetration: float
     """Deepest overlap of two bodies [m]."""
     bend: float
@@ -101,24 +117,24 @@ class Verdict:
 
 
 def evaluate_grasp(evidence: Evidence) -> Verdict:
-    """Whether a grasp succeeded; conditions are tried in the order in which a trial would fail."""
-    trace, task, moments = evidence.trace, evidence.task, evidence.moments
-    lift, carry = _rise(trace, moments.lift), _way(trace, moments.carry)
-    hold = _held(trace, moments.hold, task)
-    place_error = float(np.linalg.norm(trace[-1].object_position - task.goal.place))
-    aside = float(np.linalg.norm(task.goal.aside))
+    """Verdict on a grasp; conditions are tried in the order in which a trial would fail."""
+    trace, goal, moments = evidence.trace, evidence.task.goal, evidence.moments
+    lift = float(_displacement(evidence, moments.lift)[2])
+    carry = float(np.linalg.norm(_displacement(evidence, moments.carry)[:2]))
+    hold, aside = _time_held(evidence), float(np.linalg.norm(goal.aside))
+    place_error = float(np.linalg.norm(trace[-1].object_position - goal.place))
     return decide(
         (
             *fault_conditions(evidence),
             (moments.lift is not None, "the strategy reported no lift"),
-            (abs(lift / task.goal.lift - 1) <= LIFT_TOLERANCE, f"lifted {lift * 100:.0f} cm"),
+            (abs(lift / goal.lift - 1) <= LIFT_TOLERANCE, f"lifted {lift * 100:.0f} cm"),
             (moments.carry is not None, "the strategy reported no carry"),
             (abs(carry / aside - 1) <= LIFT_TOLERANCE, f"carried {carry * 100:.0f} cm aside"),
             (moments.hold is not None, "the strategy reported no hold"),
-            (hold >= task.goal.hold - 0.05, f"held alone for {hold:.1f} s"),
-            (_is_released(trace), "not released at rest"),
-            (place_error <= task.goal.zone, f"released {place_error * 100:.1f} cm from the target"),
-            *_drop_conditions(trace, moments),
+            (hold >= goal.hold - 0.05, f"held alone for {hold:.1f} s"),
+            (_is_released(evidence), "not released at rest"),
+            (place_error <= goal.zone, f"released {place_error * 100:.1f} cm from the target"),
+            *_drop_conditions(evidence),
             *arm_conditions(evidence),
         ),
         evidence, lift=lift, carry=carry, hold=hold, place_error=place_error,
@@ -126,10 +142,9 @@ def evaluate_grasp(evidence: Evidence) -> Verdict:
 
 
 def decide(
-    conditions: Sequence[tuple[bool, str]], evidence: Evidence, *, lift: float, carry: float, hold: float,
-    place_error: float,
-) -> Verdict:  # fmt: skip
-    """The verdict whose reason is the first condition that fails, with its figures as in `Verdict` [m], [s]."""
+    conditions: Sequence[Condition], evidence: Evidence, *, lift: float, carry: float, hold: float, place_error: float
+) -> Verdict:
+    """The verdict whose reason is the first condition that fails, with figures as in `Verdict` [m], [s]."""
     reason = next((text for holds, text in conditions if not holds), "success")
     return Verdict(
         success=reason == "success", reason=reason, lift=lift, carry=carry, hold=hold, place_error=place_error,
@@ -138,8 +153,8 @@ def decide(
     )  # fmt: skip
 
 
-def fault_conditions(evidence: Evidence) -> list[tuple[bool, str]]:
-    """What no trial may show, whatever its job: faults of the simulation, overbent joints, touches of the arm."""
+def fault_conditions(evidence: Evidence) -> list[Condition]:
+    """Conditions of every job: no fault of the simulation, no joint bent too far, no touch of the arm."""
     trace, warnings = evidence.trace, evidence.warnings
     penetration, bend = max(s.penetration for s in trace), max(s.bend_most for s in trace)
     bend_most = evidence.task.design.joint_limit * BEND_MOST / math.radians(30.0)
@@ -153,70 +168,7 @@ def fault_conditions(evidence: Evidence) -> list[tuple[bool, str]]:
     ]
 
 
-def _between(trace: Sequence[Sample], span: tuple[float, float] | None) -> list[Sample]:
-    return [] if span is None else [s for s in trace if span[0] - 1e-9 <= s.time <= span[1] + 1e-9]
-
-
-def _rise(trace: Sequence[Sample], span: tuple[float, float] | None) -> float:
-    part = _between(trace, span)
-    return float(part[-1].object_position[2] - part[0].object_position[2]) if part else 0.0
-
-
-def _way(trace: Sequence[Sample], span: tuple[float, float] | None) -> float:
-    part = _between(trace, span)
-    return float(np.linalg.norm((part[-1].object_position - part[0].object_position)[:2])) if part else 0.0
-
-
-def _drop_conditions(trace: Sequence[Sample], moments: Moments) -> list[tuple[bool, str]]:
-    """That the object, once lifted, is let down and never dropped: places alone do not tell a drop that lands well."""
-    if moments.lift is None or moments.hold is None or len(trace) < 2:
-        return []
-    carried = _between(trace, (moments.lift[1], moments.hold[1]))
-    after = _between(trace, (moments.lift[1], trace[-1].time))
-    dt = trace[1].time - trace[0].time
-    fall = _longest_fall(after)
-    height = np.array([s.object_position[2] for s in after if s.time >= moments.hold[1] - 1e-9])
-    fastest = float(-np.diff(height).min(initial=0.0)) / dt
-    return [
-        (not any(s.touches_table for s in carried), "touched table or ground while it was carried"),
-        (fall <= FALL_MOST, f"fell {fall * 100:.1f} cm"),
-        (fastest <= DROP_SPEED, f"came down at {fastest:.1f} m/s"),
-    ]
-
-
-def _longest_fall(part: Sequence[Sample]) -> float:
-    """Greatest loss of height since the last touch of trunk or ground [m]; contacts flicker where things roll over."""
-    fall = held = 0.0
-    for i, s in enumerate(part):
-        height = float(s.object_position[2])
-        held = height if i == 0 or s.grip_force > 0 or s.touches_table else held
-        fall = max(fall, held - height)
-    return fall
-
-
-def _held(trace: Sequence[Sample], span: tuple[float, float] | None, task: Task) -> float:
-    """Longest time of the hold with strings slack, nothing else touched, the object within 2 cm of its mean height."""
-    part = _between(trace, span)
-    if len(part) < 2:
-        return 0.0
-    mean = np.mean([s.object_position[2] for s in part])
-    slack = 0.02 * task.target.mass * GRAVITY
-    longest = run = 0
-    for s in part:
-        is_alone = s.string_tension <= slack and not s.touches_table and not s.touches_robot and s.grip_force > 0
-        run = run + 1 if is_alone and abs(s.object_position[2] - mean) <= 0.02 else 0
-        longest = max(longest, run)
-    return longest * (part[1].time - part[0].time)
-
-
-def _is_released(trace: Sequence[Sample]) -> bool:
-    """Whether the trunk has let go and the object lies still on table over the last 0.2 s."""
-    part = _between(trace, (trace[-1].time - 0.2, trace[-1].time))
-    moved = np.ptp([s.object_position for s in part], axis=0).max()
-    return moved <= 0.002 and part[-1].grip_force == 0.0 and part[-1].touches_table
-
-
-def arm_conditions(evidence: Evidence) -> list[tuple[bool, str]]:
+def arm_conditions(evidence: Evidence) -> list[Condition]:
     """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands.
 
     A torque at its limit counts as passed, as simulated actuators, like real ones, give no more. What has no limit
@@ -226,25 +178,82 @@ def arm_conditions(evidence: Evidence) -> list[tuple[bool, str]]:
     if len(trace) < 2:
         return []
     dt = trace[1].time - trace[0].time
-    command = np.array([s.arm_command for s in trace])
-    position, velocity = (np.array([getattr(s, name) for s in trace]) for name in ("arm_position", "arm_velocity"))
+    position, velocity, torque, command = (
+        np.array([getattr(s, name) for s in trace])
+        for name in ("arm_position", "arm_velocity", "arm_torque", "arm_command")
+    )
+    acceleration, jerk = np.diff(command, 2, axis=0) / dt**2, np.diff(command, 3, axis=0) / dt**3
     conditions = []
     if limits.velocity is not None:
-        low, high = velocity_bounds(limits, position)
-        conditions.append((bool(((velocity >= low) & (velocity <= high)).all()), "the arm passed its speed limit"))
+        conditions.append((_is_within(velocity, velocity_bounds(limits, position)), "the arm passed its speed limit"))
     if limits.torque is not None:
-        torque = np.array([s.arm_torque for s in trace])
         conditions.append((bool((np.abs(torque) < limits.torque).all()), "the arm passed its torque limit"))
-    measured = (
-        ("acceleration", np.diff(command, 2, axis=0) / dt**2, limits.acceleration),
-        ("jerk", np.diff(command, 3, axis=0) / dt**3, limits.jerk),
-    )
-    conditions += [
-        (bool((np.abs(values) <= most).all()), f"the arm passed its {name} limit")
-        for name, values, most in measured
-        if most is not None
-    ]
+    for name, values, most in (
+        ("acceleration", acceleration, limits.acceleration),
+        ("jerk", jerk, limits.jerk),
+    ):
+        if most is not None:
+            conditions.append((_is_within(values, (-most, most)), f"the arm passed its {name} limit"))
     if limits.position is not None:
-        low, high = limits.position
-        conditions.append((bool(((position >= low) & (position <= high)).all()), "the arm passed a joint range"))
+        conditions.append((_is_within(position, limits.position), "the arm passed a joint range"))
     return conditions
+
+
+def _is_within(values: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> bool:
+    return bool(((values >= bounds[0]) & (values <= bounds[1])).all())
+
+
+def _displacement(evidence: Evidence, span: Span | None) -> np.ndarray:
+    """Displacement of the object over a span, shape (3,) [m]; 0 for None."""
+    part = evidence.between(span)
+    return part[-1].object_position - part[0].object_position if part else np.zeros(3)
+
+
+def _drop_conditions(evidence: Evidence) -> list[Condition]:
+    """The lifted object is let down and never dropped; its places alone do not show a drop that lands well."""
+    trace, lift, hold = evidence.trace, evidence.moments.lift, evidence.moments.hold
+    if lift is None or hold is None or len(trace) < 2:
+        return []
+    after = evidence.between((lift[1], trace[-1].time))
+    height = np.array([s.object_position[2] for s in after if s.time >= hold[1] - 1e-9])
+    fall, speed = _longest_fall(after), float(-np.diff(height).min(initial=0.0)) / (trace[1].time - trace[0].time)
+    is_carried = not any(s.touches_table for s in evidence.between((lift[1], hold[1])))
+    return [
+        (is_carried, "touched table or ground while it was carried"),
+        (fall <= FALL_MOST, f"fell {fall * 100:.1f} cm"),
+        (speed <= DROP_SPEED, f"came down at {speed:.1f} m/s"),
+    ]
+
+
+def _longest_fall(part: Sequence[Sample]) -> float:
+    """Largest loss of height since the last touch of trunk or ground [m]; contacts flicker under rolling objects."""
+    fall = held = 0.0
+    for i, s in enumerate(part):
+        height = float(s.object_position[2])
+        held = height if i == 0 or s.grip_force > 0 or s.touches_table else held
+        fall = max(fall, held - height)
+    return fall
+
+
+def _time_held(evidence: Evidence) -> float:
+    """Longest time of the hold with strings slack, nothing else touched, the object within 2 cm of its mean height."""
+    part = evidence.between(evidence.moments.hold)
+    if len(part) < 2:
+        return 0.0
+    mean = np.mean([s.object_position[2] for s in part])
+    slack = 0.02 * evidence.task.target.mass * GRAVITY
+    is_held = [
+        s.string_tension <= slack and s.grip_force > 0 and not s.touches_table and not s.touches_robot
+        and abs(s.object_position[2] - mean) <= 0.02
+        for s in part
+    ]  # fmt: skip
+    longest = max(len(list(run)) if holds else 0 for holds, run in groupby(is_held))
+    return longest * (part[1].time - part[0].time)
+
+
+def _is_released(evidence: Evidence) -> bool:
+    """Whether the trunk has let go and the object lay still on table or ground over the last 0.2 s."""
+    end = evidence.trace[-1].time
+    part = evidence.between((end - 0.2, end))
+    moved = np.ptp([s.object_position for s in part], axis=0).max()
+    return moved <= 0.002 and part[-1].grip_force == 0.0 and part[-1].touches_table

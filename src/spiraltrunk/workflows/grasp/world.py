@@ -1,4 +1,4 @@
-"""The world of a trial, drawn from a seed: object, place, friction, stiffness and errors of sensors."""
+"""Scenes of trials, drawn from a seed: object, position, friction, stiffness and sensor errors."""
 
 from __future__ import annotations
 
@@ -22,47 +22,43 @@ NOISE = SensorOptions(
     pull_noise=0.2e-3, tension_noise=0.2, tension_share=0.02, torque_noise=0.02, delay=0.020, look_error=0.003,
     look_turn=math.radians(3.0),
 )  # fmt: skip
-"""Errors of the real robot's sensors, of our choosing: cable lengths to 0.2 mm, tensions from motor currents to 0.2 N
-and 2 %, the arm's torques to 0.02 N m, commands 20 ms late, a camera that is right to 3 mm and 3 deg."""
-
+"""Errors of the real robot's sensors (ours): cable lengths 0.2 mm, tensions from motor currents 0.2 N and 2 %, torques
+of the arm 0.02 N m, commands 20 ms late, camera 3 mm and 3 deg."""
 
 GRIP_FRICTION = 30.0
-"""Hardness of friction in fingers (ours) [-]. At 1, MuJoCo's own, what friction holds creeps: a ball of 15 g out of a
-firm grip by 2 mm/s; at 10 by 0.3 mm/s, at 30 and at 100 not measurably."""
-
+"""Hardness of friction (MuJoCo's ``impratio``) in fingers (ours) [-]. At 1, MuJoCo's own, held objects creep: a ball of
+15 g out of a firm grip by 2 mm/s; at 10 by 0.3 mm/s, at 30 and at 100 not measurably."""
 
 WRAP_FRICTION = 10.0
 """The same in wraps (ours) [-]. At 1 a bottle of 70 mm creeps out by up to 15 mm/s and a wide cylinder tilts in its
-loop; at 10 and at 30 bottles and cylinders shift equally little, by the trunk's own give, and at 10 a step is a fifth
-faster. What is heavier than HEAVY creeps more: it gets GRIP_FRICTION."""
-
+loop; at 10 and at 30 bottles and cylinders shift equally little, by the trunk's compliance, and at 10 a step is a fifth
+faster. Objects heavier than HEAVY creep more: they get GRIP_FRICTION."""
 
 HEAVY = 1.0
 """Mass above which a wrapped object needs harder friction [kg]: at 10, 1.5 kg tilt further and land askew."""
 
-
 SLOPE_FRICTION = 300.0
-"""The same for what narrows upwards (ours) [-]: there the grip itself, and not the weight alone, pushes against
-friction. At 30 a cone of 35 mm creeps out of firm fingers by 0.65 mm/s, at 300 by 0.03 mm/s."""
+"""The same for objects that narrow upwards (ours) [-]: there the grip itself loads friction, and not the weight
+alone. At 30 a cone of 35 mm creeps out of firm fingers by 0.65 mm/s, at 300 by 0.03 mm/s."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """How far trials differ from each other, and what the robot is not told; each drawn evenly."""
+    """Ranges of a trial's random quantities, each drawn from a uniform distribution."""
 
     position: float = 0.030
-    """Largest distance of the object's true place from the announced one, in any direction [m]."""
+    """Largest distance of the object's true position from the announced one, in any direction [m]."""
     yaw: float = math.radians(10.0)
-    """Largest turn of the object about the vertical that the robot is not told [rad]."""
+    """Largest deviation of the object's yaw from the announced one [rad]."""
     size: float = 0.10
-    """Largest deviation of the object's size from what the robot is told [-]."""
+    """Largest relative deviation of the object's size from the announced one [-]."""
     mass: float = 0.20
-    """Largest deviation of its mass from what the robot is told [-]."""
+    """Largest relative deviation of the object's mass from the announced one [-]."""
     friction: tuple[float, float] = (0.5, 1.2)
-    """Coefficient of friction between silicone and object [-]."""
+    """Least and largest coefficient of friction between silicone and object [-]."""
     stiffness: float = 0.10
-    """Largest deviation of the joints' stiffness from the design's [-]."""
+    """Largest relative deviation of the joints' stiffness from the design's [-]."""
     sensors: SensorOptions = NOISE
     """Errors of readings and commands."""
 
@@ -76,13 +72,13 @@ class Spread:
 
 
 EXACT = Spread(position=0.015, yaw=0.0, size=0.0, mass=0.0, sensors=SensorOptions())
-"""Place within 15 mm, friction and stiffness unknown, everything else as told, sensors without error."""
+"""Position within 15 mm, friction and stiffness unknown, everything else as announced, sensors without error."""
 
 
 def draw_scene(
     shape: ObjectSpec, seed: int, *, strategy: Strategy[Any] | None = None, spread: Spread | None = None
 ) -> SceneOptions:
-    """A world for a strategy, whose object and joints differ from what the robot is told, drawn from ``seed``.
+    """Scene for a strategy, drawn from ``seed``: its object and joints differ from what is announced to the robot.
 
     Raises:
         DesignError: for anything but an object, a seed, a strategy and a spread.
@@ -101,12 +97,12 @@ def draw_scene(
     stiffness = float(rng.uniform(1 - spread.stiffness, 1 + spread.stiffness))
     size, mass = (float(rng.uniform(1 - part, 1 + part)) for part in (spread.size, spread.mass))
     yaw_error = float(rng.uniform(-1, 1)) * spread.yaw
-    turned = float(rng.uniform(-math.pi / 2, math.pi / 2)) if chosen.stage == "ground" and spread.yaw > 0 else 0.0
+    turned = float(rng.uniform(-math.pi / 2, math.pi / 2)) if chosen.support == "ground" and spread.yaw > 0 else 0.0
     sensors = replace(spread.sensors, looks=chosen.looks, seed=int(rng.integers(2**32)))
     drawn = SceneOptions(
         shape=replace(scaled(shape, size), mass=shape.mass * mass, friction=friction),
         told=shape,
-        stage=chosen.stage,
+        stage=chosen.support,
         stance=chosen.stance,
         yaw=turned,
         yaw_error=yaw_error,
@@ -128,7 +124,7 @@ def _check_strategy(strategy: Strategy[Any]) -> None:
 
 
 def _hardness(strategy: Strategy[Any], shape: ObjectSpec) -> float:
-    """Hardness of friction in the worlds of a strategy and an object [-]; MuJoCo's own where nothing is held."""
+    """Hardness of friction for a strategy and an object [-]; MuJoCo's own where nothing is held."""
     if strategy.holds == "nothing":
         return 1.0
     if shape.kind == "cone":
@@ -137,6 +133,6 @@ def _hardness(strategy: Strategy[Any], shape: ObjectSpec) -> float:
 
 
 def _draw_in_ball(rng: np.random.Generator, radius: float) -> np.ndarray:
-    """A point evenly drawn in a ball, shape (3,) [m]."""
+    """Point from a uniform distribution in a ball, shape (3,) [m]."""
     direction = rng.normal(size=3)
     return radius * float(rng.uniform()) ** (1 / 3) * direction / np.linalg.norm(direction)
