@@ -28,8 +28,13 @@ import numpy as np
 from spiraltrunk.calibration.calibrate import IDENTIFIED, Z_95, Calibration, Errors, Settings, Weighing, calibrate
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap.protocol.toml import load_protocol
-from spiraltrunk.workflows.virtual_session.printed_trunk import WorldOptions, draw_world, expected, weigh
-from spiraltrunk.workflows.virtual_session.session import measure, play_session
+from spiraltrunk.workflows.virtual_session.printed_trunk import (
+    PrintOptions,
+    build_print_prior,
+    draw_printed_trunk,
+    weigh,
+)
+from spiraltrunk.workflows.virtual_session.session import measure_session, simulate_session
 
 FITTED = ("bend-dorsal_1", "rest-000_1", "rest-090_1")
 JUDGED = ("rest", "bend-dorsal")
@@ -38,12 +43,12 @@ BAR_M, BAR_SHARE, BAR_S = 2e-3, 0.90, 30.0
 
 def run_world(seed: int, kind: str) -> dict[str, Any]:
     """One world: errors held out, and how many standard deviations each parameter is off."""
-    options = WorldOptions()
-    world = draw_world(PAPER, seed, options)
-    played = play_session(PAPER, world, load_protocol("paper"), is_simulated=kind == "simulated")
-    shapes = measure(PAPER, played, seed)
+    options = PrintOptions()
+    world = draw_printed_trunk(PAPER, seed, options)
+    played = simulate_session(PAPER, world, load_protocol("paper"), is_simulated=kind == "simulated")
+    shapes = measure_session(PAPER, played, seed)
     mass, spread = weigh(PAPER, world)
-    settings = Settings(prior=expected(options), weighing=Weighing(mass=mass, spread=spread))
+    settings = Settings(prior=build_print_prior(options), weighing=Weighing(mass=mass, spread=spread))
     begin, cpu = time.perf_counter(), time.process_time()
     found = calibrate(PAPER, shapes, np.isin(shapes.take, FITTED), settings)
     wall, cpu = time.perf_counter() - begin, time.process_time() - cpu

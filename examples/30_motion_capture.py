@@ -19,17 +19,17 @@ import numpy as np
 
 from spiraltrunk.design import presets
 from spiraltrunk.mocap import Protocol, Run, SessionSettings, build_session, compute_deviation
-from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.signal.registration import Motion
-from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
+from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions, build_synthetic_take
 
 trunk = presets.get("paper")
 run = Run(name="bend", kind="bend-dorsal", steps=6, step=0.02, takes=2)
 protocol = Protocol(name="rehearsal", runs=(run,), axes="y-up")
 
-truth = predict(trunk, build_plan(trunk, protocol, run), model="statics")
+truth = predict(trunk, build_schedule(trunk, protocol, run), model="statics")
 cameras = Motion(
     rotation=np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]), shift=np.array([0.3, 1.4, -2.0])
 )
@@ -37,8 +37,8 @@ errors = {}
 with tempfile.TemporaryDirectory() as folder:
     files = []
     for take in (1, 2):
-        rehearsal = Rehearsal(noise=3e-4, frame=cameras, sections=tuple(range(1, 16)), seed=take)
-        recorded = rehearse_take(trunk, truth.points, truth.rotation, run.theta_0, rehearsal)
+        rehearsal = CameraOptions(noise=3e-4, frame=cameras, sections=tuple(range(1, 16)), seed=take)
+        recorded = build_synthetic_take(trunk, truth.points, truth.rotation, run.theta_0, rehearsal)
         files.append(write_motive(recorded, Path(folder) / f"bend_{take}.csv"))
     for model in ("reference", "statics"):
         session = build_session(protocol, {"bend": files}, SessionSettings(design=trunk, model=model))

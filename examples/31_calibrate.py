@@ -21,8 +21,8 @@ from spiraltrunk.calibration.calibrate import Settings, Weighing, calibrate
 from spiraltrunk.calibration.identifiability import advise
 from spiraltrunk.design import presets
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
-from spiraltrunk.workflows.virtual_session.printed_trunk import draw_world, weigh
-from spiraltrunk.workflows.virtual_session.session import measure, play_session
+from spiraltrunk.workflows.virtual_session.printed_trunk import draw_printed_trunk, weigh
+from spiraltrunk.workflows.virtual_session.session import measure, simulate_session
 
 design = presets.get("paper")
 protocol = Protocol(
@@ -33,8 +33,8 @@ protocol = Protocol(
         Run(name="bend-dorsal", kind="bend-dorsal", steps=13, step=0.01),
     ),
 )
-world = draw_world(design, seed=4)
-shapes = measure(design, play_session(design, world, protocol, is_simulated=False), seed=4)
+world = draw_printed_trunk(design, seed=4)
+shapes = measure(design, simulate_session(design, world, protocol, is_simulated=False), seed=4)
 mass, spread = weigh(design, world)
 
 is_fitted = np.isin(shapes.take, ("rest-090_1", "bend-dorsal_1"))

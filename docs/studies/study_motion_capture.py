@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.mocap.protocol.protocol import Protocol, sort_takes
-from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.protocol.toml import load_protocol
 from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.session.prediction import predict
@@ -26,7 +26,7 @@ from spiraltrunk.mocap.session.session import SessionSettings
 from spiraltrunk.mocap.signal.registration import Motion
 from spiraltrunk.workflows.validate.artifacts import write_comparison
 from spiraltrunk.workflows.validate.comparison import compare_to_model, compute_result
-from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
+from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions, build_synthetic_take
 
 DOCS = Path(__file__).parents[1]
 NOISE = 3e-4
@@ -37,15 +37,15 @@ def rehearse(protocol: Protocol, folder: Path) -> list[str]:
     """Files of made-up recordings of all runs."""
     files = []
     for run in protocol.runs:
-        shapes = predict(PAPER, build_plan(PAPER, protocol, run), model="statics", friction=0.0)
+        shapes = predict(PAPER, build_schedule(PAPER, protocol, run), model="statics", friction=0.0)
         for take in range(run.takes):
             turn = Rotation.from_euler("y", 40.0 + 70.0 * take, degrees=True).as_matrix()
-            rehearsal = Rehearsal(
+            rehearsal = CameraOptions(
                 noise=NOISE, frame=Motion(rotation=turn, shift=np.array([0.4, 1.5, -2.0])), seed=take,
                 sections=tuple(range(1, 16)),
             )  # fmt: skip
             path = folder / f"{run.name}_{take + 1}.csv"
-            recorded = rehearse_take(PAPER, shapes.points, shapes.rotation, run.theta_0, rehearsal)
+            recorded = build_synthetic_take(PAPER, shapes.points, shapes.rotation, run.theta_0, rehearsal)
             files.append(str(write_motive(recorded, path)))
     return files
 

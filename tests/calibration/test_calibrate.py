@@ -24,17 +24,17 @@ from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
-from spiraltrunk.workflows.virtual_session.printed_trunk import draw_world, weigh
-from spiraltrunk.workflows.virtual_session.session import MeasureOptions, measure, play_session
+from spiraltrunk.workflows.virtual_session.printed_trunk import draw_printed_trunk, weigh
+from spiraltrunk.workflows.virtual_session.session import MeasurementOptions, measure_session, simulate_session
 
 NAN = math.nan
 RESTS = tuple(Run(name=f"rest-{t:03d}", kind="rest", theta_0=math.radians(90 - t)) for t in (0, 45, 90, 135))
 
 
 def _measure(runs, seed=4, **how):
-    world = draw_world(PAPER, seed)
-    played = play_session(PAPER, world, Protocol(name="short", runs=runs), is_simulated=False)
-    return world, measure(PAPER, played, seed, MeasureOptions(**how))
+    world = draw_printed_trunk(PAPER, seed)
+    played = simulate_session(PAPER, world, Protocol(name="short", runs=runs), is_simulated=False)
+    return world, measure_session(PAPER, played, seed, MeasurementOptions(**how))
 
 
 @pytest.fixture(scope="module")

@@ -117,7 +117,9 @@ def test_two_cables(capsys: pytest.CaptureFixture[str]) -> None:
     told = read("spirob-15 --cables-mm 10 0", capsys)
     assert len(told["cable_tension_n"]) == 2
     assert told["design"] == "spirob-15"
-    assert "--cables-mm has 3 numbers; allowed: 2, one per cable" in refuse("spirob-15 --cables-mm 1 0 0", capsys)
+    assert "--cables-mm 1 0 0: change has shape (3,); allowed: (2,), one number per cable" in refuse(
+        "spirob-15 --cables-mm 1 0 0", capsys
+    )
     assert "allowed for twist: 0, 120 and 240 deg" in refuse("spirob-15 --twist-mm 1 1", capsys)
     assert "three or more" in refuse("spirob-15 --twist-mm 1 1 --model statics", capsys)
 
@@ -136,15 +138,15 @@ def test_table_is_for_people(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 REFUSED = {
-    "--dorsal-mm -1": "--dorsal-mm is -1; allowed: 0 to 131.1 mm",
-    "--dorsal-mm 131.2": "--dorsal-mm is 131.2; allowed: 0 to 131.1 mm",
-    "--ventral-mm 123": "--ventral-mm is 123; allowed: 0 to 122.2 mm",
-    "--twist-mm 60 -30": "--twist-mm is -30; allowed: 0 to 131.1 mm",
-    "--cables-mm 0 200 0": "--cables-mm is 200; allowed: 0 to 131.1 mm",
-    "--cables-mm 1 2": "--cables-mm has 2 numbers; allowed: 3, one per cable",
-    "--tensions-n 61 0 0": "--tensions-n is 61; allowed: 0 to 60 N",
+    "--dorsal-mm -1": "--dorsal-mm -1: pull is -0.001 m; allowed: 0 to 0.131156 m",
+    "--dorsal-mm 131.2": "--dorsal-mm 131.2: pull is 0.1312 m; allowed: 0 to 0.131156 m",
+    "--ventral-mm 123": "--ventral-mm 123: lengthening is 0.123 m; allowed: 0 to 0.12",
+    "--twist-mm 60 -30": "--twist-mm 60 -30: pull_2 is -0.03 m; allowed: 0 to 0.131156 m",
+    "--cables-mm 0 200 0": "--cables-mm 0 200 0: change is 0.2 m; allowed: 0 to 0.131156 m",
+    "--cables-mm 1 2": "--cables-mm 1 2: change has shape (2,); allowed: (3,), one number per cable",
+    "--tensions-n 61 0 0": "--tensions-n 61 0 0: tension is 61 N; allowed: 0 to the cables' largest tension, 60 N",
     "--cables-mm 1 0 spirob-15": "'spirob-15' given; allowed: a finite number, and DESIGN before the option",
-    "--tensions-n 1": "--tensions-n has 1 number; allowed: 3",
+    "--tensions-n 1": "--tensions-n 1: tension has shape (1,); allowed: (..., 3), one number per cable",
     "--dorsal-mm nan": "--dorsal-mm: 'nan' given; allowed: a finite number",
     "--dorsal-mm 1e400": "allowed: a finite number",
     "--dorsal-mm 1 --ventral-mm 1": "--dorsal-mm and --ventral-mm given; allowed: one of",
@@ -152,9 +154,8 @@ REFUSED = {
     "--model reference --cables-mm 1 1 1": "--cables-mm given with --model reference; allowed there: --dorsal-mm",
     "--model reference --tensions-n 1 1 1": "--tensions-n given with --model reference; allowed there: --dorsal-mm",
     "--friction 0.1": "allowed: --model statics",
-    "--model statics --friction -0.1": "--friction is -0.1; allowed: 0 or more, below 2",
+    "--model statics --friction -0.1": "friction is -0.1; allowed: a finite number, at least 0, below 2",
     "--model magic": "'magic'",
-    "--theta0-deg 361": "--theta0-deg is 361; allowed: -360 to 360 deg",
     "--theta0-deg inf": "allowed: a finite number",
     "--twist-mm 1": "--twist-mm",
     "--plot shape.gif": "--plot: 'shape.gif' given; allowed: a file that ends in .png, .svg, .pdf",

@@ -113,11 +113,11 @@ def test_all_strategies_with_their_objects_or_one(
     [
         (["--strategies", "juggle"], "unknown strategy 'juggle'; known: wrap-vertical"),
         (["--strategies", "wrap-vertical,"], "unknown strategy ''"),
-        (["--trials", "0"], "'0' given; allowed: a whole number from 1 to 100000"),
+        (["--trials", "0"], "survey.trials is 0; allowed: a whole number from 1 to 100000"),
         (["--trials", "100001"], "allowed: a whole number from 1 to 100000"),
         (["--trials", "1e3"], "allowed: a whole number"),
         (["--workers", "0"], "allowed: a whole number from 1 to 64"),
-        (["--workers", "65"], "allowed: a whole number from 1 to 64"),
+        (["--workers", "65"], "survey.workers is 65; allowed: a whole number from 1 to 64"),
         (["--seed", "-1"], "allowed: a whole number from 0"),
         (["--object", "banana"], "cylinder-60"),
         (["extra"], "unrecognized"),

@@ -12,12 +12,12 @@ from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
-from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.recordings.motive_csv import read_motive
 from spiraltrunk.mocap.recordings.take import Take
 from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.signal.registration import Motion
-from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
+from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions, build_synthetic_take
 
 REAL = Path(__file__).parents[3] / "shared" / "mocap"
 
@@ -103,11 +103,11 @@ def rehearse(protocol: Protocol) -> Callable[..., Take]:
         sections: tuple[int, ...] = (1, 3, 5, 7, 9, 11, 13, 15), shift: np.ndarray | float = 0.0, hold: float = 0.8,
     ) -> Take:  # fmt: skip
         run = protocol.run(name)
-        found = predict(PAPER, build_plan(PAPER, protocol, run), model=model)
+        found = predict(PAPER, build_schedule(PAPER, protocol, run), model=model)
         frame = Motion(rotation=Rotation.from_euler("y", yaw).as_matrix(), shift=np.array([0.4, 1.3, -2.0]))
-        rehearsal = Rehearsal(
+        rehearsal = CameraOptions(
             rate=60.0, hold=hold, move=0.4, noise=noise, frame=frame, sections=sections, seed=seed
         )  # fmt: skip
-        return rehearse_take(PAPER, found.points + shift, found.rotation, run.theta_0, rehearsal)
+        return build_synthetic_take(PAPER, found.points + shift, found.rotation, run.theta_0, rehearsal)
 
     return rehearse

@@ -10,13 +10,13 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.mocap import SessionSettings
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
-from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.recordings.motive_csv import load_motive
 from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.workflows.calibrate.recordings import Recordings, read_recordings
 from spiraltrunk.workflows.validate.comparison import compare_to_model, compute_result
-from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
+from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions, build_synthetic_take
 
 PROTOCOL = Protocol(name="short", runs=(Run(name="rest-000", kind="rest"),), axes="y-up")
 NAMES = ("Take 7", "simulated load 3", "virtual capture rehearsal")
@@ -31,11 +31,11 @@ def is_synthetic(request: pytest.FixtureRequest) -> bool:
 def files(is_synthetic: bool, tmp_path: Path) -> list[str]:
     """Takes under several names, each with the header of a synthetic recording, or of one that Motive recorded."""
     run = PROTOCOL.runs[0]
-    found = predict(PAPER, build_plan(PAPER, PROTOCOL, run))
+    found = predict(PAPER, build_schedule(PAPER, PROTOCOL, run))
     paths = []
     for i, name in enumerate(NAMES):
-        options = Rehearsal(rate=60.0, hold=0.8, move=0.4, seed=i)
-        take = rehearse_take(PAPER, found.points, found.rotation, run.theta_0, options)
+        options = CameraOptions(rate=60.0, hold=0.8, move=0.4, seed=i)
+        take = build_synthetic_take(PAPER, found.points, found.rotation, run.theta_0, options)
         take = replace(take, name=name, **({} if is_synthetic else {"comment": "first session, not calibrated"}))
         paths.append(str(write_motive(take, tmp_path / f"rest-000_{name.replace(' ', '-')}.csv")))
     return paths

@@ -1,4 +1,4 @@
-"""Virtual capture: it says what it is, its files read like any other, and the same seed gives the same session."""
+"""Virtual session: it says what it is, its files read like any other, and the same seed gives the same session."""
 
 import math
 
@@ -9,16 +9,18 @@ from spiraltrunk.calibration.predict_states import place_markers
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
-from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.protocol.toml import load_protocol
 from spiraltrunk.mocap.recordings.load import load_take
+from spiraltrunk.mocap.recordings.take import SYNTHETIC
 from spiraltrunk.mocap.session.session import SessionSettings, read_session
 from spiraltrunk.mocap.signal.registration import Alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
-from spiraltrunk.workflows.virtual_session.cameras import NAME, FilmOptions, film
-from spiraltrunk.workflows.virtual_session.play import play_by_model, play_simulated
-from spiraltrunk.workflows.virtual_session.printed_trunk import WorldOptions, draw_world, weigh
-from spiraltrunk.workflows.virtual_session.session import measure, play_session, write_session
+from spiraltrunk.workflows.virtual_session.cameras import NAME, record_run
+from spiraltrunk.workflows.virtual_session.printed_trunk import PrintOptions, draw_printed_trunk, weigh
+from spiraltrunk.workflows.virtual_session.session import measure_session, simulate_session, write_session
+from spiraltrunk.workflows.virtual_session.simulate import simulate_run, solve_run
+from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions
 
 SHORT = Protocol(
     name="short",
@@ -32,8 +34,8 @@ SHORT = Protocol(
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     folder = tmp_path_factory.mktemp("takes")
-    world = draw_world(PAPER, 2)
-    played = play_session(PAPER, world, SHORT, is_simulated=False)
+    world = draw_printed_trunk(PAPER, 2)
+    played = simulate_session(PAPER, world, SHORT, is_simulated=False)
     return folder, played, write_session(PAPER, played, 2, folder)
 
 
@@ -42,14 +44,16 @@ def test_files_say_that_they_are_no_measurement(session):
     takes = [path for path in files if path.suffix == ".csv"]
     assert len(takes) == 4
     for path in takes:
-        assert NAME in path.read_text().splitlines()[0]
+        header = path.read_text().splitlines()[0]
+        assert NAME in header
+        assert SYNTHETIC in header
 
 
 def test_files_read_back_as_the_shapes_that_were_played(session):
     """Through noise, gaps, poses held over, missing frames and a frame of the cameras' own."""
     folder, played, _ = session
     protocol = load_protocol(folder / "protocol.toml")
-    takes = {run.plan.run.name: [folder / f"{run.plan.run.name}_1.csv"] for run in played}
+    takes = {run.schedule.run.name: [folder / f"{run.schedule.run.name}_1.csv"] for run in played}
     shapes = read_session(protocol, takes, SessionSettings(design=PAPER, alignment=Alignment(kind="base")))
     truth = np.concatenate([place_markers(PAPER, run.ends, compute_marker_offset(PAPER)) for run in played])
     away = np.linalg.norm(shapes.points - truth, axis=-1)
@@ -68,57 +72,58 @@ def test_gaps_and_held_poses_are_in_the_file(session):
 
 
 def test_the_same_seed_gives_the_same_session():
-    one, other, third = (draw_world(PAPER, seed) for seed in (5, 5, 6))
+    one, other, third = (draw_printed_trunk(PAPER, seed) for seed in (5, 5, 6))
     assert one.design == other.design != third.design
-    plan = build_plan(PAPER, SHORT, SHORT.runs[1])
-    played = play_by_model(one, plan)
-    first, again = (film(PAPER, played, 3) for _ in range(2))
+    plan = build_schedule(PAPER, SHORT, SHORT.runs[1])
+    played = solve_run(one, plan)
+    first, again = (record_run(PAPER, played, 3) for _ in range(2))
     np.testing.assert_array_equal(first.bodies[3].position, again.bodies[3].position)
-    np.testing.assert_array_equal(measure(PAPER, [played], 1).points, measure(PAPER, [played], 1).points)
+    one, other = (measure_session(PAPER, [played], 1) for _ in range(2))
+    np.testing.assert_array_equal(one.points, other.points)
 
 
 def test_worlds_are_off_by_what_was_asked():
-    options = WorldOptions(stiffness_scatter=0.0, center=0.0, hole=0.0)
-    ratios = [draw_world(PAPER, s, options).design.joint_stiffness / PAPER.joint_stiffness for s in range(12)]
+    options = PrintOptions(stiffness_scatter=0.0, center=0.0, hole=0.0)
+    ratios = [draw_printed_trunk(PAPER, s, options).design.joint_stiffness / PAPER.joint_stiffness for s in range(12)]
     assert {round(float(r), 9) for ratio in ratios for r in ratio} == {0.8, 1.2}
-    world = draw_world(PAPER, 0, options)
+    world = draw_printed_trunk(PAPER, 0, options)
     assert world.design.section_mass.sum() / PAPER.total_mass in (pytest.approx(0.9), pytest.approx(1.1))
     mass, spread = weigh(PAPER, world)
     assert abs(mass - world.design.section_mass.sum()) < 4 * spread
 
 
 def test_without_friction_the_simulation_plays_what_the_model_plays():
-    world = draw_world(PAPER, 1, WorldOptions(friction=0.0, slack=0.0))
+    world = draw_printed_trunk(PAPER, 1, PrintOptions(friction=0.0, slack=0.0))
     for run in (SHORT.runs[0], Run(name="bend-dorsal", kind="bend-dorsal", steps=1, step=0.02)):
-        plan = build_plan(PAPER, SHORT, run)
-        simulated, solved = play_simulated(world, plan), play_by_model(world, plan)
+        plan = build_schedule(PAPER, SHORT, run)
+        simulated, solved = simulate_run(world, plan), solve_run(world, plan)
         assert simulated.unsettled == 0
         assert np.linalg.norm(simulated.ends - solved.ends, axis=-1).max() < 2e-3
 
 
 def test_pulled_slowly_and_softly_friction_holds_as_in_the_model():
     """Abrupt pulls at 10 mm/s would shake the cables loose: 2 mm, which a calibration takes for less friction."""
-    world = draw_world(PAPER, 301)
-    plan = build_plan(PAPER, SHORT, Run(name="bend-dorsal", kind="bend-dorsal", steps=4, step=0.01))
-    simulated, solved = play_simulated(world, plan), play_by_model(world, plan)
+    world = draw_printed_trunk(PAPER, 301)
+    plan = build_schedule(PAPER, SHORT, Run(name="bend-dorsal", kind="bend-dorsal", steps=4, step=0.01))
+    simulated, solved = simulate_run(world, plan), solve_run(world, plan)
     assert simulated.unsettled == 0
     assert np.linalg.norm(simulated.ends - solved.ends, axis=-1).max() < 0.7e-3
 
 
 def test_sag_bends_the_simulated_trunk_and_is_not_the_models():
-    world = draw_world(PAPER, 1, WorldOptions(sag=math.radians(0.3)))
-    plan = build_plan(PAPER, SHORT, Run(name="rest-000", kind="rest"))
-    assert abs(play_simulated(world, plan).ends[0, -1, 2]) > 1e-4
+    world = draw_printed_trunk(PAPER, 1, PrintOptions(sag=math.radians(0.3)))
+    plan = build_schedule(PAPER, SHORT, Run(name="rest-000", kind="rest"))
+    assert abs(simulate_run(world, plan).ends[0, -1, 2]) > 1e-4
     with pytest.raises(ModelError, match="sag"):
-        play_by_model(world, plan)
+        solve_run(world, plan)
 
 
 @pytest.mark.parametrize("bad", [{"stiffness": 1.0}, {"slack": -1e-3}, {"friction": math.nan}, {"sag": 2.0}])
 def test_bad_worlds_are_refused(bad):
     with pytest.raises(DesignError, match="allowed"):
-        WorldOptions(**bad)
+        PrintOptions(**bad)
 
 
 def test_bad_films_are_refused():
     with pytest.raises(DesignError, match="occluded"):
-        FilmOptions(occluded=0.9)
+        CameraOptions(occluded=0.9)

@@ -1,4 +1,4 @@
-"""Arguments as they are typed: their types, and how verbs join the command."""
+"""Argument types, and the parser of a verb."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from typing import Any, NoReturn, final
 
 from spiraltrunk.cli.output import Answer, UsageError, quote
 
-_MOST_SEED = 2**32
+_MOST_SEED = 2**32 - 1
 
 _NEGATIVE = re.compile(r"-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$", re.IGNORECASE)
-"""What is a number and no option though it begins with a dash: argparse by itself does not know -9e1."""
+"""Negative numbers, which are no options; argparse itself does not recognise -9e1."""
 
 
 class Parser(argparse.ArgumentParser):
     """Argument parser that raises instead of printing its usage."""
 
     def error(self, message: str) -> NoReturn:
-        """Refuse what was typed.
+        """Refuse the arguments.
 
         Raises:
-            UsageError: with the message and where help is.
+            UsageError: with the message and a hint to the help.
         """
         raise UsageError(f"{message}; see {self.prog} --help")
 
 
 @final
 class Typed(float):
-    """A number that remembers how it was typed."""
+    """A number with the text that was typed for it."""
 
     text: str
 
@@ -43,10 +43,10 @@ class Typed(float):
 def add_parser(
     verbs: Any, name: str, run: Callable[[argparse.Namespace], Answer], what: str
 ) -> argparse.ArgumentParser:
-    """The parser of a new verb, which ``run`` carries out."""
+    """The parser of a new verb that ``run`` executes."""
     parser: argparse.ArgumentParser = verbs.add_parser(name, help=what, description=what, allow_abbrev=False)
     parser._negative_number_matcher = _NEGATIVE
-    parser.add_argument("--json", action="store_true", help="one JSON object on standard output, nothing else there")
+    parser.add_argument("--json", action="store_true", help="print one JSON object on standard output, nothing else")
     parser.set_defaults(run=run)
     return parser
 
@@ -62,15 +62,22 @@ def read_number(text: str) -> Typed:
     return Typed(text.strip())
 
 
+def read_count(text: str) -> int:
+    """A whole number, as an argument's type."""
+    if not re.fullmatch(r"[0-9]{1,10}", text):
+        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a whole number")
+    return int(text)
+
+
 def read_seed(text: str) -> int:
-    """A whole number that worlds are drawn from, as an argument's type."""
-    if not re.fullmatch(r"[0-9]{1,10}", text) or int(text) >= _MOST_SEED:
-        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a whole number from 0 to {_MOST_SEED - 1}")
+    """A seed of random numbers, as an argument's type."""
+    if not re.fullmatch(r"[0-9]{1,10}", text) or int(text) > _MOST_SEED:
+        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a whole number from 0 to {_MOST_SEED}")
     return int(text)
 
 
 def read_text(text: str) -> str:
-    """A text that is not empty, as an argument's type."""
+    """A non-empty text, as an argument's type."""
     if not text or "\0" in text:
         raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a text that is not empty")
     return text

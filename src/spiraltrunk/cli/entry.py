@@ -1,4 +1,4 @@
-"""From arguments to an exit code. Verbs import heavy packages when they are run, so that help comes at once."""
+"""Main function of the command line. Verbs import heavy packages when they run, so that help is fast."""
 
 from __future__ import annotations
 
@@ -11,22 +11,21 @@ from spiraltrunk import __version__
 from spiraltrunk.cli.arguments import Parser
 from spiraltrunk.cli.output import BAD_INPUT, DONE, FAILED, INTERRUPTED, UsageError, complain, put
 from spiraltrunk.cli.signals import Terminated, raise_signals
-from spiraltrunk.cli.verbs import bench, calibrate, design, export, grasp, shape, survey, validate
+from spiraltrunk.cli.verbs import bench, calibrate, completion, design, export, grasp, shape, survey, validate
 from spiraltrunk.errors import RunError, SpiralTrunkError
 
-VERBS = (design, shape, grasp, survey, validate, calibrate, export, bench)
+VERBS = (design, shape, grasp, survey, validate, calibrate, export, bench, completion)
 """Modules that each add a verb, in the order of the help."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a verb and return the exit code; errors that the package raises on purpose are one line."""
+    """Run a verb and return the exit code; errors of the package are printed as one line."""
     _prepare_environment()
     _prepare_log()
     try:
         with raise_signals():
             arguments = _build_parser().parse_args(argv)
-            code, text = arguments.run(arguments)
-            return put(code, text)
+            return put(*arguments.run(arguments))
     except SystemExit as stop:  # Help and version.
         return int(stop.code or 0)
     except Terminated as stop:
@@ -46,8 +45,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 @final
-class _Lines(logging.Handler):
-    """What the package logs becomes lines on standard error, as all else that is told there."""
+class _LineHandler(logging.Handler):
+    """Prints log messages of the package as lines on standard error."""
 
     def emit(self, record: logging.LogRecord) -> None:
         complain(record.getMessage(), DONE)
@@ -56,13 +55,13 @@ class _Lines(logging.Handler):
 def _prepare_log() -> None:
     log = logging.getLogger("spiraltrunk")
     if not log.handlers:
-        log.addHandler(_Lines())
+        log.addHandler(_LineHandler())
         log.setLevel(logging.INFO)
         log.propagate = False
 
 
 def _prepare_environment() -> None:
-    """Settings that packages read when they are imported: no threads for small matrices, OpenGL without a display."""
+    """Set variables that packages read on import: one thread for small matrices, OpenGL without a display."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     if not os.environ.get("MUJOCO_GL") and not os.environ.get("DISPLAY"):
@@ -72,11 +71,12 @@ def _prepare_environment() -> None:
 def _build_parser() -> Parser:
     parser = Parser(
         prog="spiraltrunk",
-        description="From a logarithmic-spiral soft trunk on paper to the trunk grasping on a robot arm.",
+        description="Design, model, simulate, measure and build logarithmic-spiral soft trunks for robot arms.",
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"spiraltrunk {__version__}")
     verbs = parser.add_subparsers(required=True, metavar="VERB")
     for verb in VERBS:
         verb.add_verb(verbs)
+    parser.set_defaults(parser=parser)
     return parser

@@ -1,4 +1,4 @@
-"""What is being done, told while it is done."""
+"""Progress of a command on standard error."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
-Tell = Callable[[str, int, int], None]
-"""Called with what is being done, how much of it is done and how much there is."""
-
 
 @contextmanager
-def show_progress(stream: TextIO) -> Iterator[Tell]:
-    """A function to call with what is being done, how much of it is done and how much there is.
-
-    On a terminal it draws a bar, elsewhere it says each new thing in one line.
-    """
+def show_progress(stream: TextIO) -> Iterator[Callable[[str, int, int], None]]:
+    """A `files.results.Progress` callback: a bar on a terminal, elsewhere one line for each new step."""
     if not stream.isatty():
-        yield _speak_once(stream)
+        steps: list[str] = []
+
+        def print_step(step: str, done: int, total: int) -> None:
+            if step not in steps[-1:]:
+                steps.append(step)
+                print(f"spiraltrunk: {step}", file=stream, flush=True)
+
+        yield print_step
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -25,20 +26,4 @@ def show_progress(stream: TextIO) -> Iterator[Tell]:
     columns = (SpinnerColumn(), TextColumn("{task.description:<12}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(file=stream), transient=True) as bar:
         task = bar.add_task("starting", total=None)
-
-        def show(what: str, done: int, total: int) -> None:
-            bar.update(task, description=what, completed=done, total=total or None)
-
-        yield show
-
-
-def _speak_once(stream: TextIO) -> Tell:
-    last = ""
-
-    def say(what: str, done: int, total: int) -> None:
-        nonlocal last
-        if what != last:
-            last = what
-            print(f"spiraltrunk: {what}", file=stream, flush=True)
-
-    return say
+        yield lambda step, done, total: bar.update(task, description=step, completed=done, total=total or None)

@@ -1,4 +1,4 @@
-"""A command that is told to end, or whose terminal closes, ends as it does with Ctrl-C: nothing half done stays."""
+"""Signals that end a command raise an exception, as Ctrl-C does, so that no partial output stays."""
 
 from __future__ import annotations
 
@@ -9,42 +9,41 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-_WORDS = {signal.SIGTERM: "terminated", signal.SIGHUP: "hung up"}
-"""Signals that end a command, and what is said then."""
+_MESSAGES = {signal.SIGTERM: "terminated", signal.SIGHUP: "hung up"}
+"""Signals that end a command, with their messages."""
 
-_ECHO = 1.0
-"""Time in which a signal that comes again is the same one [s]: ``timeout`` sends it to a process and to its group."""
+_REPEAT_TIME = 1.0
+"""Time within which a repeated signal counts as the same [s]: ``timeout`` signals a process and then its group."""
 
 
 class Terminated(KeyboardInterrupt):
-    """A signal has come that ends the command."""
+    """The command was ended by a signal."""
 
     def __init__(self, number: int) -> None:
         self.code = 128 + number
-        """Exit code, as shells have it."""
-        super().__init__(_WORDS[signal.Signals(number)])
+        """Exit code, by the convention of shells."""
+        super().__init__(_MESSAGES[signal.Signals(number)])
 
 
 @contextmanager
 def raise_signals() -> Iterator[None]:
-    """Within the block the signals raise `Terminated`; one that is ignored, as by ``nohup``, stays so."""
+    """Raise `Terminated` on signals within the block; signals that are ignored, as by ``nohup``, stay ignored."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    came = -_ECHO
+    last = -_REPEAT_TIME
 
     def terminate(number: int, frame: FrameType | None) -> None:
-        nonlocal came
-        before, came = came, time.monotonic()
-        if came - before >= _ECHO:
+        nonlocal last
+        before, last = last, time.monotonic()
+        if last - before >= _REPEAT_TIME:
             raise Terminated(number)
 
-    old = {number: signal.getsignal(number) for number in _WORDS}
-    caught = [number for number, handler in old.items() if handler == signal.SIG_DFL]
+    caught = [number for number in _MESSAGES if signal.getsignal(number) == signal.SIG_DFL]
     try:
         for number in caught:
             signal.signal(number, terminate)
         yield
     finally:
         for number in caught:
-            signal.signal(number, old[number])
+            signal.signal(number, signal.SIG_DFL)

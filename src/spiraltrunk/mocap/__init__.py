@@ -1,4 +1,4 @@
-"""The judge: recordings of motion capture become static shapes, and shapes are held against a model."""
+"""Motion capture: recordings, the static shapes in them, and their deviations from a model."""
 
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.toml import load_protocol

@@ -13,7 +13,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.mocap import build_session, compute_deviation, load_shapes, read_session, write_shapes
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
-from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.recordings.take import find_stale
@@ -22,7 +22,7 @@ from spiraltrunk.mocap.session.section_spacing import compute_reach
 from spiraltrunk.mocap.session.session import SessionSettings
 from spiraltrunk.mocap.signal.registration import read_alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
-from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
+from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions, build_synthetic_take
 
 SECTIONS = (1, 3, 5, 7, 9, 11, 13, 15)
 
@@ -69,7 +69,7 @@ def test_errors_of_single_shapes_and_sections_come_out_where_they_were_put(proto
 def test_the_other_model_has_the_error_that_both_models_have_between_them(protocol, rehearse):
     """By an independent alignment, scipy's, of one model on the other."""
     run = protocol.run("bend")
-    plan = build_plan(PAPER, protocol, run)
+    plan = build_schedule(PAPER, protocol, run)
     chosen = np.array(SECTIONS) - 1
     truth = predict(PAPER, plan, model="statics").points[:, chosen].reshape(-1, 3)
     target = predict(PAPER, plan).points[:, chosen].reshape(-1, 3)
@@ -170,7 +170,7 @@ def test_shapes_are_what_calibration_reads(protocol, rehearse, tmp_path):
     takes = {"rest-45": [rehearse("rest-45")], "bend": [rehearse("bend"), rehearse("bend", seed=2)]}
     shapes = read_session(protocol, takes, SessionSettings(design=PAPER, alignment=read_alignment("base")))
     assert shapes.kind == ("bend-dorsal",) * 5 + ("rest",)
-    assert shapes.take == ("rehearsal+rehearsal",) * 5 + ("rehearsal",)
+    assert shapes.take == ("synthetic+synthetic",) * 5 + ("synthetic",)
     np.testing.assert_array_equal(shapes.follows, [-1, 0, 1, 2, 3, -1])
     np.testing.assert_allclose(np.degrees(shapes.theta_0), [90] * 5 + [45])
     np.testing.assert_allclose(shapes.pull[:5, 0], 0.02 * np.arange(5), atol=1e-5)
@@ -314,7 +314,7 @@ def test_a_base_that_moves_or_leans_is_told(protocol, rehearse):
     take = rehearse("rest-45")
     wrong = replace(protocol, runs=(replace(protocol.run("rest-0")), replace(protocol.run("rest-45"), theta_0=0.7)))
     notes = build(wrong, {"rest-45": [take]}).runs[0].notes
-    assert any("the base leans otherwise than set: its axis is 4" in note for note in notes)
+    assert any("the base is tilted otherwise than set: its axis is 4" in note for note in notes)
     assert any("deg below the horizontal, not 40.1" in note for note in notes)
     bend = rehearse("bend")
     place = bend.bodies[0].position + np.linspace(0, 0.01, len(bend.frame))[:, None]
@@ -328,14 +328,14 @@ def test_a_take_of_another_tilt_is_refused_whatever_the_alignment(alignment, pro
         build(protocol, {"rest-0": [rehearse("rest-45")]}, alignment)
     near = replace(protocol, runs=(replace(protocol.run("rest-45"), theta_0=np.radians(41.0)),))
     notes = build(near, {"rest-45": [rehearse("rest-45")]}, alignment).runs[0].notes
-    assert sum("leans otherwise than set" in note for note in notes) == 1
-    assert not any("leans" in note for note in build(protocol, {"bend": [rehearse("bend")]}, alignment).runs[0].notes)
+    assert sum("is tilted otherwise than set" in note for note in notes) == 1
+    assert not any("tilted" in note for note in build(protocol, {"bend": [rehearse("bend")]}, alignment).runs[0].notes)
 
 
 def test_without_a_base_tilt_is_not_judged(protocol, rehearse):
     take = rehearse("rest-45")
     read = build(protocol, {"rest-0": [replace(take, bodies=take.bodies[1:])]}, "run")
-    assert not any("leans" in note for note in read.runs[0].notes)
+    assert not any("tilted" in note for note in read.runs[0].notes)
 
 
 def test_wrong_axes_are_refused(protocol, rehearse, tmp_path):
@@ -354,7 +354,7 @@ def test_the_same_data_is_one_take(protocol, rehearse):
 def test_axes_are_asked_for_and_taken_from_either_place(protocol, rehearse, tmp_path):
     path = write_motive(rehearse("rest-0"), tmp_path / "rest-0_1.csv")
     silent = replace(protocol, axes=None)
-    with pytest.raises(TakeError, match="axis convention of the recordings is not told"):
+    with pytest.raises(TakeError, match="axis convention of the recordings is not given"):
         build(silent, {"rest-0": [path]})
     for run in (build(silent, {"rest-0": [path]}, axes="y-up"), build(protocol, {"rest-0": [path]})):
         assert deviate(run.runs[0]).max_deviation < 1e-3
@@ -378,11 +378,11 @@ def test_twist_and_ventral_bending_come_out_too():
     )
     protocol = Protocol(name="p", runs=runs, axes="y-up")
     for run in runs:
-        plan = build_plan(PAPER, protocol, run)
+        plan = build_schedule(PAPER, protocol, run)
         for model in ("reference", "statics") if run.kind == "twist" else ("reference",):
             found = predict(PAPER, plan, model=model)
-            take = rehearse_take(
-                PAPER, found.points, found.rotation, run.theta_0, Rehearsal(rate=60.0, hold=0.8, move=0.4)
+            take = build_synthetic_take(
+                PAPER, found.points, found.rotation, run.theta_0, CameraOptions(rate=60.0, hold=0.8, move=0.4)
             )
             session = build(protocol, {run.name: [take]}, model=model)
             assert deviate(session.runs[0]).max_deviation < 1e-3
@@ -409,4 +409,4 @@ def test_an_export_in_other_axes_gives_the_same(axes, protocol, rehearse, tmp_pa
         plain = build(replace(protocol, orientation=orientation), {"bend": [take]})
         np.testing.assert_allclose(session.shapes.points, plain.shapes.points, atol=5e-6)
         np.testing.assert_allclose(session.shapes.rotation, plain.shapes.rotation, atol=1e-3)
-        assert not any("leans" in note for note in session.runs[0].notes)
+        assert not any("tilted" in note for note in session.runs[0].notes)

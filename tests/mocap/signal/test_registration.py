@@ -17,7 +17,6 @@ from spiraltrunk.mocap.signal.registration import (
     is_straight,
     mean_rotation,
     read_alignment,
-    rotation_from_quaternions,
 )
 
 seeds = st.integers(0, 2**32 - 1)
@@ -85,13 +84,6 @@ def test_the_mean_rotation_of_equal_turns_either_way_is_none():
     assert np.isnan(mean_rotation(np.full((2, 3, 3), np.nan))).all()
     unseen = np.concatenate([turns[:1], np.full((1, 3, 3), np.nan)])
     np.testing.assert_allclose(mean_rotation(unseen), turns[0], atol=1e-12)
-
-
-@given(seeds)
-def test_quaternions_are_scipys(seed):
-    turn = Rotation.random(4, random_state=np.random.RandomState(seed))
-    found = rotation_from_quaternions(turn.as_quat()[:, [3, 0, 1, 2]])
-    np.testing.assert_allclose(found, turn.as_matrix(), atol=1e-12)
 
 
 @pytest.mark.parametrize(("text", "expected"), [

@@ -11,15 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, TakeError
-from spiraltrunk.mocap.signal.gaps import find_gaps, tell_gaps
+from spiraltrunk.mocap.signal.gaps import find_gaps, summarise_gaps
 from spiraltrunk.mocap.signal.segmentation import (
     StillSettings,
-    compute_calmest,
     compute_middle,
+    compute_slowest,
     compute_speed,
+    describe_slowest,
     find_stills,
     find_timed,
-    tell_calmest,
 )
 
 RATE = 100.0
@@ -126,9 +126,9 @@ def test_gaps_cover_exactly_the_long_runs_unseen(seen):
 def test_the_longest_gap_is_told():
     time = np.arange(300) / 100.0
     seen = {"section 3": (time < 1.0) | (time > 2.0), "section 4": np.ones(300, bool)}
-    (note,) = tell_gaps(seen, time)
+    (note,) = summarise_gaps(seen, time)
     assert "1 gaps of more than 100 ms in 1 sections, none filled; the longest in section 3 from 0.99 to 2.01 s" in note
-    assert tell_gaps({"section 4": seen["section 4"]}, time) == []
+    assert summarise_gaps({"section 4": seen["section 4"]}, time) == []
 
 
 def test_the_calmest_stretch_is_the_speed_at_which_something_would_be_still():
@@ -137,10 +137,10 @@ def test_the_calmest_stretch_is_the_speed_at_which_something_would_be_still():
     way = np.cumsum(np.where((time > 2.0) & (time < 3.2), 8e-3, 40e-3)) / rate
     points = np.zeros((300, 3, 3))
     points[..., 0] = way[:, None]
-    calmest = compute_calmest(time, points, rate, settings)
+    calmest = compute_slowest(time, points, rate, settings)
     assert calmest == pytest.approx(8e-3)
     assert not find_stills(time, points, rate, replace(settings, speed=calmest * 0.999))
     assert len(find_stills(time, points, rate, replace(settings, speed=calmest * 1.001))) == 1
-    assert "5.00 s: the slowest stretch of 0.6 s moves at 8 mm/s" in tell_calmest(time, points, rate, settings)
-    assert np.isnan(compute_calmest(time[:5], points[:5], rate, settings))
-    assert "too short" in tell_calmest(time[:5], points[:5], rate, settings)
+    assert "5.00 s: the slowest stretch of 0.6 s moves at 8 mm/s" in describe_slowest(time, points, rate, settings)
+    assert np.isnan(compute_slowest(time[:5], points[:5], rate, settings))
+    assert "too short" in describe_slowest(time[:5], points[:5], rate, settings)

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from spiraltrunk.workflows.survey.plan import Plan
+from spiraltrunk.workflows.survey.plan import SurveyPlan
 
 FAKES = Path(__file__).parent / "fakes"
 
@@ -23,5 +23,5 @@ def fakes() -> Iterator[ModuleType]:
 
 
 @pytest.fixture(scope="session")
-def plan() -> Plan:
-    return Plan(objects={"wrap-vertical": ("cylinder-60", "ball-80"), "kick": ("box-60",)}, trials=5, seed=7)
+def plan() -> SurveyPlan:
+    return SurveyPlan(objects={"wrap-vertical": ("cylinder-60", "ball-80"), "kick": ("box-60",)}, trials=5, seed=7)

@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from spiraltrunk.errors import DesignError
-from spiraltrunk.workflows.survey.plan import Plan, derive_seed
+from spiraltrunk.workflows.survey.plan import SurveyPlan, derive_seed
 
 
-def test_strategies_take_turns_and_so_do_objects(plan: Plan) -> None:
+def test_strategies_take_turns_and_so_do_objects(plan: SurveyPlan) -> None:
     entries = plan.entries()
     assert [(entry.strategy, entry.index, entry.object) for entry in entries[:4]] == [
         ("wrap-vertical", 0, "cylinder-60"),
@@ -21,12 +21,12 @@ def test_strategies_take_turns_and_so_do_objects(plan: Plan) -> None:
     assert len(entries) == 10
 
 
-def test_a_trial_has_its_seed_whatever_else_is_asked_for(plan: Plan) -> None:
-    alone = Plan(objects={"kick": ("ball-80",)}, trials=2, seed=7)
+def test_a_trial_has_its_seed_whatever_else_is_asked_for(plan: SurveyPlan) -> None:
+    alone = SurveyPlan(objects={"kick": ("ball-80",)}, trials=2, seed=7)
     assert [entry.seed for entry in alone.entries()] == [e.seed for e in plan.entries() if e.strategy == "kick"][:2]
 
 
-def test_seeds_differ_and_stay(plan: Plan) -> None:
+def test_seeds_differ_and_stay(plan: SurveyPlan) -> None:
     entries = [*plan.entries(), *replace(plan, seed=8).entries()]
     assert len({entry.seed for entry in entries}) == len(entries)
     assert all(0 <= entry.seed < 2**32 for entry in entries)
@@ -37,6 +37,6 @@ def test_seeds_differ_and_stay(plan: Plan) -> None:
 @pytest.mark.parametrize(
     "bad", [{"trials": 0}, {"trials": 100_001}, {"seed": -1}, {"seed": 2**32}, {"objects": {"kick": ()}}]
 )
-def test_what_is_no_plan_is_refused(plan: Plan, bad: dict[str, object]) -> None:
+def test_what_is_no_plan_is_refused(plan: SurveyPlan, bad: dict[str, object]) -> None:
     with pytest.raises(DesignError, match="allowed"):
         replace(plan, **bad)

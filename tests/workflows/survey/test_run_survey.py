@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from spiraltrunk.errors import SurveyError
-from spiraltrunk.workflows.survey.plan import Plan
+from spiraltrunk.workflows.survey.plan import SurveyPlan
 from spiraltrunk.workflows.survey.resume_log import FILES
 from spiraltrunk.workflows.survey.run_survey import run_survey
 
@@ -39,7 +39,7 @@ def timeless(value: Any) -> Any:
 
 
 @pytest.fixture(scope="module")
-def original(fakes: ModuleType, plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def original(fakes: ModuleType, plan: SurveyPlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("survey")
     run_survey(plan, workers=1, folder=folder, work=fakes.work)
     return folder
@@ -64,20 +64,20 @@ def test_a_survey_leaves_its_files(whole: Path) -> None:
     assert 0 < sum(row["success"] for row in lines) < 10
 
 
-def test_the_table_does_not_depend_on_workers(whole: Path, fakes: ModuleType, plan: Plan, tmp_path: Path) -> None:
+def test_the_table_does_not_depend_on_workers(whole: Path, fakes: ModuleType, plan: SurveyPlan, tmp_path: Path) -> None:
     run_survey(plan, workers=3, folder=tmp_path / "three", work=fakes.work)
     assert (tmp_path / "three" / "table.md").read_text() == (whole / "table.md").read_text()
     assert timeless(load(tmp_path / "three")) == timeless(load(whole))
 
 
-def test_without_a_folder_the_result_is_the_same(whole: Path, fakes: ModuleType, plan: Plan) -> None:
+def test_without_a_folder_the_result_is_the_same(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     result = run_survey(plan, workers=2, work=fakes.work)
     held = load(whole)
     assert result["files"] == []
     assert timeless(result["strategies"]) == timeless(held["strategies"])
 
 
-def test_what_was_cut_off_goes_on(whole: Path, fakes: ModuleType, plan: Plan, tmp_path: Path) -> None:
+def test_what_was_cut_off_goes_on(whole: Path, fakes: ModuleType, plan: SurveyPlan, tmp_path: Path) -> None:
     cut = tmp_path / "cut"
     with pytest.raises(KeyboardInterrupt):
         run_survey(plan, workers=2, folder=cut, work=fakes.work, watch=cut_after(4))
@@ -95,7 +95,7 @@ def test_what_was_cut_off_goes_on(whole: Path, fakes: ModuleType, plan: Plan, tm
     assert (cut / "table.md").read_text() == (whole / "table.md").read_text()
 
 
-def test_a_complete_survey_runs_nothing_again(whole: Path, fakes: ModuleType, plan: Plan) -> None:
+def test_a_complete_survey_runs_nothing_again(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     before = (whole / "trials.jsonl").read_bytes()
     assert run_survey(plan, folder=whole, work=fakes.raise_second)["complete"]
     assert (whole / "trials.jsonl").read_bytes() == before
@@ -106,7 +106,7 @@ def test_a_complete_survey_runs_nothing_again(whole: Path, fakes: ModuleType, pl
     [({"trials": 6}, "trials 5, not 6"), ({"seed": 8}, "seed 7, not 8"), ({"objects": {"kick": ("a",)}}, "objects")],
 )
 def test_another_survey_is_refused(
-    whole: Path, fakes: ModuleType, plan: Plan, changes: dict[str, Any], told: str
+    whole: Path, fakes: ModuleType, plan: SurveyPlan, changes: dict[str, Any], told: str
 ) -> None:
     before = {path.name: path.read_bytes() for path in whole.iterdir()}
     with pytest.raises(SurveyError, match=told):
@@ -115,7 +115,7 @@ def test_another_survey_is_refused(
 
 
 def test_a_survey_does_not_go_on_with_other_code(
-    whole: Path, fakes: ModuleType, plan: Plan, monkeypatch: pytest.MonkeyPatch
+    whole: Path, fakes: ModuleType, plan: SurveyPlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("spiraltrunk.workflows.survey.run_survey.compute_source", lambda: "0123456789abcdef")
     with pytest.raises(SurveyError, match=r'source "[0-9a-f]{16}", not "0123456789abcdef"'):
@@ -131,7 +131,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("how", BROKEN)
-def test_a_broken_folder_is_refused(whole: Path, fakes: ModuleType, plan: Plan, how: str) -> None:
+def test_a_broken_folder_is_refused(whole: Path, fakes: ModuleType, plan: SurveyPlan, how: str) -> None:
     name, text, told = BROKEN[how]
     (whole / name).write_text(text)
     with pytest.raises(SurveyError, match=told):
@@ -139,13 +139,13 @@ def test_a_broken_folder_is_refused(whole: Path, fakes: ModuleType, plan: Plan, 
     assert (whole / name).read_text() == text
 
 
-def test_trials_of_an_unknown_survey_are_refused(whole: Path, fakes: ModuleType, plan: Plan) -> None:
+def test_trials_of_an_unknown_survey_are_refused(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     (whole / "survey.json").unlink()
     with pytest.raises(SurveyError, match=r"trials\.jsonl, but no survey\.json"):
         run_survey(plan, folder=whole, work=fakes.work)
 
 
-def test_a_folder_has_one_survey_at_a_time(whole: Path, fakes: ModuleType, plan: Plan) -> None:
+def test_a_folder_has_one_survey_at_a_time(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     with (whole / "trials.jsonl").open() as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         with pytest.raises(SurveyError, match="a survey is being made"):
@@ -153,7 +153,7 @@ def test_a_folder_has_one_survey_at_a_time(whole: Path, fakes: ModuleType, plan:
 
 
 @pytest.mark.parametrize("work", ["raise_second", "die_second"])
-def test_a_trial_that_breaks_is_a_failed_trial(fakes: ModuleType, plan: Plan, tmp_path: Path, work: str) -> None:
+def test_a_trial_that_breaks_is_a_failed_trial(fakes: ModuleType, plan: SurveyPlan, tmp_path: Path, work: str) -> None:
     kind = {"raise_second": "ValueError: no plan for seed N", "die_second": "its process died (SIGKILL)"}[work]
     result = run_survey(plan, workers=2, folder=tmp_path, work=getattr(fakes, work))
     assert result["complete"]

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.workflows.survey.plan import Plan
+from spiraltrunk.workflows.survey.plan import SurveyPlan
 from spiraltrunk.workflows.survey.row import build_empty_row
 from spiraltrunk.workflows.survey.summary import count_failures, find_kind, summarize
 from spiraltrunk.workflows.survey.tables import format_markdown, format_text
@@ -26,7 +26,7 @@ KINDS = {
 
 
 @pytest.fixture
-def rows(plan: Plan) -> list[dict[str, Any]]:
+def rows(plan: SurveyPlan) -> list[dict[str, Any]]:
     """All but the last trial; wrap-vertical fails at its first two, kick at none."""
     rows = [build_empty_row(entry, "lifted 3 cm") for entry in plan.entries()[:-1]]
     for i, row in enumerate(rows):
@@ -53,7 +53,7 @@ def test_failures_come_most_frequent_first() -> None:
     assert list(counted.items()) == [("b N", 2), ("a N", 1), ("c", 1)]
 
 
-def test_summary_counts_strategies_and_objects(plan: Plan, rows: list[dict[str, Any]]) -> None:
+def test_summary_counts_strategies_and_objects(plan: SurveyPlan, rows: list[dict[str, Any]]) -> None:
     summary = summarize(plan, rows)
     wrap, kick = summary["strategies"]["wrap-vertical"], summary["strategies"]["kick"]
     assert (wrap["trials"], wrap["successes"], wrap["rate"]) == (5, 3, 0.6)
@@ -67,12 +67,12 @@ def test_summary_counts_strategies_and_objects(plan: Plan, rows: list[dict[str, 
     assert (summary["complete"], summary["asked"]) == (False, 10)
 
 
-def test_summary_of_nothing_claims_nothing(plan: Plan) -> None:
+def test_summary_of_nothing_claims_nothing(plan: SurveyPlan) -> None:
     told = summarize(plan, [])["strategies"]["kick"]
     assert (told["rate"], told["low"], told["high"], told["median_wall_s"]) == (None, 0.0, 1.0, None)
 
 
-def test_tables(plan: Plan, rows: list[dict[str, Any]]) -> None:
+def test_tables(plan: SurveyPlan, rows: list[dict[str, Any]]) -> None:
     summary = summarize(plan, rows)
     assert format_text(summary).splitlines()[2:] == [
         "wrap-vertical  3 of 5     60 %   23.1-88.2 %    4.0        2 x lifted N cm",

@@ -1,4 +1,4 @@
-"""``spiraltrunk design``: from a few wishes, or a preset, to everything that the paper's rules give."""
+"""``spiraltrunk design``: a trunk from the paper's rules, or a preset."""
 
 from __future__ import annotations
 
@@ -22,17 +22,19 @@ _WISHES = {
 
 def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
-    parser = add_parser(verbs, "design", _run, "the paper's rules: spiral, sections, graspable range, payload")
+    parser = add_parser(
+        verbs, "design", _run, "compute a trunk by the paper's rules: spiral, sections, graspable range, payload"
+    )
     help_of = {
-        "m": "smallest object to wrap, in widths of the tip: small m, slender tip (default 1.53)",
+        "m": "smallest graspable object over the tip's width; a small m gives a slender tip (default 1.53)",
         "b": "growth of the spiral per radian, instead of --m",
-        "delta_theta": "angle of one section; it divides the turns into whole sections (default 30)",
+        "delta_theta": "angle of one section, which must divide the turns into whole sections (default 30)",
         "arm_radius": "radius of the arm's last link (default 44)",
         "turns": "turns of the spiral (default 1.5)",
     }
     for wish, option in _WISHES.items():
         parser.add_argument(option, dest=wish, type=read_number, help=help_of[wish])
-    parser.add_argument("--preset", type=read_text, metavar="NAME", help="a known robot instead of the rules")
+    parser.add_argument("--preset", type=read_text, metavar="NAME", help="a preset instead of the rules")
     parser.add_argument("--out", type=read_text, metavar="FILE", help="write the design there as TOML")
 
 
@@ -40,7 +42,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.out is not None:
         if arguments.out.endswith("/"):
             raise UsageError(f"--out: {quote(arguments.out)} is a folder; allowed: a file, existing or new")
-        check_folder(str(Path(arguments.out).parent))
+        check_folder(Path(arguments.out).parent)
     from spiraltrunk.design import presets
 
     wishes = {wish: getattr(arguments, wish) for wish in _WISHES if getattr(arguments, wish) is not None}
@@ -68,7 +70,7 @@ def _write(design: TrunkDesign, out: str) -> None:
 
 
 def _design_from(wishes: dict[str, Typed]) -> TrunkDesign:
-    """The rules' design; a refusal names the option and tells value and range as they are typed."""
+    """The rules' design; an error names the option, with value and range in its unit."""
     from spiraltrunk.design import design_from_rules
     from spiraltrunk.design.schema import DEGREE, MILLI, ONE, spell
 
@@ -93,7 +95,7 @@ def _design_from(wishes: dict[str, Typed]) -> TrunkDesign:
 
 
 def _refuse_turns(turns: Typed, angle: float = 30.0) -> DesignError:
-    """Turns that leave a rest of a section of the usual angle [deg]."""
+    """Error for turns that are no whole number of sections of the default angle [deg]."""
     few = math.floor(360 * turns / angle)
     near = " or ".join(f"{n * angle / 360:.9g} ({n} sections)" for n in (few, few + 1))
     return DesignError("--turns", got=Unquoted(turns.text), allowed=f"whole sections of {angle:g} deg, such as {near}")
@@ -104,30 +106,32 @@ def _retype(wishes: dict[str, Typed]) -> str:
 
 
 def compute_figures(design: TrunkDesign) -> dict[str, Any]:
-    """What a design comes to, by the keys of ``spiraltrunk design --json``."""
+    """Figures of a design by the keys of ``spiraltrunk design --json``."""
     from spiraltrunk.design import graspable_range, payload
+    from spiraltrunk.files.results import to_json
 
     smallest, largest = graspable_range(design)
-    return {
+    figures = {
         "a_m": design.spiral.a,
         "b": design.spiral.b,
         "k": design.k,
         "k_p": design.k_p,
         "n_section": design.n_section,
         "n_joint": design.n_joint,
-        "section_length_m": [float(value) for value in design.section_length],
-        "section_radius_m": [float(value) for value in design.section_radius],
-        "length_m": float(design.length),
-        "tip_width_m": float(design.tip_width),
-        "base_width_m": float(design.base_width),
+        "section_length_m": design.section_length,
+        "section_radius_m": design.section_radius,
+        "length_m": design.length,
+        "tip_width_m": design.tip_width,
+        "base_width_m": design.base_width,
         "taper_deg": math.degrees(design.taper),
-        "graspable_min_m": float(smallest),
-        "graspable_max_m": float(largest),
+        "graspable_min_m": smallest,
+        "graspable_max_m": largest,
         "cable_stroke_m": design.cable_stroke,
-        "joint_stiffness_nm_per_rad": [float(value) for value in design.joint_stiffness],
+        "joint_stiffness_nm_per_rad": design.joint_stiffness,
         "mass_kg": design.total_mass,
         "payload_kg": payload(design),
     }
+    return dict(to_json(figures))
 
 
 def _check_fits(design: TrunkDesign, wishes: dict[str, Typed]) -> None:

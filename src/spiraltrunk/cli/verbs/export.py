@@ -8,22 +8,22 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_number, read_seed, read_text
-from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, check_folder, format_json, quote
+from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, add_file_count, check_folder, format_json, quote
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.export.export import Request
 
 _MOST_WORKERS = 4
-"""Most processes that make parts: each holds the kernel in memory, and few parts take long."""
+"""Most processes that make parts: each holds the CAD kernel in memory, and few parts take long."""
 
 
 def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
-    parser = add_parser(verbs, "export", _run, "printable parts and simulation models, checked (extra cad)")
+    parser = add_parser(verbs, "export", _run, "write printable parts and simulation models, checked (extra cad)")
     parser.add_argument(
         "design", type=read_text, nargs="?", default="paper", metavar="DESIGN",
-        help="a preset or a TOML file (default paper); before --parts and --formats, if these are given",
+        help="preset or TOML file (default paper); before --parts and --formats",
     )  # fmt: skip
     parser.add_argument(
         "--parts", type=read_text, nargs="+", default=["all"], metavar="NAME",
@@ -34,43 +34,49 @@ def add_verb(verbs: Any) -> None:
         help="of parts: step, stl, 3mf; of the whole robot: mjcf, urdf (default all)",
     )  # fmt: skip
     parser.add_argument(
-        "--tolerance-mm", type=read_number, default=0.05, metavar="MM", help="of the meshes (default 0.05)"
+        "--tolerance-mm", type=read_number, default=0.05, metavar="MM", help="tolerance of the meshes (default 0.05)"
     )
-    parser.add_argument("--nozzle-mm", type=read_number, default=0.4, metavar="MM", help="the printer's (default 0.4)")
+    parser.add_argument(
+        "--nozzle-mm",
+        type=read_number,
+        default=0.4,
+        metavar="MM",
+        help="the printer's nozzle diameter (default 0.4)",
+    )
     parser.add_argument(
         "--bed-mm", type=read_number, nargs=3, default=[256.0] * 3, metavar=("X", "Y", "Z"),
-        help="the printer's room (default 256 256 256): the trunk is split to fit",
+        help="build volume of the printer (default 256 256 256); the trunk is split to fit",
     )  # fmt: skip
-    parser.add_argument(
-        "--seed", type=read_seed, default=0, help="what the shells' wrinkles are drawn from (default 0)"
-    )
+    parser.add_argument("--seed", type=read_seed, default=0, help="seed of the shells' wrinkles (default 0)")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write there; without it parts are only checked")
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
-    if arguments.out is not None:
-        check_folder(arguments.out)
+    check_folder(arguments.out)
     from spiraltrunk.design import load_design
     from spiraltrunk.workflows.export.export import check_robot, export_robot
 
     request = _build_request(arguments)
     design = load_design(arguments.design)
-    with show_progress(sys.stderr) as tell:
+    with show_progress(sys.stderr) as progress:
         if arguments.out is None:
-            result = check_robot(design, request, progress=tell)
+            result = check_robot(design, request, progress=progress)
         else:
-            result = export_robot(design, arguments.out, request, progress=tell)
+            result = export_robot(design, arguments.out, request, progress=progress)
     agreement = result["agreement"] or {}
     code = DONE if all(row.get("holds", True) for row in agreement.values()) else FAILED
-    return code, format_json(result) if arguments.json else _format_table(result, arguments.out)
+    if arguments.json:
+        return code, format_json(result)
+    removed = f"; {len(result['removed'])} of an earlier export are removed" if result.get("removed") else ""
+    return code, add_file_count(_format_table(result), result, arguments, "\n") + removed
 
 
 def _build_request(arguments: argparse.Namespace) -> Request:
-    """What was asked for.
+    """The parts and formats to make.
 
     Raises:
         UnknownName: for a part or a format that does not exist.
-        DesignError: for a number out of range, named as it is typed.
+        DesignError: for a number out of range, with its option.
     """
     from spiraltrunk.cad.components.options import MakeOptions
     from spiraltrunk.design import presets
@@ -88,12 +94,10 @@ def _build_request(arguments: argparse.Namespace) -> Request:
     except DesignError as error:
         raise DesignError(f"--{error.name.replace('_', '-')}", got=error.got, allowed=error.allowed) from None
     workers = min(_MOST_WORKERS, len(os.sched_getaffinity(0)))
-    return Request(
-        parts=tuple(arguments.parts), formats=tuple(arguments.formats), options=options, workers=workers
-    )  # fmt: skip
+    return Request(parts=tuple(arguments.parts), formats=tuple(arguments.formats), options=options, workers=workers)
 
 
-def _format_table(result: dict[str, Any], out: str | None) -> str:
+def _format_table(result: dict[str, Any]) -> str:
     from spiraltrunk.report import format_table
 
     rows = [
@@ -101,15 +105,14 @@ def _format_table(result: dict[str, Any], out: str | None) -> str:
          f"{1e3 * result['print_mass_kg'][name]:.1f}", "holds" if check["holds"] else "; ".join(check["faults"]))
         for name, check in result["checks"].items()
     ]  # fmt: skip
-    text = format_table(rows, header=("part", "cm^3", "wall mm", "g", "")) if rows else "no parts"
+    lines = [format_table(rows, header=("part", "cm^3", "wall mm", "g", "")) if rows else "no parts"]
     for name, row in (result["agreement"] or {}).items():
         if "holds" in row:
-            told = " and ".join(f"{key} {row[key]:.1e}" for key in ("solids", "simulation") if row[key] is not None)
+            errors = " and ".join(f"{key} {row[key]:.1e}" for key in ("solids", "simulation") if row[key] is not None)
             unit = " m" if row["unit"] == "m" else ""
             verdict = "holds" if row["holds"] else "missed"
-            judged = "" if row["judged"] == "both" else f"; judged is {row['judged']}"
-            text += f"\n{name}: {told}{unit} off the design, {verdict} (allowed {row['allowed']:g}{unit}{judged})"
-    if out is None:
-        return text
-    gone = f"; {len(result['removed'])} of an earlier export are gone" if result["removed"] else ""
-    return f"{text}\n{len(result['files'])} files in {out}{gone}"
+            compared = "" if row["judged"] == "both" else f"; compared is {row['judged']}"
+            lines.append(
+                f"{name}: {errors}{unit} off the design, {verdict} (allowed {row['allowed']:g}{unit}{compared})"
+            )
+    return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""``spiraltrunk grasp``: one trial in simulation, and what it leaves behind."""
+"""``spiraltrunk grasp``: one trial in simulation, and its artifacts."""
 
 from __future__ import annotations
 
@@ -9,7 +9,17 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_seed, read_text
-from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, check_folder, complain, format_json, quote
+from spiraltrunk.cli.output import (
+    DONE,
+    FAILED,
+    Answer,
+    UsageError,
+    add_file_count,
+    check_folder,
+    complain,
+    format_json,
+    quote,
+)
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:
@@ -21,15 +31,15 @@ if TYPE_CHECKING:
 
 _GL = ("", "egl", "glfw", "glx", "osmesa", "cgl", "wgl", "on", "true", "1", "enable", "enabled", "off", "false", "0",
        "disable", "disabled")  # fmt: skip
-"""What MuJoCo takes as MUJOCO_GL."""
+"""Values of MUJOCO_GL that MuJoCo accepts."""
 
 _WORKERS = 2
-"""Processes that draw a video: software OpenGL uses threads by itself, so more gain nothing."""
+"""Processes that render a video: software OpenGL uses threads, so that more gain nothing."""
 
 
 def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
-    parser = add_parser(verbs, "grasp", _run, "one trial in simulation")
+    parser = add_parser(verbs, "grasp", _run, "run one trial in simulation")
     parser.add_argument(
         "strategy", type=read_text, nargs="?", default="wrap-vertical", metavar="STRATEGY",
         help="one of the nine (default wrap-vertical)",
@@ -40,19 +50,18 @@ def add_verb(verbs: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--design", type=read_text, default="paper", metavar="DESIGN",
-        help="a preset or a TOML file (default paper, the one that grasps were planned for and measured with; the "
-        "presets spirob-15 and spirob-1m run, but fail with the default object)",
+        help="preset or TOML file (default paper, which the strategies are tuned for; the presets spirob-15 and "
+        "spirob-1m run, but fail with the default object)",
     )  # fmt: skip
-    parser.add_argument("--seed", type=read_seed, default=0, help="what the world is drawn from (default 0)")
-    parser.add_argument("--no-video", action="store_true", help="neither film strip nor video")
-    parser.add_argument("--out", type=read_text, metavar="DIR", help="write result, design, plots and pictures there")
+    parser.add_argument("--seed", type=read_seed, default=0, help="seed of the randomised scene (default 0)")
+    parser.add_argument("--no-video", action="store_true", help="write neither film strip nor video")
+    parser.add_argument("--out", type=read_text, metavar="DIR", help="write result, design, plots and video there")
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
     if os.environ.get("MUJOCO_GL", "").lower().strip() not in _GL:
         raise UsageError(f"MUJOCO_GL is {quote(os.environ['MUJOCO_GL'])}; allowed: egl, osmesa, glfw or unset")
-    if arguments.out is not None:
-        check_folder(arguments.out)
+    check_folder(arguments.out)
     from spiraltrunk import strategies
     from spiraltrunk.design import load_design
     from spiraltrunk.files.atomic import atomic_folder
@@ -65,27 +74,29 @@ def _run(arguments: argparse.Namespace) -> Answer:
     shape, design = parse_object(name), load_design(arguments.design)
     _check_width(strategy, design, shape, name)
     _check_mass(strategy, design, shape, name)
-    _warn_unjudged(design)
+    _warn_unchecked(design)
     if shape.warning:
         complain(shape.warning, DONE)
 
     missing = None
     if arguments.out is None:
         with show_progress(sys.stderr) as progress:
-            result = compute_result(_run_watched(arguments, design, shape, progress), name)
+            result = compute_result(_run_trial(arguments, design, shape, progress), name)
     else:
         with atomic_folder(arguments.out, FILES) as draft, show_progress(sys.stderr) as progress:
-            trial = _run_watched(arguments, design, shape, progress)
+            trial = _run_trial(arguments, design, shape, progress)
             video = not arguments.no_video
             artifacts = write_artifacts(trial, name, draft, video=video, workers=_WORKERS, progress=progress)
             result, missing = artifacts.result, artifacts.missing
     if missing is not None:
         complain(f"no film strip and no video: {missing}", DONE)
     code = DONE if result["success"] else FAILED
-    return code, format_json(result) if arguments.json else _format_verdict(result, arguments.out)
+    if arguments.json:
+        return code, format_json(result)
+    return code, add_file_count(_format_verdict(result), result, arguments, "\n  ")
 
 
-def _run_watched(arguments: argparse.Namespace, design: TrunkDesign, shape: ObjectSpec, progress: Progress) -> Trial:
+def _run_trial(arguments: argparse.Namespace, design: TrunkDesign, shape: ObjectSpec, progress: Progress) -> Trial:
     from spiraltrunk.workflows.grasp.trial import run_trial
 
     return run_trial(
@@ -95,7 +106,7 @@ def _run_watched(arguments: argparse.Namespace, design: TrunkDesign, shape: Obje
 
 
 def _check_width(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> None:
-    """Refuse an object that the strategy cannot take, before anything is simulated."""
+    """Refuse an object that the strategy cannot grasp, before anything is simulated."""
     smallest, largest = strategy.widths(design)
     if not smallest <= shape.width <= largest:
         low, high = math.ceil(1e4 * smallest) / 10, math.floor(1e4 * largest) / 10
@@ -104,7 +115,7 @@ def _check_width(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
 
 
 def _check_mass(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> None:
-    """Refuse an object that is too heavy for the trunk; say so where the arm carries more than it is rated for."""
+    """Refuse an object that is too heavy for the trunk; warn where the arm's rated payload is exceeded."""
     from spiraltrunk.design import payload
     from spiraltrunk.sim.robot.arm import arm_payload
 
@@ -117,11 +128,11 @@ def _check_mass(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec,
     carried = design.housing.mass + design.housing.neck_mass + design.total_mass + shape.mass
     rated = arm_payload(design.arm)
     if rated is not None and carried > rated:
-        complain(f"the arm carries {carried:.3g} kg, rated for {rated:g}: its torques are judged in the trial", DONE)
+        complain(f"the arm carries {carried:.3g} kg, rated for {rated:g}: its torques are checked in the trial", DONE)
 
 
-def _warn_unjudged(design: TrunkDesign) -> None:
-    """Say which limits of the arm are not judged, as none is known."""
+def _warn_unchecked(design: TrunkDesign) -> None:
+    """Warn of limits of the arm that are unknown, and so not checked."""
     from spiraltrunk.control.arm_limits import find_unjudged
     from spiraltrunk.sim.robot.arm import arm_limits
 
@@ -130,7 +141,7 @@ def _warn_unjudged(design: TrunkDesign) -> None:
         complain(f"the arm {quote(design.arm.model, 200)} states no limit of {', '.join(unjudged)}: not judged", DONE)
 
 
-def _format_verdict(result: dict[str, Any], out: str | None) -> str:
+def _format_verdict(result: dict[str, Any]) -> str:
     from spiraltrunk.report import format_table
 
     head = "success" if result["success"] else f"failed: {result['reason']}"
@@ -144,8 +155,7 @@ def _format_verdict(result: dict[str, Any], out: str | None) -> str:
         ("speed", f"{_scaled(result['real_time_factor'])} times real time"),
     ]
     title = f"{result['strategy']}, {result['object']}, seed {result['seed']}: {head}"
-    table = format_table(rows, title=title, indent=2)
-    return table if out is None else f"{table}\n  {len(result['files'])} files in {out}"
+    return format_table(rows, title=title, indent=2)
 
 
 def _scaled(value: float | None, factor: float = 1.0) -> str:

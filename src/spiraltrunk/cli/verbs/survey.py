@@ -1,115 +1,86 @@
-"""``spiraltrunk survey``: many drawn trials, and how often each strategy succeeds."""
+"""``spiraltrunk survey``: randomised trials, and the success rate of each strategy."""
 
 from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.arguments import add_parser, read_seed, read_text
-from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, check_folder, complain, format_json, quote
+from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
+from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, add_file_count, check_folder, complain, format_json
 from spiraltrunk.cli.verbs.survey_progress import show_survey
 
 if TYPE_CHECKING:
-    from spiraltrunk.workflows.survey.plan import Plan
-
-_MOST_TRIALS, _MOST_WORKERS = 100_000, 64
+    from spiraltrunk.workflows.survey.plan import SurveyPlan
 
 
 def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
-    parser = add_parser(verbs, "survey", _run, "many drawn trials, and how often each strategy succeeds")
+    parser = add_parser(verbs, "survey", _run, "run randomised trials and count how often each strategy succeeds")
     parser.add_argument(
         "--strategies", type=read_text, default="all", metavar="NAMES", help="all (default), or names with commas"
     )
     parser.add_argument(
-        "--trials", type=_read_trials, default=50, metavar="N", help="trials of each strategy (default 50)"
+        "--trials", type=read_count, default=50, metavar="N", help="trials of each strategy (default 50)"
     )
-    parser.add_argument("--seed", type=read_seed, default=0, help="what all worlds are drawn from (default 0)")
+    parser.add_argument("--seed", type=read_seed, default=0, help="seed of all trials (default 0)")
     parser.add_argument(
-        "--workers", type=_read_workers, metavar="N", help="processes that share the trials (default: the processors)"
+        "--workers", type=read_count, metavar="N", help="processes that share the trials (default: the processors)"
     )
     parser.add_argument(
         "--object", type=read_text, metavar="NAME",
-        help="the object of every trial, as in grasp (default: in turn those that the strategy is for)",
+        help="the object of every trial, as in grasp (default: in turn the objects of the strategy)",
     )  # fmt: skip
     parser.add_argument(
         "--out", type=read_text, metavar="DIR",
-        help="write trials, table and pictures there; the same command goes on with what was cut off",
+        help="write trials, table and plots there; the same command resumes an interrupted survey",
     )  # fmt: skip
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
-    if arguments.out is not None:
-        check_folder(arguments.out)
-    from spiraltrunk.workflows.survey.run_survey import run_survey
+    check_folder(arguments.out)
+    from spiraltrunk.workflows.survey.run_survey import MOST_WORKERS, run_survey
     from spiraltrunk.workflows.survey.tables import format_text
 
     plan = _build_plan(arguments)
-    workers = arguments.workers or min(_count_processors(), _MOST_WORKERS)
+    workers = min(len(os.sched_getaffinity(0)), MOST_WORKERS) if arguments.workers is None else arguments.workers
     folder = None if arguments.out is None else Path(arguments.out)
-    seen: list[Sequence[Any]] = [()]
+    done = 0
     try:
         with show_survey(sys.stderr, list(plan.objects), plan.trials) as show:
 
             def watch(rows: Sequence[Any]) -> None:
-                seen[0] = rows
+                nonlocal done
+                done = len(rows)
                 show(rows)
 
             result = run_survey(plan, workers=workers, folder=folder, watch=watch)
     except KeyboardInterrupt:
-        _tell_rest(plan, len(seen[0]), arguments.out)
+        kept = (
+            f"are in {folder}; the same command goes on with the rest" if folder else "are lost, as there is no --out"
+        )
+        complain(f"{done} of {plan.trials * len(plan.objects)} trials {kept}", INTERRUPTED)
         raise
-    return DONE, format_json(result) if arguments.json else _with_files(format_text(result), result, arguments.out)
+    return DONE, format_json(result) if arguments.json else add_file_count(format_text(result), result, arguments, "\n")
 
 
-def _build_plan(arguments: argparse.Namespace) -> Plan:
-    """The plan that was asked for.
+def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
+    """The survey's plan.
 
     Raises:
         UnknownName: for a strategy or object that does not exist.
-        DesignError: for an object that cannot be.
+        DesignError: for an impossible object, or a number out of range.
     """
     from spiraltrunk import strategies
     from spiraltrunk.sim.objects.catalogue import parse_object
-    from spiraltrunk.workflows.survey.plan import Plan
+    from spiraltrunk.workflows.survey.plan import SurveyPlan
 
     names = strategies.NAMES if arguments.strategies == "all" else arguments.strategies.split(",")
     objects = {name: strategies.get(name).objects for name in (name.strip() for name in names)}
     if arguments.object is not None:
         parse_object(arguments.object)
         objects = dict.fromkeys(objects, (arguments.object,))
-    return Plan(objects=objects, trials=arguments.trials, seed=arguments.seed)
-
-
-def _tell_rest(plan: Plan, done: int, out: str | None) -> None:
-    """Say what is left of a survey that was cut off."""
-    total = plan.trials * len(plan.objects)
-    kept = "are lost, as there is no --out" if out is None else f"are in {out}; the same command goes on with the rest"
-    complain(f"{done} of {total} trials {kept}", INTERRUPTED)
-
-
-def _with_files(text: str, result: dict[str, Any], out: str | None) -> str:
-    return text if out is None else f"{text}\n{len(result['files'])} files in {out}"
-
-
-def _count_processors() -> int:
-    return len(os.sched_getaffinity(0))
-
-
-def _read_trials(text: str) -> int:
-    return _read_count(text, _MOST_TRIALS)
-
-
-def _read_workers(text: str) -> int:
-    return _read_count(text, _MOST_WORKERS)
-
-
-def _read_count(text: str, most: int) -> int:
-    if not re.fullmatch(r"[0-9]{1,10}", text) or not 1 <= int(text) <= most:
-        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a whole number from 1 to {most}")
-    return int(text)
+    return SurveyPlan(objects=objects, trials=arguments.trials, seed=arguments.seed)

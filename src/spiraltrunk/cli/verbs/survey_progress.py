@@ -1,13 +1,10 @@
-"""A survey told while it goes on: a bar for each strategy on a terminal, else a line for each trial."""
+"""Progress of a survey: a bar for each strategy on a terminal, else a line for each trial."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TextIO
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
+from typing import Any, TextIO
 
 Watch = Callable[[Sequence[Mapping[str, Any]]], None]
 """Called with all rows so far."""
@@ -15,22 +12,10 @@ Watch = Callable[[Sequence[Mapping[str, Any]]], None]
 
 @contextmanager
 def show_survey(stream: TextIO, names: Sequence[str], trials: int) -> Iterator[Watch]:
-    """A function to call with all rows so far, before the first trial and after each."""
+    """A callback for all rows so far, before the first trial and after each."""
     if not stream.isatty():
-        yield _speak(stream, trials * len(names))
+        yield _build_line_printer(stream, trials * len(names))
         return
-    with _build_bars(stream) as bars:
-        tasks = {name: bars.add_task(name, total=trials, held="") for name in names}
-
-        def show(rows: Sequence[Mapping[str, Any]]) -> None:
-            for name, task in tasks.items():
-                own = [row["success"] for row in rows if row["strategy"] == name]
-                bars.update(task, completed=len(own), held=f"{sum(own)} succeeded")
-
-        yield show
-
-
-def _build_bars(stream: TextIO) -> Progress:
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -41,16 +26,25 @@ def _build_bars(stream: TextIO) -> Progress:
         TimeRemainingColumn,
     )
 
-    return Progress(
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[held]}"),
-        TimeElapsedColumn(), TimeRemainingColumn(), console=Console(file=stream), transient=True,
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[count]}"),
+        TimeElapsedColumn(), TimeRemainingColumn(),
     )  # fmt: skip
+    with Progress(*columns, console=Console(file=stream), transient=True) as bars:
+        tasks = {name: bars.add_task(name, total=trials, count="") for name in names}
+
+        def show(rows: Sequence[Mapping[str, Any]]) -> None:
+            for name, task in tasks.items():
+                own = [row["success"] for row in rows if row["strategy"] == name]
+                bars.update(task, completed=len(own), count=f"{sum(own)} succeeded")
+
+        yield show
 
 
-def _speak(stream: TextIO, total: int) -> Watch:
+def _build_line_printer(stream: TextIO, total: int) -> Watch:
     is_first = True
 
-    def say(rows: Sequence[Mapping[str, Any]]) -> None:
+    def print_line(rows: Sequence[Mapping[str, Any]]) -> None:
         nonlocal is_first
         head = f"spiraltrunk: {len(rows)}/{total}"
         if is_first:
@@ -63,4 +57,4 @@ def _speak(stream: TextIO, total: int) -> Watch:
             text = f"{head} {what} ({sum(own)} of {len(own)} succeeded)"
         print(text, file=stream, flush=True)
 
-    return say
+    return print_line

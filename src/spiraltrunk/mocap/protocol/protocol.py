@@ -1,4 +1,4 @@
-"""What a session of motion capture is to do, as data: runs of shapes, how they are held, how a recording is read.
+"""Protocol of a motion-capture session: runs of shapes, how they are held, and how recordings are read.
 
 The packaged protocol is the paper's (26 steps of 5 mm on one cable, rest at four tilts; Methods, "Model Validation via
 Motion Capture System") and a twist of ours.
@@ -7,7 +7,6 @@ Motion Capture System") and a twist of ours.
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from spiraltrunk.mocap.signal.segmentation import StillSettings
 from spiraltrunk.model.kinematics.measured_shapes import KINDS
 
 ORIENTATIONS = ("markers", "body", "none")
-"""Where a section's axes come from."""
+"""Sources of a section's axes."""
 
 MOST_STEPS = 1000
 
@@ -30,67 +29,60 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,59}")
 @final
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """Shapes that are taken one after the other; at rest there is one."""
+    """Shapes recorded one after the other; one at rest."""
 
     name: str
-    """What it is called; recordings whose file names begin with it are its takes."""
+    """Its name; recordings whose file names begin with it are its takes."""
     kind: str
-    """What is pulled, one of `KINDS`."""
+    """Which cables are pulled, one of `KINDS`."""
     theta_0: float = math.pi / 2
     """Angle of the base axis below the horizontal [rad]."""
     steps: int = 0
     """Steps after the first shape."""
     step: float = 0.0
-    """What a step adds: cable 1 pulled in (bend-dorsal), lengthened (bend-ventral), cable 2 pulled in (twist) [m]."""
+    """Length of a step: cable 1 pulled in (bend-dorsal), lengthened (bend-ventral), cable 2 pulled in (twist) [m]."""
     first: float = 0.0
-    """What cable 1 is pulled in by before a twist [m]."""
+    """Length by which cable 1 is pulled in before a twist [m]."""
     takes: int = 1
-    """Recordings that are averaged."""
+    """Number of recordings, which are averaged."""
     begin: float | None = None
-    """Time of the recording before which nothing counts [s]."""
+    """Begin of the evaluated part of the recording [s]."""
     end: float | None = None
-    """Time of the recording after which nothing counts [s]."""
+    """End of the evaluated part [s]."""
     period: float | None = None
-    """Time from shape to shape where steps are timed and not sought by motion, the first from ``begin`` on [s]."""
+    """Time from shape to shape for timed steps, the first from ``begin`` on; None segments by motion [s]."""
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):
             allowed = "1 to 60 letters, digits, dots, dashes, beginning with a letter or digit"
             raise TakeError(f"run's name is {self.name[:80]!r}; allowed: {allowed}")
-        if self.kind not in KINDS:
-            self._refuse("kind", self.kind, ", ".join(KINDS))
-        if not (math.isfinite(self.theta_0) and abs(self.theta_0) <= 2 * math.pi):
-            self._refuse("theta_0", self.theta_0, "finite, at most one turn")
-        is_rest = self.kind == "rest"
-        if not (0 if is_rest else 1) <= self.steps <= (0 if is_rest else MOST_STEPS):
-            self._refuse("steps", self.steps, "none at rest" if is_rest else f"1 to {MOST_STEPS}")
-        if not (self.step == 0 if is_rest else 0 < self.step < 1):
-            self._refuse("step_mm", 1e3 * self.step, "none at rest" if is_rest else "above 0, below 1000")
-        if not (0 < self.first < 1 if self.kind == "twist" else self.first == 0):
-            self._refuse(
-                "first_mm", 1e3 * self.first, "above 0, below 1000" if self.kind == "twist" else "with a twist"
-            )
-        if not 1 <= self.takes <= 100:
-            self._refuse("takes", self.takes, "1 to 100")
-        self._check_times()
+        is_rest, is_twist = self.kind == "rest", self.kind == "twist"
+        begin = math.nan if self.begin is None else self.begin
+        none = "none at rest"
+        rules = (
+            ("kind", self.kind, self.kind in KINDS, ", ".join(KINDS)),
+            ("theta_0", self.theta_0, abs(self.theta_0) <= 2 * math.pi, "finite, at most one turn"),
+            ("steps", self.steps, self.steps == 0 if is_rest else 1 <= self.steps <= MOST_STEPS,
+             none if is_rest else f"1 to {MOST_STEPS}"),
+            ("step_mm", 1e3 * self.step, self.step == 0 if is_rest else 0 < self.step < 1,
+             none if is_rest else "above 0, below 1000"),
+            ("first_mm", 1e3 * self.first, 0 < self.first < 1 if is_twist else self.first == 0,
+             "above 0, below 1000" if is_twist else "with a twist"),
+            ("takes", self.takes, 1 <= self.takes <= 100, "1 to 100"),
+            ("begin_s", self.begin, self.begin is None or math.isfinite(begin), "a finite time"),
+            ("end_s", self.end, self.end is None or self.end > (-math.inf if self.begin is None else begin),
+             f"after begin_s, {begin:g}"),
+            ("period_s", self.period, self.period is None or (math.isfinite(begin) and 0.1 <= self.period <= 3600),
+             "0.1 to 3600, with begin_s, when the first shape begins"),
+        )  # fmt: skip
+        for key, got, holds, allowed in rules:
+            if not holds:
+                raise TakeError(f"run {self.name!r}: {key} is {got!r}; allowed: {allowed}")
 
     @property
     def n_shape(self) -> int:
-        """Shapes that a take of it holds."""
+        """Shapes of each of its takes."""
         return self.steps + 1
-
-    def _check_times(self) -> None:
-        for name in ("begin", "end"):
-            value = getattr(self, name)
-            if value is not None and not math.isfinite(value):
-                self._refuse(f"{name}_s", value, "a finite time")
-        if self.begin is not None and self.end is not None and self.begin >= self.end:
-            self._refuse("end_s", self.end, f"after begin_s, {self.begin:g}")
-        if self.period is not None and not (self.begin is not None and 0.1 <= self.period <= 3600):
-            self._refuse("period_s", self.period, "0.1 to 3600, with begin_s, when the first shape begins")
-
-    def _refuse(self, name: str, got: object, allowed: str) -> None:
-        raise TakeError(f"run {self.name!r}: {name} is {got!r}; allowed: {allowed}")
 
 
 @final
@@ -99,27 +91,27 @@ class Protocol:
     """A session."""
 
     name: str
-    """What it is called."""
+    """Its name."""
     runs: tuple[Run, ...]
     """Its runs."""
     design: str = "paper"
     """Preset or file of the trunk."""
     axes: str | None = None
-    """Axis convention of the recordings; None where it is told elsewhere."""
+    """Axis convention of the recordings; None if it is given elsewhere."""
     alignment: Alignment = Alignment()  # noqa: RUF009
-    """How recordings are brought into the model's frame."""
+    """How recordings are registered to the model's frame."""
     orientation: str = "markers"
-    """Where sections' axes come from, one of `ORIENTATIONS`."""
+    """Source of the sections' axes, one of `ORIENTATIONS`."""
     rotations: str = "quaternion"
     """Whether rotations of rigid bodies are read ("quaternion") or ignored ("ignore")."""
     base: str = "base"
     """Rigid body at the trunk's base: origin where section 1 begins, x along the base axis, y dorsal."""
     slack: tuple[float, ...] = (0.0, 0.0, 0.0)
-    """Residual slack of each cable, measured on the fully wrapped trunk: the paper's L_slack [m]."""
+    """Residual slack of each cable on the fully wrapped trunk, the paper's L_slack [m]."""
     sections: tuple[tuple[int, str], ...] = ()
     """Names of rigid bodies or markers of sections, from 1; without them section_01, section_02 and so on."""
     still: StillSettings = StillSettings()  # noqa: RUF009
-    """What counts as a held shape."""
+    """Criteria of a held shape."""
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.runs) <= 200:
@@ -151,42 +143,26 @@ def sort_takes(protocol: Protocol, given: Sequence[str]) -> dict[str, list[str]]
     """Recordings by run, in the protocol's order: each RUN=FILE, or a file whose name begins with a run's.
 
     Raises:
-        TakeError: for a file that belongs to no run, or is there twice for one.
+        TakeError: for a file that belongs to no run, or is given twice for one.
     """
     names = [run.name for run in protocol.runs]
     found: dict[str, list[str]] = {name: [] for name in names}
     for text in given:
         run, file = _find_run(text, names)
-        if os.path.realpath(file) in map(os.path.realpath, found[run]):
+        if Path(file).resolve() in [Path(other).resolve() for other in found[run]]:
             raise TakeError(f"{file[:200]!r} is given twice for run {run!r}; allowed: once")
         found[run].append(file)
     return {run: files for run, files in found.items() if files}
 
 
 def _find_run(text: str, names: Sequence[str]) -> tuple[str, str]:
-    """Run and file of what was given."""
+    """Run and file of an argument."""
     run, equals, file = text.partition("=")
-    if equals and run in names and file:
+    if run in names and file:
         return run, file
-    if equals and run and run not in names and "/" not in run and not _exists(text):
-        told = f"{text[:200]!r}: {run[:60]!r} is no run"
-        raise TakeError(f"{told}; allowed: RUN=FILE, where RUN is one of {', '.join(names)}")
     stem = re.split(r"[/\\]", text)[-1].lower()
-    run = max((name for name in names if _begins(stem, name)), key=len, default="")
-    if not run or (equals and not file):
+    fitting = [name for name in names if stem.startswith(name.lower()) and not stem[len(name) :][:1].isalnum()]
+    if not fitting or equals:
         allowed = f"RUN=FILE, or a file whose name begins with the run's; runs are {', '.join(names)}"
         raise TakeError(f"{text[:200]!r} belongs to no run; allowed: {allowed}")
-    return run, text
-
-
-def _exists(path: str) -> bool:
-    try:
-        return Path(path).exists()
-    except (OSError, ValueError):  # No disc takes such a name.
-        return False
-
-
-def _begins(stem: str, name: str) -> bool:
-    """Whether a file's name is the run's, perhaps with more after a sign that is no letter or digit."""
-    rest = stem.removeprefix(name.lower())
-    return rest != stem and not rest[:1].isalnum()
+    return max(fitting, key=len), text

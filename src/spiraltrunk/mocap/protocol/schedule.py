@@ -1,8 +1,8 @@
-"""What the winders do in a run: shape by shape, with the slack of the cables made up for.
+"""Schedule of a run: the winders' lengths, shape by shape, with the slack of the cables compensated.
 
-The paper makes up for the residual slack L_slack of a cable, which the fully wrapped trunk shows, evenly over the
-steps: C = L_slack / N_steps and dL'_i = dL_i + C i (Methods, "Material Elasticity"). dL_i is read as what the cable has
-been pulled in by up to step i, so that at the last step all of the slack has been made up for.
+The paper compensates the residual slack L_slack of a cable, measured on the fully wrapped trunk, evenly over the steps:
+C = L_slack / N_steps and dL'_i = dL_i + C i (Methods, "Material Elasticity"). dL_i is read as the length pulled in up
+to step i, so that the last step has compensated all of the slack.
 """
 
 from __future__ import annotations
@@ -19,36 +19,36 @@ from spiraltrunk.model import reference
 from spiraltrunk.model.kinematics.shape import Shape
 
 _PULLED = {"rest": (), "bend-dorsal": (0,), "bend-ventral": (1, 2), "twist": (0, 1)}
-"""Cables that are pulled, from 0; the others are let out and carry nothing."""
+"""Cables that are pulled, from 0; the others pay out freely."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Plan:
+class Schedule:
     """The shapes of one run, in order."""
 
     run: Run
     """The run."""
     amount: np.ndarray
-    """What is pulled at each shape, as the model takes it, shape (n,) [m]."""
+    """Pull at each shape, as the models take it, shape (n,) [m]."""
     change: np.ndarray
-    """What each cable has been pulled in by since the straight trunk, by the paper's model, shape (n, n_cable) [m]."""
-    told: np.ndarray
-    """The same with slack made up for: what the winders are told, shape (n, n_cable) [m]."""
+    """Length pulled in since the straight trunk, by the paper's model, shape (n, n_cable) [m]."""
+    commanded: np.ndarray
+    """The same with slack compensated: the winders' commands, shape (n, n_cable) [m]."""
     is_pulled: np.ndarray
     """Cables that are pulled, shape (n_cable,) [bool]."""
 
     @property
     def pull(self) -> np.ndarray:
-        """What the winders are told, not a number for cables that carry nothing, shape (n, n_cable) [m]."""
-        return np.where(self.is_pulled, self.told, np.nan)
+        """Commanded lengths, not a number for cables that pay out freely, shape (n, n_cable) [m]."""
+        return np.where(self.is_pulled, self.commanded, np.nan)
 
 
-def build_plan(design: TrunkDesign, protocol: Protocol, run: Run) -> Plan:
+def build_schedule(design: TrunkDesign, protocol: Protocol, run: Run) -> Schedule:
     """The winders' lengths in a run.
 
     Raises:
-        TakeError: where the trunk cannot be pulled so far, or has other cables.
+        TakeError: where the trunk cannot be pulled so far, or has another number of cables.
     """
     if len(protocol.slack) != design.n_cable:
         allowed = f"{design.n_cable}, one a cable of {design.name!r}"
@@ -58,14 +58,13 @@ def build_plan(design: TrunkDesign, protocol: Protocol, run: Run) -> Plan:
         change = solve_reference(design, run, amount).cable_change
     except ModelError as error:
         raise TakeError(f"run {run.name!r} asks for what the design {design.name!r} cannot do: {error}") from None
-    compensation = np.array(protocol.slack) / max(run.steps, 1)
-    told = change + compensation * np.arange(run.n_shape)[:, None]
+    compensation = np.array(protocol.slack) / max(run.steps, 1) * np.arange(run.n_shape)[:, None]
     is_pulled = np.isin(np.arange(design.n_cable), _PULLED[run.kind])
-    return Plan(run=run, amount=amount, change=change, told=told, is_pulled=is_pulled)
+    return Schedule(run=run, amount=amount, change=change, commanded=change + compensation, is_pulled=is_pulled)
 
 
 def solve_reference(design: TrunkDesign, run: Run, amount: np.ndarray) -> Shape:
-    """The paper's model of a run's shapes."""
+    """A run's shapes by the paper's model."""
     if run.kind == "bend-dorsal":
         return reference.bend_dorsal(design, amount, run.theta_0)
     if run.kind == "bend-ventral":

@@ -1,4 +1,4 @@
-"""Protocols as TOML: keys that wear their units; what is unknown is refused with the keys that are known."""
+"""Protocols as TOML: keys name their units; unknown keys are refused with a list of the known ones."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spiraltrunk.mocap.signal.segmentation import StillSettings
 PACKAGED = "paper"
 """Name of the protocol that comes with the package."""
 
-_MOST_BYTES, _MOST_DOTS = 1_000_000, 5_000
+_MOST_BYTES = 1_000_000
 _STILL = {
     "speed_mm_s": ("speed", 1e-3),
     "window_s": ("window", 1.0),
@@ -35,10 +35,10 @@ _TOP = {
 
 
 def load_protocol(path_or_name: str | Path) -> Protocol:
-    """The packaged protocol by its name, else that of a file; a design's file lies beside it.
+    """The packaged protocol by its name, or that of a file; a design file is looked for in the same folder.
 
     Raises:
-        TakeError: for a file that cannot be read or says what no session can do; it names file and key.
+        TakeError: for a file that cannot be read or is no valid protocol; it names file and key.
     """
     if str(path_or_name) == PACKAGED:
         return _build(tomllib.loads(read_packaged()), "the packaged protocol", None)
@@ -49,19 +49,19 @@ def load_protocol(path_or_name: str | Path) -> Protocol:
 
 
 def read_packaged() -> str:
-    """Text of the packaged protocol, to be copied and changed."""
+    """Text of the packaged protocol."""
     return (files("spiraltrunk.mocap.protocol") / "protocol.toml").read_text(encoding="utf-8")
 
 
 def parse_protocol(data: bytes, *, source: str, folder: Path | None = None) -> Protocol:
-    """The protocol of a file's bytes.
+    """Parse a protocol.
 
     Raises:
         TakeError: names source and key.
     """
     try:
-        if len(data) > _MOST_BYTES or data.count(b".") > _MOST_DOTS:
-            raise ValueError(f"it has more than {_MOST_BYTES} bytes or {_MOST_DOTS} dots")
+        if len(data) > _MOST_BYTES:
+            raise ValueError(f"it has more than {_MOST_BYTES} bytes")
         document = tomllib.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())[:200]
@@ -102,8 +102,8 @@ def _build_run(table: object, source: str) -> Run:
         if key not in table:
             raise TakeError(f"{where}{key} is missing; allowed: {', '.join(_RUN)}", file=source)
     if ("tilt_deg" in table) == ("theta0_deg" in table):
-        told = "tilt_deg, from hanging, or theta0_deg, below the horizontal, one of the two"
-        raise TakeError(f"{where}the base's angle is missing or there twice; allowed: {told}", file=source)
+        allowed = "tilt_deg, from hanging, or theta0_deg, below the horizontal, one of the two"
+        raise TakeError(f"{where}the base's angle is missing or there twice; allowed: {allowed}", file=source)
     theta_0 = table["theta0_deg"] if "theta0_deg" in table else 90.0 - table["tilt_deg"]
     return Run(
         name=table["name"], kind=table["kind"], theta_0=math.radians(theta_0), steps=table.get("steps", 0),
@@ -120,8 +120,8 @@ def _build_still(table: dict[str, Any], source: str) -> StillSettings:
 def _read_sections(table: dict[str, Any], source: str) -> tuple[tuple[int, str], ...]:
     for key, name in table.items():
         if not (key.isascii() and key.isdecimal() and 1 <= len(key) <= 3 and isinstance(name, str) and name):
-            told = "numbers of sections, 1 at the base, with the names of their rigid bodies"
-            raise TakeError(f"sections.{key[:40]} is {str(name)[:40]!r}; allowed: {told}", file=source)
+            allowed = "numbers of sections, 1 at the base, with the names of their rigid bodies"
+            raise TakeError(f"sections.{key[:40]} is {str(name)[:40]!r}; allowed: {allowed}", file=source)
     return tuple((int(key), name) for key, name in table.items())
 
 
@@ -139,15 +139,12 @@ def _check_keys(table: dict[str, Any], known: dict[str, type], where: str, sourc
 
 
 def _number(value: object, name: str, source: str) -> float:
-    number = math.nan
     if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e9:
-        number = float(value)
-    if not math.isfinite(number):
-        raise TakeError(f"{name} is {str(value)[:60]!r}; allowed: a finite number", file=source)
-    return number
+        return float(value)
+    raise TakeError(f"{name} is {str(value)[:60]!r}; allowed: a finite number", file=source)
 
 
 def _find_design(name: str, folder: Path | None) -> str:
-    """A file beside the protocol's, else the name of a preset or file as it is."""
+    """A file in the protocol's folder, or the name of a preset or file as it is."""
     beside = None if folder is None else folder / name
     return str(beside) if beside is not None and beside.is_file() else name

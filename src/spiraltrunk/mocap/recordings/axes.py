@@ -1,7 +1,7 @@
-"""Axis conventions of recordings: a Motive export does not say its own, so that it is always asked for.
+"""Axis conventions of recordings. A Motive export does not contain its own, so that the user must give it.
 
-Ours has y up against gravity, x to the right and z towards the viewer, right-handed, as Motive itself. Motive exports
-any of its axes as any other, either way round.
+Takes have y up against gravity, x to the right and z towards the viewer, right-handed, as in Motive. Motive can export
+each of its axes as any other, with either sign.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import numpy as np
 from spiraltrunk.errors import TakeError
 
 NAMED = {"y-up": "x,y,z", "z-up": "x,z,-y", "x-up": "-y,x,z"}
-"""Conventions by name: which axes of the file are our x (right), y (up) and z (towards the viewer); all right-handed.
+"""Conventions by name: the axes of the file that are x (right), y (up) and z (towards the viewer); all right-handed.
 
-z-up keeps Motive's x, x-up its z, as exports usually do. For points that are registered up and handedness alone matter;
-a rigid body's own axes, which are permuted with the room's, need all three.
+z-up keeps Motive's x, x-up its z, as exports usually do. Registered points depend on the up axis and the handedness
+alone; the axes of rigid bodies depend on all three.
 """
 
 _AXIS = re.compile(r"([+-]?)([xyz])")
@@ -28,9 +28,7 @@ ALLOWED = (
 
 
 def read_axes(name: str) -> np.ndarray:
-    """Matrix from the file's axes to ours, a signed permutation, shape (3, 3) [-].
-
-    A determinant of -1 is a left-handed file.
+    """Signed permutation from the file's axes to those of a take, shape (3, 3) [-]; determinant -1: left-handed file.
 
     Raises:
         TakeError: for a name that is no convention.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import struct
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -13,25 +14,24 @@ import numpy as np
 from spiraltrunk.errors import MissingPackage, TakeError
 from spiraltrunk.files.text_lines import open_take
 from spiraltrunk.mocap.recordings.axes import read_axes
-from spiraltrunk.mocap.recordings.motive_cells import MOST_CELLS
 from spiraltrunk.mocap.recordings.take import Marker, Take, find_stale
 
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _FARTHEST = 1e4
-_BLOCK, _KEY, _INTEL = 512, 0x50, b"\x54"
+_BLOCK, _KEY = 512, 0x50
 
 
 def load_c3d(path: str | Path, *, axes: str) -> Take:
     """Read the markers of a C3D file.
 
-    A marker with a negative residual was not seen, as the format has it; so was one of which a coordinate is missing.
+    A marker with a negative residual (as the format specifies) or a missing coordinate was not seen.
 
     Args:
         path: the file.
-        axes: axis convention of the export (`axes.NAMED`, or three axes); exporters do not agree on where to say it.
+        axes: axis convention of the export (`axes.NAMED`, or three axes); exporters store it in different places.
 
     Raises:
-        TakeError: where it cannot be read or says no unit or rate.
+        TakeError: where it cannot be read or has no unit or rate.
         MissingPackage: where ezc3d is not installed.
     """
     turn = read_axes(axes)
@@ -79,17 +79,14 @@ def _read_points(data: Any, unit: float, source: str) -> np.ndarray:
 
 
 def _check_whole(file: BinaryIO, source: str) -> None:
-    """Refuse what is no C3D or is cut off, with which the package spends minutes.
+    """Refuse a file that is no C3D or is cut off: ezc3d spends minutes on it.
 
-    The header's words are: place of the parameters and the key 0x50, markers, analog values a frame, first and last
+    The header's words are: block of the parameters and the key 0x50, markers, analog values a frame, first and last
     frame, scale (negative for floats), block of 512 bytes where the data begin (C3D User Guide, "The Header Section").
     """
     head = file.read(_BLOCK)
     if len(head) < _BLOCK or head[1] != _KEY or not head[0]:
         raise TakeError("it does not begin as C3D does; allowed: a C3D file", file=source)
-    file.seek(_BLOCK * (head[0] - 1) + 3)
-    if file.read(1) != _INTEL:
-        raise TakeError("its numbers are not Intel's; allowed: a C3D file as Motive writes it", file=source)
     markers, analog, first, last = struct.unpack_from("<4H", head, 2)
     (scale,) = struct.unpack_from("<f", head, 12)
     (begin,) = struct.unpack_from("<H", head, 16)
@@ -98,19 +95,16 @@ def _check_whole(file: BinaryIO, source: str) -> None:
     least = _BLOCK * max(0, begin - 1) + frames * (4 * markers + analog) * (4 if scale < 0 else 2)
     if begin < 2 or size < least:
         raise TakeError(f"the file has {size} bytes of {least}; allowed: a whole C3D file", file=source)
-    if frames * markers * 4 > MOST_CELLS:
-        raise TakeError(f"{markers} markers in {frames} frames; allowed: fewer: export in parts", file=source)
 
 
 def _read(path: str | Path) -> Any:
     try:
         import ezc3d  # type: ignore[import-untyped]
     except ImportError:
-        told = "C3D needs the package ezc3d: pip install 'spiraltrunk[mocap]', or export CSV"
-        raise MissingPackage(told) from None
+        raise MissingPackage("C3D needs the package ezc3d: pip install 'spiraltrunk[mocap]', or export CSV") from None
     try:
         return ezc3d.c3d(str(path))
-    except Exception as error:  # Whatever C++ throws, for which the package has no type of its own.
+    except Exception as error:  # ezc3d raises whatever C++ throws.
         reason = " ".join(str(error).split())[:200]
         raise TakeError(f"{reason}; allowed: a C3D file that ezc3d reads", file=str(path)) from None
 
@@ -126,10 +120,7 @@ def _text(group: Any, key: str) -> str:
 
 
 def _labels(parameters: Any) -> list[str]:
-    """All labels: what does not fit goes on in LABELS2 and so on."""
-    group, names = parameters["POINT"], list(parameters["POINT"]["LABELS"]["value"])
-    for i in range(2, 100):
-        if f"LABELS{i}" not in group:
-            break
-        names.extend(group[f"LABELS{i}"]["value"])
-    return [str(name).strip() for name in names]
+    """All labels, those of LABELS2 and so on included."""
+    group = parameters["POINT"]
+    keys = takewhile(group.__contains__, ("LABELS", *(f"LABELS{i}" for i in range(2, 100))))
+    return [str(name).strip() for key in keys for name in group[key]["value"]]

@@ -1,4 +1,4 @@
-"""Recordings by their kind of file."""
+"""Recordings by file format."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Takes as Motive CSV 1.23, y up, in metres: for recordings made live and for rehearsals."""
+"""Takes as Motive CSV 1.23, y up, in metres."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _BODY = (("Rotation", "XYZW"), ("Position", "XYZ"), ("Mean Marker Error", " "))
 
 
 def write_motive(take: Take, path: str | Path) -> Path:
-    """Write a take, whole or not at all; read back with ``axes="y-up"`` it is the same to 1 um.
+    """Write a take atomically; read back with ``axes="y-up"`` it is equal to 1 um.
 
     Raises:
         OSError: where the file cannot be written.
@@ -26,13 +26,8 @@ def write_motive(take: Take, path: str | Path) -> Path:
     return target
 
 
-def format_motive(take: Take) -> bytes:
-    """The take as the bytes of a Motive CSV 1.23."""
-    return b"".join(_format(take))
-
-
-def _format(take: Take, block: int = 1000) -> list[bytes]:
-    """Header and blocks of rows."""
+def format_motive(take: Take, block: int = 1000) -> bytes:
+    """The take as the bytes of a Motive CSV 1.23, formatted in blocks of rows."""
     tracks: list[Body | Marker] = [*take.bodies, *take.markers]
     labels = [label for track in tracks for label in _label(track)]
     values = np.hstack([_values(track) for track in tracks])
@@ -42,7 +37,7 @@ def _format(take: Take, block: int = 1000) -> list[bytes]:
         span = range(first, min(first + block, len(values)))
         lines = [row % (take.frame[i], take.time[i], *values[i]) for i in span]
         parts.append(("\r\n".join(lines) + "\r\n").replace("nan", "").encode())
-    return parts
+    return b"".join(parts)
 
 
 def _header(take: Take, labels: Sequence[tuple[str, ...]]) -> bytes:

@@ -1,4 +1,4 @@
-"""Recording live what Motive streams, by the package natnet (NatNet over UDP)."""
+"""Live recording of Motive's stream, by the package natnet (NatNet over UDP)."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
 _POLL = 2e-3
 _OCCLUDED = 0x01
 _NUMBER = 0xFFFF
-"""Part of a labelled marker's number that counts it within its rigid body; the rest is the body's."""
+"""Bits of a labelled marker's number that count it within its rigid body; the upper bits are the body's."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class LiveSettings:
-    """Where Motive streams from, and in which axes."""
+    """Address and axes of the stream."""
 
     axes: str
-    """Axis convention of the stream (`axes.NAMED`, or three axes): Motive's Streaming pane says it."""
+    """Axis convention of the stream (`axes.NAMED`, or three axes), as in Motive's Streaming pane."""
     server: str = "127.0.0.1"
-    """Address of the computer that Motive runs on."""
+    """Address of the computer running Motive."""
     local: str = "127.0.0.1"
     """This computer's address in the same network."""
     is_multicast: bool = False
     """Whether Motive streams by multicast."""
     command_port: int = 1510
-    """Port that takes commands."""
+    """Command port."""
     data_port: int = 1511
-    """Port of the data, multicast alone."""
+    """Data port, for multicast."""
     patience: float = 2.0
     """Time without a new frame after which the stream counts as ended [s]."""
 
@@ -52,7 +52,7 @@ class LiveSettings:
 @final
 @dataclass
 class _Stream:
-    """What has come so far."""
+    """Frames received so far."""
 
     number: list[int] = field(default_factory=list)
     stamp: list[float] = field(default_factory=list)
@@ -63,7 +63,7 @@ class _Stream:
     bad: int = 0
 
     def add_frame(self, data: Any) -> None:
-        """Keep a frame; one that is late or comes twice is left out, as UDP does not keep order."""
+        """Keep a frame; late and duplicate frames are left out, as UDP does not keep the order."""
         number = int(data.prefix.frame_number)
         if self.number and number <= self.number[-1]:
             self.late += 1
@@ -86,18 +86,18 @@ class _Stream:
 
 
 def record_live(settings: LiveSettings, duration: float, watch: Callable[[float], None] | None = None) -> Take:
-    """Record rigid bodies and labelled markers for some time.
+    """Record rigid bodies and labelled markers.
 
-    What the stream says is not tracked becomes not a number; frames that did not come are missing and noted. A stream
-    that ends early leaves what has come, with a note.
+    Untracked poses are not a number; lost frames are missing and noted. A stream that ends early gives a shorter take
+    with a note.
 
     Args:
-        settings: where the stream is.
-        duration: how long to record [s].
-        watch: told the time that is recorded [s].
+        settings: address and axes.
+        duration: length of the recording [s].
+        watch: called with the recorded time [s].
 
     Raises:
-        TakeError: where no stream is found, or nothing comes.
+        TakeError: where no stream is found, or no frames arrive.
         MissingPackage: where natnet is not installed.
     """
     check_number("duration", duration, above=0.0, most=36_000.0)
@@ -133,19 +133,19 @@ def _connect(settings: LiveSettings) -> Any:
         server_ip_address=settings.server, local_ip_address=settings.local, command_port=settings.command_port,
         data_port=settings.data_port, use_multicast=settings.is_multicast,
     )  # fmt: skip
-    told = "allowed: an address where Motive streams (Streaming pane on, same network, same unicast or multicast)"
+    allowed = "allowed: an address where Motive streams (Streaming pane on, same network, same unicast or multicast)"
     try:
         with contextlib.redirect_stdout(io.StringIO()):  # The package prints its warnings.
             client.connect(timeout=settings.patience)
     except (TimeoutError, OSError, natnet.NatNetError, struct.error, UnicodeError) as error:
         client.shutdown()
         reason = " ".join(str(error).split())[:120] or "no answer"
-        raise TakeError(f"{settings.server}:{settings.command_port}: {reason}; {told}") from None
+        raise TakeError(f"{settings.server}:{settings.command_port}: {reason}; {allowed}") from None
     return client
 
 
 def _poll(client: Any, stream: _Stream) -> None:
-    """Take in what has come; a packet that cannot be read is counted."""
+    """Process received packets; unreadable ones are counted."""
     import natnet
 
     try:
@@ -158,18 +158,15 @@ def _poll(client: Any, stream: _Stream) -> None:
 def _build_take(settings: LiveSettings, stream: _Stream, ended: str) -> Take:
     source = f"{settings.server}:{settings.command_port}"
     if len(stream.number) < 2:
-        told = f"{len(stream.number)} frames came; allowed: two or more: is Motive tracking, and live?"
-        raise TakeError(told, file=source)
+        allowed = "two or more: is Motive tracking, and live?"
+        raise TakeError(f"{len(stream.number)} frames came; allowed: {allowed}", file=source)
     frame = np.array(stream.number, np.int64)
     rate = _find_rate(frame, np.array(stream.stamp), source)
     notes = [ended] if ended else []
     missing = int(frame[-1] - frame[0]) + 1 - len(frame)
-    for count, what in (
-        (missing, "frames missing"),
-        (stream.late, "frames came late or twice"),
-        (stream.bad, "packets could not be read"),
-    ):
-        notes += [f"{count} {what}"] if count else []
+    counts = {"frames missing": missing, "frames came late or twice": stream.late,
+              "packets could not be read": stream.bad}  # fmt: skip
+    notes += [f"{count} {what}" for what, count in counts.items() if count]
     turn = read_axes(settings.axes)
     bodies = {number: _collect(stream.bodies, number, 8) for number in _numbers(stream.bodies)}
     markers = {number: _collect(stream.markers, number, 3) for number in _numbers(stream.markers)}
@@ -182,7 +179,7 @@ def _build_take(settings: LiveSettings, stream: _Stream, ended: str) -> Take:
 
 
 def _find_rate(frame: np.ndarray, stamp: np.ndarray, source: str) -> float:
-    """Frames per second by numbers and the server's clock [Hz]."""
+    """Frames per second from frame numbers and the server's clock [Hz]."""
     step = np.diff(stamp)
     good = step > 0
     rate = float(np.median(np.diff(frame)[good] / step[good])) if good.any() else math.nan
@@ -196,7 +193,7 @@ def _numbers(rows: list[dict[int, tuple[float, ...]]]) -> list[int]:
 
 
 def _collect(rows: list[dict[int, tuple[float, ...]]], number: int, width: int) -> np.ndarray:
-    """Values over time, not a number where there are none, shape (n, width)."""
+    """Values over time, not a number where missing, shape (n, width)."""
     blank = (math.nan,) * width
     values = np.array([row.get(number, blank) for row in rows], float)
     values[~np.isfinite(values).all(axis=1)] = math.nan

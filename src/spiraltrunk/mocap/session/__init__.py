@@ -1,1 +1,1 @@
-"""A session: takes and protocol become registered static shapes of sections, with predictions beside them."""
+"""A session: registered static shapes of the sections from takes and protocol, with predictions."""

@@ -1,9 +1,9 @@
-"""How far apart sections can be on the design's trunk: what tells another trunk, another unit, or names mixed up.
+"""Possible distances of sections on the design's trunk: detects another trunk, another unit, or mixed-up names.
 
-Two marked sections and the joints between them make a chain of straight pieces, its turns from 0 to the joint limit.
-Straight it is longest. Fully curled to one side it is shortest, as long as it is convex together with its chord
-(Schur's theorem for polygons: turns that are smaller, in space too, leave a chord that is not shorter); a chain that
-curls further bounds nothing from below.
+Two marked sections and the joints between them form a chain of straight links whose joint angles range from 0 to the
+joint limit. The distance is largest for the straight chain. It is smallest for full curl to one side, as long as the
+chain and its chord form a convex polygon (Schur's theorem: smaller angles, in space too, leave a chord that is not
+shorter). A chain that curls further has no lower bound.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from spiraltrunk.mocap.session.sections import HeldShape
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
 
 SLACK_SHARE, SLACK = 0.10, 5e-3
-"""How far a distance may be beyond what the design allows before the trunk is another one [-], [m] (ours)."""
+"""Relative and absolute margin on the possible distances [-], [m] (ours)."""
 
 LEAST_SHARE = 0.05
-"""Largest distance as a part of the straight one, below which the unit is another [-] (ours: a full curl of the paper's
-trunk brings no two sections nearer than 0.15)."""
+"""Largest distance over that of the straight trunk below which the unit must be wrong [-] (ours: the paper's trunk in
+full curl has no ratio below 0.15)."""
 
 SCALE = 0.01
-"""Error of scale from which on it is told [-] (ours)."""
+"""Error of scale from which it is noted [-] (ours)."""
 
 
 def compute_reach(design: TrunkDesign, one: int, other: int) -> tuple[float, float]:
-    """Least and largest distance of the marked points of two sections, counted from 0, one below other [m].
+    """Least and largest distance of the marked points of two sections, counted from 0, ``one`` below ``other`` [m].
 
-    For neighbours with pieces a and b and the limit q they are sqrt(a^2 + b^2 + 2 a b cos q) and a + b.
+    For neighbours with links a and b and the limit q they are sqrt(a^2 + b^2 + 2 a b cos q) and a + b.
     """
     offset, length = compute_marker_offset(design), design.section_length
     pieces = np.array([length[one] - offset[one], *length[one + 1 : other], offset[other]])
@@ -48,10 +48,10 @@ def compute_reach(design: TrunkDesign, one: int, other: int) -> tuple[float, flo
 
 
 def check_trunk(shapes: Sequence[HeldShape], design: TrunkDesign, source: str) -> None:
-    """Refuse a recording whose sections are not as far apart as the design's can be, each from the next that is seen.
+    """Refuse a recording whose distances between consecutive seen sections are impossible for the design.
 
     Raises:
-        TakeError: where more than half of the distances do not fit, or all of them are next to nothing.
+        TakeError: where more than half of the distances are impossible, or all of them are nearly zero.
     """
     reach = {pair: compute_reach(design, *pair) for pair in {(i, j) for _, i, j, _ in _find_pairs(shapes)}}
     seen = [(i, j, apart, _widen(*reach[i, j])) for _, i, j, apart in _find_pairs(shapes)]
@@ -60,19 +60,19 @@ def check_trunk(shapes: Sequence[HeldShape], design: TrunkDesign, source: str) -
         wrong = seen
     if 2 * len(wrong) > len(seen):
         i, j, apart, (least, most) = wrong[0]
-        told = f"sections {i + 1} and {j + 1} are {1e3 * apart:.4g} mm apart"
         raise TakeError(
-            f"{told}; allowed: {1e3 * max(least, LEAST_SHARE * reach[i, j][1]):.1f} to {1e3 * most:.1f} mm, what the "
-            f"design {design.name!r} allows and {SLACK_SHARE:.0%} + {1e3 * SLACK:g} mm: is it another trunk, another "
+            f"sections {i + 1} and {j + 1} are {1e3 * apart:.4g} mm apart; allowed: "
+            f"{1e3 * max(least, LEAST_SHARE * reach[i, j][1]):.1f} to {1e3 * most:.1f} mm, the range of the "
+            f"design {design.name!r} and {SLACK_SHARE:.0%} + {1e3 * SLACK:g} mm: is it another trunk, another "
             "unit, or are sections named wrongly?", file=source,
         )  # fmt: skip
 
 
-def tell_scale(shapes: Sequence[HeldShape], design: TrunkDesign) -> list[str]:
-    """A note where the distances of sections are in the median longer or shorter than the design's by `SCALE`.
+def check_scale(shapes: Sequence[HeldShape], design: TrunkDesign) -> list[str]:
+    """A note where the median distance of sections is larger or smaller than the design's by `SCALE`.
 
-    Where the axes of two neighbours are known, so is the bend q between them, and by it their distance; elsewhere what
-    is longer than straight or shorter than fully curled counts.
+    The axes of two neighbours determine the bend q between them, and so their distance. Where axes are unknown, the
+    excess over the straight trunk and the deficit under full curl count.
     """
     over, under = [], []
     for shape, i, j, apart in _find_pairs(shapes):
@@ -84,12 +84,12 @@ def tell_scale(shapes: Sequence[HeldShape], design: TrunkDesign) -> list[str]:
     ratio = max(1.0, float(np.median(over))) * min(1.0, float(np.median(under)))
     if abs(ratio - 1) <= SCALE:
         return []
-    told = f"sections are {abs(ratio - 1):.1%} {'further apart' if ratio > 1 else 'nearer together'} than the design's"
-    return [f"{told}, in the median: check the calibration of the cameras, the trunk's size and where the markers sit"]
+    what = f"sections are {abs(ratio - 1):.1%} {'further apart' if ratio > 1 else 'nearer together'} than the design's"
+    return [f"{what}, in the median: check the calibration of the cameras, the trunk's size and where the markers sit"]
 
 
 def _find_pairs(shapes: Sequence[HeldShape]) -> Iterator[tuple[int, int, int, float]]:
-    """Shape, section, the next section that was seen, from 0, and how far apart they are [m]."""
+    """Shape, section, the next section that was seen, from 0, and their distance [m]."""
     for number, shape in enumerate(shapes):
         seen = np.flatnonzero(np.isfinite(shape.points).all(axis=1)).tolist()
         for i, j in pairwise(seen):
@@ -101,7 +101,7 @@ def _widen(least: float, most: float) -> tuple[float, float]:
 
 
 def _expect(shape: HeldShape, design: TrunkDesign, i: int, j: int) -> tuple[float, float]:
-    """Least and largest distance by the design, the same where the bend between neighbours is known [m]."""
+    """Least and largest distance by the design, equal where the bend between neighbours is known [m]."""
     cosine = float(shape.rotation[i, :, 0] @ shape.rotation[j, :, 0])
     if j > i + 1 or not np.isfinite(cosine):
         return compute_reach(design, i, j)

@@ -1,4 +1,4 @@
-"""Which tracks of a recording are which sections, and where a section is in a held shape."""
+"""Sections of a recording by the names of its tracks, and their poses in a held shape."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.protocol.protocol import Protocol
-from spiraltrunk.mocap.recordings.take import Body, Marker, Take
-from spiraltrunk.mocap.signal.registration import frame_from_markers, mean_rotation, rotation_from_quaternions
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, format_names
+from spiraltrunk.mocap.signal.registration import frame_from_markers
 from spiraltrunk.mocap.signal.segmentation import Still, compute_middle
 
 FEWEST = 3
-"""Sections that a recording has at least [-]."""
+"""Least number of recorded sections [-]."""
 
 _LEAST_SHARE = 0.2
-"""Part of a still in which a section is seen for its place to count [-] (ours)."""
+"""Share of a still in which a section must be seen for its position to count [-] (ours)."""
 
 _LEAST_FRAMES = 3
 
@@ -31,7 +32,7 @@ _MARKER = re.compile(r"(.+?)(?:[:_ -]+(?:marker)?|marker)[ _-]?0*([1-3])", re.IG
 @final
 @dataclass(frozen=True, kw_only=True)
 class SectionTracks:
-    """The sections of one recording."""
+    """Sections of one recording."""
 
     take: Take
     """The recording."""
@@ -48,10 +49,10 @@ class SectionTracks:
 @final
 @dataclass(frozen=True, kw_only=True)
 class HeldShape:
-    """Where sections and base were in one still, in the recording's frame, y up."""
+    """Poses of sections and base in one still, in the recording's frame, y up."""
 
     still: Still
-    """When it was held."""
+    """Its frames and times."""
     points: np.ndarray
     """Centre of each section's markers, not a number where unseen, shape (n_section, 3) [m]."""
     rotation: np.ndarray
@@ -66,7 +67,7 @@ def find_sections(take: Take, design: TrunkDesign, protocol: Protocol) -> Sectio
     """Sections of a recording by their names.
 
     Raises:
-        TakeError: where there are too few, one is there twice, or the design has not so many.
+        TakeError: for too few sections, a duplicate, or a section that the design does not have.
     """
     named = {name: number for number, name in protocol.sections}
 
@@ -80,11 +81,10 @@ def find_sections(take: Take, design: TrunkDesign, protocol: Protocol) -> Sectio
     markers = _find_markers(take, number_of)
     found = sorted({*bodies, *markers})
     if found and found[-1] > design.n_section:
-        told = f"section {found[-1]} recorded; allowed: 1 to {design.n_section}, as the design {design.name!r} has"
-        raise TakeError(told, file=take.source)
+        allowed = f"1 to {design.n_section}, as the design {design.name!r} has"
+        raise TakeError(f"section {found[-1]} recorded; allowed: {allowed}", file=take.source)
     if len(found) < FEWEST:
-        names = [body.name for body in take.bodies] + [marker.name for marker in take.markers]
-        listed = ", ".join(map(repr, names[:8])) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+        listed = format_names([track.name for track in (*take.bodies, *take.markers)], 8)
         allowed = f"{FEWEST} or more rigid bodies section_01 ..., or markers section_01:Marker1 to 3, or [sections]"
         raise TakeError(f"{len(found)} sections found among {listed}; allowed: {allowed}", file=take.source)
     points = np.full((len(take.frame), design.n_section, 3), np.nan)
@@ -101,14 +101,14 @@ def _find_bodies(take: Take, number_of: Callable[[str], int | None]) -> dict[int
         if number is None:
             continue
         if number in bodies:
-            told = f"section {number} is there twice, as {bodies[number].name!r} and {body.name!r}; allowed: once"
-            raise TakeError(told, file=take.source)
+            reason = f"section {number} is there twice, as {bodies[number].name!r} and {body.name!r}; allowed: once"
+            raise TakeError(reason, file=take.source)
         bodies[number] = body
     return bodies
 
 
 def _find_markers(take: Take, number_of: Callable[[str], int | None]) -> dict[int, tuple[Marker, Marker, Marker]]:
-    """Sections of which all three markers are there; those that were seen go before those that were solved."""
+    """Sections with all three markers; measured markers take precedence over solved ones."""
     found: dict[tuple[int, int], Marker] = {}
     for marker in take.markers:
         match = _MARKER.fullmatch(marker.name.strip())
@@ -118,8 +118,8 @@ def _find_markers(take: Take, number_of: Callable[[str], int | None]) -> dict[in
         key = (number, int(match[2]))
         old = found.get(key)
         if old is not None and old.is_solved == marker.is_solved:
-            told = f"marker {key[1]} of section {number} is there twice; allowed: once"
-            raise TakeError(told, file=take.source)
+            reason = f"marker {key[1]} of section {number} is there twice; allowed: once"
+            raise TakeError(reason, file=take.source)
         if old is None or old.is_solved:
             found[key] = marker
     whole = {number for number, _ in found if all((number, i) in found for i in (1, 2, 3))}
@@ -127,7 +127,7 @@ def _find_markers(take: Take, number_of: Callable[[str], int | None]) -> dict[in
 
 
 def _track(body: Body | None, markers: tuple[Marker, ...] | None) -> np.ndarray:
-    """A section's place over time: its rigid body's, or the centre of its markers where that is not seen."""
+    """Position of a section over time: its rigid body's, or the centre of its markers where the body is not seen."""
     if markers is not None:
         seen = np.all([marker.is_seen for marker in markers], axis=0)[:, None]
         center = np.where(seen, np.mean([marker.position for marker in markers], axis=0), np.nan)
@@ -137,8 +137,8 @@ def _track(body: Body | None, markers: tuple[Marker, ...] | None) -> np.ndarray:
     return place if markers is None else np.where(body.is_seen[:, None], place, center)
 
 
-def hold(tracks: SectionTracks, still: Still, orientation: str) -> HeldShape:
-    """Where sections and base were in a still: medians of positions, means of rotations, of what was seen."""
+def average_still(tracks: SectionTracks, still: Still, orientation: str) -> HeldShape:
+    """Poses of sections and base in a still: medians of seen positions, means of seen rotations."""
     least = max(_LEAST_FRAMES, round(_LEAST_SHARE * len(still.frames)))
     points = compute_middle(tracks.points[still.frames], least)
     rotation = np.full((len(points), 3, 3), np.nan)
@@ -147,13 +147,13 @@ def hold(tracks: SectionTracks, still: Still, orientation: str) -> HeldShape:
             rotation[number - 1] = frame_from_markers(compute_middle(_stack(markers, still), least))
     elif orientation == "body":
         for number, body in tracks.bodies.items():
-            rotation[number - 1] = _hold_axes(body, still, least)
+            rotation[number - 1] = _average_axes(body, still, least)
     rotation[np.isnan(points).any(axis=1)] = np.nan
     base_point, base_rotation = np.full(3, np.nan), np.full((3, 3), np.nan)
     if tracks.base is not None:
         place = np.where(tracks.base.is_seen[:, None], tracks.base.position, np.nan)
         base_point = compute_middle(place[still.frames, None], least)[0]
-        base_rotation = _hold_axes(tracks.base, still, least)
+        base_rotation = _average_axes(tracks.base, still, least)
     return HeldShape(still=still, points=points, rotation=rotation, base_point=base_point, base_rotation=base_rotation)
 
 
@@ -162,25 +162,22 @@ def _stack(markers: tuple[Marker, ...], still: Still) -> np.ndarray:
     return np.stack(seen, axis=1)
 
 
-def _hold_axes(body: Body, still: Still, least: int) -> np.ndarray:
-    seen = still.frames[body.is_seen[still.frames]]
-    if len(seen) < least:
-        return np.full((3, 3), np.nan)
-    return mean_rotation(rotation_from_quaternions(body.quaternion_wxyz[seen]))
+def _average_axes(body: Body, still: Still, least: int) -> np.ndarray:
+    known = np.isfinite(body.quaternion_wxyz).all(axis=1) & body.is_seen
+    xyzw = body.quaternion_wxyz[still.frames[known[still.frames]]][:, [1, 2, 3, 0]]
+    return Rotation.from_quat(xyzw).mean().as_matrix() if len(xyzw) >= least else np.full((3, 3), np.nan)
 
 
 def check_order(shapes: list[HeldShape], source: str) -> None:
-    """Refuse markers that are counted the wrong way round: their axes point towards the base.
+    """Refuse markers that are numbered in the wrong direction: their axes point towards the base.
 
     Raises:
         TakeError: names the section.
     """
     for number in range(shapes[0].points.shape[0] - 1):
-        away = [
-            float(shape.rotation[number, :, 0] @ (shape.points[number + 1] - shape.points[number])) for shape in shapes
-        ]
-        told = np.array(away)[np.isfinite(away)]
-        if len(told) and np.mean(told < 0) > 0.5:
+        steps = [shape.rotation[number, :, 0] @ (shape.points[number + 1] - shape.points[number]) for shape in shapes]
+        known = np.array(steps)[np.isfinite(steps)]
+        if len(known) and np.mean(known < 0) > 0.5:
             raise TakeError(
                 f"the axis of section {number + 1} points towards the base; allowed: markers 1 to 3 counted from the "
                 "dorsal one (y) towards z, as cables 1 to 3 are, sections numbered from the base, and --axes that say "

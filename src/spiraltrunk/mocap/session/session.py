@@ -1,81 +1,73 @@
-"""From recordings to static shapes in the model's frame: found, registered, averaged."""
+"""Static shapes from recordings, in the model's frame: segmented, registered and averaged."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import final
 
 import numpy as np
 
+from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ShapeError, TakeError
+from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
-from spiraltrunk.mocap.protocol.schedule import Plan, build_plan
+from spiraltrunk.mocap.protocol.schedule import Schedule, build_schedule
+from spiraltrunk.mocap.recordings.axes import read_axes
 from spiraltrunk.mocap.recordings.load import load_take
 from spiraltrunk.mocap.recordings.take import Take
 from spiraltrunk.mocap.session.base_tilt import check_base
-from spiraltrunk.mocap.session.prediction import Predicted, predict
-from spiraltrunk.mocap.session.section_spacing import check_trunk, tell_scale
-from spiraltrunk.mocap.session.sections import HeldShape, SectionTracks, check_order, find_sections, hold
-from spiraltrunk.mocap.signal.gaps import tell_gaps
-from spiraltrunk.mocap.signal.registration import Alignment, Motion, fit_motion, is_straight, mean_rotation
-from spiraltrunk.mocap.signal.segmentation import Still, find_stills, find_timed, tell_calmest
-from spiraltrunk.model.kinematics.frames import base_orientation
+from spiraltrunk.mocap.session.prediction import MODELS, Prediction, predict
+from spiraltrunk.mocap.session.section_spacing import check_scale, check_trunk
+from spiraltrunk.mocap.session.sections import average_still, check_order, find_sections
+from spiraltrunk.mocap.session.take_registration import TakeShapes, average_takes, register
+from spiraltrunk.mocap.signal.gaps import summarise_gaps
+from spiraltrunk.mocap.signal.registration import Alignment, mean_rotation
+from spiraltrunk.mocap.signal.segmentation import Still, describe_slowest, find_stills, find_timed
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_marker_offset
-
-_BASE_MOVED = 2e-3
-"""Way of the base over a take from which on it is told [m] (ours)."""
-
-_LEVER = 1e-3
-"""How far beside a section's point its axes are drawn on, where they decide a turn [m]: too near to move the points."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class SessionSettings:
-    """What a session is read with."""
+    """How a session is read."""
 
     design: TrunkDesign
     """The trunk."""
     axes: str | None = None
-    """Axis convention of the recordings; None takes the protocol's, which must then have one."""
+    """Axis convention of the recordings; None takes the protocol's."""
     alignment: Alignment | None = None
-    """How they are registered; None takes the protocol's."""
+    """How recordings are registered; None takes the protocol's."""
     model: str = "reference"
-    """Model that ``run`` and ``shape`` register to, one of `predict.MODELS`."""
+    """Model that ``run`` and ``shape`` register to, one of `prediction.MODELS`."""
     friction: float | None = None
-    """Coefficient between cables and holes, statics alone [-]; None takes the design's."""
+    """Coefficient between cables and holes, for statics [-]; None takes the design's."""
     rotations: str | None = None
     """"quaternion" or "ignore"; None takes the protocol's."""
 
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class TakeShapes:
-    """The shapes of one recording."""
-
-    take: Take
-    """The recording."""
-    held: tuple[HeldShape, ...]
-    """Its shapes in its own frame."""
-    notes: tuple[str, ...]
-    """What was odd."""
+    def __post_init__(self) -> None:
+        if self.model not in MODELS:
+            raise ModelError(f"model is {self.model!r}; allowed: {', '.join(MODELS)}")
+        if self.friction is not None:
+            if self.model == "reference":
+                raise ModelError("friction given with the model reference; allowed: with statics, reference has none")
+            check_number("friction", self.friction, least=0.0, below=2.0)
+        if self.axes is not None:
+            read_axes(self.axes)
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class RunShapes:
-    """The shapes of one run, averaged over its recordings."""
+    """Shapes of one run, averaged over its recordings."""
 
-    plan: Plan
-    """What was done."""
-    predicted: Predicted
-    """What the model says."""
+    schedule: Schedule
+    """The winders' lengths."""
+    predicted: Prediction
+    """Shapes by the model."""
     takes: tuple[TakeShapes, ...]
     """The recordings."""
     points: np.ndarray
@@ -85,7 +77,7 @@ class RunShapes:
     spread: float
     """Root mean square distance of a take's points from the mean of the takes, not a number for one take [m]."""
     notes: tuple[str, ...]
-    """What was odd."""
+    """Irregularities."""
 
 
 @final
@@ -112,12 +104,12 @@ def read_session(
     """Static shapes of recordings, in the model's frame.
 
     Args:
-        protocol: what was done.
+        protocol: the protocol that was recorded.
         takes: recordings, or their files, by the name of the run.
         settings: trunk, axes and registration.
 
     Raises:
-        TakeError: for recordings that cannot be read or do not hold what the protocol says.
+        TakeError: for recordings that cannot be read or do not match the protocol.
     """
     return build_session(protocol, takes, settings).shapes
 
@@ -126,60 +118,57 @@ def build_session(
     protocol: Protocol, takes: Mapping[str, Sequence[str | Path | Take]], settings: SessionSettings,
     progress: Progress = ignore_progress,
 ) -> Session:  # fmt: skip
-    """As `read_session`, with everything on the way.
+    """As `read_session`, with all intermediate results.
 
     Raises:
-        TakeError: for recordings that cannot be read or do not hold what the protocol says.
+        TakeError: for recordings that cannot be read or do not match the protocol.
     """
     if not any(takes.values()):
         raise TakeError("no recordings given; allowed: one or more, RUN=FILE or named as the run")
-    runs = []
-    order = [run.name for run in protocol.runs]
-    for name in sorted(takes, key=lambda name: order.index(protocol.run(name).name)):
-        run, files = protocol.run(name), takes[name]
-        plan = build_plan(settings.design, protocol, run)
+    alignment, runs = settings.alignment or protocol.alignment, []
+    for run in sorted(map(protocol.run, takes), key=protocol.runs.index):
+        schedule = build_schedule(settings.design, protocol, run)
         held: list[TakeShapes] = []
-        for file in files:
-            progress(f"reading {run.name}", len(held), len(files))
+        for file in takes[run.name]:
+            progress(f"reading {run.name}", len(held), len(takes[run.name]))
             held.append(_read_take(file, run, protocol, settings))
         _refuse_copies(run, held)
         predicted = predict(
-            settings.design, plan, model=settings.model, friction=settings.friction,
-            watch=partial(progress, f"{settings.model}, {run.name}"),
-        )  # fmt: skip
-        runs.append(_average(plan, predicted, tuple(held), settings.alignment or protocol.alignment))
-    return Session(
-        runs=tuple(runs), alignment=settings.alignment or protocol.alignment, shapes=_gather(runs, settings.design)
-    )
+            settings.design, schedule, model=settings.model, friction=settings.friction, progress=progress
+        )
+        runs.append(_average_run(schedule, predicted, tuple(held), alignment))
+    return Session(runs=tuple(runs), alignment=alignment, shapes=_join_runs(runs, settings.design))
 
 
 def _read_take(file: str | Path | Take, run: Run, protocol: Protocol, settings: SessionSettings) -> TakeShapes:
-    """The shapes of one recording, as many as the run has."""
-    axes = settings.axes or protocol.axes
-    if axes is None and not isinstance(file, Take):
-        told = "the axis convention of the recordings is not told, and files do not say it"
-        raise TakeError(f"{told}; allowed: --axes, or axes in the protocol: y-up, z-up, x-up, or three axes")
-    take = file if isinstance(file, Take) else load_take(
-        file, axes=axes or "", rotations=settings.rotations or protocol.rotations
-    )  # fmt: skip
+    """Shapes of one recording, as many as the run has."""
+    take = file if isinstance(file, Take) else _load(file, protocol, settings)
     tracks = find_sections(take, settings.design, protocol)
-    stills = _find_shapes(tracks, run, protocol)
-    held = [hold(tracks, still, protocol.orientation) for still in stills]
+    stills = _find_run_stills(take, tracks.points, run, protocol)
+    held = [average_still(tracks, still, protocol.orientation) for still in stills]
     for i, shape in enumerate(held):
-        if np.isfinite(shape.points).all(axis=1).sum() < 1:
-            told = f"shape {i + 1} of run {run.name!r}, from {stills[i].begin:.2f} to {stills[i].end:.2f} s"
-            raise TakeError(f"{told}, shows no section; allowed: at least one", file=take.source)
+        if not np.isfinite(shape.points).all(axis=1).any():
+            what = f"shape {i + 1} of run {run.name!r}, from {stills[i].begin:.2f} to {stills[i].end:.2f} s"
+            raise TakeError(f"{what}, shows no section; allowed: at least one", file=take.source)
     check_trunk(held, settings.design, take.source)
     if protocol.orientation == "markers":
         check_order(held, take.source)
-    notes = [*take.notes, *tell_scale(held, settings.design), *check_base(held, run, take.source)]
     seen = np.isfinite(tracks.points).all(axis=2)
-    gaps = tell_gaps({f"section {i + 1}": seen[:, i] for i in np.flatnonzero(seen.any(axis=0))}, take.time)
-    return TakeShapes(take=take, held=tuple(held), notes=(*notes, *gaps))
+    gaps = summarise_gaps({f"section {i + 1}": seen[:, i] for i in np.flatnonzero(seen.any(axis=0))}, take.time)
+    notes = (*take.notes, *check_scale(held, settings.design), *check_base(held, run, take.source), *gaps)
+    return TakeShapes(take=take, held=tuple(held), notes=notes)
+
+
+def _load(file: str | Path, protocol: Protocol, settings: SessionSettings) -> Take:
+    axes = settings.axes or protocol.axes
+    if axes is None:
+        reason = "the axis convention of the recordings is not given, and files do not contain it"
+        raise TakeError(f"{reason}; allowed: --axes, or axes in the protocol: y-up, z-up, x-up, or three axes")
+    return load_take(file, axes=axes, rotations=settings.rotations or protocol.rotations)
 
 
 def _refuse_copies(run: Run, takes: Sequence[TakeShapes]) -> None:
-    """Two recordings are never alike to the last digit.
+    """Refuse two recordings that are equal to the last digit.
 
     Raises:
         TakeError: names both.
@@ -188,153 +177,72 @@ def _refuse_copies(run: Run, takes: Sequence[TakeShapes]) -> None:
         for other in takes[:i]:
             pairs = zip(one.held, other.held, strict=True)
             if all(np.array_equal(a.points, b.points, equal_nan=True) for a, b in pairs):
-                told = f"the same data as {other.take.source!r}, to the last digit, in run {run.name!r}"
-                raise TakeError(f"{told}; allowed: each recording once", file=one.take.source)
+                what = f"the same data as {other.take.source!r}, to the last digit, in run {run.name!r}"
+                raise TakeError(f"{what}; allowed: each recording once", file=one.take.source)
 
 
-def _find_shapes(tracks: SectionTracks, run: Run, protocol: Protocol) -> list[Still]:
-    """Stills, one a shape.
+def _find_run_stills(take: Take, points: np.ndarray, run: Run, protocol: Protocol) -> list[Still]:
+    """Stills, one for each shape of the run.
 
     Raises:
-        TakeError: where there are more or fewer than the run has; it tells their times.
+        TakeError: where there are more or fewer; it names their times.
     """
-    take = tracks.take
     begin = -math.inf if run.begin is None else run.begin
     end = math.inf if run.end is None else run.end
     inside = np.flatnonzero((take.time >= begin) & (take.time <= end))
     if not len(inside):
-        told = f"it lasts from {take.time[0]:.2f} to {take.time[-1]:.2f} s"
-        raise TakeError(f"{told}; allowed: something between begin_s and end_s of {run.name!r}", file=take.source)
-    time, points = take.time[inside], tracks.points[inside]
-    if run.period is not None:
+        what = f"it lasts from {take.time[0]:.2f} to {take.time[-1]:.2f} s"
+        raise TakeError(f"{what}; allowed: something between begin_s and end_s of {run.name!r}", file=take.source)
+    signal = (take.time[inside], points[inside], take.rate, protocol.still)
+    if run.period is None:
+        stills = find_stills(*signal)
+        if len(stills) != run.n_shape:
+            times = ", ".join(f"{still.begin:.1f}-{still.end:.1f}" for still in stills[:40])
+            found = f"{len(stills)} static shapes found ({times} s)" if stills else describe_slowest(*signal)
+            allowed = f"{run.n_shape}, as run {run.name!r} has: see begin_s, end_s, period_s, [still] of the protocol"
+            raise TakeError(f"{found}; allowed: {allowed}", file=take.source)
+    else:
         try:
-            stills = find_timed(time, points, take.rate, protocol.still, (begin, run.period, run.n_shape))
+            stills = find_timed(*signal, (begin, run.period, run.n_shape))
         except TakeError as error:
             raise TakeError(f"run {run.name!r}: {error}", file=take.source) from None
-    else:
-        stills = find_stills(time, points, take.rate, protocol.still)
-        if len(stills) != run.n_shape:
-            _refuse_count(stills, run, take, tell_calmest(time, points, take.rate, protocol.still))
     return [Still(frames=inside[still.frames], begin=still.begin, end=still.end) for still in stills]
 
 
-def _refuse_count(stills: list[Still], run: Run, take: Take, calmest: str) -> None:
-    times = ", ".join(f"{still.begin:.1f}-{still.end:.1f}" for still in stills[:40])
-    told = f"{len(stills)} static shapes found ({times} s)" if stills else calmest
-    allowed = f"{run.n_shape}, as run {run.name!r} has: see begin_s, end_s, period_s and [still] of the protocol"
-    raise TakeError(f"{told}; allowed: {allowed}", file=take.source)
-
-
-def _average(plan: Plan, predicted: Predicted, takes: tuple[TakeShapes, ...], alignment: Alignment) -> RunShapes:
+def _average_run(
+    schedule: Schedule, predicted: Prediction, takes: tuple[TakeShapes, ...], alignment: Alignment
+) -> RunShapes:
     """Registered shapes, averaged over the takes."""
+    run = schedule.run
     notes = [f"{take.take.source}: {note}" for take in takes for note in take.notes]
-    points, rotation = register(plan, predicted, takes, alignment, notes)
-    if len(takes) != plan.run.takes:
-        notes.append(f"run {plan.run.name!r} has {len(takes)} takes; the protocol asks for {plan.run.takes}")
+    points, rotation, moved = register(run, predicted, takes, alignment)
+    notes += moved
+    if len(takes) != run.takes:
+        notes.append(f"run {run.name!r} has {len(takes)} takes; the protocol asks for {run.takes}")
     mean, seen = average_takes(points), np.isfinite(points).all(axis=-1)
     count = seen.sum(axis=0)
-    away = ((points - mean) ** 2).sum(axis=-1)[seen & (count > 1)]
-    once = int(((count > 0) & (count < len(takes))).sum())
-    if once:
-        notes.append(f"{once} of {count.size} points of run {plan.run.name!r} were seen in some takes alone")
-    shape = rotation.shape[1:3]
-    turned = np.array([[mean_rotation(rotation[:, i, j]) for j in range(shape[1])] for i in range(shape[0])])
+    squares = ((points - mean) ** 2).sum(axis=-1)[seen & (count > 1)]
+    partly = int(((count > 0) & (count < len(takes))).sum())
+    if partly:
+        notes.append(f"{partly} of {count.size} points of run {run.name!r} were seen in some takes only")
+    mean_axes = np.array([[mean_rotation(rotation[:, i, j]) for j in range(count.shape[1])] for i in range(len(count))])
     return RunShapes(
-        plan=plan, predicted=predicted, takes=takes, points=mean, rotation=turned,
-        spread=float(np.sqrt(away.mean())) if len(away) else math.nan, notes=(*notes, *predicted.troubles),
+        schedule=schedule, predicted=predicted, takes=takes, points=mean, rotation=mean_axes,
+        spread=float(np.sqrt(squares.mean())) if len(squares) else math.nan, notes=(*notes, *predicted.warnings),
     )  # fmt: skip
 
 
-def average_takes(points: np.ndarray) -> np.ndarray:
-    """Mean over the takes that saw a point, not a number where none did, shape (n, n_section, 3) [m].
-
-    Args:
-        points: registered points of all takes, shape (n_take, n, n_section, 3) [m].
-    """
-    seen = np.isfinite(points).all(axis=-1)
-    count = seen.sum(axis=0)
-    mean: np.ndarray = np.where(seen[..., None], points, 0.0).sum(axis=0)
-    return mean / np.where(count > 0, count, np.nan)[..., None]
-
-
-def register(
-    plan: Plan, predicted: Predicted, takes: Sequence[TakeShapes], alignment: Alignment, notes: list[str]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Points and axes of all takes in the model's frame, shapes (n_take, n, n_section, 3 [, 3]) [m], [-].
-
-    Raises:
-        TakeError: where an alignment lacks what it needs.
-    """
-    points, rotation = [], []
-    for take in takes:
-        motions = _find_motions(plan, predicted, take, alignment, notes)
-        points.append([motion.move(shape.points) for motion, shape in zip(motions, take.held, strict=True)])
-        rotation.append([motion.rotation @ shape.rotation for motion, shape in zip(motions, take.held, strict=True)])
-    return np.array(points), np.array(rotation)
-
-
-def _find_motions(
-    plan: Plan, predicted: Predicted, take: TakeShapes, alignment: Alignment, notes: list[str]
-) -> list[Motion]:
-    """The motion of each shape into the model's frame."""
-    if alignment.kind == "base":
-        return [_put_base(plan.run, take, notes)] * len(take.held)
-    chosen = np.array(alignment.sections or range(1, predicted.points.shape[1] + 1)) - 1
-    if chosen.max() >= predicted.points.shape[1]:
-        told = f"alignment is {alignment.told}; allowed: sections 1 to {predicted.points.shape[1]}, as the design has"
-        raise TakeError(told)
-    measured = np.array([shape.points[chosen] for shape in take.held])
-    axes = np.array([shape.rotation[chosen] for shape in take.held])
-    target, target_axes = predicted.points[:, chosen], predicted.rotation[:, chosen]
-    try:
-        if alignment.kind == "run":
-            return [_fit(measured, target, axes, target_axes)] * len(take.held)
-        return [_fit(*parts) for parts in zip(measured, target, axes, target_axes, strict=True)]
-    except ShapeError as error:
-        raise TakeError(f"alignment {alignment}: {error}", file=take.take.source) from None
-
-
-def _fit(measured: np.ndarray, target: np.ndarray, axes: np.ndarray, target_axes: np.ndarray) -> Motion:
-    """The motion that fits points; where they lie on a line, the sections' axes say how far to turn about it."""
-    motion = fit_motion(measured, target)
-    seen = np.isfinite(measured).all(axis=-1)
-    if not is_straight(target[seen]) or not np.isfinite(axes[seen]).all(axis=(-2, -1)).any():
-        return motion
-    ends = (
-        np.stack([m + _LEVER * a[..., 1], m + _LEVER * a[..., 2], m])
-        for m, a in ((measured, axes), (target, target_axes))
-    )
-    return fit_motion(*ends)
-
-
-def _put_base(run: Run, take: TakeShapes, notes: list[str]) -> Motion:
-    """The motion that puts the base's rigid body where the model's base is."""
-    points = np.array([shape.base_point for shape in take.held])
-    rotation = mean_rotation(np.array([shape.base_rotation for shape in take.held]))
-    seen = np.isfinite(points).all(axis=1)
-    if not seen.any() or not np.isfinite(rotation).all():
-        told = "alignment base: no rigid body with orientation at the trunk's base was seen in a held shape"
-        allowed = "one named as base in the protocol, or alignment run or shape"
-        raise TakeError(f"{told}; allowed: {allowed}", file=take.take.source)
-    place = np.median(points[seen], axis=0)
-    moved = float(np.linalg.norm(points[seen] - place, axis=1).max())
-    if moved > _BASE_MOVED:
-        notes.append(f"{take.take.source}: the base moved by {1e3 * moved:.1f} mm")
-    turn = base_orientation(run.theta_0) @ rotation.T
-    return Motion(rotation=turn, shift=-turn @ place)
-
-
-def _gather(runs: Sequence[RunShapes], design: TrunkDesign) -> MeasuredShapes:
+def _join_runs(runs: Sequence[RunShapes], design: TrunkDesign) -> MeasuredShapes:
     """All shapes, run after run; within a run each follows the one before."""
     counts = [len(run.points) for run in runs]
     firsts = np.cumsum([0, *counts[:-1]])
     follows = [np.concatenate([[-1], np.arange(first, first + n - 1)]) for first, n in zip(firsts, counts, strict=True)]
     names = ["+".join(Path(take.take.source).name for take in run.takes) for run in runs]
     return MeasuredShapes(
-        kind=tuple(run.plan.run.kind for run, n in zip(runs, counts, strict=True) for _ in range(n)),
+        kind=tuple(run.schedule.run.kind for run, n in zip(runs, counts, strict=True) for _ in range(n)),
         take=tuple(name for name, n in zip(names, counts, strict=True) for _ in range(n)),
-        theta_0=np.repeat([run.plan.run.theta_0 for run in runs], counts),
-        pull=np.concatenate([run.plan.pull for run in runs]), follows=np.concatenate(follows),
+        theta_0=np.repeat([run.schedule.run.theta_0 for run in runs], counts),
+        pull=np.concatenate([run.schedule.pull for run in runs]), follows=np.concatenate(follows),
         marker_offset=compute_marker_offset(design), points=np.concatenate([run.points for run in runs]),
         rotation=np.concatenate([run.rotation for run in runs]),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Measured shapes as JSON, in SI; what is not a number is null."""
+"""Measured shapes as JSON, in SI; null for numbers that are not finite."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from spiraltrunk.errors import ModelError, TakeError
 from spiraltrunk.files.atomic import write_file
+from spiraltrunk.files.results import to_json
 from spiraltrunk.files.text_lines import open_take
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 
@@ -22,15 +23,15 @@ _MOST_BYTES = 100_000_000
 
 
 def write_shapes(shapes: MeasuredShapes, path: str | Path) -> Path:
-    """Write the shapes, whole or not at all.
+    """Write the shapes atomically.
 
     Raises:
         OSError: where the file cannot be written.
     """
     target = Path(path)
     document: dict[str, Any] = {"schema": _SCHEMA, "kind": list(shapes.kind), "take": list(shapes.take)}
-    document |= {key: _to_lists(getattr(shapes, field)) for field, key in _ARRAYS.items()}
-    write_file(target, (json.dumps(document, allow_nan=False) + "\n").encode())
+    document |= {key: getattr(shapes, field) for field, key in _ARRAYS.items()}
+    write_file(target, (json.dumps(to_json(document), allow_nan=False) + "\n").encode())
     return target
 
 
@@ -38,7 +39,7 @@ def load_shapes(path: str | Path) -> MeasuredShapes:
     """Read shapes that `write_shapes` wrote.
 
     Raises:
-        TakeError: where the file does not hold such shapes.
+        TakeError: for any other file.
     """
     with open_take(path) as file:
         data = file.read(_MOST_BYTES + 1)
@@ -55,12 +56,3 @@ def load_shapes(path: str | Path) -> MeasuredShapes:
     except (ValueError, TypeError, KeyError, RecursionError, OverflowError, ModelError) as error:
         what = f"{error} is missing" if isinstance(error, KeyError) else " ".join(str(error).split())[:200]
         raise TakeError(f"{what}; allowed: shapes as spiraltrunk validate writes them", file=str(path)) from None
-
-
-def _to_lists(array: np.ndarray) -> list[Any]:
-    """Nested lists, null for what is not a number."""
-    plain = np.asarray(array).astype(object)
-    if np.asarray(array).dtype.kind == "f":
-        plain[~np.isfinite(array)] = None
-    nested: list[Any] = plain.tolist()
-    return nested

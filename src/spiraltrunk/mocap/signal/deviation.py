@@ -1,10 +1,10 @@
-"""How far measured shapes are from a model's: distances of points, and their root mean squares.
+"""Deviations of measured shapes from a model: distances of points, and their root mean squares.
 
-With d the distance of a section's measured point from where the model says that it is,
+With d the distance between measured and predicted point of a section,
 
     RMSE of a shape = sqrt(mean of d^2 over its sections),   RMSE of a section = sqrt(mean of d^2 over the shapes),
 
-over what was seen. "Mean RMSE" is the mean of the shapes' RMSE, the largest deviation the largest d.
+over what was seen. The mean RMSE is the mean of the shapes' RMSE, the largest deviation the largest d.
 """
 
 from __future__ import annotations

@@ -1,19 +1,20 @@
-"""How a recording is brought into the model's frame: by a rigid transformation, whose choice changes every error.
+"""Registration of recordings to the model's frame by rigid motions; the choice of the motion affects every error.
 
-- ``base``: the rigid body at the trunk's base is put where the model's base is. Errors of base and model count in full.
-- ``run``: one transformation a take, the best for all its shapes (Kabsch). Cameras and base do not move within a take.
-- ``shape``: one for each shape, the best for it alone. It hides the most, such as a base that is tilted wrongly.
+- ``base``: moves the rigid body at the trunk's base to the model's base. Errors of base and model count in full.
+- ``run``: one least-squares motion for all shapes of a take (Kabsch). Cameras and base do not move within a take.
+- ``shape``: one least-squares motion for each shape. It hides the most, such as a wrong tilt of the base.
 
-The last two may use some sections alone: ``shape:1-5`` puts the first five as well as it can, and the others follow.
+The last two may be fitted to chosen sections: ``shape:1-5`` fits the first five sections.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from spiraltrunk.errors import ShapeError, TakeError
 
@@ -21,7 +22,7 @@ KINDS = ("base", "run", "shape")
 """Alignments by name."""
 
 FEWEST = 3
-"""Points that a transformation is fitted to at least [-]."""
+"""Least number of points for a fit [-]."""
 
 _MOST_SECTIONS = 200
 _THIN = 2e-3
@@ -30,38 +31,31 @@ _THIN = 2e-3
 @final
 @dataclass(frozen=True, kw_only=True)
 class Alignment:
-    """Which transformation is fitted to what."""
+    """Kind of motion, and the sections it is fitted to."""
 
     kind: str = "run"
     """One of `KINDS`."""
     sections: tuple[int, ...] = ()
     """Sections that it is fitted to, from 1; empty for all that are seen."""
-    typed: str = field(default="", compare=False, repr=False)
-    """What was typed, for messages; empty where nothing was."""
 
     def __str__(self) -> str:
         return self.kind + (f":{','.join(map(str, self.sections))}" if self.sections else "")
 
-    @property
-    def told(self) -> str:
-        """As typed, else as written out."""
-        return self.typed or str(self)
-
     def __post_init__(self) -> None:
         if self.kind not in KINDS or (self.sections and self.kind == "base"):
-            raise TakeError(f"alignment is {self.told}; allowed: {_ALLOWED}")
+            raise TakeError(f"alignment is {self}; allowed: {_ALLOWED}")
         if self.sections and len(self.sections) < FEWEST:
-            raise TakeError(f"alignment is {self.told}; allowed: {FEWEST} sections or more")
+            raise TakeError(f"alignment is {self}; allowed: {FEWEST} sections or more")
 
 
 _ALLOWED = "base, run or shape; the last two also on chosen sections, such as run:1-5 or shape:1,3,8-10"
 
 
 def read_alignment(text: str) -> Alignment:
-    """The alignment that a text names.
+    """Parse an alignment.
 
     Raises:
-        TakeError: for a text that names none.
+        TakeError: for a text that is none.
     """
     kind, colon, rest = text.strip().lower().partition(":")
     sections: list[int] = []
@@ -72,7 +66,7 @@ def read_alignment(text: str) -> Alignment:
             order = f"; sections are 1 to {_MOST_SECTIONS} at most, the lower end of a range first" if match else ""
             raise TakeError(f"alignment is {text[:60]!r}; allowed: {_ALLOWED}{order}")
         sections.extend(range(first, last + 1))
-    return Alignment(kind=kind[:40], sections=tuple(sorted(set(sections))), typed=text.strip()[:60])
+    return Alignment(kind=kind[:40], sections=tuple(sorted(set(sections))))
 
 
 @final
@@ -92,14 +86,14 @@ class Motion:
 
 
 def fit_motion(points: np.ndarray, target: np.ndarray) -> Motion:
-    """The rigid motion that brings points nearest to their targets, in the sense of least squares.
+    """The least-squares rigid motion of points to their targets.
 
     Kabsch (1976): with H the covariance of the centred sets and H = U S V^T, the rotation is V diag(1, 1, d) U^T, d = 1
-    or -1 so that it is proper. About the line of points that lie on one any turn is as good.
+    or -1 so that it is proper. For collinear points the rotation about their line is undetermined.
 
     Args:
-        points: shape (..., 3) [m]; what is not a number is left out.
-        target: where they belong, the same shape [m].
+        points: shape (..., 3) [m]; points that are not a number are left out.
+        target: the same shape [m].
 
     Raises:
         ShapeError: where fewer than three points are left.
@@ -117,7 +111,7 @@ def fit_motion(points: np.ndarray, target: np.ndarray) -> Motion:
 
 
 def is_straight(points: np.ndarray) -> bool:
-    """Whether points lie on a line within 2 mm, root mean square, so that a turn about it cannot be told.
+    """Whether points are collinear within 2 mm, root mean square: the rotation about their line is undetermined.
 
     Args:
         points: finite, shape (n, 3) [m].
@@ -129,16 +123,16 @@ def is_straight(points: np.ndarray) -> bool:
 
 
 def frame_from_markers(markers: np.ndarray) -> np.ndarray:
-    """Axes of sections by three markers on an edge each, 120 deg apart, counted from the dorsal one from y to z.
+    """Axes of sections from three markers on an edge, 120 deg apart, numbered from the dorsal one from y to z.
 
-    x is the normal of the markers' plane, towards the tip; y points from their centre to marker 1, as far as it lies in
-    that plane.
+    x is the normal of the markers' plane, towards the tip; y is the direction from their centre to marker 1, projected
+    onto that plane.
 
     Args:
         markers: markers 1 to 3 of each section, shape (..., 3, 3) [m].
 
     Returns:
-        Axes as columns, shape (..., 3, 3) [-]; not a number where a marker is missing or all three are on a line.
+        Axes as columns, shape (..., 3, 3) [-]; not a number where a marker is missing or all three are collinear.
     """
     first, second, third = np.moveaxis(markers, -2, 0)
     normal = np.cross(second - first, third - first)
@@ -153,28 +147,12 @@ def frame_from_markers(markers: np.ndarray) -> np.ndarray:
 
 
 def mean_rotation(rotation: np.ndarray) -> np.ndarray:
-    """The rotation nearest to given ones, in the sense of least squares of their entries, shape (3, 3) [-].
+    """Mean of rotations in the sense of least squares of their entries, shape (3, 3) [-].
 
-    What is not a number is left out; without any the answer is not a number.
+    Rotations that are not a number are left out; without any others the mean is not a number.
 
     Args:
         rotation: shape (n, 3, 3) [-].
     """
     seen = rotation[np.isfinite(rotation).all(axis=(1, 2))]
-    if not len(seen):
-        return np.full((3, 3), np.nan)
-    u, _, vt = np.linalg.svd(seen.mean(axis=0))
-    nearest: np.ndarray = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
-    return nearest
-
-
-def rotation_from_quaternions(quaternion_wxyz: np.ndarray) -> np.ndarray:
-    """Matrices of unit quaternions, shape (..., 3, 3) [-]."""
-    w, x, y, z = np.moveaxis(quaternion_wxyz, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    matrix: np.ndarray = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    return matrix
+    return Rotation.from_matrix(seen).mean().as_matrix() if len(seen) else np.full((3, 3), np.nan)

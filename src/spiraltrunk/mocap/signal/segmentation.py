@@ -1,7 +1,7 @@
-"""Where in a recording the trunk is still: its static shapes, found by themselves.
+"""Segmentation of a recording into static shapes.
 
-At each instant the mean positions over a window after it are compared with those over a window before it; the root mean
-square over the points, over the window, is the speed. Noise of sigma per frame leaves a speed of about
+The speed at a frame is the root mean square, over the points, of the difference between the mean positions in the
+window after it and in the window before it, over the window's length. Noise of sigma per frame gives a speed of about
 sigma sqrt(6 / frames) / window: 1.4 mm/s for 0.5 mm at 100 Hz and 0.2 s.
 """
 
@@ -23,13 +23,13 @@ class StillSettings:
     """What counts as a held shape."""
 
     speed: float = 5e-3
-    """Speed below which the trunk is still, root mean square over its points [m/s] (ours: three times the noise)."""
+    """Speed below which the trunk is still [m/s] (ours: three times the noise)."""
     window: float = 0.2
-    """Time over which motion is seen [s]."""
+    """Length of the averaging windows [s]."""
     hold: float = 0.6
-    """Least time for which a shape is held [s], the windows before and after what is still counted in."""
+    """Least time for which a shape is held, including the windows before and after [s]."""
     same: float = 1e-3
-    """Distance below which two stills after each other are one shape, root mean square over points [m]."""
+    """Root mean square distance below which consecutive stills are one shape [m]."""
 
     def __post_init__(self) -> None:
         check_number("still.speed_mm_s", 1e3 * self.speed, above=0.0, below=1e4)
@@ -52,7 +52,7 @@ class Still:
 
 
 def compute_speed(points: np.ndarray, rate: float, window: float) -> np.ndarray:
-    """How fast the points move, not a number where too few are seen, shape (n,) [m/s].
+    """Speed of the points, not a number where too few are seen, shape (n,) [m/s].
 
     Args:
         points: positions over time, not a number where unseen, shape (n, k, 3) [m].
@@ -70,7 +70,7 @@ def compute_speed(points: np.ndarray, rate: float, window: float) -> np.ndarray:
     speed = np.full(len(points), np.nan)
     inner = np.where(number > 0, motion * rate / width, np.nan)
     speed[width : width + len(inner)] = inner
-    if len(inner):  # The ends, where a window does not fit, are taken as what is next to them.
+    if len(inner):  # Ends without a whole window take the nearest value.
         speed[:width], speed[width + len(inner) :] = inner[0], inner[-1]
     return speed
 
@@ -108,14 +108,14 @@ def find_stills(time: np.ndarray, points: np.ndarray, rate: float, settings: Sti
 def find_timed(
     time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings, schedule: tuple[float, float, int]
 ) -> list[Still]:
-    """Static shapes where steps are timed: in each period, what is still for longest.
+    """Static shapes of timed steps: the longest still of each period.
 
     Args:
         time: times of the frames, increasing, shape (n,) [s].
         points: positions of the sections, shape (n, k, 3) [m].
         rate: frames per second [Hz].
         settings: what counts as still.
-        schedule: begin of the first period [s], its length [s], and how many there are.
+        schedule: begin of the first period [s], length of a period [s], and number of periods.
 
     Raises:
         TakeError: for a period without a still long enough.
@@ -128,14 +128,14 @@ def find_timed(
         within = is_still & (time >= from_) & (time < to)
         frames = max(_find_spans(within, time, rate), key=len, default=np.empty(0, int))
         if not len(frames) or _is_short(time[frames], rate, settings):
-            told = f"from {from_:.2f} to {to:.2f} s nothing is still for {settings.hold:g} s"
-            raise TakeError(f"{told}; allowed: a still in each period: see begin_s, period_s, [still]")
+            reason = f"from {from_:.2f} to {to:.2f} s nothing is still for {settings.hold:g} s"
+            raise TakeError(f"{reason}; allowed: a still in each period: see begin_s, period_s, [still]")
         stills.append(Still(frames=frames, begin=float(time[frames[0]]), end=float(time[frames[-1]])))
     return stills
 
 
-def compute_calmest(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> float:
-    """Least speed that a stretch as long as a still does not pass, not a number where there is none [m/s].
+def compute_slowest(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> float:
+    """Smallest maximum speed of any stretch as long as a still, not a number where there is none [m/s].
 
     Args:
         time: times of the frames, increasing, shape (n,) [s].
@@ -152,23 +152,23 @@ def compute_calmest(time: np.ndarray, points: np.ndarray, rate: float, settings:
     return float(known.min()) if len(known) else math.nan
 
 
-def tell_calmest(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> str:
-    """What a recording without stills holds: how long it is and how calm it gets; arguments as `compute_calmest`'s."""
-    told = f"no static shape found in {len(time)} frames, {len(time) / rate:.2f} s"
-    speed = compute_calmest(time, points, rate, settings)
+def describe_slowest(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> str:
+    """Length and slowest stretch of a recording without stills; arguments as of `compute_slowest`."""
+    what = f"no static shape found in {len(time)} frames, {len(time) / rate:.2f} s"
+    speed = compute_slowest(time, points, rate, settings)
     if math.isnan(speed):
-        return f"{told}, too short or too full of gaps for one of {settings.hold:g} s"
+        return f"{what}, too short or too full of gaps for one of {settings.hold:g} s"
     most = f"above {1e3 * settings.speed:g} mm/s, so that nothing is still (or are lengths in another unit?)"
-    return f"{told}: the slowest stretch of {settings.hold:g} s moves at {1e3 * speed:.3g} mm/s, {most}"
+    return f"{what}: the slowest stretch of {settings.hold:g} s moves at {1e3 * speed:.3g} mm/s, {most}"
 
 
 def _is_short(time: np.ndarray, rate: float, settings: StillSettings) -> bool:
-    """Whether what is still, with the windows that showed it, lasts less than a hold."""
+    """Whether a still, with the windows before and after, is shorter than a hold."""
     return bool(time[-1] - time[0] + 2 * settings.window < settings.hold - 0.5 / rate)
 
 
 def _find_spans(is_still: np.ndarray, time: np.ndarray, rate: float) -> list[np.ndarray]:
-    """Runs of frames that are still, without missing frames between them [-]."""
+    """Runs of still frames without missing frames between them [-]."""
     after_gap = np.concatenate([[False], np.diff(time) > 1.5 / rate])
     padded = np.concatenate([[False], is_still, [False]])
     starts = np.flatnonzero(padded[1:-1] & (~padded[:-2] | after_gap))
@@ -177,7 +177,7 @@ def _find_spans(is_still: np.ndarray, time: np.ndarray, rate: float) -> list[np.
 
 
 def _distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Distance of two shapes by the median of their frames, over points seen in both; infinite where there is none."""
+    """Root mean square distance of two shapes' median frames over points seen in both; infinite without any."""
     a, b = compute_middle(one), compute_middle(other)
     step = ((a - b) ** 2).sum(axis=1)
     seen = np.isfinite(step)
@@ -185,11 +185,11 @@ def _distance(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def compute_middle(points: np.ndarray, least: int = 1) -> np.ndarray:
-    """Median over frames of what is seen in at least ``least`` of them, else not a number, shape (k, ...) [m].
+    """Median over the frames that saw a point, not a number below ``least`` of them, shape (k, ...) [m].
 
     Args:
         points: shape (n, k, ...) [m].
-        least: frames that are asked for.
+        least: least number of frames.
     """
     axes = tuple(range(2, points.ndim))
     seen = np.isfinite(points).all(axis=axes) if axes else np.isfinite(points)

@@ -1,1 +1,1 @@
-"""From a design to parts and models on disc, checked against the design."""
+"""Export of a design: printable parts and simulation models, checked against the design."""

@@ -1,6 +1,6 @@
-"""How often a strategy works: many drawn trials, counted.
+"""Success rates of strategies over randomised trials.
 
-`plan` says which trials there are, `work` is one of them, `pool` runs them in processes, `row` is what one leaves,
-`folder` keeps the rows, `counts` and `tables` tell them, and `engine` does it all. Nothing is imported here: a process
-sets its threads first.
+`plan` lists the trials, `run_entry` runs one, `process_pool` distributes them, `row` and `resume_log` store them,
+`summary` and `tables` evaluate them, and `run_survey` does it all. Nothing is imported here: a process must limit its
+threads first.
 """

@@ -1,4 +1,4 @@
-"""Which code a survey's trials were run with."""
+"""Digest of the code that a survey's trials were run with."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _PARTS = (
     "checks.py", "control", "design", "model", "sim", "strategies", "workflows/grasp/push_verdict.py",
     "workflows/grasp/trial.py", "workflows/grasp/verdict.py", "workflows/grasp/world.py",
 )  # fmt: skip
-"""What a trial's outcome depends on, in the package's folder."""
+"""Paths below the package's folder that a trial's outcome depends on."""
 
 
 @cache
 def compute_source() -> str:
-    """A short digest of all code that a trial's outcome depends on, as it was at the first call."""
+    """A short digest of all code that a trial's outcome depends on, computed at the first call."""
     root = Path(spiraltrunk.__file__).parent
     files = sorted(path for part in _PARTS for path in _list_files(root / part))
     digest = hashlib.sha256()
@@ -27,7 +27,11 @@ def compute_source() -> str:
 
 
 def _list_files(path: Path) -> list[Path]:
-    """Files of a part; an empty part would leave its code out of the digest without a word."""
+    """Source files below a path.
+
+    Raises:
+        FileNotFoundError: where there are none, which would silently leave code out of the digest.
+    """
     files = [path] if path.is_file() else list(path.rglob("*.py"))
     if not files:
         raise FileNotFoundError(f"{path} holds no source file, but a trial's outcome depends on it")

@@ -1,4 +1,4 @@
-"""Which trials a survey has: each with its strategy, object and seed, whoever runs it and whenever."""
+"""Plan of a survey: its trials with strategy, object and seed, independent of where and when they run."""
 
 from __future__ import annotations
 
@@ -9,11 +9,6 @@ from typing import Any, final
 
 from spiraltrunk.checks import check_count
 from spiraltrunk.errors import DesignError
-
-MOST_TRIALS = 100_000
-"""Trials of a strategy."""
-
-_MOST_SEED = 2**32 - 1
 
 
 @final
@@ -28,24 +23,24 @@ class Entry:
     index: int
     """Number of the trial among those of its strategy, from 0."""
     seed: int
-    """What its world is drawn from."""
+    """Seed of its scene."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Plan:
-    """What a survey asks for."""
+class SurveyPlan:
+    """Strategies, objects and number of trials."""
 
     objects: Mapping[str, tuple[str, ...]]
-    """Objects of each strategy, which its trials take in turn."""
+    """Objects of each strategy, taken in turn by its trials."""
     trials: int
     """Trials of each strategy."""
     seed: int = 0
-    """What the seeds of all trials are derived from."""
+    """Seed that the seeds of all trials are derived from."""
 
     def __post_init__(self) -> None:
-        check_count("survey.trials", self.trials, least=1, most=MOST_TRIALS)
-        check_count("survey.seed", self.seed, least=0, most=_MOST_SEED)
+        check_count("survey.trials", self.trials, least=1, most=100_000)
+        check_count("survey.seed", self.seed, least=0, most=2**32 - 1)
         for name, objects in self.objects.items():
             if not objects:
                 raise DesignError(f"survey.objects[{name!r}]", got=objects, allowed="one object or more")
@@ -59,11 +54,11 @@ class Plan:
         )
 
     def settings(self) -> dict[str, Any]:
-        """What must be the same for two surveys to be one, ready for JSON."""
+        """Settings that are equal for equal surveys, ready for JSON."""
         objects = {name: list(names) for name, names in self.objects.items()}
         return {"trials": self.trials, "seed": self.seed, "objects": objects}
 
 
 def derive_seed(seed: int, strategy: str, index: int) -> int:
-    """A seed of 32 bits for one trial, which depends on nothing else, so that the trial can be run alone."""
+    """A seed of 32 bits for one trial, by these arguments alone, so that the trial can be repeated alone."""
     return int.from_bytes(hashlib.sha256(f"{seed}/{strategy}/{index}".encode()).digest()[:4])

@@ -1,6 +1,6 @@
-"""Jobs in processes of their own: one that raises or dies costs its job alone, and all of them end at once.
+"""Process pool in which an exception or the death of a process costs one job, and which can be stopped at once.
 
-The pools of the standard library give up as a whole when a process dies, and do not say at which job it died.
+The pools of the standard library are unusable after the death of a process, and do not say which job it had.
 """
 
 from __future__ import annotations
@@ -21,125 +21,128 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 
 _READY = "ready"
-"""What a process says once it has imported its work."""
+"""Message of a process that has imported its work."""
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""Variables by which libraries learn how many threads they may use."""
+"""Variables that limit the threads of libraries."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""What a terminal sends to every process: the one that the user started alone shall answer."""
+"""Signals that a terminal sends to all its processes; the main process alone handles them."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Outcome(Generic[Job, Result]):
-    """What came of a job."""
+    """Outcome of a job."""
 
     job: Job
     """The job."""
     result: Result | None
-    """What the work returned; None where it did not."""
+    """Return value of the work; None for a fault."""
     fault: str | None = None
-    """Why it did not: what it raised, or how its process died."""
+    """The exception, or the exit of the process."""
 
 
 def run_jobs(
     work: Callable[[Job], Result], jobs: Iterable[Job], workers: int
 ) -> Generator[Outcome[Job, Result], None, None]:
-    """Outcomes as they come. To leave early, close the iterator: then no process stays.
+    """Outcomes in the order of completion. Closing the iterator stops all processes.
 
     Args:
-        work: a function of a module, importable where processes start afresh.
-        jobs: what it is called with, each once.
-        workers: how many processes share the jobs.
+        work: a function of a module, importable in spawned processes.
+        jobs: its arguments, each used once.
+        workers: number of processes.
 
     Raises:
         RunError: where a process ends before it could take a job.
     """
     waiting = iter(jobs)
-    hands: list[_Hand[Job, Result]] = []
+    pool: list[_Worker[Job, Result]] = []
     try:
         for job in islice(waiting, workers):
-            hands.append(_Hand(work, job))
-        while hands:
-            pipes = {hand.pipe: hand for hand in hands}
+            pool.append(_Worker(work, job))
+        while pool:
+            pipes = {worker.pipe: worker for worker in pool}
             for pipe in connection.wait(list(pipes)):
-                hand = pipes[pipe]  # type: ignore[index]
-                outcome = hand.take()
+                worker = pipes[pipe]  # type: ignore[index]
+                outcome = worker.receive()
                 if outcome is not None:
-                    _go_on(hands, hand, work, waiting)
+                    _continue(pool, worker, work, waiting)
                     yield outcome
     finally:
-        for hand in hands:
-            hand.stop()
+        for worker in pool:
+            worker.stop()
 
 
-def _go_on(
-    hands: list[_Hand[Job, Result]], hand: _Hand[Job, Result], work: Callable[[Job], Result], waiting: Iterator[Job]
+def _continue(
+    pool: list[_Worker[Job, Result]],
+    worker: _Worker[Job, Result],
+    work: Callable[[Job], Result],
+    waiting: Iterator[Job],
 ) -> None:
-    """Give the next job to the process that has ended its own, or to a new one in its place."""
+    """Give the next job to a worker that has completed one, or to a new worker if its process died."""
     for job in islice(waiting, 1):
-        if not hand.is_gone:
-            hand.give(job)
+        if not worker.is_dead:
+            worker.send(job)
             return
-        hands.append(_Hand(work, job))
-    hands.remove(hand)
-    hand.stop()
+        pool.append(_Worker(work, job))
+    pool.remove(worker)
+    worker.stop()
 
 
 @final
-class _Hand(Generic[Job, Result]):
-    """A process and the job that it has."""
+class _Worker(Generic[Job, Result]):
+    """A process and its current job."""
 
     def __init__(self, work: Callable[[Job], Result], job: Job) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.is_ready, self.is_gone = False, False
-        self.process = context.Process(target=_labour, args=(theirs,), daemon=True)
-        with _deaf():
+        self.is_ready, self.is_dead = False, False
+        self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
+        with _mask_signals():
             self.process.start()
         theirs.close()
-        self.give(work)
-        self.give(job)
+        self.send(work)
+        self.send(job)
 
-    def give(self, what: Job | Callable[[Job], Result]) -> None:
-        """Send a job, or the work before the first; where the process has died, `take` will tell."""
+    def send(self, what: Job | Callable[[Job], Result]) -> None:
+        """Send the work, then jobs; the death of the process is detected by `receive`."""
         self.job = what
         with suppress(OSError):
             self.pipe.send(what)
 
-    def take(self) -> Outcome[Job, Result] | None:
-        """What came of the job; None where the process said that it is ready."""
+    def receive(self) -> Outcome[Job, Result] | None:
+        """Outcome of the job; None for the message that the process is ready."""
         try:
-            said = self.pipe.recv()
+            message = self.pipe.recv()
         except (EOFError, OSError):
-            return self._bury()
-        if said == _READY:
+            return self._reap()
+        if message == _READY:
             self.is_ready = True
             return None
-        result, fault = said
+        result, fault = message
         return Outcome(job=self.job, result=result, fault=fault)  # type: ignore[arg-type]
 
     def stop(self) -> None:
-        """End the process at once: it keeps nothing that another needs."""
+        """Kill the process, which holds no resources."""
         self.process.kill()
         self.process.join()
         self.pipe.close()
 
-    def _bury(self) -> Outcome[Job, Result]:
-        self.is_gone = True
+    def _reap(self) -> Outcome[Job, Result]:
+        self.is_dead = True
         self.process.join()
-        how = _name_exit(self.process.exitcode)
+        reason = _name_exit(self.process.exitcode)
         if not self.is_ready:
-            raise RunError(f"a process ended before its first trial ({how}); what it said is above")
-        return Outcome(job=self.job, result=None, fault=f"its process died ({how})")  # type: ignore[arg-type]
+            raise RunError(f"a process ended before its first trial ({reason}); its messages are above")
+        return Outcome(job=self.job, result=None, fault=f"its process died ({reason})")  # type: ignore[arg-type]
 
 
-def _labour(pipe: connection.Connection) -> None:
-    """Work in a process of its own until the other end of the pipe is closed."""
+def _serve(pipe: connection.Connection) -> None:
+    """Main function of a process: work until the other end of the pipe is closed."""
     for name in _THREADS:
         os.environ[name] = "1"
-    os.dup2(2, 1)  # The answer's standard output is no place for what a library prints.
+    os.dup2(2, 1)  # Standard output is reserved for the command's result.
     work = pipe.recv()
     with suppress(EOFError, OSError):
         pipe.send(_READY)
@@ -155,7 +158,7 @@ def _try(work: Callable[[Job], Result], job: Job) -> tuple[Result | None, str | 
 
 
 def format_error(error: Exception, most: int = 300) -> str:
-    """An error in one line."""
+    """An exception in one line."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:most]
 
 
@@ -167,9 +170,9 @@ def _name_exit(code: int | None) -> str:
 
 
 @contextmanager
-def _deaf() -> Iterator[None]:
-    """Within the block no signal of the terminal is heard; what starts in it never hears one."""
-    resource_tracker.ensure_running()  # Else it starts within, and lets them through.
+def _mask_signals() -> Iterator[None]:
+    """Block signals of the terminal; processes started within the block inherit the mask."""
+    resource_tracker.ensure_running()  # Started within the block, it would unblock them.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
     try:
         yield

@@ -1,4 +1,4 @@
-"""A survey's folder: every trial as a line as soon as it has ended, so that a survey that was cut off can go on."""
+"""A survey's folder: every trial is logged as a line when it ends, so that an interrupted survey can be resumed."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.workflows.survey.row import check_row
 
 FILES = ("survey.json", "trials.jsonl", "table.md", "rates.png", "heatmap.png")
-"""Everything that a survey leaves behind; the pictures come when it is complete."""
+"""Files of a survey; the plots are written when it is complete."""
 
 _ALLOWED = "allowed: the folder of a survey with the same settings, or a new one"
 
 
 @final
 class Log:
-    """The trials that have ended, in memory and as lines of a file."""
+    """Rows of the ended trials, in memory and as lines of a file."""
 
     def __init__(self, file: IO[str], rows: list[dict[str, Any]]) -> None:
         self._file = file
@@ -29,7 +29,7 @@ class Log:
         """All rows, in the order in which they ended."""
 
     def add(self, row: dict[str, Any]) -> None:
-        """Keep a row, also from a crash that comes next."""
+        """Store a row; it survives a crash."""
         self._file.write(json.dumps(row, allow_nan=False) + "\n")
         self._file.flush()
         self.rows.append(row)
@@ -37,12 +37,12 @@ class Log:
 
 @contextmanager
 def open_log(folder: Path, settings: Mapping[str, Any]) -> Iterator[Log]:
-    """The folder's log, with the rows that are in it, for nobody else within the block.
+    """The folder's log with its rows, locked within the block.
 
-    The last line goes where it was cut off. The caller writes ``survey.json`` with its settings at once.
+    An incomplete last line is removed. The caller must write ``survey.json`` with its settings at once.
 
     Raises:
-        SurveyError: where the folder holds another survey, or one is being made in it.
+        SurveyError: where the folder holds another survey, or another process is running one in it.
         OSError: where it cannot be written.
     """
     check_settings(folder, settings)
@@ -82,7 +82,7 @@ def check_settings(folder: Path, settings: Mapping[str, Any]) -> None:
 
 
 def write_tables(folder: Path, result: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], markdown: str) -> None:
-    """Write ``survey.json``, the result with all its trials, and ``table.md``, each whole or not at all."""
+    """Write ``survey.json``, the result with all rows, and ``table.md``, each atomically."""
     with atomic_file(folder / "survey.json") as draft:
         draft.write_text(json.dumps({**result, "rows": list(rows)}, indent=2, allow_nan=False) + "\n")
     with atomic_file(folder / "table.md") as draft:
@@ -90,7 +90,7 @@ def write_tables(folder: Path, result: Mapping[str, Any], rows: Sequence[Mapping
 
 
 def _read_rows(path: Path, text: str) -> tuple[list[dict[str, Any]], int]:
-    """The rows of whole lines, and how many bytes they take."""
+    """Rows of the complete lines, and their size in bytes."""
     lines = text.splitlines(keepends=True)
     if lines and not lines[-1].endswith("\n"):
         lines.pop()

@@ -1,7 +1,8 @@
-"""What a survey's table says of one trial."""
+"""Rows of a survey's table, one for each trial."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from spiraltrunk.workflows.survey.plan import Entry
@@ -9,28 +10,26 @@ from spiraltrunk.workflows.survey.plan import Entry
 Row = dict[str, Any]
 """One trial in plain values, ready for JSON."""
 
-WORLD = ("width_m", "mass_kg", "friction", "stiffness_factor")
-"""What a row tells of the world that was drawn."""
+_FIGURES = (
+    "width_m", "mass_kg", "friction", "stiffness_factor", "simulated_s", "real_time_factor", "planning_wall_s",
+    "lift_m", "hold_s", "place_error_m", "retries",
+)  # fmt: skip
+"""Figures of the scene and of the trial; null where there are none."""
 
-FIGURES = ("simulated_s", "real_time_factor", "planning_wall_s", "lift_m", "hold_s", "place_error_m", "retries")
-"""What it tells of the trial; null where there was none."""
-
-
-_NAMES = ("strategy", "object", "index", "seed", "success", "reason", "wall_s")
+_KEYS = {"strategy", "object", "index", "seed", "success", "reason", "wall_s", *_FIGURES}
 
 
 def build_empty_row(entry: Entry, reason: str = "") -> Row:
-    """A failed trial of which nothing else is known."""
-    told = (entry.strategy, entry.object, entry.index, entry.seed, False, reason, None)
-    return {**dict(zip(_NAMES, told, strict=True)), **dict.fromkeys((*WORLD, *FIGURES))}
+    """A failed trial without figures."""
+    return {**asdict(entry), "success": False, "reason": reason, "wall_s": None, **dict.fromkeys(_FIGURES)}
 
 
 def check_row(row: Row) -> None:
-    """Refuse what tells other things than a trial.
+    """Refuse a row with other keys.
 
     Raises:
-        ValueError: with what is missing or strange.
+        ValueError: with the missing or unknown keys.
     """
-    differing = row.keys() ^ {*_NAMES, *WORLD, *FIGURES}
+    differing = row.keys() ^ _KEYS
     if differing:
-        raise ValueError(f"{sorted(differing)} missing or strange")
+        raise ValueError(f"{sorted(differing)} missing or unknown")

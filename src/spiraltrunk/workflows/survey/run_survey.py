@@ -1,98 +1,102 @@
-"""A whole survey: trials in processes, kept as they end, counted at the end or where it is cut off."""
+"""A survey: trials in processes, logged as they end, summarised at the end or at an interruption."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import spiraltrunk
+from spiraltrunk.checks import check_count
+from spiraltrunk.files.results import read_versions
 from spiraltrunk.report.style import write_figure
 from spiraltrunk.report.survey.heatmap import Outcomes, build_heatmap_figure
 from spiraltrunk.report.survey.rates import build_rates_figure
 from spiraltrunk.workflows.survey.code_version import compute_source
-from spiraltrunk.workflows.survey.plan import Entry, Plan
+from spiraltrunk.workflows.survey.plan import Entry, SurveyPlan
 from spiraltrunk.workflows.survey.process_pool import run_jobs
-from spiraltrunk.workflows.survey.resume_log import FILES, Log, open_log, write_tables
+from spiraltrunk.workflows.survey.resume_log import FILES, open_log, write_tables
 from spiraltrunk.workflows.survey.row import Row, build_empty_row
 from spiraltrunk.workflows.survey.run_entry import compute_row
 from spiraltrunk.workflows.survey.summary import summarize
 from spiraltrunk.workflows.survey.tables import format_markdown
+
+MOST_WORKERS = 64
+"""Largest number of processes."""
 
 Watch = Callable[[Sequence[Row]], None]
 """Called with all rows so far, before the first trial and after each."""
 
 
 def run_survey(
-    plan: Plan,
+    plan: SurveyPlan,
     *,
     workers: int = 1,
     folder: Path | None = None,
     work: Callable[[Entry], Row] = compute_row,
     watch: Watch | None = None,
 ) -> dict[str, Any]:
-    """Run all trials of a plan and count them; the result does not depend on workers or on having been cut off.
+    """Run all trials of a plan and count them; the result is independent of workers and interruptions.
 
     Args:
-        plan: which trials.
+        plan: the trials.
         workers: processes that share them.
-        folder: where to keep them; trials that are there already are not run again.
-        work: what runs a trial, a function that processes can import.
+        folder: where to log them; trials that are logged already are not run again.
+        work: function that runs a trial, importable in processes.
         watch: called as the work goes on.
 
     Returns:
         Settings, counts of each strategy and whether the survey is complete, ready for JSON.
 
     Raises:
+        DesignError: for a number of workers out of range.
         SurveyError: where the folder holds another survey.
         RunError: where processes cannot be started.
         OSError: where the folder cannot be written.
     """
-    watch = watch or _tell_nobody
+    check_count("survey.workers", workers, least=1, most=MOST_WORKERS)
+    watch = watch or (lambda rows: None)
     if folder is None:
         rows: list[Row] = []
         _run_entries(plan, rows, rows.append, workers=workers, work=work, watch=watch)
         return _compute_result(plan, rows)
     with open_log(folder, _compute_settings(plan)) as log:
-        _write(folder, plan, log)
+        _write(folder, plan, log.rows)
         try:
             _run_entries(plan, log.rows, log.add, workers=workers, work=work, watch=watch)
         finally:
-            result = _write(folder, plan, log)
+            result = _write(folder, plan, log.rows)
         write_pictures(result, sort_rows(plan, log.rows), folder / "rates.png", folder / "heatmap.png")
     return result
 
 
-def sort_rows(plan: Plan, rows: Sequence[Row]) -> list[Row]:
-    """Rows by strategy, as the plan has them, and index."""
+def sort_rows(plan: SurveyPlan, rows: Sequence[Row]) -> list[Row]:
+    """Rows by strategy, in the plan's order, and index."""
     place = {name: i for i, name in enumerate(plan.objects)}
     return sorted(rows, key=lambda row: (place[row["strategy"]], row["index"]))
 
 
 def write_pictures(result: dict[str, Any], rows: Sequence[Row], rates: Path, heatmap: Path) -> None:
-    """Write a survey's rates with their intervals, and its success by the objects' size and mass.
+    """Plot success rates with their intervals, and success by the objects' width and mass.
 
     Raises:
         OSError: where a file cannot be written.
     """
     write_figure(build_rates_figure(result["strategies"]), rates)
-    outcomes = [
-        Outcomes(
-            name=name,
-            width=[row["width_m"] for row in own],
-            mass=[row["mass_kg"] for row in own],
-            success=[row["success"] for row in own],
-        )
+    known = {
+        name: [row for row in rows if row["strategy"] == name and row["width_m"] is not None]
         for name in result["strategies"]
-        for own in [[row for row in rows if row["strategy"] == name and row["width_m"] is not None]]
+    }
+    columns = {"width": "width_m", "mass": "mass_kg", "success": "success"}
+    outcomes = [
+        Outcomes(name=name, **{field: [row[key] for row in own] for field, key in columns.items()})
+        for name, own in known.items()
     ]
     write_figure(build_heatmap_figure(outcomes), heatmap)
 
 
 def _run_entries(
-    plan: Plan,
+    plan: SurveyPlan,
     rows: Sequence[Row],
     keep: Callable[[Row], None],
     *,
@@ -100,7 +104,7 @@ def _run_entries(
     work: Callable[[Entry], Row],
     watch: Watch,
 ) -> None:
-    """Run what has no row yet; ``keep`` puts new rows with the others."""
+    """Run the trials without a row; ``keep`` adds new rows to ``rows``."""
     done = {(row["strategy"], row["index"]) for row in rows}
     left = [entry for entry in plan.entries() if (entry.strategy, entry.index) not in done]
     watch(rows)
@@ -110,22 +114,18 @@ def _run_entries(
             watch(rows)
 
 
-def _compute_settings(plan: Plan) -> dict[str, Any]:
-    versions = {name: version(name) for name in ("mujoco", "mink", "numpy", "scipy")}
-    versions |= {"spiraltrunk": spiraltrunk.__version__}
+def _compute_settings(plan: SurveyPlan) -> dict[str, Any]:
+    versions = read_versions("mujoco", "mink", "numpy", "scipy")
+    del versions["python"]  # Surveys of different Python versions are equal.
     return {**plan.settings(), "versions": versions, "source": compute_source()}
 
 
-def _compute_result(plan: Plan, rows: Sequence[Row], files: Sequence[str] = ()) -> dict[str, Any]:
-    return {**summarize(plan, rows), "settings": _compute_settings(plan), "files": list(files)}
+def _compute_result(plan: SurveyPlan, rows: Sequence[Row]) -> dict[str, Any]:
+    return {**summarize(plan, rows), "settings": _compute_settings(plan), "files": []}
 
 
-def _write(folder: Path, plan: Plan, log: Log) -> dict[str, Any]:
-    result = _compute_result(plan, log.rows)
+def _write(folder: Path, plan: SurveyPlan, rows: Sequence[Row]) -> dict[str, Any]:
+    result = _compute_result(plan, rows)
     result["files"] = list(FILES if result["complete"] else FILES[:3])
-    write_tables(folder, result, sort_rows(plan, log.rows), format_markdown(result))
+    write_tables(folder, result, sort_rows(plan, rows), format_markdown(result))
     return result
-
-
-def _tell_nobody(rows: Sequence[Row]) -> None:
-    """Say nothing."""

@@ -1,4 +1,4 @@
-"""What the rows of a survey come to."""
+"""Summary of a survey's rows: success rates and failure reasons."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from spiraltrunk.workflows.survey.plan import Plan
+from spiraltrunk.workflows.survey.plan import SurveyPlan
 
 _NUMBER = re.compile(r"(?<![\w.-])-?(?:\d+(?:\.\d+)?(?:e[+-]?\d+)?|nan|inf)(?![\w])", flags=re.IGNORECASE)
 
 
-def summarize(plan: Plan, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Rates of every strategy, whole and by object, and whether all trials have ended; ready for JSON."""
-    told = {}
+def summarize(plan: SurveyPlan, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Success rates by strategy and by object, and whether all trials have ended; ready for JSON."""
+    strategies = {}
     for name, objects in plan.objects.items():
         own = [row for row in rows if row["strategy"] == name]
         by_object = {each: count_rate([row for row in own if row["object"] == each]) for each in dict.fromkeys(objects)}
-        told[name] = {
+        strategies[name] = {
             **count_rate(own),
             "failures": count_failures(own),
             "median_wall_s": _median(row["wall_s"] for row in own),
@@ -29,11 +29,11 @@ def summarize(plan: Plan, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
             "objects": by_object,
         }
     asked = plan.trials * len(plan.objects)
-    return {"strategies": told, "complete": len(rows) == asked, "asked": asked}
+    return {"strategies": strategies, "complete": len(rows) == asked, "asked": asked}
 
 
 def count_rate(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Trials, successes, their rate (null without trials), and its interval of 95 %."""
+    """Trials, successes, success rate (null without trials), and its 95 % interval."""
     trials, successes = len(rows), sum(row["success"] for row in rows)
     low, high = wilson(successes, trials)
     rate = successes / trials if trials else None
@@ -41,13 +41,13 @@ def count_rate(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def count_failures(rows: Iterable[dict[str, Any]]) -> dict[str, int]:
-    """How many trials failed of each kind of reason, the most frequent first."""
+    """Number of failures by kind of reason, the most frequent first."""
     counted = Counter(find_kind(row["reason"]) for row in rows if not row["success"])
     return dict(sorted(counted.items(), key=lambda pair: (-pair[1], pair[0])))
 
 
 def find_kind(reason: str) -> str:
-    """The reason with N for its numbers: "lifted 3 cm" and "lifted 5 cm" are of one kind, as "lifted N cm"."""
+    """The reason with N for its numbers: "lifted 3 cm" and "lifted 5 cm" both give "lifted N cm"."""
     return _NUMBER.sub("N", reason)
 
 

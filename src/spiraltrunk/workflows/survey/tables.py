@@ -11,26 +11,26 @@ _HEADER = ("strategy", "succeeded", "rate", "95 % interval")
 
 
 def format_text(result: Mapping[str, Any]) -> str:
-    """One line for each strategy, with the wall time of a trial, which differs from machine to machine."""
+    """One line for each strategy, with the wall time of a trial, which depends on the machine."""
     rows = [
-        (*_tell_rate(name, told), _tell_seconds(told["median_wall_s"]), _tell_failures(told["failures"], "; "))
-        for name, told in result["strategies"].items()
+        (*_format_rate(name, own), _format_seconds(own["median_wall_s"]), _format_failures(own["failures"]))
+        for name, own in result["strategies"].items()
     ]
     return format_table(rows, header=(*_HEADER, "s a trial", "failures"))
 
 
 def format_markdown(result: Mapping[str, Any]) -> str:
-    """Rates by strategy, then by strategy and object; the same for the same seed, wherever it is run."""
-    done = sum(told["trials"] for told in result["strategies"].values())
+    """Success rates by strategy, then by strategy and object; equal for the same seed on any machine."""
+    done = sum(own["trials"] for own in result["strategies"].values())
     short = "" if result["complete"] else f"Incomplete: {done} of {result['asked']} trials.\n\n"
     whole = [
-        (*_tell_rate(f"`{name}`", told), _tell_failures(told["failures"], "; "))
-        for name, told in result["strategies"].items()
+        (*_format_rate(f"`{name}`", own), _format_failures(own["failures"]))
+        for name, own in result["strategies"].items()
     ]
     parts = [
-        (f"`{name}`", *_tell_rate(f"`{each}`", counted))
-        for name, told in result["strategies"].items()
-        for each, counted in told["objects"].items()
+        (f"`{name}`", *_format_rate(f"`{each}`", counted))
+        for name, own in result["strategies"].items()
+        for each, counted in own["objects"].items()
     ]
     by_strategy = _format_rows((*_HEADER, "failures"), whole)
     return f"{short}{by_strategy}\n{_format_rows((_HEADER[0], 'object', *_HEADER[1:]), parts)}"
@@ -41,15 +41,15 @@ def _format_rows(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> st
     return "".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |\n" for line in lines)
 
 
-def _tell_rate(name: str, counted: Mapping[str, Any]) -> tuple[str, str, str, str]:
+def _format_rate(name: str, counted: Mapping[str, Any]) -> tuple[str, str, str, str]:
     rate = "-" if counted["rate"] is None else f"{100 * counted['rate']:.0f} %"
     interval = f"{100 * counted['low']:.1f}-{100 * counted['high']:.1f} %"
     return name, f"{counted['successes']} of {counted['trials']}", rate, interval
 
 
-def _tell_failures(failures: Mapping[str, int], between: str) -> str:
-    return between.join(f"{count} x {kind}" for kind, count in failures.items()) or "-"
+def _format_failures(failures: Mapping[str, int]) -> str:
+    return "; ".join(f"{count} x {kind}" for kind, count in failures.items()) or "-"
 
 
-def _tell_seconds(seconds: float | None) -> str:
+def _format_seconds(seconds: float | None) -> str:
     return "-" if seconds is None else f"{seconds:.1f}"

@@ -60,16 +60,16 @@ def _format_deviations(comparison: Comparison) -> str:
         for shape, section in np.argwhere(np.isfinite(deviation.distance)):
             turn, distance = deviation.turn[shape, section], f"{deviation.distance[shape, section]:.7f}"
             turn_deg = f"{math.degrees(turn):.4f}" if np.isfinite(turn) else ""
-            writer.writerow([run.plan.run.name, shape + 1, section + 1, distance, turn_deg])
+            writer.writerow([run.schedule.run.name, shape + 1, section + 1, distance, turn_deg])
     return text.getvalue()
 
 
 def _list_plots(comparison: Comparison) -> dict[str, ShapeComparison]:
     """Data of the plots by file name: one pair of plots for rest at all tilts, one for each other run."""
     runs, model = comparison.session.runs, comparison.settings.model
-    rests = [run for run in runs if run.plan.run.kind == "rest"]
+    rests = [run for run in runs if run.schedule.run.kind == "rest"]
     data = {"rest": _join_rests(rests, model)} if rests else {}
-    data |= {run.plan.run.name: _build_run_data(run, model) for run in runs if run.plan.run.kind != "rest"}
+    data |= {run.schedule.run.name: _build_run_data(run, model) for run in runs if run.schedule.run.kind != "rest"}
     return {f"{kind}-{name}.png": each for name, each in data.items() for kind in ("overlay", "boxes")}
 
 
@@ -88,8 +88,8 @@ def _join_rests(runs: Sequence[RunShapes], model: str) -> ShapeComparison:
 
 def _build_run_data(run: RunShapes, model: str) -> ShapeComparison:
     return ShapeComparison(
-        title=f"{run.plan.run.name}: {_name_recordings([run])} and the model {model}",
-        label=f"{_STEP_LABELS[run.plan.run.kind]} [mm]",
-        labels=tuple(f"{1e3 * amount:g}" for amount in run.plan.amount), measured=run.points,
+        title=f"{run.schedule.run.name}: {_name_recordings([run])} and the model {model}",
+        label=f"{_STEP_LABELS[run.schedule.run.kind]} [mm]",
+        labels=tuple(f"{1e3 * amount:g}" for amount in run.schedule.amount), measured=run.points,
         predicted=run.predicted.points,
     )  # fmt: skip

@@ -12,14 +12,8 @@ import numpy as np
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files.results import Progress, ignore_progress, read_versions, to_json
 from spiraltrunk.mocap.protocol.protocol import Protocol
-from spiraltrunk.mocap.session.session import (
-    RunShapes,
-    Session,
-    SessionSettings,
-    average_takes,
-    build_session,
-    register,
-)
+from spiraltrunk.mocap.session.session import RunShapes, Session, SessionSettings, build_session
+from spiraltrunk.mocap.session.take_registration import average_takes, register
 from spiraltrunk.mocap.signal.deviation import PAPER, Deviation, compute_deviation
 from spiraltrunk.mocap.signal.registration import KINDS as ALIGNMENTS
 from spiraltrunk.mocap.signal.registration import Alignment
@@ -78,11 +72,11 @@ def compute_result(comparison: Comparison, files: Sequence[str] = ()) -> dict[st
         "alignment": str(session.alignment),
         "is_made_up": bool(session.synthetic),
         "runs": {
-            run.plan.run.name: _summarise_run(run, deviation)
+            run.schedule.run.name: _summarise_run(run, deviation)
             for run, deviation in zip(runs, comparison.deviations, strict=True)
         },
         "mean_rmse_by_alignment_m": {
-            str(alignment): {run.plan.run.name: _compute_aligned_rmse(run, alignment) for run in runs}
+            str(alignment): {run.schedule.run.name: _compute_aligned_rmse(run, alignment) for run in runs}
             for alignment in dict.fromkeys([*(Alignment(kind=kind) for kind in ALIGNMENTS), session.alignment])
         },
         "paper": PAPER,
@@ -96,7 +90,7 @@ def compute_result(comparison: Comparison, files: Sequence[str] = ()) -> dict[st
 def _summarise_run(run: RunShapes, deviation: Deviation) -> dict[str, Any]:
     sections = deviation.sections
     return {
-        "kind": run.plan.run.kind,
+        "kind": run.schedule.run.kind,
         "tilt_deg": compute_tilt_deg(run),
         "shapes": len(run.points),
         "sections": sections,
@@ -121,13 +115,13 @@ def _summarise_run(run: RunShapes, deviation: Deviation) -> dict[str, Any]:
 
 def compute_tilt_deg(run: RunShapes) -> float:
     """Tilt of the base from hanging [deg]."""
-    return round(90.0 - math.degrees(run.plan.run.theta_0), 9) + 0.0
+    return round(90.0 - math.degrees(run.schedule.run.theta_0), 9) + 0.0
 
 
 def _compute_aligned_rmse(run: RunShapes, alignment: Alignment) -> float | None:
     """Mean RMSE of a run registered by another alignment; None where that alignment is impossible [m]."""
     try:
-        points, _ = register(run.plan, run.predicted, run.takes, alignment, [])
+        points, _, _ = register(run.schedule.run, run.predicted, run.takes, alignment)
     except TakeError:
         return None
     return compute_deviation(average_takes(points), run.predicted.points).mean_rmse

@@ -1,4 +1,4 @@
-"""A session of motion capture without a laboratory: a trunk that is off its design, played and filmed in simulation.
+"""Virtual motion-capture session: a simulated trunk that deviates from its design, recorded by simulated cameras.
 
-What comes out is never a measurement, and every file says so.
+Its takes are synthetic, and every file says so.
 """

@@ -1,139 +1,92 @@
-"""Played shapes as cameras would record them: marker noise, occlusions, poses held over, frames dropped."""
+"""Simulated cameras: marker noise, occlusions, held poses and dropped frames."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import final
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.calibration.predict_states import place_markers
-from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.recordings.take import Body, Marker, Take
 from spiraltrunk.mocap.signal.registration import Motion
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
-from spiraltrunk.workflows.virtual_session.play import Played
-from spiraltrunk.workflows.virtual_session.synthetic_take import Rehearsal, rehearse_take
+from spiraltrunk.workflows.virtual_session.simulate import SimulatedRun
+from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions, build_synthetic_take
 
-NAME = "virtual capture, not a measurement"
-"""What every such take is called."""
+NAME = "virtual session, not a measurement"
+"""Take name of a virtual session."""
 
 PAPERS = (2, 4, *range(6, 19))
 """Sections with markers, from 1: fifteen, as many as the paper's, which does not say which (ours: all but three near
 the base, which move the least)."""
 
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class FilmOptions:
-    """How a run is recorded."""
-
-    rate: float = 100.0
-    """Frames per second [Hz]."""
-    hold: float = 1.0
-    """Time for which each shape is held [s]."""
-    move: float = 0.5
-    """Time from shape to shape [s]."""
-    noise: float = 5e-4
-    """Standard deviation of each coordinate of each marker in each frame [m]."""
-    occluded: float = 0.05
-    """Part of each track that is not seen, in gaps of `GAP` [-]."""
-    held: float = 0.02
-    """Part of each track whose last pose is held over instead [-]."""
-    dropped: float = 0.005
-    """Part of the frames that is missing altogether [-]."""
-    sections: tuple[int, ...] = PAPERS
-    """Sections with markers, from 1."""
-
-    def __post_init__(self) -> None:
-        for name in ("hold", "move"):
-            check_number(name, getattr(self, name), least=0.05, below=60.0)
-        for name in ("occluded", "held", "dropped"):
-            check_number(name, getattr(self, name), least=0.0, below=0.5)
-
-    @property
-    def period(self) -> float:
-        """Time from shape to shape as it comes out in whole frames [s]."""
-        return (max(1, round(self.hold * self.rate)) + max(1, round(self.move * self.rate))) / self.rate
-
+CAMERAS = CameraOptions(hold=1.0, noise=5e-4, occluded=0.05, held=0.02, dropped=0.005, sections=PAPERS)
+"""Cameras of a virtual session."""
 
 GAP = 0.15
-"""How long an occlusion or a pose held over lasts [s]."""
+"""Length of an occlusion or a held pose [s]."""
 
 
-def film(design: TrunkDesign, played: Played, seed: int, options: FilmOptions | None = None) -> Take:
-    """A recording of a played run, in a frame of its own (y up), that says that it is virtual.
+def record_run(design: TrunkDesign, run: SimulatedRun, seed: int, options: CameraOptions = CAMERAS) -> Take:
+    """A synthetic recording of a run, in a random frame (y up).
 
     Args:
-        design: the trunk as its laboratory believes it to be: markers sit where the design has them.
-        played: the run.
-        seed: what noise, gaps and frame are drawn from.
-        options: how it is recorded.
+        design: the trunk as designed: markers are on the designed section edges.
+        run: the run.
+        seed: seed of noise, gaps and frame.
+        options: how it is recorded; its frame and seed are replaced.
     """
-    options = FilmOptions() if options is None else options
     draw = np.random.default_rng([9, seed])
     turn = Rotation.from_euler("yxz", [draw.uniform(-180, 180), *draw.normal(0.0, 0.5, 2)], degrees=True)
     frame = Motion(rotation=turn.as_matrix(), shift=draw.uniform(-1.0, 1.0, 3))
-    rehearsal = Rehearsal(
-        rate=options.rate, hold=options.hold, move=options.move, noise=options.noise, frame=frame,
-        sections=options.sections, seed=int(draw.integers(2**32)),
-    )  # fmt: skip
-    points = place_markers(design, played.ends, compute_marker_offset(design))
-    take = rehearse_take(design, points, played.rotation, played.plan.run.theta_0, rehearsal)
-    spoiled = _spoil(take, draw, options)
-    return replace(spoiled, source="virtual capture", name=NAME)
+    options = replace(options, frame=frame, seed=int(draw.integers(2**32)))
+    points = place_markers(design, run.ends, compute_marker_offset(design))
+    take = build_synthetic_take(design, points, run.rotation, run.schedule.run.theta_0, options)
+    return replace(_degrade(take, draw, options), source="virtual session", name=NAME)
 
 
-def _spoil(take: Take, draw: np.random.Generator, options: FilmOptions) -> Take:
-    """Gaps, poses held over and missing frames."""
+def _degrade(take: Take, draw: np.random.Generator, options: CameraOptions) -> Take:
+    """Add occlusions and held poses, and drop frames."""
     count, length = len(take.frame), max(3, round(GAP * options.rate))
-    bodies, markers = [], []
+    shown: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for body in take.bodies:
-        blank, held = (_spans(count, length, part, draw) for part in (options.occluded, options.held))
+        blank, held = (_draw_spans(count, length, share, draw) for share in (options.occluded, options.held))
         if body.name == "base":
             blank[:] = False  # It is fixed and near the cameras.
-        bodies.append(_spoil_body(body, blank, held))
-        markers += [_spoil_marker(m, blank, held) for m in take.markers if m.name.startswith(f"{body.name}:")]
+        shown[body.name] = blank, held
     kept = np.flatnonzero(draw.random(count) >= options.dropped)
     return replace(
-        take, frame=take.frame[kept], time=take.time[kept], bodies=tuple(_cut_body(b, kept) for b in bodies),
-        markers=tuple(replace(m, position=m.position[kept], is_stale=m.is_stale[kept]) for m in markers),
+        take, frame=take.frame[kept], time=take.time[kept],
+        bodies=tuple(_degrade_body(body, *shown[body.name], kept) for body in take.bodies),
+        markers=tuple(_degrade_marker(m, *shown[m.name.partition(":")[0]], kept) for m in take.markers),
     )  # fmt: skip
 
 
-def _spans(count: int, length: int, part: float, draw: np.random.Generator) -> np.ndarray:
-    """Frames within spans that cover about this part, shape (count,) [bool]."""
+def _draw_spans(count: int, length: int, share: float, draw: np.random.Generator) -> np.ndarray:
+    """Frames within random spans that cover about this share, shape (count,) [bool]."""
     out = np.zeros(count, bool)
-    for begin in draw.integers(1, count, draw.poisson(part * count / length)):
+    for begin in draw.integers(1, count, draw.poisson(share * count / length)):
         out[begin : begin + length] = True
     return out
 
 
-def _last_seen(held: np.ndarray) -> np.ndarray:
-    """For each frame the one whose pose it shows, shape (count,) [-]."""
-    index = np.arange(len(held))
-    return np.maximum.accumulate(np.where(held, 0, index))
+def _show(values: np.ndarray, blank: np.ndarray, held: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Kept values, repeated where held, not a number where blank."""
+    last = np.maximum.accumulate(np.where(held, 0, np.arange(len(held))))
+    shown = values[last]
+    shown[blank] = np.nan
+    return shown[kept]
 
 
-def _spoil_body(body: Body, blank: np.ndarray, held: np.ndarray) -> Body:
-    shown = _last_seen(held)
-    gone = blank[:, None]
+def _degrade_body(body: Body, blank: np.ndarray, held: np.ndarray, kept: np.ndarray) -> Body:
+    values = (body.position, body.quaternion_wxyz, body.marker_error)
+    position, quaternion, error = (_show(value, blank, held, kept) for value in values)
     return replace(
-        body, position=np.where(gone, np.nan, body.position[shown]),
-        quaternion_wxyz=np.where(gone, np.nan, body.quaternion_wxyz[shown]),
-        marker_error=np.where(blank, np.nan, body.marker_error[shown]), is_stale=held,
+        body, position=position, quaternion_wxyz=quaternion, marker_error=error, is_stale=held[kept]
     )  # fmt: skip
 
 
-def _spoil_marker(marker: Marker, blank: np.ndarray, held: np.ndarray) -> Marker:
-    shown = np.where(blank[:, None], np.nan, marker.position[_last_seen(held)])
-    return replace(marker, position=shown, is_stale=held)
-
-
-def _cut_body(body: Body, kept: np.ndarray) -> Body:
-    return replace(
-        body, position=body.position[kept], quaternion_wxyz=body.quaternion_wxyz[kept],
-        marker_error=body.marker_error[kept], is_stale=body.is_stale[kept],
-    )  # fmt: skip
+def _degrade_marker(marker: Marker, blank: np.ndarray, held: np.ndarray, kept: np.ndarray) -> Marker:
+    return replace(marker, position=_show(marker.position, blank, held, kept), is_stale=held[kept])

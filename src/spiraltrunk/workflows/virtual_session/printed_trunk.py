@@ -1,4 +1,4 @@
-"""A trunk as it might have come out of the printer: off its design by so much, at random."""
+"""A printed trunk: a design with random deviations."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class WorldOptions:
-    """How far a trunk is off its design; signs are drawn."""
+class PrintOptions:
+    """Deviations of printed trunks from their design; signs are random."""
 
     stiffness: float = 0.20
-    """All joints' stiffness, up or down, over the design's [-]."""
+    """Common relative deviation of all joints' stiffness [-]."""
     stiffness_scatter: float = 0.15
     """Standard deviation of the logarithm of each joint's own stiffness [-]."""
     mass: float = 0.10
-    """Mass, up or down, over the design's [-]."""
+    """Relative deviation of the mass [-]."""
     center: float = 0.03
     """Standard deviation of the centre of mass over the section's length [-]."""
     friction: float = 0.2
     """Coefficient between cables and holes [-]."""
     slack: float = 5e-3
-    """Cable that each winder takes in before it pulls [m]."""
+    """Length that each winder takes in before its cable is taut [m]."""
     hole: float = 0.01
     """Standard deviation of the holes' distance from the backbone over the face's half-width [-]."""
     compliance: float = 1e-5
-    """Lengthening of each winder with its cable per tension [m/N] (ours: 0.6 mm at 60 N)."""
+    """Compliance of each winder with its cable [m/N] (ours: 0.6 mm at 60 N)."""
     sag: float = 0.0
-    """Standard deviation of the bends, about both axes, in which the joints were printed [rad]."""
+    """Standard deviation of the joints' rest angles about both axes [rad]."""
 
     def __post_init__(self) -> None:
         for name in ("stiffness", "mass"):
@@ -49,28 +49,28 @@ class WorldOptions:
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class World:
-    """One such trunk."""
+class PrintedTrunk:
+    """One printed trunk."""
 
     seed: int
-    """What it was drawn from."""
+    """Seed that it was drawn from."""
     design: TrunkDesign
-    """What it is, the gripper's mass in the last section, as the models have it."""
+    """Its true design, the gripper's mass in the last section, as in the models."""
     values: np.ndarray
-    """Its parameter vector, as of `calibration.parameters`."""
+    """Its calibration parameters, in the order of `calibration.parameters.name_parameters`."""
     winders: Winders
     """Slack and compliance of its winders."""
     sag: np.ndarray
-    """Bends about y and z in which the joints were printed, shape (n_joint, 2) [rad]."""
+    """Rest angles of the joints about y and z, shape (n_joint, 2) [rad]."""
 
 
-def draw_world(design: TrunkDesign, seed: int, options: WorldOptions | None = None) -> World:
-    """A trunk off ``design``; the same seed, the same trunk.
+def draw_printed_trunk(design: TrunkDesign, seed: int, options: PrintOptions | None = None) -> PrintedTrunk:
+    """Draw a printed trunk; it is determined by the seed.
 
     Raises:
-        DesignError: where the trunk cannot be.
+        DesignError: where the deviations make an impossible trunk.
     """
-    options = WorldOptions() if options is None else options
+    options = PrintOptions() if options is None else options
     draw = np.random.default_rng([7, seed])
     joints, cables = design.n_joint, design.n_cable
     level = math.log1p(options.stiffness * draw.choice([-1.0, 1.0]))
@@ -80,18 +80,18 @@ def draw_world(design: TrunkDesign, seed: int, options: WorldOptions | None = No
     values = np.array([*stiffness, mass, center, options.friction, *[options.slack] * cables, hole, options.compliance])
     true, winders = apply_parameters(carry_gripper(design), values)
     sag = options.sag * draw.standard_normal((joints, 2))
-    return World(seed=seed, design=true, values=values, winders=winders, sag=sag)
+    return PrintedTrunk(seed=seed, design=true, values=values, winders=winders, sag=sag)
 
 
-def weigh(design: TrunkDesign, world: World, share: float = 0.01) -> tuple[float, float]:
-    """What a scale would say of the trunk, and its standard deviation, a share of the mass [kg]."""
-    true = float(world.design.section_mass.sum())
+def weigh(design: TrunkDesign, trunk: PrintedTrunk, share: float = 0.01) -> tuple[float, float]:
+    """Mass of the trunk by a scale, and its standard deviation, a share of the designed mass [kg]."""
     spread = share * design.total_mass
-    return true + spread * float(np.random.default_rng([8, world.seed]).standard_normal()), spread
+    error = spread * float(np.random.default_rng([8, trunk.seed]).standard_normal())
+    return float(trunk.design.section_mass.sum()) + error, spread
 
 
-def expected(options: WorldOptions) -> Prior:
-    """What is known of such trunks beforehand, as wide as they are drawn."""
+def build_print_prior(options: PrintOptions) -> Prior:
+    """A prior as wide as the distribution of the printed trunks."""
     return Prior(
         stiffness_scatter=max(options.stiffness_scatter, 0.02), center=max(options.center, 1e-3),
         hole=max(options.hole, 1e-3),

@@ -1,4 +1,4 @@
-"""A whole virtual session: every run of a protocol, all its takes, as files or as shapes."""
+"""A virtual session: every run of a protocol with all its takes, as files or as measured shapes."""
 
 from __future__ import annotations
 
@@ -15,52 +15,56 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
-from spiraltrunk.mocap.protocol.schedule import build_plan
+from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_marker_offset
-from spiraltrunk.workflows.virtual_session.cameras import PAPERS, FilmOptions, film
-from spiraltrunk.workflows.virtual_session.play import Played, play_by_model, play_simulated
-from spiraltrunk.workflows.virtual_session.printed_trunk import World
+from spiraltrunk.workflows.virtual_session.cameras import CAMERAS, PAPERS, record_run
+from spiraltrunk.workflows.virtual_session.printed_trunk import PrintedTrunk
+from spiraltrunk.workflows.virtual_session.simulate import SimulatedRun, simulate_run, solve_run
+from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class MeasureOptions:
-    """How well held shapes are measured."""
+class MeasurementOptions:
+    """Errors of measured shapes."""
 
     noise: float = 5e-4
-    """Standard deviation of each coordinate of each point of a held shape [m]: many frames' mean is better."""
+    """Standard deviation of each coordinate of each point of a held shape [m]: the mean of many frames is better."""
     turn: float = 2e-3
-    """Of the registration's rotation about each axis, take by take [rad]."""
+    """Standard deviation of the registration's rotation about each axis, take by take [rad]."""
     shift: float = 3e-4
-    """Of the registration's shift along each axis, take by take [m]."""
+    """Standard deviation of the registration's shift along each axis, take by take [m]."""
     sections: tuple[int, ...] = PAPERS
     """Sections with markers, from 1."""
 
 
-def play_session(
-    design: TrunkDesign,
-    world: World,
-    protocol: Protocol,
-    *,
-    is_simulated: bool = True,
+def simulate_session(
+    design: TrunkDesign, trunk: PrintedTrunk, protocol: Protocol, *, is_simulated: bool = True,
     progress: Progress = ignore_progress,
-) -> list[Played]:
-    """Every run of a protocol, played once: repeats differ by what the cameras see alone."""
-    played = []
-    for done, run in enumerate(protocol.runs):
-        progress(f"playing {run.name}", done, len(protocol.runs))
-        plan = build_plan(design, protocol, run)
-        played.append(play_simulated(world, plan) if is_simulated else play_by_model(world, plan))
-    return played
+) -> list[SimulatedRun]:  # fmt: skip
+    """Every run of a protocol once; its takes differ in the cameras' errors alone.
+
+    Args:
+        design: the trunk as designed, which the schedule is computed for.
+        trunk: the trunk as printed.
+        protocol: the session.
+        is_simulated: whether MuJoCo moves the trunk, or the equilibrium model solves its shapes.
+        progress: called as the work goes on.
+    """
+    runs: list[SimulatedRun] = []
+    for run in protocol.runs:
+        progress(f"simulating {run.name}", len(runs), len(protocol.runs))
+        runs.append((simulate_run if is_simulated else solve_run)(trunk, build_schedule(design, protocol, run)))
+    return runs
 
 
 def write_session(
-    design: TrunkDesign, played: Sequence[Played], seed: int, folder: str | Path, options: FilmOptions | None = None
+    design: TrunkDesign, runs: Sequence[SimulatedRun], seed: int, folder: str | Path, options: CameraOptions = CAMERAS
 ) -> list[Path]:
-    """Takes as Motive CSV 1.23, named ``RUN_1.csv``, ``RUN_2.csv`` and so on, y up, and the protocol to read them with.
+    """Write takes as Motive CSV 1.23, named ``RUN_1.csv``, ``RUN_2.csv`` and so on, y up, with a protocol to read them.
 
-    Its steps are timed: a first step that the slack swallows moves nothing, so that motion alone would not tell it.
+    Its steps are timed: while a winder takes in slack, nothing moves, so that motion does not show the step.
 
     Raises:
         OSError: where a file cannot be written.
@@ -68,19 +72,18 @@ def write_session(
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     files = []
-    for number, run in enumerate(played):
-        for take in range(max(run.plan.run.takes, 2)):
-            path = target / f"{run.plan.run.name}_{take + 1}.csv"
-            files.append(write_motive(film(design, run, 1000 * seed + 10 * number + take, options), path))
-    period = (FilmOptions() if options is None else options).period
+    for number, run in enumerate(runs):
+        for take in range(max(run.schedule.run.takes, 2)):
+            path = target / f"{run.schedule.run.name}_{take + 1}.csv"
+            files.append(write_motive(record_run(design, run, 1000 * seed + 10 * number + take, options), path))
     with atomic_file(target / "protocol.toml") as draft:
-        draft.write_text(format_protocol([run.plan.run for run in played], period))
+        draft.write_text(_format_protocol([run.schedule.run for run in runs], options.period))
     return [*files, target / "protocol.toml"]
 
 
-def format_protocol(runs: Sequence[Run], period: float) -> str:
-    """Runs as the text of a protocol whose steps come every ``period`` [s]."""
-    text = '# Written with a virtual capture.\nschema = 1\nname = "virtual"\naxes = "y-up"\nalignment = "base"\n'
+def _format_protocol(runs: Sequence[Run], period: float) -> str:
+    """Runs as the text of a protocol with a step every ``period`` [s]."""
+    text = '# Written with a virtual session.\nschema = 1\nname = "virtual"\naxes = "y-up"\nalignment = "base"\n'
     for run in runs:
         text += f'\n[[run]]\nname = "{run.name}"\nkind = "{run.kind}"\ntheta0_deg = {math.degrees(run.theta_0):.9g}\n'
         text += f"takes = {max(run.takes, 2)}\n"
@@ -91,36 +94,38 @@ def format_protocol(runs: Sequence[Run], period: float) -> str:
     return text
 
 
-def measure(
-    design: TrunkDesign, played: Sequence[Played], seed: int, options: MeasureOptions | None = None
+def measure_session(
+    design: TrunkDesign, runs: Sequence[SimulatedRun], seed: int, options: MeasurementOptions | None = None
 ) -> MeasuredShapes:
-    """What a reader would make of two takes of each run, without the way through files.
+    """Measured shapes of two takes of each run, without the way through files.
 
     Args:
-        design: the trunk as believed.
-        played: the runs.
-        seed: what noise and registration are drawn from.
-        options: how well it is measured.
+        design: the trunk as designed.
+        runs: the runs.
+        seed: seed of noise and registration.
+        options: errors of the measurement.
     """
-    options = MeasureOptions() if options is None else options
+    options = MeasurementOptions() if options is None else options
     draw = np.random.default_rng([10, seed])
     offset = compute_marker_offset(design)
-    seen = np.isin(np.arange(1, design.n_section + 1), options.sections)
-    parts: dict[str, list[object]] = {name: [] for name in ("kind", "take", "theta_0", "pull", "follows", "points")}
-    for take in (1, 2):
-        for run in played:
-            first, count = len(parts["kind"]), len(run.ends)
-            points = place_markers(design, run.ends, offset) + draw.normal(0.0, options.noise, run.ends.shape)
+    is_seen = np.isin(np.arange(1, design.n_section + 1), options.sections)
+    kind: list[str] = []
+    take, theta_0, pull, follows, points = [], [], [], [], []
+    for number in (1, 2):
+        for simulated in runs:
+            run, count = simulated.schedule.run, len(simulated.ends)
+            placed = place_markers(design, simulated.ends, offset) + draw.normal(
+                0.0, options.noise, simulated.ends.shape
+            )
             turn = draw.normal(0.0, options.turn, 3)
-            points = points + np.cross(turn, points) + draw.normal(0.0, options.shift, 3)
-            parts["kind"] += [run.plan.run.kind] * count
-            parts["take"] += [f"{run.plan.run.name}_{take}"] * count
-            parts["theta_0"] += [run.plan.run.theta_0] * count
-            parts["pull"] += list(run.plan.pull)
-            parts["follows"] += [-1, *range(first, first + count - 1)]
-            parts["points"] += list(np.where(seen[:, None], points, np.nan))
-    arrays = {name: np.array(parts[name]) for name in ("theta_0", "pull", "follows", "points")}
+            placed = placed + np.cross(turn, placed) + draw.normal(0.0, options.shift, 3)
+            follows += [-1, *range(len(kind), len(kind) + count - 1)]
+            kind += [run.kind] * count
+            take += [f"{run.name}_{number}"] * count
+            theta_0 += [run.theta_0] * count
+            pull += list(simulated.schedule.pull)
+            points += list(np.where(is_seen[:, None], placed, np.nan))
     return MeasuredShapes(
-        kind=tuple(map(str, parts["kind"])), take=tuple(map(str, parts["take"])), marker_offset=offset,
-        rotation=np.full((*arrays["points"].shape, 3), np.nan), **arrays,
+        kind=tuple(kind), take=tuple(take), theta_0=np.array(theta_0), pull=np.array(pull), follows=np.array(follows),
+        marker_offset=offset, points=np.array(points), rotation=np.full((*np.shape(points), 3), np.nan),
     )  # fmt: skip
