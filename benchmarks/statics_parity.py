@@ -53,7 +53,7 @@ from spiraltrunk.model.statics.kernels.projected_newton import (
     room_for_steps,
 )
 from spiraltrunk.model.statics.loads import read_forces
-from spiraltrunk.sim.relaxation.relax import Settled, SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.relaxation.relax import LoadStep, RelaxationOptions, RelaxationRig, Relaxed
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 
 BAR = {"free": 0.5e-3, "friction": 2e-3}
@@ -62,13 +62,13 @@ BAR = {"free": 0.5e-3, "friction": 2e-3}
 MU = 0.15
 """Coefficient of the cases with friction [-]."""
 
-FREE = SettleOptions(
+FREE = RelaxationOptions(
     pull_speed=0.005, tension_speed=1.0, armature_factor=100.0, limit_factor=1000.0, damping_factor=8.0,
     brake_factor=40.0, time_most=300.0, has_gripper=False,
 )  # fmt: skip
 """How the trunk is brought to rest without friction."""
 
-SLOW = SettleOptions(
+SLOW = RelaxationOptions(
     pull_speed=0.375e-3, tension_speed=0.75e-3, has_smooth_ramps=True, armature_factor=10.0, limit_factor=100.0,
     time_most=300.0, has_gripper=False,
 )  # fmt: skip
@@ -125,15 +125,15 @@ def commands(case: dict[str, Any]) -> list[np.ndarray]:
     return out[1:]
 
 
-def simulate(case: dict[str, Any]) -> tuple[Settled, statics.StaticsOptions]:
+def simulate(case: dict[str, Any]) -> tuple[Relaxed, statics.StaticsOptions]:
     """Where MuJoCo comes to rest, and the options of the model whose holes hold as stiffly before the cables slide."""
     options = replace(FREE if case["kind"] == "free" else SLOW, trunk=TRUNK)
     loads = np.zeros(PAPER.n_section)
     loads[case["section"]] = case["mass"]
-    rig = SettleRig(design_of(case), theta_0=case["theta_0"], roll=case["roll"], loads=loads, options=options)
+    rig = RelaxationRig(design_of(case), theta_0=case["theta_0"], roll=case["roll"], loads=loads, options=options)
     name = "tension" if case["by_tension"] else "pull"
     same = OPTIONS if rig.friction is None else replace(OPTIONS, hole_stiffness=rig.friction.stiffness)
-    return rig.settle([Stage(**{name: values}) for values in commands(case)]), same
+    return rig.relax([LoadStep(**{name: values}) for values in commands(case)]), same
 
 
 def loads_of(case: dict[str, Any]) -> statics.Loads:
@@ -165,7 +165,7 @@ def hinge_bends(joint_rotation: np.ndarray) -> np.ndarray:
     return np.stack([y, z, np.zeros_like(y)], axis=-1)
 
 
-def balance(case: dict[str, Any], rest: Settled) -> tuple[float, float]:
+def balance(case: dict[str, Any], rest: Relaxed) -> tuple[float, float]:
     """What the equilibrium model makes of MuJoCo's rest, with shut joints held as far open as they are there.
 
     Returns:
@@ -229,7 +229,7 @@ def compare(kind: str, trial: int) -> dict[str, Any]:
     return row | dict(zip(("unbalance_nm", "same_limit_m"), balance(case, rest), strict=True))
 
 
-def start_at(rest: Settled) -> Shape:
+def start_at(rest: Relaxed) -> Shape:
     """MuJoCo's rest as a start of the model: its bends and its tensions."""
     idle = np.zeros((PAPER.n_joint, PAPER.n_cable))
     tension = np.clip(rest.cable_tension, 0.0, PAPER.cable.tension_max)

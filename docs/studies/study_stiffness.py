@@ -30,7 +30,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.statics.equilibrium import Loads, StaticsOptions
-from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.relaxation.relax import LoadStep, RelaxationOptions, RelaxationRig
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 
 DOCS = Path(__file__).parents[1]
@@ -219,22 +219,22 @@ def measure_simulation(
     loads = np.zeros(PAPER.n_section)
     loads[-1] = TIP
     speed = math.inf if mu == 0 else 1.0
-    options = SettleOptions(has_gripper=False, tension_speed=speed, pull_speed=speed)
-    rig = SettleRig(design_with(mu), theta_0=posture.theta_0, loads=loads, options=options)
-    bent, most = Stage(tension=(0.0, wrap, wrap)), PAPER.cable.tension_max
-    found = rig.settle([bent])
+    options = RelaxationOptions(has_gripper=False, tension_speed=speed, pull_speed=speed)
+    rig = RelaxationRig(design_with(mu), theta_0=posture.theta_0, loads=loads, options=options)
+    bent, most = LoadStep(tension=(0.0, wrap, wrap)), PAPER.cable.tension_max
+    found = rig.relax([bent])
     held = np.maximum(found.cable_pull + found.cable_tension / GAIN, 0.0)
-    braced = [bent, Stage(pull=(math.nan, *held[1:]), tension=(dorsal, most, most))]
-    told: dict[str, Any] = {"mean_n": _round(rig.settle(braced).cable_tension.mean())}
+    braced = [bent, LoadStep(pull=(math.nan, *held[1:]), tension=(dorsal, most, most))]
+    told: dict[str, Any] = {"mean_n": _round(rig.relax(braced).cable_tension.mean())}
     for mode in MODES:
-        rig.settle(braced)
+        rig.relax(braced)
         if mode == "tension":
             rig.push(np.zeros(3), hold="tension")
         told[mode] = _round(_push_simulation(rig, np.array(SIDES[sides[mode]])))
     return told
 
 
-def _push_simulation(rig: SettleRig, side: np.ndarray) -> float:
+def _push_simulation(rig: RelaxationRig, side: np.ndarray) -> float:
     start = rig.push(np.zeros(3)).shape.points[-1]
     return _find_stiffness(SIM_FORCES, lambda force: float((rig.push(force * side).shape.points[-1] - start) @ side))
 

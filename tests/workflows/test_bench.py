@@ -14,7 +14,7 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.model import reference
-from spiraltrunk.sim.relaxation.relax import SettleRig
+from spiraltrunk.sim.relaxation.relax import RelaxationRig
 from spiraltrunk.workflows.bench import CLAIMS, PEERS, Claim, bending, elastica, equilibrium, reach, rest
 from spiraltrunk.workflows.bench.claim import one_core, time_burst, time_in_turns
 
@@ -86,8 +86,8 @@ def test_the_law_over_arrays_is_the_same_law(tilt):
 @pytest.mark.parametrize("tilt", rest.TILTS[:2])
 def test_tuned_mujoco_comes_to_rest(tilt):
     """Within 0.5 mm of where it rests when nobody hurries."""
-    hurried = SettleRig(PAPER, theta_0=tilt, options=rest.TUNED).settle()
-    patient = SettleRig(PAPER, theta_0=tilt, options=replace(rest.TUNED, still=1e-6)).settle()
+    hurried = RelaxationRig(PAPER, theta_0=tilt, options=rest.TUNED).relax()
+    patient = RelaxationRig(PAPER, theta_0=tilt, options=replace(rest.TUNED, still=1e-6)).relax()
     assert hurried.shape.status == patient.shape.status == 0
     assert hurried.time < patient.time
     assert farthest(hurried.shape.points, patient.shape.points) < 0.5e-3
@@ -97,12 +97,12 @@ def test_tuned_mujoco_comes_to_rest(tilt):
 def test_tuned_mujoco_comes_to_rest_with_cables():
     for case in equilibrium.draw_cases()[:6]:
         rig = case.build_rig(equilibrium.TUNED)
-        hurried = rig.settle([case.stage])
+        hurried = rig.relax([case.load_step])
         rig.options = replace(equilibrium.TUNED, still=1e-5)
-        assert farthest(hurried.shape.points, rig.settle([case.stage]).shape.points) < 0.5e-3
+        assert farthest(hurried.shape.points, rig.relax([case.load_step]).shape.points) < 0.5e-3
         careful = replace(equilibrium.TUNED, timestep=1e-3, armature_factor=10.0)
         shape = case.solve()
-        where = case.build_rig(careful).settle([case.stage]).shape
+        where = case.build_rig(careful).relax([case.load_step]).shape
         if not where.is_shut.any() and not shape.is_shut.any():
             assert farthest(where.points, shape.points) < 0.5e-3
 

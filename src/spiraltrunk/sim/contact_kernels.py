@@ -1,7 +1,4 @@
-"""Kernels of the record: which kinds of bodies touch, how hard, and how far joints bend, read off MuJoCo's arrays.
-
-They run between the steps of the physics, where NumPy's calls, one by one, would take longer than what they do.
-"""
+"""Compiled readings of MuJoCo's arrays between physics steps: contacts by kind of body, forces, and joint bends."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ import numpy as np
 from numba import njit
 
 OBJECT, TRUNK, ROBOT, GROUND, OTHER = 1, 2, 4, 8, 16
-"""Kinds of geoms; two of them, added, name a pair."""
+"""Kinds of geoms; the sum of two identifies a pair."""
 
 _LIMIT_TENDON = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 
@@ -23,7 +20,7 @@ def least_cosine(qpos: np.ndarray, hinges: np.ndarray) -> float:
 
     Args:
         qpos: generalised positions, shape (n_q,).
-        hinges: where the two hinges of each joint are among them, shape (2, n_joint).
+        hinges: indices of the two hinges of each joint, shape (2, n_joint).
     """
     least = 1.0
     for i in range(hinges.shape[1]):

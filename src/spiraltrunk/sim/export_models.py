@@ -1,18 +1,20 @@
-"""The robot as files for other simulators: MJCF with its meshes, and URDF from the same compiled model.
+"""The robot as files for other simulators: MJCF with meshes, and URDF from the same compiled model.
 
-What is written is what this simulation runs, but for the joint limits: here they are one distance a joint, whose
-softness is tuned after compiling, which no file can say. In the files they are straight lines over a joint's two
-angles, a polygon of `N_SIDES` sides round the same limit.
+The files differ from this simulation in the joint limits. Here they are one distance per joint, whose softness is
+tuned after compilation, which no file can contain. In the files they are linear limits over a joint's two angles, a
+polygon of `N_SIDES` sides around the same limit.
 """
 
 from __future__ import annotations
 
 import math
+import re
 import shutil
 from pathlib import Path
 
 import mujoco
 import numpy as np
+from trimesh.convex import convex_hull
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.robot.arm import arm_home, arm_spec
@@ -21,20 +23,20 @@ from spiraltrunk.sim.scene.build import ARM
 from spiraltrunk.sim.urdf import format_urdf
 
 N_SIDES = 12
-"""Sides of the polygon that stands for a joint's limit in any direction [-]: its corners lie 3.5 % further out."""
+"""Sides of the polygon of a joint's limit [-]: its corners exceed the limit by 3.5 %."""
 
 ASSETS = "assets"
-"""Folder of the meshes, beside the models."""
+"""Folder of the meshes."""
 
 KINDS = ("trunk", "hybrid")
 """The trunk alone, hanging from the world; the trunk on its arm."""
 
 TRUNK_HEIGHT = 1.0
-"""Height that the trunk alone hangs at [m] (ours)."""
+"""Height of the trunk's mount [m] (ours)."""
 
 
 def build_file_spec(design: TrunkDesign, kind: str) -> mujoco.MjSpec:
-    """The spec that is written: no floor, no object, nothing but the robot, light and gravity."""
+    """The spec of the files: robot, light and gravity, without floor and object."""
     spec = mujoco.MjSpec()
     spec.modelname = f"spiraltrunk_{kind}"
     spec.compiler.degree = False
@@ -59,10 +61,10 @@ def build_file_spec(design: TrunkDesign, kind: str) -> mujoco.MjSpec:
 
 
 def write_models(design: TrunkDesign, folder: Path, formats: tuple[str, ...]) -> list[Path]:
-    """Write trunk and hybrid as MJCF and URDF, with their meshes, and return the paths.
+    """Write trunk and hybrid as MJCF and URDF with their meshes; return the paths.
 
     Raises:
-        DesignError: for an arm that cannot be read, or one that URDF cannot say.
+        DesignError: for an arm that cannot be read, or that URDF cannot represent.
         OSError: where a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -85,7 +87,7 @@ def write_models(design: TrunkDesign, folder: Path, formats: tuple[str, ...]) ->
 
 
 def _replace_limits(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
-    """Take the distances out and put the polygons in."""
+    """Replace the distance limits by polygons."""
     for i in range(design.n_joint):
         spec.delete(spec.tendon(f"limit_{i + 1:02d}"))
         about_y, about_z = hinge_names(i)
@@ -102,7 +104,7 @@ def _replace_limits(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
 
 
 def _add_keyframe(spec: mujoco.MjSpec, model: mujoco.MjModel, design: TrunkDesign, kind: str) -> None:
-    """A keyframe "home": the trunk straight and slack, the arm where work starts."""
+    """Add the keyframe "home": the trunk straight and slack, the arm at its home position."""
     qpos, ctrl = model.qpos0.copy(), np.zeros(model.nu)
     for i in range(model.nu):
         if model.actuator(i).name.startswith("cable_"):
@@ -118,7 +120,7 @@ def _add_keyframe(spec: mujoco.MjSpec, model: mujoco.MjModel, design: TrunkDesig
 
 
 def _write_meshes(spec: mujoco.MjSpec, folder: Path) -> list[Path]:
-    """Give every mesh a file beside the models, and the spec their names alone."""
+    """Write every mesh to a file, and refer to it in the spec."""
     folder.mkdir(exist_ok=True)
     written = []
     for mesh in spec.meshes:
@@ -127,25 +129,11 @@ def _write_meshes(spec: mujoco.MjSpec, folder: Path) -> list[Path]:
         if mesh.file:
             shutil.copyfile(mesh.file, path)
         else:
-            _write_hull(np.array(mesh.uservert, float).reshape(-1, 3), path)
+            convex_hull(np.array(mesh.uservert, float).reshape(-1, 3)).export(path, file_type="stl")
             mesh.uservert = np.zeros(0)
         mesh.file = str(path)
         written.append(path)
     return written
-
-
-def _write_hull(points: np.ndarray, path: Path) -> None:
-    """Write the convex hull of some points as binary STL, in m."""
-    from scipy.spatial import ConvexHull
-
-    hull = ConvexHull(points)
-    corners = points[hull.simplices]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    turned = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
-    corners[turned] = corners[turned][:, ::-1]
-    rows = np.zeros(len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("flags", "<u2")])
-    rows["normal"], rows["corners"] = hull.equations[:, :3], corners
-    path.write_bytes(b"spiraltrunk, m".ljust(80, b" ") + np.uint32(len(rows)).tobytes() + rows.tobytes())
 
 
 def _mesh_files(spec: mujoco.MjSpec) -> dict[str, str]:
@@ -153,7 +141,5 @@ def _mesh_files(spec: mujoco.MjSpec) -> dict[str, str]:
 
 
 def _to_portable(text: str) -> str:
-    """The text with each mesh's path below the folder that it lies in."""
-    import re
-
+    """The MJCF text with mesh paths relative to it."""
     return re.sub(r'file="[^"]*/([^"/]+)"', rf'file="{ASSETS}/\1"', text)

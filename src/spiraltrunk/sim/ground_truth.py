@@ -1,4 +1,4 @@
-"""What truly happened: recorded from the simulator's state, for verdicts and plots, never shown to a strategy."""
+"""Ground truth from the simulator's state, for evaluation and plots, not available to strategies."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from spiraltrunk.sim.robot.trunk import cable_name, hinge_names
 @final
 @dataclass(frozen=True, kw_only=True)
 class Sample:
-    """The truth at one control tick; extremes are over the period before it."""
+    """Ground truth at one control tick; extremes are over the period before it."""
 
     time: float
     """Simulated time [s]."""
     qpos: np.ndarray
-    """MuJoCo's generalised positions, for pictures."""
+    """MuJoCo's generalised positions, for rendering."""
     object_position: np.ndarray
     """Centre of the object, shape (3,) [m]."""
     joint_bend: np.ndarray
@@ -58,7 +58,7 @@ class Sample:
 @final
 @dataclass(kw_only=True)
 class Probe:
-    """Reads the truth off a model; built once, it knows which index is what."""
+    """Reads the ground truth from a model's data, with indices looked up once."""
 
     model: mujoco.MjModel
     design: TrunkDesign
@@ -85,7 +85,7 @@ class Probe:
         self._load_kernels()
 
     def watch(self, data: mujoco.MjData) -> None:
-        """Take the extremes of this instant into account."""
+        """Update the extremes."""
         self.cosine_least = min(self.cosine_least, contact_kernels.least_cosine(data.qpos, self._hinges))
         if data.ncon == 0:
             return
@@ -96,7 +96,7 @@ class Probe:
         self.arm_touches_ground = self.arm_touches_ground or robot_on_ground
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
-        """The truth now; the extremes begin anew."""
+        """The present ground truth; resets the extremes."""
         qpos, torque, velocity = data.qpos.copy(), data.qfrc_actuator, data.qvel
         grip, on_ground = self._read_grip(data)
         sample = Sample(
@@ -154,7 +154,7 @@ class Probe:
         return data.ten_length[self._cables].copy()
 
     def _load_kernels(self) -> None:
-        """Compile the kernels, or find them on disc, before a run: for one contact, and for several, strided."""
+        """Compile or load the kernels before a run, for the array layouts of one and of several contacts."""
         data = mujoco.MjData(self.model)
         contact_kernels.least_cosine(data.qpos, self._hinges)
         self.joint_bend(data)

@@ -1,4 +1,4 @@
-"""MuJoCo's own words: it prints warnings, and appends them to a file in the working folder, which nobody asked for."""
+"""MuJoCo's warnings, which it prints and appends to a file in the working folder by default."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import mujoco
 
 @contextmanager
 def quiet_mujoco() -> Iterator[None]:
-    """Log MuJoCo's warnings for who wants to read them, at level debug, in place of printing and writing them."""
+    """Log MuJoCo's warnings at level debug within the block."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(_log)
     try:
@@ -20,5 +20,5 @@ def quiet_mujoco() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-def _log(words: str) -> None:
-    logging.getLogger("spiraltrunk.mujoco").debug("%s", words)
+def _log(message: str) -> None:
+    logging.getLogger("spiraltrunk.mujoco").debug("%s", message)

@@ -1,4 +1,4 @@
-"""The simulated robot: the same commands and observations as the real one."""
+"""The simulated robot, with the commands and observations of the real one."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import Sensors
 
 CONTROL_PERIOD = 0.02
-"""Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
+"""Time between commands [s]: 50 Hz, as for a Franka controller commanded from Python."""
 
 TENSION_SLEW = 240.0
-"""Fastest change of a winder's tension [N/s]: a step to full pull would bend joints past their limit (ours)."""
+"""Largest rate of a winder's tension [N/s]: a step to full tension would bend joints past their limit (ours)."""
 
 GRIPPER_TIME = 0.4
-"""Time in which the gripper's servo goes from slack to full tension [s] (ours): a step would slam the fingers."""
+"""Time of the gripper's servo from slack to full tension [s] (ours): a step would slam the fingers."""
 
 WATCH_PERIOD = 0.01
-"""Time between two looks at contacts and limits [s]."""
+"""Time between two checks of contacts and limits [s]."""
 
 
 _DIVERGED = tuple(
@@ -46,11 +46,11 @@ _DIVERGED = tuple(
 
 @final
 class SimPlant(Plant):
-    """A trunk on an arm in MuJoCo, with an object before it.
+    """A trunk on an arm in MuJoCo, with an object.
 
     Args:
         design: the robot as designed; the paper's by default.
-        options: the trial's world, and how its truth differs from the design.
+        options: the scene.
     """
 
     def __init__(self, design: TrunkDesign | None = None, options: SceneOptions | None = None) -> None:
@@ -130,15 +130,14 @@ class SimPlant(Plant):
         return self._observe()
 
     def _has_diverged(self) -> bool:
-        """MuJoCo begins anew where a number is none or huge, and goes on as if nothing had been: its warnings tell."""
+        """Whether numbers became infinite or huge, on which MuJoCo resets itself with a warning."""
         warning = self.data.warning
         return any(warning[kind].number for kind in _DIVERGED) or not np.isfinite(self.data.qpos).all()
 
     def _find_lead(self) -> np.ndarray:
-        """How far the servos' targets lie ahead of the posture, so that they carry the trunk at rest [rad].
+        """Offset of the servos' targets from the posture that compensates the trunk's weight [rad].
 
-        The arm's controller is told the load (Franka: set_load); without it, the arm would sink at the start, and what
-        hangs on it would weigh less meanwhile.
+        The arm's controller knows the load (Franka: set_load); without it, the arm would sink at the start.
         """
         data = self.data
         data.ctrl[self._arm_motors] = self._arm_command
@@ -149,9 +148,9 @@ class SimPlant(Plant):
         return np.asarray((data.qfrc_inverse[self._arm_v] - held) / self._arm_stiffness)
 
     def _delayed(self, command: Command) -> Command:
-        """The command that takes effect now; the first one holds until another is due."""
+        """The command that takes effect now; until the first one does, the arm holds its posture."""
         late = round(self.options.sensors.delay / CONTROL_PERIOD)
-        self._underway.append(_copied(command) if late else command)  # Callers may go on to change their arrays.
+        self._underway.append(_copied(command) if late else command)  # Callers may change their arrays.
         if len(self._underway) <= late:
             return replace(command, T_world_base=self._reach.T_base(self._arm_command), cable_tension=self._ceiling)
         return self._underway.popleft()
@@ -163,7 +162,7 @@ class SimPlant(Plant):
             self._friction.step(self.data, steps)
 
     def _pull(self, command: Command) -> None:
-        """Each winder pulls to its length with its tension at most, and never pushes."""
+        """Command the winders: length control limited by the tension, without pushing."""
         wanted = np.minimum(np.maximum(command.cable_tension, 0.0), self.design.cable.tension_max)
         step = TENSION_SLEW * CONTROL_PERIOD
         self._ceiling = np.minimum(np.maximum(wanted, self._ceiling - step), self._ceiling + step)

@@ -1,4 +1,4 @@
-"""Pictures of a recorded run: frames, by any OpenGL that MuJoCo finds."""
+"""Rendered frames of a recorded run, by any OpenGL that MuJoCo finds."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ import numpy as np
 from spiraltrunk.errors import MissingPackage
 
 SUPERSAMPLING = 2
-"""Pixels drawn along each side of one pixel shown: in software far cheaper than multisampling, and as smooth."""
+"""Rendered pixels along each side of an output pixel: in software far cheaper than multisampling, and as smooth."""
 
 _CHUNK = 6
-"""Frames that a process draws at a time."""
+"""Frames per task of a process."""
 
 _AHEAD = 2
-"""Chunks that each process may be ahead of the reader, which bounds the memory."""
+"""Largest number of pending tasks per process, which bounds the memory."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """Where the camera stands and how large its picture is."""
+    """Camera and frame size."""
 
     lookat: tuple[float, float, float] = (0.32, 0.20, 1.11)
-    """Point in the middle of the picture [m]."""
+    """Point in the middle of the frame [m]."""
     distance: float = 1.52
     """Distance to it [m]."""
     azimuth: float = 156.0
@@ -47,36 +47,36 @@ class View:
     height: int = 480
     """Height [pixels]."""
     has_shadows: bool = True
-    """Whether things cast shadows, which doubles the time in software."""
+    """Whether there are shadows, which doubles the time in software."""
 
 
 def render_frames(
     model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View | None = None, *, workers: int = 1
 ) -> Iterator[np.ndarray]:
-    """One picture for each vector of generalised positions, shape (height, width, 3), 0 to 255.
+    """One frame for each vector of generalised positions, shape (height, width, 3), 0 to 255.
 
     Args:
-        model: what to draw.
-        positions: generalised positions, one vector for each picture.
+        model: the model.
+        positions: generalised positions, one vector for each frame.
         view: camera and size.
-        workers: processes that draw; where they fail, this one draws what is left.
+        workers: processes that render; if they fail, this process renders the rest.
 
     Raises:
-        MissingPackage: where no OpenGL is found; the message names what to install.
+        MissingPackage: where no OpenGL is found, with what to install.
     """
     view = View() if view is None else view
     done = 0
     if workers > 1 and len(positions) > _CHUNK:
         try:
-            for frame in _render_apart(model, positions, view, workers):
+            for frame in _render_parallel(model, positions, view, workers):
                 yield frame
                 done += 1
         except (BrokenProcessPool, OSError):
-            pass  # No room for processes, or one was killed.
-    yield from _render_here(model, positions[done:], view)
+            pass  # Processes cannot start, or one was killed.
+    yield from _render_serial(model, positions[done:], view)
 
 
-def _render_here(model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View) -> Iterator[np.ndarray]:
+def _render_serial(model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View) -> Iterator[np.ndarray]:
     if not len(positions):
         return
     renderer = _open_renderer(model, view)
@@ -93,22 +93,22 @@ def _render_here(model: mujoco.MjModel, positions: Sequence[np.ndarray], view: V
             data.qpos[:] = qpos
             mujoco.mj_forward(model, data)
             renderer.update_scene(data, camera, option)
-            yield _shrink(renderer.render())
+            yield _downsample(renderer.render())
     finally:
         renderer.close()
 
 
-def _render_apart(
+def _render_parallel(
     model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View, workers: int
 ) -> Iterator[np.ndarray]:
-    """The same, drawn by processes that each have their own OpenGL, in order."""
+    """Frames in order, rendered by processes with an OpenGL context each."""
     chunks = deque(positions[first : first + _CHUNK] for first in range(0, len(positions), _CHUNK))
     pool = ProcessPoolExecutor(
-        workers, mp_context=multiprocessing.get_context("spawn"), initializer=_keep_model, initargs=(model, view)
+        workers, mp_context=multiprocessing.get_context("spawn"), initializer=_share_model, initargs=(model, view)
     )
     pending: deque[Future[list[np.ndarray]]] = deque()
     try:
-        with _deaf_to_interrupts():
+        with _ignore_interrupts():
             pending.append(pool.submit(_render_chunk, chunks.popleft()))
         while pending:
             while chunks and len(pending) < workers * _AHEAD:
@@ -118,22 +118,22 @@ def _render_apart(
         pool.shutdown(cancel_futures=True)
 
 
-_kept: list[Any] = []
-"""Model and view, in a process that draws."""
+_shared: list[Any] = []
+"""Model and view of a rendering process."""
 
 
-def _keep_model(model: mujoco.MjModel, view: View) -> None:
-    _kept[:] = [model, view]
+def _share_model(model: mujoco.MjModel, view: View) -> None:
+    _shared[:] = [model, view]
 
 
 def _render_chunk(positions: Sequence[np.ndarray]) -> list[np.ndarray]:
-    model, view = _kept
-    return list(_render_here(model, positions, view))
+    model, view = _shared
+    return list(_render_serial(model, positions, view))
 
 
 @contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes begun here ignore Ctrl-C: the one that began them ends them."""
+def _ignore_interrupts() -> Iterator[None]:
+    """Processes started within the block ignore Ctrl-C; the main process stops them."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -144,8 +144,8 @@ def _deaf_to_interrupts() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _shrink(picture: np.ndarray) -> np.ndarray:
-    """Mean over squares of SUPERSAMPLING pixels."""
+def _downsample(picture: np.ndarray) -> np.ndarray:
+    """Mean over blocks of SUPERSAMPLING pixels squared."""
     n, (height, width, _) = SUPERSAMPLING, picture.shape
     total = np.zeros((height // n, width // n, 3), dtype=np.uint16)
     for i in range(n * n):

@@ -1,4 +1,4 @@
-"""What stands between truth and robot: noise of the readings, delay of the commands, a camera's error."""
+"""Sensor models: noise of readings, delay of commands, and error of the camera."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from spiraltrunk.checks import check_count, check_number, check_type
 from spiraltrunk.control.messages import CameraObservation
 
 LOOK_PERIOD = 0.5
-"""Time between two looks of the camera [s] (ours)."""
+"""Period of the camera [s] (ours)."""
 
 _JITTER = 0.3
-"""Part of the camera's error that differs from look to look; the rest stays for a whole trial [-] (ours)."""
+"""Share of the camera's error that varies between images; the rest is constant in a trial [-] (ours)."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class SensorOptions:
-    """Errors of what the robot reads and does; none by default."""
+    """Errors of sensors and commands; none by default."""
 
     pull_noise: float = 0.0
     """Standard deviation of each cable's length, from encoder and winder [m]."""
     tension_noise: float = 0.0
     """Standard deviation of each tension estimate at rest [N]."""
     tension_share: float = 0.0
-    """Further standard deviation as a part of the tension: motor currents tell it so well [-]."""
+    """Further standard deviation over the tension, as estimated from motor currents [-]."""
     torque_noise: float = 0.0
     """Standard deviation of each arm joint's torque [N m]."""
     delay: float = 0.0
     """Time from a command to its effect, rounded to control periods [s]."""
     looks: bool = False
-    """Whether a camera looks at the object."""
+    """Whether a camera observes the object."""
     look_error: float = 0.0
-    """Largest distance of the seen place from the true one [m]."""
+    """Largest error of the observed position [m]."""
     look_turn: float = 0.0
-    """Largest angle between the seen axis and the true one [rad]."""
+    """Largest error of the observed axis [rad]."""
     seed: int = 0
-    """What the errors are drawn from."""
+    """Seed of the errors."""
 
     def __post_init__(self) -> None:
         for name in ("pull_noise", "tension_noise", "tension_share", "torque_noise", "look_error", "look_turn"):
@@ -59,27 +59,27 @@ class Sensors:
         self.reset()
 
     def reset(self) -> None:
-        """Begin a trial anew."""
+        """Start a new trial."""
         self._rng = np.random.default_rng(self.options.seed)
         self._bias = _draw_in_ball(self._rng) * self.options.look_error * (1 - _JITTER)
         self._bias_turn = float(self._rng.uniform(-1, 1)) * self.options.look_turn
         self._look: CameraObservation | None = None
 
     def read_pull(self, pull: np.ndarray) -> np.ndarray:
-        """Cable pulled in, as the motors' angles tell it, shape (n_cable,) [m]."""
-        return self._blur(pull, self.options.pull_noise)
+        """Cable pulled in, measured by the motors' encoders, shape (n_cable,) [m]."""
+        return self._add_noise(pull, self.options.pull_noise)
 
     def read_tension(self, tension: np.ndarray) -> np.ndarray:
-        """Tension as the motors' currents tell it, shape (n_cable,) [N]."""
+        """Tension estimated from the motors' currents, shape (n_cable,) [N]."""
         noise, share = self.options.tension_noise, self.options.tension_share
-        return self._blur(tension, noise + share * np.abs(tension) if share else noise)
+        return self._add_noise(tension, noise + share * np.abs(tension) if share else noise)
 
     def read_torque(self, torque: np.ndarray) -> np.ndarray:
-        """Torques of the arm's joints, shape (n_arm,) [N m]."""
-        return self._blur(torque, self.options.torque_noise)
+        """Measured torques of the arm's joints, shape (n_arm,) [N m]."""
+        return self._add_noise(torque, self.options.torque_noise)
 
     def look(self, time: float, position: np.ndarray, quat_wxyz: np.ndarray) -> CameraObservation | None:
-        """The camera's last look; a new one each LOOK_PERIOD."""
+        """The camera's last observation, renewed each LOOK_PERIOD."""
         if not self.options.looks:
             return None
         if self._look is None or time >= self._look.time + LOOK_PERIOD - 1e-9:
@@ -90,14 +90,14 @@ class Sensors:
             )
         return self._look
 
-    def _blur(self, truth: np.ndarray, deviation: float | np.ndarray) -> np.ndarray:
-        """What is read of ``truth``, shape (n,); a copy of it without deviation, which then draws nothing."""
+    def _add_noise(self, truth: np.ndarray, deviation: float | np.ndarray) -> np.ndarray:
+        """``truth`` with noise, shape (n,); an exact copy without deviation, which draws no random numbers."""
         is_exact = not (deviation.any() if isinstance(deviation, np.ndarray) else deviation)
         return truth.copy() if is_exact else np.asarray(truth + deviation * self._rng.normal(size=truth.size))
 
 
 def _draw_in_ball(rng: np.random.Generator) -> np.ndarray:
-    """A point evenly drawn in the unit ball, shape (3,) [-]."""
+    """A uniformly distributed point in the unit ball, shape (3,) [-]."""
     direction = rng.normal(size=3)
     return np.asarray(float(rng.uniform()) ** (1 / 3) * direction / np.linalg.norm(direction))
 

@@ -1,7 +1,7 @@
-"""A compiled model's bodies, hinges and meshes as URDF.
+"""Bodies, hinges and meshes of a compiled model as URDF.
 
-URDF knows no springs, cables or limits across joints: these stay in the MJCF. Each hinge beyond a body's first gets a
-link of its own.
+URDF has no springs, cables or limits across joints; these are in the MJCF only. Each hinge of a body after the first
+has an additional link.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ BETWEEN_MASS, BETWEEN_INERTIA = 1e-7, 1e-10
 """Mass [kg] and moment of inertia [kg m^2] of a link between two hinges of one body."""
 
 _FORCE, _SPEED = 1000.0, 100.0
-"""Effort [N m] and speed [rad/s] that a revolute joint must name, where the model limits neither."""
+"""Effort [N m] and speed [rad/s], required in URDF, of a joint without limits in the model."""
 
 
 def format_urdf(model: mujoco.MjModel, *, name: str, meshes: Mapping[str, str]) -> str:
@@ -30,10 +30,10 @@ def format_urdf(model: mujoco.MjModel, *, name: str, meshes: Mapping[str, str]) 
         meshes: file of each mesh, from the URDF's folder.
 
     Raises:
-        DesignError: for a joint that URDF does not know.
+        DesignError: for a joint that URDF does not have.
     """
     robot = ET.Element("robot", name=name)
-    # Other readers skip this; without it MuJoCo would look for the meshes beside the file.
+    # For MuJoCo, which otherwise looks for meshes in the URDF's folder; other readers skip it.
     ET.SubElement(
         ET.SubElement(robot, "mujoco"), "compiler", strippath="false", discardvisual="false", fusestatic="false"
     )
@@ -69,7 +69,7 @@ def _add_body(robot: ET.Element, model: mujoco.MjModel, b: int, meshes: Mapping[
 
 
 def _add_between(robot: ET.Element, name: str) -> None:
-    """A link between two hinges of one body: of next to no mass, as readers refuse a moving link of none."""
+    """A link between two hinges of one body, with nearly zero mass, as readers refuse moving links without mass."""
     inertial = ET.SubElement(ET.SubElement(robot, "link", name=name), "inertial")
     ET.SubElement(inertial, "origin", xyz="0 0 0", rpy="0 0 0")
     ET.SubElement(inertial, "mass", value=f"{BETWEEN_MASS:g}")
@@ -122,7 +122,7 @@ def _add_link(robot: ET.Element, model: mujoco.MjModel, b: int, meshes: Mapping[
 
 
 def _add_geom(link: ET.Element, model: mujoco.MjModel, g: int, meshes: Mapping[str, str], shift: np.ndarray) -> None:
-    """A geom as what is seen, as what collides, or both; a capsule is its cylinder and two balls."""
+    """A geom as visual, collision or both; a capsule is a cylinder and two spheres."""
     kind, size = mujoco.mjtGeom(int(model.geom_type[g])), model.geom_size[g]
     pos, turn = model.geom_pos[g] - shift, _to_matrix(model.geom_quat[g])
     shapes: list[tuple[str, dict[str, str], np.ndarray]] = []

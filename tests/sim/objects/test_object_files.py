@@ -350,8 +350,8 @@ def test_the_same_mesh_gives_the_same_parts(put):
     pytest.importorskip("coacd")
     path = put(l_prism())
     first, second = (load_stl_solid(path, unit="mm", collide="parts") for _ in range(2))
-    assert len(first.parts) == len(second.parts) >= 3
-    for one, other in zip(first.parts, second.parts, strict=True):
+    assert len(first.geoms) == len(second.geoms) >= 3
+    for one, other in zip(first.geoms, second.geoms, strict=True):
         np.testing.assert_array_equal(one.vertices, other.vertices)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.sim.objects.catalogue import CATALOGUE, ObjectSpec, add_object, parse_object
-from spiraltrunk.sim.objects.parts import compute_bounds
+from spiraltrunk.sim.objects.geoms import compute_bounds
 from spiraltrunk.sim.objects.solids import NECK_SHARE, RING_PARTS
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.scene.supports import add_ground
@@ -80,7 +80,7 @@ def test_a_bottle_without_a_shoulder_is_a_cylinder():
 @pytest.mark.parametrize("name", SOLIDS)
 def test_the_parts_fill_the_extents(name):
     shape = SOLIDS[name]
-    low, high = compute_bounds(shape.solid.parts)
+    low, high = compute_bounds(shape.solid.geoms)
     np.testing.assert_allclose(high, np.array(shape.size) / 2, rtol=1e-12)
     np.testing.assert_allclose(low, -np.array(shape.size) / 2, rtol=1e-12)
 
@@ -109,12 +109,12 @@ def test_a_ring_is_touched_on_its_torus():
     """No point of a capsule is outside the torus by more than rounding, none more than 0.9 % of the radius inside."""
     shape = parse_object("ring-90")
     around, radius = 0.0375, 0.0075
-    for part in shape.solid.parts:
+    for part in shape.solid.geoms:
         ends = part.position[:, None] + part.rotation[:, 2:] * np.linspace(-1, 1, 21) * part.size[1]
         distance = np.hypot(np.hypot(ends[1], ends[2]) - around, ends[0])
         assert distance.max() < (1 - math.cos(math.pi / RING_PARTS)) * around * (1 + 1e-9)
         assert part.size[0] == pytest.approx(radius)
-    assert len(shape.solid.parts) == RING_PARTS
+    assert len(shape.solid.geoms) == RING_PARTS
 
 
 def dropped(shape, quat=(1, 0, 0, 0), time=1.0, speed=0.0):

@@ -11,13 +11,13 @@ from spiraltrunk.control.messages import Command
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim import SimPlant, trunk_spec
-from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.relaxation.relax import LoadStep, RelaxationOptions, RelaxationRig
 from spiraltrunk.sim.robot.cable_friction_kernel import measure_gaps
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 
 SLACK = math.nan
-FAST = SettleOptions(pull_speed=0.02)
-TWIST = [Stage(pull=(0.06, SLACK, SLACK)), Stage(pull=(0.06, 0.0034, SLACK))]
+FAST = RelaxationOptions(pull_speed=0.02)
+TWIST = [LoadStep(pull=(0.06, SLACK, SLACK)), LoadStep(pull=(0.06, 0.0034, SLACK))]
 """Cable 1 by 60 mm, then cable 2, which has run out by 26.6 mm, by 30 mm."""
 
 
@@ -50,7 +50,7 @@ def gaps(rig):
 
 def test_the_straight_cable_turns_at_33_holes_by_the_taper():
     """8.88 deg at every hole, 293 deg in all: none at the first section's proximal hole, where the cable enters."""
-    rig = SettleRig(rub(0.1))
+    rig = RelaxationRig(rub(0.1))
     (axial, ring), (beyond, narrower) = PAPER.hole_position[0, 1], PAPER.hole_position[1, 0]
     each = math.atan2(ring - narrower, PAPER.section_length[0] - axial + beyond)
     expected = each * np.array([1] + 16 * [2])
@@ -61,7 +61,7 @@ def test_the_straight_cable_turns_at_33_holes_by_the_taper():
 @pytest.mark.parametrize("angle", [5.0, 15.0, 25.0])
 def test_a_bent_cable_turns_by_the_taper_or_by_the_bend(angle):
     """Towards the cable, joint by joint: twice 8.88 deg until the joint bends further, then as the joint does."""
-    rig = SettleRig(rub(0.1))
+    rig = RelaxationRig(rub(0.1))
     each = math.degrees(rig.friction.turn[0, 0])
     for i in range(PAPER.n_joint):
         rig.data.qpos[rig.model.joint(f"joint_{i + 1:02d}_z").qposadr[0]] = math.radians(angle)
@@ -74,9 +74,9 @@ def test_a_bent_cable_turns_by_the_taper_or_by_the_bend(angle):
 @pytest.mark.parametrize("mu", [0.1, 0.2, 0.4])
 def test_a_cable_pulled_in_slowly_loses_tension_as_a_capstan(mu):
     """Joints as stiff as the tension left: all bend alike and little, and the cable slides at all holes."""
-    left = np.exp(-mu * np.cumsum(SettleRig(rub(mu)).friction.turn[0]))
+    left = np.exp(-mu * np.cumsum(RelaxationRig(rub(mu)).friction.turn[0]))
     stiffness = tuple(2.0 * left * PAPER.scale[:-1])
-    rig = SettleRig(rub(mu, replace(PAPER, joint=replace(PAPER.joint, stiffness=stiffness))))
+    rig = RelaxationRig(rub(mu, replace(PAPER, joint=replace(PAPER.joint, stiffness=stiffness))))
     rig.model.opt.gravity[:] = 0.0
     start(rig)
     mujoco.mj_forward(rig.model, rig.data)
@@ -94,7 +94,7 @@ def test_a_cable_pulled_in_slowly_loses_tension_as_a_capstan(mu):
 @pytest.mark.parametrize("name", presets.NAMES)
 def test_tension_never_changes_at_a_hole_by_more_than_the_capstans(name):
     design = rub(0.15, presets.get(name))
-    rig, rng = SettleRig(design), np.random.default_rng(1)
+    rig, rng = RelaxationRig(design), np.random.default_rng(1)
     start(rig)
     for _ in range(40):
         set_tension(rig, rng.uniform(0, 20, design.n_cable) * (rng.uniform(size=design.n_cable) > 0.3))
@@ -108,7 +108,7 @@ def test_tension_never_changes_at_a_hole_by_more_than_the_capstans(name):
 
 def test_the_forces_on_the_hinges_are_those_of_the_gaps_tensions():
     """Friction and motors together: -sum T_k grad L_k, the gradients by MuJoCo's own lengths, by differences."""
-    rig, rng = SettleRig(rub(0.2)), np.random.default_rng(2)
+    rig, rng = RelaxationRig(rub(0.2)), np.random.default_rng(2)
     start(rig)
     set_tension(rig, (12.0, 3.0, 7.0))
     rig.friction.step(rig.data, 400)
@@ -135,14 +135,14 @@ def test_the_model_is_the_same_with_and_without_friction():
 
 
 def test_a_trunk_without_friction_has_no_part_in_it():
-    rig = SettleRig(PAPER)
+    rig = RelaxationRig(PAPER)
     assert rig.friction is None
-    rig.settle([Stage(pull=(0.03, SLACK, SLACK))])
+    rig.relax([LoadStep(pull=(0.03, SLACK, SLACK))])
     assert not rig.data.qfrc_applied.any()
 
 
 def test_hardly_any_friction_is_as_good_as_none():
-    none, hardly = (SettleRig(rub(mu), theta_0=1.0, options=FAST).settle(TWIST) for mu in (0.0, 1e-7))
+    none, hardly = (RelaxationRig(rub(mu), theta_0=1.0, options=FAST).relax(TWIST) for mu in (0.0, 1e-7))
     np.testing.assert_allclose(hardly.shape.points, none.shape.points, rtol=0, atol=2e-5)
 
 
@@ -151,7 +151,7 @@ def test_hardly_any_friction_is_as_good_as_none():
 
 def test_a_pull_and_release_loses_energy_and_never_gains_any():
     """Work of the friction on the trunk, from an unloaded start: never positive; the motor pays for it."""
-    rig = SettleRig(rub(0.15))
+    rig = RelaxationRig(rub(0.15))
     start(rig)
     lost, paid, work = 0.0, 0.0, []
     before, force = gaps(rig), np.zeros_like(rig.friction.turn)
@@ -172,9 +172,9 @@ def test_a_pull_and_release_loses_energy_and_never_gains_any():
 
 
 def test_release_needs_less_tension_than_the_pull():
-    rig = SettleRig(rub(0.15), options=FAST)
-    pulled = rig.settle([Stage(pull=(0.06, SLACK, SLACK))])
-    released = rig.settle([Stage(pull=(0.08, SLACK, SLACK)), Stage(pull=(0.06, SLACK, SLACK))])
+    rig = RelaxationRig(rub(0.15), options=FAST)
+    pulled = rig.relax([LoadStep(pull=(0.06, SLACK, SLACK))])
+    released = rig.relax([LoadStep(pull=(0.08, SLACK, SLACK)), LoadStep(pull=(0.06, SLACK, SLACK))])
     assert released.cable_tension[0] < 0.8 * pulled.cable_tension[0]
 
 
@@ -184,7 +184,7 @@ def test_release_needs_less_tension_than_the_pull():
 @pytest.mark.parametrize("timestep", [1e-3, 2e-3])
 @pytest.mark.parametrize("mu", [0.1, 0.4])
 def test_jumps_to_full_pull_neither_diverge_nor_rattle(mu, timestep):
-    rig = SettleRig(rub(mu), options=SettleOptions(timestep=timestep, damping_factor=1.0))
+    rig = RelaxationRig(rub(mu), options=RelaxationOptions(timestep=timestep, damping_factor=1.0))
     start(rig)
     hinges = np.array([rig.model.joint(f"joint_{i + 1:02d}_{a}").dofadr[0] for i in range(17) for a in "yz"])
     for tension in ((60, 0, 0), (0, 60, 60), (60, 0, 0), (60, 60, 0), (60, 60, 60)):
@@ -196,8 +196,8 @@ def test_jumps_to_full_pull_neither_diverge_nor_rattle(mu, timestep):
 
 @pytest.mark.parametrize("mu", [0.1, 0.4])
 def test_a_trunk_at_rest_stays(mu):
-    rig = SettleRig(rub(mu), options=FAST)
-    rig.settle(TWIST)
+    rig = RelaxationRig(rub(mu), options=FAST)
+    rig.relax(TWIST)
     tip = rig.data.site("end_18").xpos.copy()
     rig.friction.step(rig.data, 1000)
     mujoco.mj_forward(rig.model, rig.data)
@@ -214,19 +214,19 @@ def out_of_plane(points):
 
 
 def test_pulling_in_sequence_twists_the_trunk_by_friction_alone():
-    shapes = {mu: SettleRig(rub(mu), options=FAST).settle(TWIST).shape.points for mu in (0.0, 0.15)}
+    shapes = {mu: RelaxationRig(rub(mu), options=FAST).relax(TWIST).shape.points for mu in (0.0, 0.15)}
     assert out_of_plane(shapes[0.0]) < 3e-3
     assert out_of_plane(shapes[0.15]) > 15e-3
 
 
 def test_the_order_of_pulling_matters_by_friction_alone():
     orders = [
-        [Stage(pull=(0.06, SLACK, SLACK)), Stage(pull=(0.06, 0.03, SLACK))],
-        [Stage(pull=(SLACK, 0.03, SLACK)), Stage(pull=(0.06, 0.03, SLACK))],
+        [LoadStep(pull=(0.06, SLACK, SLACK)), LoadStep(pull=(0.06, 0.03, SLACK))],
+        [LoadStep(pull=(SLACK, 0.03, SLACK)), LoadStep(pull=(0.06, 0.03, SLACK))],
     ]
     apart = {}
     for mu in (0.0, 0.15):
-        first, second = (SettleRig(rub(mu), options=FAST).settle(order).shape.points for order in orders)
+        first, second = (RelaxationRig(rub(mu), options=FAST).relax(order).shape.points for order in orders)
         apart[mu] = np.linalg.norm(first - second, axis=-1).max()
     assert apart[0.0] < 2e-4
     assert apart[0.15] > 20e-3
@@ -253,7 +253,9 @@ def test_the_plant_rubs_and_forgets_at_reset():
 
 
 def test_stiffness_of_a_hole_follows_step_and_trunk():
-    coarse, fine = (SettleRig(rub(0.1), options=SettleOptions(timestep=dt)).friction.stiffness for dt in (2e-3, 1e-3))
+    coarse, fine = (
+        RelaxationRig(rub(0.1), options=RelaxationOptions(timestep=dt)).friction.stiffness for dt in (2e-3, 1e-3)
+    )
     assert fine == pytest.approx(4 * coarse)
-    soft = SettleRig(rub(0.1), options=SettleOptions(trunk=TrunkOptions(hole_set_back=0.01))).friction.stiffness
+    soft = RelaxationRig(rub(0.1), options=RelaxationOptions(trunk=TrunkOptions(hole_set_back=0.01))).friction.stiffness
     assert soft == pytest.approx(fine, rel=0.3)

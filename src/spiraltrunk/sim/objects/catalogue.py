@@ -1,4 +1,4 @@
-"""Objects to grasp: by name, by their measures, or from a user's file."""
+"""Objects by name, by their measures, or from a file."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ CATALOGUE = {
     "cylinder-32": "cylinder:diameter_mm=32,height_mm=40,mass_g=30",
     "cone-35": "cone:diameter_mm=35,height_mm=45,mass_g=20",
 }
-"""Objects by name, each as its measures: for wraps, for flat and hollow ones, for the pinch, for the tip's gripper."""
+"""Objects by name: for wraps, flat and hollow ones, for the pinch, for the gripper at the tip."""
 
 DEFAULT_OBJECT = "cylinder-60"
 
@@ -66,19 +66,19 @@ _MEASURES = {
     "stl": ("path", "unit", "mass_g"),
     "mjcf": ("path",),
 }
-"""Measures that each kind is given by."""
+"""Measures of each kind."""
 
 _WORDS = {"path": "FILE", "unit": "|".join(UNITS), "axis": "|".join(AXES), "collide": "|".join(COLLIDES)}
-"""Measures that are words, and which."""
+"""Measures that are words, with their values."""
 
 _OPTIONS = {"stl": ("axis", "collide"), "mjcf": ("axis",)}
-"""Measures that may be left out."""
+"""Optional measures."""
 
 
 def parse_object(text: str) -> ObjectSpec:
     """An object from a catalogue name or from ``kind:measure=value,...``.
 
-    A cylinder's axis, a box's x, lies across the plane in which the trunk bends.
+    The axis of a cylinder and the x axis of a box are normal to the plane in which the trunk bends.
 
     Raises:
         UnknownName: for a name or kind that does not exist.
@@ -101,27 +101,27 @@ def parse_object(text: str) -> ObjectSpec:
 def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collide: str = "hull") -> ObjectSpec:
     """An object of uniform density with the surface of an STL file.
 
-    Its axis is the longest side of the file's extents, or the one named. MuJoCo touches it at its convex hull;
-    `ObjectSpec.warning` says so where that is larger by more than 5 %, and ``collide="parts"`` splits it into convex
-    parts instead (seconds; needs coacd).
+    Its axis is the longest extent, or the one named. It collides as its convex hull; `ObjectSpec.warning` is given
+    where the hull is larger by more than 5 %, and ``collide="parts"`` decomposes it into convex parts instead (seconds;
+    requires coacd).
 
     Args:
         path: the file, binary or ASCII.
-        unit: of its coordinates, m, cm, mm or in; an STL does not say.
+        unit: of its coordinates, m, cm, mm or in; an STL has none.
         mass: of the object [kg].
         axis: longest, x, y or z.
         collide: hull or parts.
 
     Raises:
         DesignError: for a file that encloses no solid of a sensible size, with the reason.
-        UnknownName: for a unit, an axis or a way to collide that does not exist.
+        UnknownName: for a unit, an axis or a collision geometry that does not exist.
     """
     solid = load_stl_solid(path, unit=unit, axis=axis, collide=collide)
     return _compiled(ObjectSpec(kind="mesh", size=solid.extents(), mass=mass, loaded=solid), path)
 
 
 def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
-    """The one rigid body of an MJCF file, with the mass and inertia that the file says.
+    """The one rigid body of an MJCF file, with its mass and inertia.
 
     Raises:
         DesignError: for a file that is not one rigid body of a sensible size, with the reason.
@@ -132,7 +132,7 @@ def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
 
 
 def _compiled(shape: ObjectSpec, path: str) -> ObjectSpec:
-    """The object itself, refused where MuJoCo cannot build it."""
+    """The object, refused where MuJoCo cannot compile it."""
     spec = mujoco.MjSpec()
     add_object(spec, shape)
     try:
@@ -164,12 +164,12 @@ def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> Object
 
 
 def _form(kind: str) -> str:
-    """How a kind is typed, with what its words may be."""
+    """Form of a kind, with the values of its words."""
     return f"{kind}:" + ",".join(f"{name}={_WORDS.get(name, '')}" for name in _MEASURES[kind])
 
 
 def _split_measures(kind: str, text: str) -> dict[str, str]:
-    """What each measure is said to be."""
+    """Measures as typed."""
     allowed = (*_MEASURES[kind], *_OPTIONS.get(kind, ()))
     given: dict[str, str] = {}
     for part in filter(None, (piece.strip() for piece in text.split(","))):
@@ -185,7 +185,7 @@ def _split_measures(kind: str, text: str) -> dict[str, str]:
 
 
 def _parse_measure(name: str, text: str) -> float:
-    """One measure in SI; a refusal tells it in its own unit."""
+    """One measure in SI; an error gives it in its own unit."""
     allowed = MASSES if name == "mass_g" else EXTENTS
     try:
         value = float(text) if text.isascii() and "_" not in text else math.nan

@@ -1,4 +1,4 @@
-"""A user's MJCF body as an object: its geoms, and the mass distribution that the file says."""
+"""Objects from MJCF files: geoms and mass distribution of one rigid body."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.mujoco_log import quiet_mujoco
-from spiraltrunk.sim.objects.parts import FORMS, Part, Solid, compute_turn
+from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid, compute_turn
 from spiraltrunk.sim.objects.stl import AXES, FACES_MOST, read_bytes, refusal
 
 GEOMS_MOST = 200
-"""Most geoms of a body."""
+"""Largest number of geoms of a body."""
 
 
 def load_mjcf_solid(path: str, *, axis: str = "longest") -> tuple[Solid, float]:
     """The one rigid body of a file and its mass [kg].
 
-    What the file hangs on the world, a floor or lights, stays away; so do its friction, contact constants and colours:
-    the object gets those that every object has. Geoms that nothing can touch are drawn alone.
+    Floor and lights of the file are left out. Friction, contact parameters and colours are those of all objects. Geoms
+    that do not collide are only drawn.
 
     Raises:
         DesignError: for a file that MuJoCo does not load, or that is not one rigid body.
@@ -34,14 +34,14 @@ def load_mjcf_solid(path: str, *, axis: str = "longest") -> tuple[Solid, float]:
     data = _at_origin(model)
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
-    parts = tuple(_part(model, data, g, path) for g in range(model.ngeom) if model.geom_bodyid[g] > 0)
-    touched = tuple(part for part in parts if part.collides)
-    if not touched or sum(0 if part.faces is None else len(part.faces) for part in parts) > FACES_MOST:
+    geoms = tuple(_read_geom(model, data, g, path) for g in range(model.ngeom) if model.geom_bodyid[g] > 0)
+    touched = tuple(geom for geom in geoms if geom.collides)
+    if not touched or sum(0 if geom.faces is None else len(geom.faces) for geom in geoms) > FACES_MOST:
         raise refusal(path, "without a geom that collides, or too fine", f"a geom, {FACES_MOST} triangles")
     centroid, inertia, mass = _weigh(model, data)
     if not mass > 0:
         raise refusal(path, f"of {1e3 * mass:g} g", "some mass: give it a density or an inertial")
-    solid = Solid(parts=parts, centroid=centroid, inertia=inertia)
+    solid = Solid(geoms=geoms, centroid=centroid, inertia=inertia)
     return solid.turned(compute_turn(touched, axis)).centered(), mass
 
 
@@ -68,7 +68,7 @@ def _check_body(model: mujoco.MjModel, path: str) -> None:
 
 
 def _at_origin(model: mujoco.MjModel) -> mujoco.MjData:
-    """The body's frame laid onto the world's, wherever the file puts it."""
+    """Data with the body's frame at the world's origin."""
     data = mujoco.MjData(model)
     model.body_pos[1], model.body_quat[1] = 0, [1, 0, 0, 0]
     if model.njnt:
@@ -76,7 +76,7 @@ def _at_origin(model: mujoco.MjModel) -> mujoco.MjData:
     return data
 
 
-def _part(model: mujoco.MjModel, data: mujoco.MjData, g: int, path: str) -> Part:
+def _read_geom(model: mujoco.MjModel, data: mujoco.MjData, g: int, path: str) -> Geom:
     form = next((name for name, kind in FORMS.items() if int(kind) == model.geom_type[g]), None)
     if form is None:
         kind = mujoco.mjtGeom(int(model.geom_type[g])).name.removeprefix("mjGEOM_").lower()
@@ -87,7 +87,7 @@ def _part(model: mujoco.MjModel, data: mujoco.MjData, g: int, path: str) -> Part
         vertices = model.mesh_vert[mesh.vertadr[0] :][: mesh.vertnum[0]].astype(float)
         faces = model.mesh_face[mesh.faceadr[0] :][: mesh.facenum[0]].astype(np.int64)
     a, b, c = (float(value) for value in model.geom_size[g])
-    return Part(
+    return Geom(
         form=form, size=(a, b, c), position=data.geom_xpos[g].copy(),
         rotation=data.geom_xmat[g].reshape(3, 3).copy(), vertices=vertices, faces=faces,
         collides=bool(model.geom_contype[g] or model.geom_conaffinity[g]), group=int(model.geom_group[g]),

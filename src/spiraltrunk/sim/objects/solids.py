@@ -1,4 +1,4 @@
-"""Geometric solids: their parts and their exact mass distributions, each with its axis along x."""
+"""Geometric solids with exact mass distributions, each with its axis along x."""
 
 from __future__ import annotations
 
@@ -7,34 +7,34 @@ from collections.abc import Callable
 
 import numpy as np
 
-from spiraltrunk.sim.objects.parts import Part, Solid
+from spiraltrunk.sim.objects.geoms import Geom, Solid
 
 Size = tuple[float, float, float]
 
 NECK_SHARE = 0.3
-"""Part of a bottle's height that is neck (ours) [-]."""
+"""Share of the neck in the height of a bottle (ours) [-]."""
 
 RING_PARTS = 24
-"""Capsules that a ring is touched at (ours): between their ends they lie 0.9 % of the ring's radius too far in."""
+"""Capsules of a ring (ours): between their ends they deviate by 0.9 % of the ring's radius."""
 
 CONE_CORNERS = 48
-"""Corners of the polygon that stands for a cone's circle (ours): its sides lie 0.2 % of the radius too far in."""
+"""Sides of the pyramid that approximates a cone (ours): they deviate by 0.2 % of the radius."""
 
 _X_UP = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-"""Turns z, the axis of MuJoCo's cylinders, onto x."""
+"""Maps z, the axis of MuJoCo's cylinders, to x."""
 
 
 def box(size: Size) -> Solid:
-    """A box; x is the axis that a wrap goes round."""
+    """A box; wraps go around x."""
     x, y, z = size
-    part = Part(form="box", size=(x / 2, y / 2, z / 2))
-    return _solid(part, (y**2 + z**2) / 12, (x**2 + z**2) / 12, (x**2 + y**2) / 12)
+    geom = Geom(form="box", size=(x / 2, y / 2, z / 2))
+    return _solid(geom, (y**2 + z**2) / 12, (x**2 + z**2) / 12, (x**2 + y**2) / 12)
 
 
 def sphere(size: Size) -> Solid:
     """A ball."""
     radius = size[0] / 2
-    return _solid(Part(form="sphere", size=(radius, 0.0, 0.0)), *(0.4 * radius**2,) * 3)
+    return _solid(Geom(form="sphere", size=(radius, 0.0, 0.0)), *(0.4 * radius**2,) * 3)
 
 
 def cylinder(size: Size) -> Solid:
@@ -45,7 +45,7 @@ def cylinder(size: Size) -> Solid:
 
 
 def cone(size: Size) -> Solid:
-    """A cone, apex towards +x, its centre of mass at a quarter of its height; touched at a pyramid of 48 sides."""
+    """A cone, apex towards +x, its centre of mass at a quarter of its height; collides as a pyramid of 48 sides."""
     height, width, _ = size
     radius = width / 2
     angle = 2 * math.pi * np.arange(CONE_CORNERS) / CONE_CORNERS
@@ -56,20 +56,20 @@ def cone(size: Size) -> Solid:
     foot, apex = np.full_like(here, CONE_CORNERS), np.full_like(here, CONE_CORNERS + 1)
     faces = np.vstack([np.stack([here, after, apex], axis=1), np.stack([after, here, foot], axis=1)])
     across = 3 / 80 * (4 * radius**2 + height**2)
-    part = Part(form="mesh", vertices=vertices, faces=faces)
-    return _solid(part, 0.3 * radius**2, across, across, along=-height / 4)
+    geom = Geom(form="mesh", vertices=vertices, faces=faces)
+    return _solid(geom, 0.3 * radius**2, across, across, along=-height / 4)
 
 
 def ring(size: Size) -> Solid:
-    """A torus round x: as long as its tube is thick; touched at capsules from point to point of its circle."""
+    """A torus around x, as long as its tube is thick; collides as capsules along its circle."""
     tube, outer, _ = size
     radius, around = tube / 2, (outer - tube) / 2
     angle = 2 * math.pi * np.arange(RING_PARTS) / RING_PARTS
     points = around * np.stack([np.zeros_like(angle), np.cos(angle), np.sin(angle)], axis=1)
-    parts = tuple(_link(start, end, radius) for start, end in zip(points, np.roll(points, -1, axis=0), strict=True))
+    geoms = tuple(_link(start, end, radius) for start, end in zip(points, np.roll(points, -1, axis=0), strict=True))
     across = around**2 / 2 + 5 / 8 * radius**2
     inertia = np.diag([around**2 + 3 / 4 * radius**2, across, across])
-    return Solid(parts=parts, centroid=np.zeros(3), inertia=inertia)
+    return Solid(geoms=geoms, centroid=np.zeros(3), inertia=inertia)
 
 
 def bottle(size: Size, neck: float) -> Solid:
@@ -86,9 +86,9 @@ def bottle(size: Size, neck: float) -> Solid:
     share = radii**2 * lengths / (radii**2 @ lengths)
     along = float(share @ middles)
     across = float(share @ ((3 * radii**2 + lengths**2) / 12 + (middles - along) ** 2))
-    parts = tuple(_rod(2 * r, length, middle) for r, length, middle in zip(radii, lengths, middles, strict=True))
+    geoms = tuple(_rod(2 * r, length, middle) for r, length, middle in zip(radii, lengths, middles, strict=True))
     inertia = np.diag([float(share @ radii**2) / 2, across, across])
-    return Solid(parts=parts, centroid=np.array([along, 0.0, 0.0]), inertia=inertia)
+    return Solid(geoms=geoms, centroid=np.array([along, 0.0, 0.0]), inertia=inertia)
 
 
 SOLIDS: dict[str, Callable[[Size], Solid]] = {
@@ -98,25 +98,25 @@ SOLIDS: dict[str, Callable[[Size], Solid]] = {
     "cone": cone,
     "ring": ring,
 }
-"""Solids that their extents say all of."""
+"""Solids that are determined by their extents."""
 
 
-def _solid(part: Part, about_x: float, about_y: float, about_z: float, *, along: float = 0.0) -> Solid:
-    """A solid of one part with its centre of mass on its axis."""
-    return Solid(parts=(part,), centroid=np.array([along, 0.0, 0.0]), inertia=np.diag([about_x, about_y, about_z]))
+def _solid(geom: Geom, about_x: float, about_y: float, about_z: float, *, along: float = 0.0) -> Solid:
+    """A solid of one geom with its centre of mass on its axis."""
+    return Solid(geoms=(geom,), centroid=np.array([along, 0.0, 0.0]), inertia=np.diag([about_x, about_y, about_z]))
 
 
-def _rod(width: float, length: float, along: float) -> Part:
-    return Part(
+def _rod(width: float, length: float, along: float) -> Geom:
+    return Geom(
         form="cylinder", size=(width / 2, length / 2, 0.0), position=np.array([along, 0.0, 0.0]), rotation=_X_UP
     )
 
 
-def _link(start: np.ndarray, end: np.ndarray, radius: float) -> Part:
+def _link(start: np.ndarray, end: np.ndarray, radius: float) -> Geom:
     """A capsule between two points of the plane across x."""
     step = end - start
     half = float(np.linalg.norm(step)) / 2
     z = step / (2 * half)
     x = np.array([1.0, 0.0, 0.0])
     rotation = np.stack([x, np.cross(z, x), z], axis=1)
-    return Part(form="capsule", size=(radius, half, 0.0), position=(start + end) / 2, rotation=rotation)
+    return Geom(form="capsule", size=(radius, half, 0.0), position=(start + end) / 2, rotation=rotation)

@@ -1,4 +1,4 @@
-"""An object as the simulation has it: kind, extents, mass, friction; and its body in MuJoCo."""
+"""Object of the simulation: kind, extents, mass, friction, and its MuJoCo body."""
 
 from __future__ import annotations
 
@@ -11,55 +11,55 @@ import numpy as np
 
 from spiraltrunk.checks import Range, check_number, check_numbers, check_range
 from spiraltrunk.errors import DesignError, UnknownName, Unquoted
-from spiraltrunk.sim.objects.parts import Solid, add_part
+from spiraltrunk.sim.objects.geoms import Solid, add_geom
 from spiraltrunk.sim.objects.solids import SOLIDS, bottle
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 
 EXTENTS = Range(least=0.005, below=1.0)
-"""Extents that an object may have [m]."""
+"""Allowed extents [m]."""
 
 MASSES = Range(least=0.001, below=20.0)
-"""Masses that an object may have [kg]."""
+"""Allowed masses [kg]."""
 
 KINDS = (*SOLIDS, "bottle", "mesh", "mjcf")
 """Kinds of object."""
 
 EXCESS_MOST = 0.05
-"""By how much what collides may exceed the true volume without a word [-]."""
+"""Relative excess of the collision volume from which a warning is given [-]."""
 
 ROLLING_FRICTION = 1e-3
-"""Rolling resistance of objects that would else roll for ever [m] (ours, of the order of balls on felt)."""
+"""Rolling friction of objects that would otherwise roll for ever [m] (ours, about that of balls on felt)."""
 
 SPINNING_FRICTION = 5e-3
-"""Resistance against spinning on the spot, for the same objects [m] (MuJoCo's default)."""
+"""Torsional friction of the same objects [m] (MuJoCo's default)."""
 
 OBJECT_COLOR = [0.85, 0.36, 0.16, 1.0]
 
 _ROUND = ("cylinder", "cone", "ring", "bottle")
-"""Kinds that are as wide as high."""
+"""Kinds of equal width and height."""
 
 _ROLLING = ("sphere", "cone", "ring", "bottle")
-"""Kinds with rolling friction against everything. Others have it where they lie on the ground."""
+"""Kinds with rolling friction in all contacts; the others have it on the ground."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class ObjectSpec:
-    """A rigid object. Its own x axis is the one that a wrap goes round, its origin the middle of its extents."""
+    """A rigid object. Wraps go around its x axis; its origin is the middle of its extents."""
 
     kind: str
-    """cylinder, sphere, box, cone (apex towards +x), ring (round x), bottle (neck towards +x), or mesh or mjcf for
-    what a file gave."""
+    """cylinder, sphere, box, cone (apex towards +x), ring (around x), bottle (neck towards +x), or mesh or mjcf from a
+    file."""
     size: tuple[float, float, float]
     """Extents along its axis, across it and up [m]."""
     mass: float
     """Mass [kg]."""
     friction: float = 0.8
-    """Coefficient of friction against everything it touches [-]."""
+    """Coefficient of friction in all contacts [-]."""
     neck: float = 0.0
     """Diameter of a bottle's neck, 0 for every other kind [m]."""
     loaded: Solid | None = None
-    """What a file gave, None for every other kind."""
+    """Solid from a file, None for the other kinds."""
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -102,7 +102,7 @@ class ObjectSpec:
 
     @cached_property
     def solid(self) -> Solid:
-        """Its parts, and the mass distribution of one kilogram of it."""
+        """Its geoms and mass distribution."""
         if self.loaded is not None:
             return self.loaded
         return bottle(self.size, self.neck) if self.kind == "bottle" else SOLIDS[self.kind](self.size)
@@ -117,7 +117,7 @@ class ObjectSpec:
 
     @property
     def warning(self) -> str:
-        """What is not as the file says, in one line; empty where nothing is."""
+        """Difference between collision geometry and file in one line; empty if there is none."""
         excess = self.solid.excess
         if abs(excess) <= EXCESS_MOST:
             return ""
@@ -129,7 +129,7 @@ class ObjectSpec:
 
 
 def scaled(shape: ObjectSpec, factor: float) -> ObjectSpec:
-    """The same object, ``factor`` times as large and as heavy as before."""
+    """The same object scaled by ``factor``, with the same mass."""
     length, width, height = shape.size
     loaded = None if shape.loaded is None else shape.loaded.scaled(factor)
     size = (length * factor, width * factor, height * factor)
@@ -145,8 +145,8 @@ def add_object(spec: mujoco.MjSpec, shape: ObjectSpec, name: str = "object") -> 
     body.ipos = shape.center()
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = shape.inertia()
     body.fullinertia = [xx, yy, zz, xy, xz, yz]
-    for i, part in enumerate(shape.solid.parts, start=1):
-        geom = add_part(spec, body, part, name if i == 1 else f"{name}_{i}")
+    for i, own in enumerate(shape.solid.geoms, start=1):
+        geom = add_geom(spec, body, own, name if i == 1 else f"{name}_{i}")
         geom.rgba, geom.solref, geom.solimp, geom.priority = OBJECT_COLOR, SOLREF, SOLIMP, 1
         geom.condim = 6 if shape.kind in _ROLLING else 3
         geom.friction = [shape.friction, SPINNING_FRICTION, ROLLING_FRICTION]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spiraltrunk.errors import DesignError, MissingPackage, UnknownName, Unquoted
-from spiraltrunk.sim.objects.parts import HIDDEN, Part, Solid, compute_turn
+from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid, compute_turn
 from spiraltrunk.sim.objects.spec import EXTENTS
 
 if TYPE_CHECKING:
@@ -184,20 +185,18 @@ def _build(mesh: Trimesh, axis: str, collide: str) -> Solid:
     vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
     mesh.density = 1.0
     volume = float(mesh.volume)
-    whole = Part(form="mesh", vertices=vertices, faces=faces)
-    parts: tuple[Part, ...] = (whole,)
-    if collide == "parts":
-        pieces = _decompose(vertices, faces)
-        parts = (Part(form="mesh", vertices=vertices, faces=faces, collides=False), *pieces)
-    touched = sum(float(ConvexHull(part.vertices).volume) for part in parts if part.collides)
+    pieces = _decompose(vertices, faces) if collide == "parts" else ()
+    whole = Geom(form="mesh", vertices=vertices, faces=faces)
+    geoms = (replace(whole, collides=False), *pieces) if pieces else (whole,)
+    touched = sum(float(ConvexHull(geom.vertices).volume) for geom in geoms if geom.collides)
     solid = Solid(
-        parts=parts, centroid=np.array(mesh.center_mass), inertia=np.array(mesh.moment_inertia) / volume,
+        geoms=geoms, centroid=np.array(mesh.center_mass), inertia=np.array(mesh.moment_inertia) / volume,
         excess=touched / volume - 1,
     )  # fmt: skip
     return solid.turned(compute_turn((whole,), axis)).centered()
 
 
-def _decompose(vertices: np.ndarray, faces: np.ndarray) -> tuple[Part, ...]:
+def _decompose(vertices: np.ndarray, faces: np.ndarray) -> tuple[Geom, ...]:
     """Convex decomposition of a mesh; the same mesh gives the same parts."""
     try:
         import coacd
@@ -206,7 +205,7 @@ def _decompose(vertices: np.ndarray, faces: np.ndarray) -> tuple[Part, ...]:
     coacd.set_log_level("error")
     pieces = coacd.run_coacd(coacd.Mesh(vertices, faces), threshold=CONCAVITY, max_convex_hull=PARTS_MOST, seed=0)
     return tuple(
-        Part(form="mesh", vertices=np.asarray(corners, dtype=float), faces=np.asarray(sides), group=HIDDEN)
+        Geom(form="mesh", vertices=np.asarray(corners, dtype=float), faces=np.asarray(sides), group=HIDDEN)
         for corners, sides in pieces
     )
 

@@ -1,1 +1,1 @@
-"""Relaxation of a simulated trunk to its equilibrium, for comparison with the model."""
+"""Relaxation of a simulated trunk to its equilibrium, for comparison with the models."""

@@ -1,4 +1,4 @@
-"""The trunk alone as a MuJoCo spec: base held at any orientation in the frame of `Shape`, masses hung on sections."""
+"""The trunk as a MuJoCo spec with a fixed base at any orientation in the frame of `Shape`, and point masses."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.sim.robot.trunk import TrunkOptions, add_trunk, section_name, trunk_quat_wxyz
 
 _RADIUS = 1e-3
-"""Radius of the ball that stands for a point mass [m]: MuJoCo wants some inertia."""
+"""Radius of the ball that represents a point mass [m]: MuJoCo requires a positive inertia."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Point:
+class PointMass:
     """A point mass on a section's axis."""
 
     section: int
@@ -35,15 +35,15 @@ class Point:
     """Mass [kg]."""
 
 
-def held_spec(
-    design: TrunkDesign, options: TrunkOptions, points: Iterable[Point], *, theta_0: float, roll: float
+def clamped_spec(
+    design: TrunkDesign, options: TrunkOptions, points: Iterable[PointMass], *, theta_0: float, roll: float
 ) -> mujoco.MjSpec:
     """The trunk with its base axis ``theta_0`` [rad] below +x, turned by ``roll`` [rad] about it; gravity along -y."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.compiler.autolimits = True
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # MuJoCo 4.0.0's sparse Cholesky factor is at fault.
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # MuJoCo 4.0.0's sparse Cholesky factor is faulty.
     spec.option.gravity = [0, -GRAVITY, 0]
     mount, turn = np.zeros(4), trunk_quat_wxyz((1.0, 0.0, 0.0, 0.0), design.arm.roll)
     mujoco.mju_mulQuat(mount, _base_quat_wxyz(theta_0, roll), turn * [1, -1, -1, -1])
@@ -55,7 +55,7 @@ def held_spec(
 
 
 def read_shape(design: TrunkDesign, data: mujoco.MjData) -> Shape:
-    """Where the trunk of `held_spec` is, its cables through the true holes; forces and status are not looked at."""
+    """Shape of the trunk of `clamped_spec`, its cables through the true holes, without forces and status."""
     turn = np.array([data.body(section_name(n)).xmat.reshape(3, 3) for n in range(design.n_section)])
     base = data.site("trunk_base").xpos
     ends = np.array([data.site(f"end_{n + 1:02d}").xpos for n in range(design.n_section)])
@@ -76,14 +76,14 @@ def gripper_center(gripper: GripperDesign) -> float:
 
 
 def _base_quat_wxyz(theta_0: float, roll: float) -> np.ndarray:
-    """Turn of the trunk's base in the frame of `Shape`: by -theta_0 about z, then by ``roll`` about the axis."""
+    """Orientation of the trunk's base in the frame of `Shape`: -theta_0 about z, then ``roll`` about the axis."""
     quat = np.zeros(4)
     tilt = np.array([math.cos(theta_0 / 2), 0.0, 0.0, -math.sin(theta_0 / 2)])
     mujoco.mju_mulQuat(quat, tilt, np.array([math.cos(roll / 2), math.sin(roll / 2), 0.0, 0.0]))
     return quat
 
 
-def _add_point(body: mujoco.MjsBody, point: Point) -> None:
+def _add_point(body: mujoco.MjsBody, point: PointMass) -> None:
     load = body.add_body(pos=[point.along, 0, 0])
     load.explicitinertial = True
     load.mass = point.mass

@@ -1,4 +1,4 @@
-"""How a trunk is brought to rest in MuJoCo."""
+"""Options of the relaxation of a trunk in MuJoCo."""
 
 from __future__ import annotations
 
@@ -12,39 +12,39 @@ from spiraltrunk.sim.robot.trunk import TrunkOptions
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class SettleOptions:
-    """How the trunk is brought to rest, and what of it is simulated."""
+class RelaxationOptions:
+    """How the trunk is loaded and brought to rest, and what of it is simulated."""
 
     timestep: float = 1e-3
     """Step of the physics [s]."""
     pull_speed: float = 0.005
-    """Speed of the winders, infinity for at once [m/s]; with friction the shape depends on it, by 0.3 mm at this one
-    and 2 mm at 0.02 (ours, friction 0.15), without it not at all."""
+    """Speed of the winders, infinity for a step [m/s]. With friction the final shape depends on it, by 0.3 mm at this
+    speed and 2 mm at 0.02 (ours, friction 0.15); without friction it does not."""
     has_smooth_ramps: bool = False
-    """Whether winders speed up and slow down along the polynomial of least jerk, at the same mean speed, instead of at
-    once: what starts or stops abruptly swings the trunk, and a swing shakes sticking cables loose."""
+    """Whether winders follow the minimum-jerk polynomial at the same mean speed: abrupt starts and stops excite
+    oscillations, which release sticking cables."""
     tension_speed: float = 1.0
-    """Change of tension, infinity for at once [N/s]; likewise."""
+    """Rate of change of tensions, infinity for a step [N/s]."""
     damping_factor: float = 3.0
-    """Joint damping over the design's [-]; where the trunk rests does not depend on it, when does."""
+    """Joint damping over the design's [-]; it affects the time to rest, not the shape."""
     brake_factor: float = 1.0
-    """Joint damping over that while winders turn, and after until no hinge is faster than 1000 times ``still`` [-];
-    much of it leaves inertia no say in which of several shapes that balance the trunk comes to rest."""
+    """Further factor of joint damping while winders turn, and until no hinge is faster than 1000 times ``still`` [-];
+    high values suppress the effect of inertia on which of several equilibria is reached."""
     armature_factor: float = 1.0
-    """Armature of the joints over that of the simulation [-]; likewise."""
+    """Armature of the joints over that of the simulation [-]; it affects the time to rest, not the shape."""
     limit_factor: float = 1.0
-    """Stiffness of the joint limits over that of the simulation [-]; joints end that much less past them. At 1 ms steps
-    1000 are borne with a hundredfold armature."""
+    """Stiffness of the joint limits over that of the simulation [-]. Steps of 1 ms are stable up to 1000 with a
+    hundredfold armature."""
     still: float = 1e-5
-    """Largest speed of a hinge that counts as rest [rad/s]."""
+    """Largest speed of a hinge at rest [rad/s]."""
     time_most: float = 60.0
-    """Time after the end of a ramp in which rest must come [s]."""
+    """Largest time from the end of a ramp to rest [s]."""
     has_gripper: bool = True
-    """Whether the tip carries the gripper's mass, its fingers straight and stiff."""
+    """Whether the tip carries the gripper's mass, its fingers straight and rigid."""
     has_contact: bool = False
-    """Whether the trunk's sections collide; the models of equilibrium know joint limits alone."""
+    """Whether the trunk's sections collide; the equilibrium models have joint limits only."""
     trunk: TrunkOptions = field(default_factory=TrunkOptions)
-    """The trunk's simulation."""
+    """Options of the simulated trunk."""
 
     def __post_init__(self) -> None:
         check_number("timestep", self.timestep, above=0.0, below=0.01)
@@ -53,6 +53,5 @@ class SettleOptions:
                 check_number(name, getattr(self, name), above=0.0)
         for name in ("damping_factor", "brake_factor", "armature_factor"):
             check_number(name, getattr(self, name), least=0.0, below=1e6)
-        check_number("limit_factor", self.limit_factor, above=0.0, below=1e6)
-        check_number("still", self.still, above=0.0)
-        check_number("time_most", self.time_most, above=0.0, below=1e4)
+        for name in ("limit_factor", "still", "time_most"):
+            check_number(name, getattr(self, name), above=0.0, below=1e6)

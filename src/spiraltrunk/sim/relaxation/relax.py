@@ -1,6 +1,6 @@
-"""The trunk alone in MuJoCo, its base held at any orientation, loaded slowly and left to come to rest.
+"""Relaxation in MuJoCo: the trunk with a fixed base, loaded quasi-statically and brought to rest.
 
-What the equilibrium models are compared with: the same joints, masses and cables, found by moving there.
+The equilibrium models are compared with it: joints, masses and cables are the same.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics.shape import Shape, Status
-from spiraltrunk.sim.relaxation.clamped_trunk import Point, gripper_center, held_spec, read_shape
-from spiraltrunk.sim.relaxation.options import SettleOptions
+from spiraltrunk.sim.relaxation.clamped_trunk import PointMass, clamped_spec, gripper_center, read_shape
+from spiraltrunk.sim.relaxation.options import RelaxationOptions
 from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.trunk import cable_name, hinge_names, section_name, tune_joint_limits
 
-__all__ = ["SettleOptions", "SettleRig", "Settled", "Stage", "settle"]
+__all__ = ["LoadStep", "RelaxationOptions", "RelaxationRig", "Relaxed", "relax"]
 
 _WATCH_STEPS = 10
-"""Physics steps between two looks at the velocity."""
+"""Physics steps between two checks of the velocity."""
 
 _SLOW = 1000.0
-"""Speed over that of rest below which nothing is braked [-]."""
+"""Ratio of hinge speed to that of rest below which the brake is released [-]."""
 
 _STILL_TIME = 0.05
-"""Time for which the velocity must stay below its bound [s]: at the turning point of a swing it does not."""
+"""Time for which the velocity must stay below its bound [s], which excludes the turning points of oscillations."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Stage:
-    """What the cables do next; nan is no command, and a cable with neither command hangs slack."""
+class LoadStep:
+    """Commands of the winders; nan is no command, and a cable without commands is slack."""
 
     pull: ArrayLike = math.nan
     """Length to pull in since the straight trunk, negative for cable paid out, shape (n_cable,) [m]."""
@@ -48,15 +48,15 @@ class Stage:
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Settled:
-    """Where the trunk came to rest, and with which forces."""
+class Relaxed:
+    """Shape and forces at rest."""
 
     shape: Shape
-    """The shape in the frame that `Shape` describes, its cables through the true holes."""
+    """The shape in the frame of `Shape`, its cables through the true holes."""
     cable_tension: np.ndarray
     """Tension at the motors, shape (n_cable,) [N]."""
     cable_pull: np.ndarray
-    """Cable pulled in as the simulation sees it, through its holes, shape (n_cable,) [m]."""
+    """Cable pulled in, through the simulated holes, shape (n_cable,) [m]."""
     speed: float
     """Largest speed of a hinge at the end [rad/s]."""
     time: float
@@ -64,15 +64,15 @@ class Settled:
 
 
 @final
-class SettleRig:
-    """A trunk whose base is held, compiled once for any number of loadings.
+class RelaxationRig:
+    """A trunk with a fixed base, compiled once for any number of loadings.
 
     Args:
         design: the trunk.
         theta_0: angle of the base axis below the horizontal [rad].
-        roll: turn of the trunk about its base axis from where its dorsal side lies in the plane z = 0 [rad].
+        roll: rotation of the trunk about its base axis; at 0 its dorsal side is in the plane z = 0 [rad].
         loads: point mass at the end of each section, shape (n_section,) [kg].
-        options: how it is brought to rest.
+        options: options of the relaxation.
 
     Raises:
         DesignError: for an angle or a load out of range.
@@ -85,18 +85,18 @@ class SettleRig:
         theta_0: float = math.pi / 2,
         roll: float = 0.0,
         loads: ArrayLike = 0.0,
-        options: SettleOptions | None = None,
+        options: RelaxationOptions | None = None,
     ) -> None:
         check_number("theta_0", theta_0)
         check_number("roll", roll)
         self.design = design
-        self.options = SettleOptions() if options is None else options
+        self.options = RelaxationOptions() if options is None else options
         self.loads = np.broadcast_to(np.asarray(loads, float), design.n_section)
         for n, load in enumerate(self.loads.tolist()):
             check_number(f"loads[{n}]", load, least=0.0, below=1e3)
         self.model = self._build(theta_0, roll)
         tune_joint_limits(self.model, design)
-        # Only now, as the joint limits are as soft as the inertia that they were tuned to is small.
+        # After tuning, which depends on the inertia.
         hinges = [self.model.joint(name).dofadr[0] for i in range(design.n_joint) for name in hinge_names(i)]
         self._hinges = np.array(hinges)
         self.model.dof_armature[self._hinges] *= self.options.armature_factor
@@ -127,18 +127,18 @@ class SettleRig:
         moment[-1] += mass * (length[-1] + beyond)
         return moment / self.section_mass
 
-    def settle(self, stages: Sequence[Stage] = ()) -> Settled:
-        """Let the trunk rest under gravity with slack cables, then load it stage by stage, at rest after each.
+    def relax(self, steps: Sequence[LoadStep] = ()) -> Relaxed:
+        """Rest under gravity with slack cables, then rest after each load step; the last shape.
 
         Raises:
             ModelError: where a command is negative or not one number per cable.
         """
-        *_, last = self.visit(stages)
+        *_, last = self.iterate(steps)
         return last
 
-    def visit(self, stages: Sequence[Stage] = ()) -> Iterator[Settled]:
-        """`settle`, telling where the trunk rests under gravity and then after each stage."""
-        commands = [self._read(stage) for stage in stages]
+    def iterate(self, steps: Sequence[LoadStep] = ()) -> Iterator[Relaxed]:
+        """As `relax`, with the shape under gravity and after each load step."""
+        commands = [self._read(step) for step in steps]
         mujoco.mj_resetData(self.model, self.data)
         self._force = np.zeros(3)
         if self.friction is not None:
@@ -149,12 +149,12 @@ class SettleRig:
             self._ramp(pull, tension)
             yield self._result(self._rest(), pull)
 
-    def push(self, force: ArrayLike, *, hold: Literal["length", "tension"] | None = None) -> Settled:
-        """From where it is, let the trunk rest under a force on its tip, winders holding what they held.
+    def push(self, force: ArrayLike, *, hold: Literal["length", "tension"] | None = None) -> Relaxed:
+        """From the present state, rest under a force on the tip, with unchanged winder commands.
 
         Args:
             force: at the end of the last section until the next call, in the frame of `Shape`, shape (3,) [N].
-            hold: what winders of taut cables keep from now on, as it is now; a length up to the largest tension.
+            hold: quantity that winders of taut cables keep constant from now on; lengths up to the largest tension.
 
         Raises:
             ModelError: where the force is not three finite numbers.
@@ -180,9 +180,9 @@ class SettleRig:
     def _build(self, theta_0: float, roll: float) -> mujoco.MjModel:
         design, options, (mass, beyond) = self.design, self.options, self._gripper
         end = design.section_length
-        points = [Point(section=n, along=float(end[n]), mass=float(self.loads[n])) for n in range(design.n_section)]
-        points.append(Point(section=design.n_section - 1, along=float(end[-1]) + beyond, mass=mass))
-        spec = held_spec(replace(design, gripper=None), options.trunk, points, theta_0=theta_0, roll=roll)
+        points = [PointMass(section=n, along=float(end[n]), mass=float(self.loads[n])) for n in range(design.n_section)]
+        points.append(PointMass(section=design.n_section - 1, along=float(end[-1]) + beyond, mass=mass))
+        spec = clamped_spec(replace(design, gripper=None), options.trunk, points, theta_0=theta_0, roll=roll)
         spec.option.timestep = options.timestep
         for joint in spec.joints:
             joint.damping[0] *= options.damping_factor
@@ -193,19 +193,19 @@ class SettleRig:
 
     # Moving.
 
-    def _read(self, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
+    def _read(self, step: LoadStep) -> tuple[np.ndarray, np.ndarray]:
         out = []
         for name in ("pull", "tension"):
-            value = np.asarray(getattr(stage, name), float)
+            value = np.asarray(getattr(step, name), float)
             least = -2 * self.design.cable_stroke if name == "pull" else 0.0
             if value.shape not in ((), (self.design.n_cable,)) or np.isinf(value).any() or (value < least).any():
                 allowed = f"{self.design.n_cable} numbers, at least {least:.4g} or nan"
-                raise ModelError(f"{name} is {getattr(stage, name)!r}; allowed: {allowed}")
+                raise ModelError(f"{name} is {getattr(step, name)!r}; allowed: {allowed}")
             out.append(np.broadcast_to(value, self.design.n_cable))
         return out[0], out[1]
 
     def _ramp(self, pull: np.ndarray, tension: np.ndarray) -> None:
-        """Go from what the cables do to the commanded lengths and tensions, all arriving together."""
+        """Ramp the winders to the commanded lengths and tensions, all in the same time."""
         self._forward()
         now_pull, now_tension = self._pull(), self._tension()
         has_length, most = np.isfinite(pull), self.design.cable.tension_max
@@ -227,7 +227,7 @@ class SettleRig:
             self._advance(1)
 
     def _rest(self) -> bool:
-        """Wait until all hinges stand still; whether they came to."""
+        """Simulate until all hinges are at rest; False if they are not in time."""
         period = _WATCH_STEPS * self.options.timestep
         still = 0.0
         for _ in range(round(self.options.time_most / period)):
@@ -282,7 +282,7 @@ class SettleRig:
 
     # Reading.
 
-    def _result(self, is_still: bool, wanted: np.ndarray) -> Settled:
+    def _result(self, is_still: bool, wanted: np.ndarray) -> Relaxed:
         self._forward()
         shape = read_shape(self.design, self.data)
         tension, pull = self._tension(), self._pull()
@@ -295,20 +295,20 @@ class SettleRig:
             status = Status.ALL_SHUT
         elif (np.isfinite(wanted) & (most > 0) & (tension > 0.999 * most)).any():
             status = Status.STALLED
-        return Settled(
+        return Relaxed(
             shape=replace(shape, status=np.array(int(status))), cable_tension=tension, cable_pull=pull,
             speed=self._speed(), time=float(self.data.time),
         )  # fmt: skip
 
 
-def settle(
+def relax(
     design: TrunkDesign,
-    stages: Sequence[Stage] = (),
+    steps: Sequence[LoadStep] = (),
     *,
     theta_0: float = math.pi / 2,
     roll: float = 0.0,
     loads: ArrayLike = 0.0,
-    options: SettleOptions | None = None,
-) -> Settled:
-    """Where the trunk rests after its cables went through ``stages``, by simulation; see `SettleRig`."""
-    return SettleRig(design, theta_0=theta_0, roll=roll, loads=loads, options=options).settle(stages)
+    options: RelaxationOptions | None = None,
+) -> Relaxed:
+    """The shape after load steps, by simulation; see `RelaxationRig`."""
+    return RelaxationRig(design, theta_0=theta_0, roll=roll, loads=loads, options=options).relax(steps)

@@ -1,4 +1,4 @@
-"""What MuJoCo's compiled trunk has of the quantities that a design fixes, to hold the two against each other."""
+"""Quantities of MuJoCo's compiled trunk that the design determines, for comparison."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from spiraltrunk.sim.robot.trunk import TrunkOptions, section_name, trunk_spec
 def measure_compiled(design: TrunkDesign) -> dict[str, Any]:
     """Section lengths, masses, centres, inertias, stroke and largest error of a hole of the compiled trunk, in SI.
 
-    The holes lie in the faces here; while it runs, the simulation has them a little behind (`TrunkOptions`).
+    The holes are in the faces here; the simulation sets them back a little (`TrunkOptions`).
     """
     model = trunk_spec(design, TrunkOptions(hole_set_back=0.0)).compile()
     data = mujoco.MjData(model)

@@ -1,10 +1,10 @@
-"""Contact and colour constants that the bodies of a scene share."""
+"""Contact and colour constants of a scene."""
 
 SOLREF = [0.004, 1.0]
-"""Time constant [s] and damping ratio of contacts; the same on trunk and objects, else MuJoCo mixes them."""
+"""Time constant [s] and damping ratio of contacts; equal for trunk and objects, else MuJoCo mixes them."""
 
 SOLIMP = [0.95, 0.99, 0.001, 0.5, 2.0]
 """Impedance of contacts: least, most, over 1 mm."""
 
 TRUNK_COLORS = ([0.50, 0.55, 0.62, 1.0], [0.58, 0.63, 0.70, 1.0])
-"""Sections alternate, so that a bend can be seen."""
+"""Colours of alternate sections, which make bends visible."""

@@ -1,7 +1,7 @@
-"""From a design to MuJoCo bodies: housing, sections, elastic joints, cables and tip gripper.
+"""MuJoCo bodies of a design: housing, sections, elastic joints, cables and gripper.
 
-Nothing is typed in twice: every length, mass and stiffness is read from the design; what is set here belongs to the
-simulation alone. Axes are the design's: x along the trunk, y dorsal.
+Every length, mass and stiffness is read from the design; constants here concern the simulation only. Axes are the
+design's: x along the trunk, y dorsal.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from spiraltrunk.sim.robot.gripper import add_gripper
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF, TRUNK_COLORS
 
 _QUAT_MOUNT_TRUNK_WXYZ = (0.5, -0.5, -0.5, -0.5)
-"""Turns the trunk's x axis onto the mount's z axis, its dorsal side onto the mount's x axis."""
+"""Maps the trunk's x axis to the mount's z axis, its dorsal side to the mount's x axis."""
 
 N_SIDE = 16
-"""Sides of the prism that stands for a round section."""
+"""Sides of the prism that approximates a round section."""
 
 LIMIT_ARM = 0.075
-"""Distance from a joint to the two points that limit its bend [m]; virtual, sets the limit's softness alone."""
+"""Distance from a joint to the two virtual points that limit its bend [m]; it affects the limit's softness only."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class TrunkOptions:
-    """Choices of the simulation that are no property of the robot."""
+    """Options of the simulation that are no property of the robot."""
 
     hole_set_back: float = 0.08
-    """Holes lie this part of the face's half-width behind the face [-]: on it a cable chatters when a gap shuts."""
+    """Distance of the holes behind the face over its half-width [-]: in the face a cable chatters when a gap shuts."""
     neighbours: int = 4
-    """Sections up to this far apart do not collide: the joint limits keep them apart, and stand for the faces."""
+    """Largest distance of sections that do not collide: the joint limits represent their faces."""
     cable_gain: float = 2e4
     """Stiffness of the winder's position control [N/m]."""
     stiffness_factor: float = 1.0
@@ -89,7 +89,7 @@ def add_trunk(
 
 
 def trunk_quat_wxyz(mount_quat_wxyz: ArrayLike, roll: float = 0.0) -> np.ndarray:
-    """Turn from the mount's parent to the trunk: x along the mount's z, dorsal ``roll`` [rad] about it from its x."""
+    """Orientation of the trunk in the mount's parent: x along the mount's z, dorsal ``roll`` [rad] from its x."""
     turn, quat = np.array([math.cos(roll / 2), 0, 0, math.sin(roll / 2)]), np.zeros(4)
     mujoco.mju_mulQuat(quat, np.array(mount_quat_wxyz, float), turn)
     mujoco.mju_mulQuat(quat, quat.copy(), np.array(_QUAT_MOUNT_TRUNK_WXYZ))
@@ -112,16 +112,16 @@ def hinge_names(i: int) -> tuple[str, str]:
 
 
 def hinge_order(i: int) -> tuple[str, str]:
-    """The hinges of joint ``i`` from the proximal one: the order alternates, else bending about both would screw."""
+    """The hinges of joint ``i``, proximal first; the order alternates to avoid torsion when bending about both."""
     about_y, about_z = hinge_names(i)
     return (about_z, about_y) if i % 2 == 0 else (about_y, about_z)
 
 
 def tune_joint_limits(model: mujoco.MjModel, design: TrunkDesign) -> None:
-    """Give the joint limits their true inverse inertia, taken where they act.
+    """Set the inverse inertia of the joint limits to its value at the limit.
 
-    MuJoCo takes it in the straight trunk, where the limited distance is stationary and its Jacobian zero: the limit
-    would be infinitely stiff, and a free curl diverges when the base is horizontal.
+    MuJoCo computes it for the straight trunk, where the Jacobian of the limited distance is zero: the limit would be
+    infinitely stiff, and a free curl diverges when the base is horizontal.
     """
     data = mujoco.MjData(model)
     for i in range(design.n_joint):
@@ -152,7 +152,7 @@ def add_housing(parent: mujoco.MjsBody, design: TrunkDesign, pos: np.ndarray, qu
         (neck, housing.neck_mass, radius, housing.neck_length, TRUNK_COLORS[1]),
     ):
         _set_inertia(part, mass, length / 2, (mass * size**2 / 2, mass * (3 * size**2 + length**2) / 12))
-        part.gravcomp = 1.0  # The arm's controller is told this load (set_load).
+        part.gravcomp = 1.0  # The arm's controller compensates this load (set_load).
         part.add_geom(
             name=part.name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[0, 0, 0, length, 0, 0], size=[size, 0, 0],
             rgba=color, solref=SOLREF, solimp=SOLIMP,
@@ -177,11 +177,10 @@ def _add_section(
 
 
 def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, design: TrunkDesign, n: int) -> None:
-    """What is seen is the section itself; what collides is a capsule through its outer surface.
+    """Add the section as a visual mesh, and a capsule through its outer surface for collisions.
 
-    The capsule's round ends bridge the open side of the gaps as the silicone shell does; at half the cost of the
-    sharp-edged prism, its contacts also chatter less. The last section collides as it is: beyond it is the gripper's
-    palm.
+    The capsule's ends bridge the open side of the gaps as the silicone shell does. It costs half as much as the prism,
+    and its contacts chatter less. The last section collides as its mesh, which ends at the gripper's palm.
     """
     mesh = spec.add_mesh(name=section_name(n), uservert=_section_vertices(design, n).ravel())
     is_last = n == design.n_section - 1
@@ -254,7 +253,7 @@ def _exclude_neighbours(spec: mujoco.MjSpec, design: TrunkDesign, options: Trunk
 
 
 def _section_vertices(design: TrunkDesign, n: int) -> np.ndarray:
-    """Corners of the prism for section ``n``: two rims with the circle's area, and the two joint centres."""
+    """Corners of the prism of section ``n``: two polygons of the circle's area, and the two joint centres."""
     solid = design.solid
     turn = 2 * math.pi / N_SIDE
     angle = turn * np.arange(N_SIDE)

@@ -1,4 +1,4 @@
-"""The world of a trial: floor, pedestal, arm, trunk, and an object, hung before a table or resting on the ground."""
+"""The scene of a trial: floor, pedestal, arm, trunk, and an object, hung before a table or on the ground."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ ARM = "arm/"
 
 
 def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
-    """The task as the robot is told it.
+    """The task as announced to the robot.
 
     Raises:
         DesignError: for anything but a design and options.
     """
     check_type("design", design, TrunkDesign)
     check_type("options", options, SceneOptions)
-    shape = options.shape if options.told is None else options.told
+    shape = options.announced or options.shape
     is_hung, is_upright = options.stage == "hung", options.stance == "upright"
     position = np.array(options.position)
     if not is_hung:
@@ -48,12 +48,12 @@ def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
     ground = None if is_hung else options.ground
     goal = Goal(lift=options.lift, aside=aside, place=position + beside, ground=ground)
     for array in (target.position, target.axis, goal.aside, goal.place):
-        array.setflags(write=False)  # The verdict goes by them.
+        array.setflags(write=False)  # The evaluation uses them.
     return Task(design=design, target=target, goal=goal)
 
 
 def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
-    """The whole world as one spec.
+    """The whole scene as one spec.
 
     Raises:
         DesignError: for anything but a design and options.
@@ -80,10 +80,10 @@ def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
 
 
 def build_model(design: TrunkDesign | None = None, options: SceneOptions | None = None) -> mujoco.MjModel:
-    """The whole world compiled, its joint limits tuned.
+    """The compiled scene, with tuned joint limits.
 
     Raises:
-        DesignError: for anything but a design and options, and where MuJoCo cannot build their world.
+        DesignError: for anything but a design and options, and where MuJoCo cannot compile the scene.
     """
     design = presets.PAPER if design is None else design
     spec = scene_spec(design, SceneOptions() if options is None else options)
@@ -101,14 +101,14 @@ def _set_options(spec: mujoco.MjSpec, options: SceneOptions) -> None:
     spec.option.impratio = options.friction_hardness
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.tolerance = 1e-6  # Fewer iterations than at 1e-8, for the same rate of success.
+    spec.option.tolerance = 1e-6  # Fewer iterations than at 1e-8, with the same success rate.
     spec.option.gravity = [0, 0, -GRAVITY]
-    # MuJoCo 4.0.0's sparse Cholesky factor is at fault in places; the dense one is not, and no slower here.
+    # MuJoCo 4.0.0's sparse Cholesky factor is faulty; the dense one is correct, and no slower here.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
 
 
 def _set_look(spec: mujoco.MjSpec) -> None:
-    """Light and image quality; pictures are drawn larger and shrunk, as multisampling is slow in software."""
+    """Light and image quality; frames are supersampled, as multisampling is slow in software."""
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight = 1920, 1440
     visual.global_.fovy = 40.0
@@ -117,7 +117,7 @@ def _set_look(spec: mujoco.MjSpec) -> None:
     visual.headlight.specular = [0.10, 0.10, 0.10]
     visual.quality.offsamples = 0
     visual.quality.shadowsize = 2048
-    visual.quality.numslices, visual.quality.numstacks = 20, 8  # Of round things, of which the cables are most.
+    visual.quality.numslices, visual.quality.numstacks = 20, 8  # Of round geoms, mostly cables.
     visual.map.znear = 0.02
     visual.map.shadowclip = 1.2
     visual.map.haze = 0.6

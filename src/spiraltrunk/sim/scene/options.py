@@ -12,10 +12,10 @@ from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.sensors import SensorOptions
 
 STAGES = ("hung", "ground")
-"""What an object may rest on: strings, or the ground."""
+"""Supports of an object: strings, or the ground."""
 
 STANCES = ("lying", "upright")
-"""How the axis of an object may stand on the ground."""
+"""Orientations of an object's axis on the ground."""
 
 TIMESTEP = 1e-3
 """Step of the physics [s]."""
@@ -24,42 +24,42 @@ TIMESTEP = 1e-3
 @final
 @dataclass(frozen=True, kw_only=True)
 class SceneOptions:
-    """One trial's world: what is known to the robot, and how the truth differs from it."""
+    """Scene of a trial: its true state, and the state announced to the robot."""
 
     shape: ObjectSpec = field(default_factory=lambda: parse_object(DEFAULT_OBJECT))
-    """The object as it truly is."""
-    told: ObjectSpec | None = None
-    """The object as the robot is told of it; None tells the truth."""
+    """The true object."""
+    announced: ObjectSpec | None = None
+    """The object as announced to the robot; None announces the true one."""
     stage: str = "hung"
-    """What the object rests on: "hung" on two strings, or on the "ground"."""
+    """Support of the object: "hung" on two strings, or on the "ground"."""
     stance: str = "lying"
-    """How it rests: "lying", its axis horizontal, or "upright"; what hangs, lies."""
+    """Orientation: "lying", its axis horizontal, or "upright"; hung objects are lying."""
     yaw: float = 0.0
-    """Turn of its axis about the vertical from the world's x, as the robot is told [rad]."""
+    """Announced angle of its axis about the vertical from the world's x [rad]."""
     yaw_error: float = 0.0
-    """True turn minus the one that is told [rad]."""
+    """True minus announced angle [rad]."""
     ground: float = 0.60
-    """Height of the ground [m]: where arm and trunk reach it both from above and from the side."""
+    """Height of the ground [m], reachable from above and from the side."""
     position: tuple[float, float, float] = (0.45, 0.10, 0.85)
-    """Nominal centre of the object, shape (3,) [m]; on the ground, its height follows from the object."""
+    """Announced centre of the object, shape (3,) [m]; on the ground, its height follows from the object."""
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """True centre minus nominal, unknown to the robot, shape (3,) [m]."""
+    """True minus announced centre, shape (3,) [m]."""
     aside: float = 0.20
     """Carry along y, not 0 [m]."""
     lift: float = 0.20
     """Height to lift by, above 0 [m]."""
     push: tuple[float, float] = (0.0, 0.0)
-    """Way from where it lies on the ground to where it shall be pushed (x, y) [m]; none where it shall be lifted."""
+    """Displacement by which it is to be pushed on the ground (x, y) [m]; zero where it is to be lifted."""
     place_aside: float = 0.35
-    """Distance of the table's middle along y from where the object hangs [m]: clear of the curling trunk."""
+    """Distance of the table's middle along y from the hung object [m], clear of the curling trunk."""
     place_rise: float = 0.08
-    """Height of the place to set down above the object's start [m]; the strings stay slack there."""
+    """Height of the target above the object's start [m]; the strings are slack there."""
     trunk: TrunkOptions = field(default_factory=TrunkOptions)
-    """The trunk's simulation."""
+    """Options of the simulated trunk."""
     sensors: SensorOptions = field(default_factory=SensorOptions)
-    """What the robot reads wrongly, and when."""
+    """Errors of sensors and commands."""
     friction_hardness: float = 1.0
-    """How much harder friction is than the contact that it acts in [-]: what soft friction holds creeps out."""
+    """Ratio of friction to normal stiffness in contacts, MuJoCo's impratio [-]: soft friction lets objects creep."""
     timestep: float = TIMESTEP
     """Step of the physics [s]."""
 
@@ -77,7 +77,7 @@ class SceneOptions:
         if self.stance not in STANCES:
             raise UnknownName("stance", self.stance, STANCES)
         if self.stage == "hung" and self.stance != "lying":
-            raise DesignError("scene.stance", got=self.stance, allowed='"lying", as what hangs, lies')
+            raise DesignError("scene.stance", got=self.stance, allowed='"lying" for a hung object')
         if self.aside == 0:
             raise DesignError("scene.aside", got=self.aside, allowed="any distance but 0")
         for name, count in (("position", 3), ("offset", 3), ("push", 2)):
@@ -85,9 +85,9 @@ class SceneOptions:
             for i, value in enumerate(getattr(self, name)):
                 check_number(f"scene.{name}[{i}]", value, above=-3.0, below=3.0)
         if self.stage == "hung" and any(self.push):
-            raise DesignError("scene.push", got=self.push, allowed="(0, 0), as what hangs is lifted")
+            raise DesignError("scene.push", got=self.push, allowed="(0, 0) for a hung object")
         check_type("scene.shape", self.shape, ObjectSpec)
-        if self.told is not None:
-            check_type("scene.told", self.told, ObjectSpec)
+        if self.announced is not None:
+            check_type("scene.announced", self.announced, ObjectSpec)
         check_type("scene.trunk", self.trunk, TrunkOptions)
         check_type("scene.sensors", self.sensors, SensorOptions)

@@ -1,4 +1,4 @@
-"""What an object rests on: strings and a table to set it down on, or the ground."""
+"""Supports of an object: strings and a table to set it down on, or the ground."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ STRING = 1.0
 """Height of the strings' anchors above the object [m]."""
 
 SLOT = 0.06
-"""Half the width of the slot in the table, in which the trunk withdraws from under the object [m] (ours)."""
+"""Half the width of the slot in the table, through which the trunk withdraws from the object [m] (ours)."""
 
 TABLE_DEPTH = 0.30
 """Depth of the table in the direction of the carry [m] (ours)."""
 
 GROOVE = math.radians(8.0)
-"""Slope of the table towards its middle [rad] (ours): a round object on a flat table rolls off at the last touch."""
+"""Slope of the table towards its middle [rad] (ours), without which round objects roll off."""
 
 ROLLING_FRICTION = 1e-3
 """Rolling resistance of the table's felt [m] (ours)."""
@@ -92,7 +92,7 @@ def add_table(spec: mujoco.MjSpec, options: SceneOptions, task: Task) -> None:
 
 
 def add_ground(spec: mujoco.MjSpec, options: SceneOptions) -> None:
-    """A wide platform before the arm, and the object on it."""
+    """A wide platform in front of the arm, and the object on it."""
     spec.worldbody.add_geom(
         name="ground", type=mujoco.mjtGeom.mjGEOM_BOX, material="tiles",
         size=[(GROUND_FAR - GROUND_NEAR) / 2, GROUND_HALF_WIDTH, options.ground / 2],
@@ -101,12 +101,12 @@ def add_ground(spec: mujoco.MjSpec, options: SceneOptions) -> None:
     body = add_object(spec, options.shape)
     if options.shape.kind != "box":
         for geom in body.geoms:
-            geom.condim = 6  # The object's rolling friction, or what lies here would roll for ever.
+            geom.condim = 6  # Rolling friction, without which objects would roll for ever.
     center = np.array(options.position) + np.array(options.offset)
     body.pos, body.quat = [*center[:2], rest_height(options)], object_quat_wxyz(options)
 
 
 def rest_height(options: SceneOptions) -> float:
-    """Height of the object's centre as it rests on the ground [m]."""
+    """Height of the centre of an object on the ground [m]."""
     shape = options.shape
     return options.ground + shape.size[0 if options.stance == "upright" else 2] / 2

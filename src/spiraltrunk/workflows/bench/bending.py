@@ -1,4 +1,4 @@
-"""Bending by a dorsal cable: one shape against the same law with a matrix chain, many against it over NumPy arrays."""
+"""Bending by a dorsal cable: one shape against the same law with a matrix chain, a batch against NumPy arrays."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ COUNT = 100_000
 """Shapes of the batch."""
 
 MOST = 0.1
-"""Largest pull of the batch [m]; up to it each joint's share fits into what is open nearer to the base."""
+"""Largest pull of the batch [m]; up to it no joint's share exceeds the open gaps nearer to the base."""
 
 
 def measure_bend_single() -> Claim:
     """One whole shape against Algorithm 1, section ends by 4 x 4 matrices and cable lengths in NumPy, rest given [s].
 
-    Both answer with section ends, joint angles and what every cable gave. Ours keeps the rest of the call before, too,
-    as the tilt is the same, and checks what it is given.
+    Both return section ends, joint angles and cable changes. Ours reuses the rest shape of the previous call, as the
+    tilt is the same, and checks its arguments.
     """
     law = NumpyBending(TILT)
     ours, other = time_in_turns(lambda: reference.bend_dorsal(presets.PAPER, PULL, TILT), lambda: law.bend_one(PULL))
@@ -38,7 +38,7 @@ def measure_bend_single() -> Claim:
 def measure_bend_batch() -> Claim:
     """Bends and section ends of 100,000 pulls on one core against the same law over arrays, rest given [s].
 
-    Both write into memory of an earlier answer, laid out the same way.
+    Both write into memory of an earlier result with the same layout.
     """
     pulls = np.random.default_rng(0).uniform(0.0, MOST, COUNT)
     law = NumpyBending(TILT)
@@ -53,23 +53,23 @@ def measure_bend_batch() -> Claim:
 
 
 def chain_matrices(theta_0: float, bends: list[float], lengths: list[float]) -> np.ndarray:
-    """Section ends from bends as one writes it in NumPy, shape (n_section, 3) [m]."""
-    pose = turn_and_go(-theta_0, lengths[0])
+    """Section ends from bends by 4 x 4 matrices, shape (n_section, 3) [m]."""
+    pose = rotate_and_translate(-theta_0, lengths[0])
     ends = [pose[:3, 3]]
     for bend, length in zip(bends, lengths[1:], strict=True):
-        pose = pose @ turn_and_go(bend, length)
+        pose = pose @ rotate_and_translate(bend, length)
         ends.append(pose[:3, 3])
     return np.array(ends)
 
 
-def turn_and_go(bend: float, length: float) -> np.ndarray:
-    """A turn about z, then a way along x, shape (4, 4)."""
+def rotate_and_translate(bend: float, length: float) -> np.ndarray:
+    """Rotation about z, then translation along x, shape (4, 4)."""
     c, s = np.cos(bend), np.sin(bend)
     return np.array([[c, -s, 0.0, c * length], [s, c, 0.0, s * length], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 
 
 class NumpyBending:
-    """Algorithm 1 of the paper as one writes it in NumPy, for pulls that leave joint 1 open.
+    """Algorithm 1 of the paper in NumPy, for pulls that leave joint 1 open.
 
     Args:
         theta_0: angle of the base axis below the horizontal [rad].
@@ -89,8 +89,7 @@ class NumpyBending:
     def bend_one(self, pull: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Section ends (n_section, 3) [m], joint angles (n_joint,) [rad] and cable changes (n_cable,) [m] for a pull.
 
-        What is scalar by nature, Algorithm 1 from joint to joint, goes over plain numbers, which NumPy's are slower
-        than; what is not goes over arrays.
+        The recursion from joint to joint uses Python floats, which are faster than NumPy scalars; the rest uses arrays.
         """
         table, level, gaps = self.table, pull, []
         for portion, below, rest in self.shares:
@@ -107,7 +106,7 @@ class NumpyBending:
     def bend(self, pull: np.ndarray, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Section ends (n, n_section, 3) [m] and bends (n, n_joint) [rad] for pulls (n,) [m].
 
-        ``ends`` (3, n_section, n) receives the former, laid out as ours are, its z being 0.
+        ``ends`` (3, n_section, n) receives the former, with our layout and z = 0.
         """
         table = self.table
         level, gap = pull.copy(), np.empty((len(self.gap), len(pull)))

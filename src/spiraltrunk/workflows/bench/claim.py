@@ -1,4 +1,4 @@
-"""What a claim is, and how two things are timed against each other."""
+"""Performance claims, and interleaved timing."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from typing import final
 import numba
 
 BURST = 2e-3
-"""Wall time that calls in a row should take, so that the clock's own is nothing [s]."""
+"""Wall time of a burst of calls, long against the clock's resolution [s]."""
 
 TURNS = 15
-"""Least turns of each side; the fastest counts, for what slows a turn is the machine's other work."""
+"""Least number of bursts of each call; the fastest counts, as other load only slows them."""
 
 SPAN = 0.5
-"""Least wall time over which the turns are spread [s]."""
+"""Least wall time of all bursts [s]."""
 
 
 @final
@@ -27,15 +27,15 @@ class Claim:
     """One claim, measured."""
 
     ours: float
-    """Ours, in the claim's unit."""
+    """Our measure, in the claim's unit."""
     other: float
-    """What it is compared with, in the same unit."""
+    """The measure it is compared with, in the same unit."""
     bar: float
-    """Least ratio that is claimed [-]."""
+    """Least claimed ratio [-]."""
 
     @property
     def ratio(self) -> float:
-        """How many times better ours is [-]."""
+        """Factor by which ours is better [-]."""
         return self.other / self.ours
 
     @property
@@ -45,9 +45,9 @@ class Claim:
 
 
 def time_in_turns(*calls: Callable[[], object], turns: int = TURNS, span: float = SPAN) -> list[float]:
-    """Least wall time of each call [s], its overhead included, all taken in turns under the same load.
+    """Least wall time of each call [s], overhead included, in interleaved bursts under the same load.
 
-    Every call is made once before, which compiles and fills caches.
+    Every call is made once before, for compilation and caches.
     """
     bursts = []
     for call in calls:
@@ -63,7 +63,7 @@ def time_in_turns(*calls: Callable[[], object], turns: int = TURNS, span: float 
 
 
 def time_burst(call: Callable[[], object], count: int) -> float:
-    """Mean wall time of calls in a row [s]."""
+    """Mean wall time of consecutive calls [s]."""
     began = time.perf_counter()
     for _ in range(count):
         call()
@@ -72,7 +72,7 @@ def time_burst(call: Callable[[], object], count: int) -> float:
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Within it one core works for this thread: Numba starts no others, and those started inherit the core."""
+    """Restrict this thread to one core within the block: Numba starts no threads, and new threads inherit the core."""
     cores, threads = os.sched_getaffinity(0), numba.get_num_threads()
     os.sched_setaffinity(0, {min(cores)})
     numba.set_num_threads(1)

@@ -1,4 +1,4 @@
-"""A rod of 50 elements like the trunk, swinging in PyElastica until it rests."""
+"""A rod of 50 elements like the trunk, relaxed in PyElastica."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ ELEMENTS = 50
 """Elements of the rod."""
 
 CLOSE = 1e-3
-"""Distance from where it ends at which the rod counts as at rest, in parts of its length [-]."""
+"""Distance from the final shape at which the rod counts as at rest, over its length [-]."""
 
 STEP = 6e-4
-"""Time step [s]: of 0.4 to 0.8 ms the largest at which the rod does not burst."""
+"""Time step [s]: the largest stable one of 0.4 to 0.8 ms."""
 
 DAMPING = 12.0
-"""Damping per mass [1/s]: of 4 to 20 the one with which it rests soonest."""
+"""Damping per mass [1/s]: of 4 to 20 the one with the shortest time to rest."""
 
 SWING = 4.0
 """Time simulated [s]; it is at rest after 1.2."""
 
 TURNS = 6
-"""Turns of each side."""
+"""Interleaved runs of each side."""
 
 LOOK = 0.018
-"""Simulated time between two looks [s]."""
+"""Simulated time between two samples [s]."""
 
 
 def measure_rest_pyelastica() -> Claim:
     """One shape at rest against PyElastica's rod, damped until it stays within 0.1 % of its length [s].
 
-    The rod is stepped far beyond that; what counts is the wall time until it came close for good. Both are timed in
-    turns, and the fastest of each counts.
+    The rod is simulated beyond that; the wall time until it stays close counts. Both are timed in interleaved runs, and
+    the fastest of each counts.
 
     Raises:
         MissingPackage: where PyElastica is not installed.
@@ -57,10 +57,10 @@ def measure_rest_pyelastica() -> Claim:
 
 
 def check_elastica() -> None:
-    """Refuse to go on without PyElastica.
+    """Check that PyElastica is installed.
 
     Raises:
-        MissingPackage: says how to install it.
+        MissingPackage: where it is not.
     """
     try:
         import elastica  # noqa: F401
@@ -71,7 +71,7 @@ def check_elastica() -> None:
 
 
 def swing() -> tuple[np.ndarray, list[float]]:
-    """Nodes at every look, shape (n_look, 3, ELEMENTS + 1) [m], and the wall time until then [s]."""
+    """Nodes at every sample, shape (n_sample, 3, ELEMENTS + 1) [m], and the wall time until then [s]."""
     from elastica import PositionVerlet
 
     simulator, rod = build_rod()
@@ -88,7 +88,7 @@ def swing() -> tuple[np.ndarray, list[float]]:
 
 
 def build_rod() -> tuple[Any, Any]:
-    """The simulator and its rod: clamped, horizontal, as long, stiff and heavy as the trunk all along."""
+    """The simulator and its rod: clamped, horizontal, with length, stiffness and mass distribution of the trunk."""
     import elastica as ea
 
     design = presets.PAPER
@@ -99,7 +99,7 @@ def build_rod() -> tuple[Any, Any]:
     weight = np.interp(along, at, design.section_mass / design.section_length) / (math.pi * radius**2)
 
     class Simulator(ea.BaseSystemCollection, ea.Constraints, ea.Forcing, ea.Damping):  # type: ignore[misc]
-        """What the rod is made of."""
+        """The rod and its loads."""
 
     simulator = Simulator()
     axes = np.eye(3)

@@ -1,4 +1,4 @@
-"""The equilibrium under pulled cables and loads against the same trunk in MuJoCo, left to settle."""
+"""Equilibrium under cables and loads against relaxation of the same trunk in MuJoCo."""
 
 from __future__ import annotations
 
@@ -12,36 +12,36 @@ import numpy as np
 from spiraltrunk.design import presets
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.shape import Shape
-from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.relaxation.relax import LoadStep, RelaxationOptions, RelaxationRig
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.workflows.bench.claim import Claim, time_in_turns
 
 COUNT = 20
 """Cases; the median ratio counts."""
 
-TUNED = SettleOptions(
+TUNED = RelaxationOptions(
     timestep=8e-3, damping_factor=8.0, armature_factor=100.0, still=2e-3, pull_speed=math.inf, tension_speed=math.inf,
     has_gripper=False,
 )  # fmt: skip
-"""With which MuJoCo comes to within 0.5 mm of where it ends in the least wall time.
+"""Options with which MuJoCo reaches its final shape within 0.5 mm in the least wall time.
 
-The best of a grid of steps (1 to 8 ms), damping (4 and 8 times the design's), armature (1 to 100 times) and speeds that
-count as rest. It flatters MuJoCo: joint limits are soft at that step, and where they matter it ends up to 15 mm off.
+The best of a grid of steps (1 to 8 ms), damping (4 and 8 times the design's), armature (1 to 100 times) and speeds of
+rest. It favours MuJoCo: joint limits are soft at that step, and shapes at the limits are up to 15 mm off.
 """
 
 SAME = statics.StaticsOptions(
     has_hinges=True, hole_set_back=TrunkOptions().hole_set_back, cable_stiffness=TrunkOptions().cable_gain
 )
-"""The simulation's trunk: two hinges a joint, holes set back, winders that yield."""
+"""The simulated trunk: two hinges per joint, holes set back, compliant winders."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One drawn loading."""
+    """One random loading."""
 
     pull: np.ndarray
-    """Cable pulled in; 0 for a slack one, shape (n_cable,) [m]."""
+    """Cable pulled in; 0 for a slack cable, shape (n_cable,) [m]."""
     tilt: float
     """Angle of the base axis below the horizontal [rad]."""
     load: float
@@ -57,16 +57,16 @@ class Case:
             options=SAME,
         )  # fmt: skip
 
-    def build_rig(self, options: SettleOptions) -> SettleRig:
-        """MuJoCo's trunk, its gripper left out as in ours."""
+    def build_rig(self, options: RelaxationOptions) -> RelaxationRig:
+        """MuJoCo's trunk without gripper, as ours."""
         loads = np.zeros(presets.PAPER.n_section)
         loads[self.section] = self.load
-        return SettleRig(presets.PAPER, theta_0=self.tilt, loads=loads, options=options)
+        return RelaxationRig(presets.PAPER, theta_0=self.tilt, loads=loads, options=options)
 
     @property
-    def stage(self) -> Stage:
-        """What its winders do."""
-        return Stage(pull=np.where(self.pull == 0, math.nan, self.pull))
+    def load_step(self) -> LoadStep:
+        """Commands of the winders."""
+        return LoadStep(pull=np.where(self.pull == 0, math.nan, self.pull))
 
 
 def draw_cases(seed: int = 0) -> list[Case]:
@@ -83,7 +83,7 @@ def draw_cases(seed: int = 0) -> list[Case]:
 
 
 def measure_statics_mujoco() -> Claim:
-    """An equilibrium under one or two pulled cables and a load against MuJoCo's, settled with tuned damping [s].
+    """An equilibrium under one or two pulled cables and a load against MuJoCo's, relaxed with tuned damping [s].
 
     The times are those of the case with the median ratio. MuJoCo's starts at rest under gravity, which is not counted.
     """
@@ -95,5 +95,5 @@ def measure_statics_mujoco() -> Claim:
 def time_case(case: Case) -> tuple[float, float]:
     """Wall time of our equilibrium and of MuJoCo's [s]."""
     rig = case.build_rig(TUNED)
-    ours, both, rest = time_in_turns(case.solve, lambda: rig.settle([case.stage]), rig.settle, turns=3, span=0.1)
+    ours, both, rest = time_in_turns(case.solve, lambda: rig.relax([case.load_step]), rig.relax, turns=3, span=0.1)
     return ours, both - rest

@@ -1,4 +1,4 @@
-"""The default grasp against the time that it simulates."""
+"""Real-time factor of the default grasp."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from spiraltrunk.workflows.bench.claim import Claim
 from spiraltrunk.workflows.grasp.trial import run_trial
 
 REPEATS = 3
-"""Trials; the median counts."""
+"""Number of trials; the median counts."""
 
 
 def measure_grasp_real_time() -> Claim:
-    """Wall time of a default grasp in simulation, control loop included, against the time that it simulates [s]."""
+    """Wall time of a default grasp, control loop included, against its simulated time [s]."""
     shape = parse_object(DEFAULT_OBJECT)
     trials = [run_trial(presets.PAPER, shape) for _ in range(REPEATS)]
     simulated = trials[0].plant.trace[-1].time

@@ -1,4 +1,4 @@
-"""From a tip's place to the cables: our inverse against SciPy's least squares over the same equilibrium."""
+"""Inverse of the tip position: ours against SciPy's least squares over the same equilibrium."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from spiraltrunk.model import inverse, statics
 from spiraltrunk.workflows.bench.claim import Claim, time_in_turns
 
 COUNT = 200
-"""Targets that are sought."""
+"""Number of targets."""
 
 TIMED = 31
-"""Targets at which both are timed; the median ratio counts."""
+"""Number of timed targets; the median ratio counts."""
 
 MOST = 8.0
-"""Largest tension with which a target is made [N]."""
+"""Largest tension of a target shape [N]."""
 
 CLOSE = 1e-4
-"""Distance from the target up to which it is reached [m]."""
+"""Largest distance from a reached target [m]."""
 
 
 @final
-class Target(NamedTuple):
-    """A place that the tip can reach."""
+class TipTarget(NamedTuple):
+    """A reachable tip position."""
 
     tip: np.ndarray
-    """Place, shape (3,) [m]."""
+    """Position, shape (3,) [m]."""
     tilt: float
     """Angle of the base axis below the horizontal [rad]."""
 
 
-def draw_targets(count: int, seed: int = 0) -> list[Target]:
-    """Tips of equilibria under drawn tensions of one or two cables, from hanging to horizontal."""
+def draw_targets(count: int, seed: int = 0) -> list[TipTarget]:
+    """Tips of equilibria under random tensions of one or two cables, from hanging to horizontal."""
     rng = np.random.default_rng(seed)
     n_cable, targets = presets.PAPER.n_cable, []
     for _ in range(count):
@@ -44,16 +44,15 @@ def draw_targets(count: int, seed: int = 0) -> list[Target]:
         tension[pulled] = rng.uniform(0.0, MOST, len(pulled))
         tilt = float(rng.uniform(0.0, np.pi / 2))
         shape = statics.solve(presets.PAPER, tension=tension, theta_0=tilt, friction=0.0)
-        targets.append(Target(shape.points[-1], tilt))
+        targets.append(TipTarget(shape.points[-1], tilt))
     return targets
 
 
 def measure_inverse_least_squares() -> Claim:
-    """Cables for a tip against ``scipy.optimize.least_squares`` over the tensions, slopes by differences [s].
+    """Cables for a tip against ``scipy.optimize.least_squares`` over the tensions, with finite differences [s].
 
-    The times are those of the target with the median ratio; SciPy's start is the trunk with 1 N on every cable, and
-    one start is all that it gets, whether it arrives or not. What ours keeps of a tilt after its first call is not
-    counted.
+    The times are those of the target with the median ratio. SciPy starts once, from 1 N on every cable, whether it
+    converges or not. The time of our first call at a tilt, which fills a cache, is not counted.
     """
     timed = sorted((time_target(target) for target in draw_targets(TIMED)), key=lambda pair: pair[1] / pair[0])
     ours, other = timed[len(timed) // 2]
@@ -61,7 +60,7 @@ def measure_inverse_least_squares() -> Claim:
 
 
 def measure_inverse_success() -> Claim:
-    """Share of the reachable targets that are reached within 0.1 mm [-], against 99 %."""
+    """Share of the targets reached within 0.1 mm [-], against 99 %."""
     near = [
         float(inverse.solve(presets.PAPER, target.tip, theta_0=target.tilt).distance) <= CLOSE
         for target in draw_targets(COUNT, seed=1)
@@ -69,7 +68,7 @@ def measure_inverse_success() -> Claim:
     return Claim(ours=0.99, other=sum(near) / len(near), bar=1.0)
 
 
-def time_target(target: Target) -> tuple[float, float]:
+def time_target(target: TipTarget) -> tuple[float, float]:
     """Wall time of our inverse and of SciPy's [s]."""
     ours, other = time_in_turns(
         lambda: inverse.solve(presets.PAPER, target.tip, theta_0=target.tilt),
@@ -80,8 +79,8 @@ def time_target(target: Target) -> tuple[float, float]:
     return ours, other
 
 
-def fit_tensions(target: Target) -> np.ndarray:
-    """Tensions for a tip as one seeks them with SciPy, shape (n_cable,) [N]."""
+def fit_tensions(target: TipTarget) -> np.ndarray:
+    """Tensions for a tip by SciPy, shape (n_cable,) [N]."""
     n_cable, most = presets.PAPER.n_cable, presets.PAPER.cable.tension_max
 
     def miss(tension: np.ndarray) -> np.ndarray:

@@ -101,7 +101,7 @@ def draw_scene(
     sensors = replace(spread.sensors, looks=chosen.looks, seed=int(rng.integers(2**32)))
     drawn = SceneOptions(
         shape=replace(scaled(shape, size), mass=shape.mass * mass, friction=friction),
-        told=shape,
+        announced=shape,
         stage=chosen.support,
         stance=chosen.stance,
         yaw=turned,

@@ -12,11 +12,11 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.protocol.schedule import Schedule
 from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
 from spiraltrunk.model.kinematics.shape import Shape, Status
-from spiraltrunk.sim.relaxation.relax import SettleOptions, SettleRig, Stage
+from spiraltrunk.sim.relaxation.relax import LoadStep, RelaxationOptions, RelaxationRig
 from spiraltrunk.sim.robot.trunk import TrunkOptions, hinge_names
 from spiraltrunk.workflows.virtual_session.printed_trunk import PrintedTrunk
 
-RELAXATION = SettleOptions(
+RELAXATION = RelaxationOptions(
     has_gripper=False, pull_speed=0.005, has_smooth_ramps=True, still=2e-3, time_most=10.0, limit_factor=10.0,
     armature_factor=10.0, trunk=TrunkOptions(hole_set_back=0.001),
 )  # fmt: skip
@@ -39,7 +39,7 @@ class SimulatedRun:
     """Number of shapes in which the trunk did not come to rest [-]."""
 
 
-def simulate_run(trunk: PrintedTrunk, schedule: Schedule, options: SettleOptions = RELAXATION) -> SimulatedRun:
+def simulate_run(trunk: PrintedTrunk, schedule: Schedule, options: RelaxationOptions = RELAXATION) -> SimulatedRun:
     """A run in MuJoCo, with friction, joint limits, weight, inertia and the motion from shape to shape.
 
     Raises:
@@ -47,14 +47,14 @@ def simulate_run(trunk: PrintedTrunk, schedule: Schedule, options: SettleOptions
     """
     _check_cables(trunk, schedule)
     stiff = replace(options.trunk, cable_gain=1 / trunk.winders.compliance)
-    rig = SettleRig(trunk.design, theta_0=schedule.run.theta_0, options=replace(options, trunk=stiff))
+    rig = RelaxationRig(trunk.design, theta_0=schedule.run.theta_0, options=replace(options, trunk=stiff))
     for i, sag in enumerate(trunk.sag):
         for name, angle in zip(hinge_names(i), sag, strict=True):
             rig.model.qpos_spring[rig.model.joint(name).qposadr[0]] = angle
     if schedule.run.kind == "rest":
-        return _build_run(trunk, schedule, [rig.settle().shape])
-    _, *loaded = rig.visit([Stage(pull=length - trunk.winders.slack) for length in schedule.pull])
-    return _build_run(trunk, schedule, [settled.shape for settled in loaded])
+        return _build_run(trunk, schedule, [rig.relax().shape])
+    _, *loaded = rig.iterate([LoadStep(pull=length - trunk.winders.slack) for length in schedule.pull])
+    return _build_run(trunk, schedule, [relaxed.shape for relaxed in loaded])
 
 
 def solve_run(trunk: PrintedTrunk, schedule: Schedule) -> SimulatedRun:

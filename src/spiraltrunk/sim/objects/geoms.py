@@ -1,4 +1,4 @@
-"""Parts of an object: convex collision shapes, and the mass distribution of the whole."""
+"""Geoms of an object: convex collision shapes, and the mass distribution of the whole."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ FORMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "mesh": mujoco.mjtGeom.mjGEOM_MESH,
 }
-"""Forms of a part and MuJoCo's types."""
+"""Forms of a geom and MuJoCo's types."""
 
 HIDDEN = 3
-"""MuJoCo's geom group of parts that collide and are not drawn."""
+"""MuJoCo's group of geoms that collide and are not drawn."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Part:
+class Geom:
     """One shape of an object and its pose."""
 
     form: str
@@ -45,7 +45,7 @@ class Part:
     """MuJoCo's geom group; 0 to 2 are drawn."""
 
     def reach(self, direction: np.ndarray) -> float:
-        """Support function: largest coordinate of the part along a unit ``direction``, from the object's origin [m]."""
+        """Support function: largest coordinate of the geom along a unit ``direction``, from the object's origin [m]."""
         own = self.rotation.T @ direction
         a, b, c = self.size
         if self.vertices is not None:
@@ -62,16 +62,16 @@ class Part:
             far = float(np.array([a, b, c]) @ np.abs(own))
         return float(self.position @ direction) + far
 
-    def moved(self, offset: np.ndarray) -> Part:
-        """The part at another place of the object."""
+    def moved(self, offset: np.ndarray) -> Geom:
+        """The geom shifted by ``offset`` [m]."""
         return replace(self, position=self.position + offset)
 
-    def turned(self, rotation: np.ndarray) -> Part:
-        """The part of an object that is turned about its origin."""
+    def turned(self, rotation: np.ndarray) -> Geom:
+        """The geom rotated about the object's origin."""
         return replace(self, position=rotation @ self.position, rotation=rotation @ self.rotation)
 
-    def scaled(self, factor: float) -> Part:
-        """The part of an object ``factor`` times as large."""
+    def scaled(self, factor: float) -> Geom:
+        """The geom scaled about the object's origin."""
         a, b, c = self.size
         vertices = None if self.vertices is None else self.vertices * factor
         return replace(
@@ -82,70 +82,70 @@ class Part:
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solid:
-    """Parts and their mass distribution per unit mass; the origin is the middle of the colliding parts."""
+    """Geoms and their mass distribution per unit mass; the origin is the middle of the colliding geoms."""
 
-    parts: tuple[Part, ...]
+    geoms: tuple[Geom, ...]
     """Shapes that collide or are drawn."""
     centroid: np.ndarray
     """Centre of mass, shape (3,) [m]."""
     inertia: np.ndarray
     """Inertia about the centre of mass over the mass, shape (3, 3) [m^2]."""
     excess: float = 0.0
-    """Volume of the colliding parts over the true volume, less one [-]."""
+    """Volume of the colliding geoms over the true volume, less one [-]."""
 
     def extents(self) -> tuple[float, float, float]:
         """Extents along x, y and z [m]."""
-        low, high = compute_bounds(self.parts)
+        low, high = compute_bounds(self.geoms)
         return tuple((high - low).tolist())
 
     def centered(self) -> Solid:
         """The same solid with the origin in the middle of its extents."""
-        low, high = compute_bounds(self.parts)
+        low, high = compute_bounds(self.geoms)
         middle = (low + high) / 2
-        return replace(self, parts=tuple(part.moved(-middle) for part in self.parts), centroid=self.centroid - middle)
+        return replace(self, geoms=tuple(geom.moved(-middle) for geom in self.geoms), centroid=self.centroid - middle)
 
     def turned(self, rotation: np.ndarray) -> Solid:
         """The same solid turned about its origin."""
-        parts = tuple(part.turned(rotation) for part in self.parts)
+        geoms = tuple(geom.turned(rotation) for geom in self.geoms)
         return replace(
-            self, parts=parts, centroid=rotation @ self.centroid, inertia=rotation @ self.inertia @ rotation.T
+            self, geoms=geoms, centroid=rotation @ self.centroid, inertia=rotation @ self.inertia @ rotation.T
         )
 
     def scaled(self, factor: float) -> Solid:
         """The same solid, ``factor`` times as large."""
-        parts = tuple(part.scaled(factor) for part in self.parts)
-        return replace(self, parts=parts, centroid=self.centroid * factor, inertia=self.inertia * factor**2)
+        geoms = tuple(geom.scaled(factor) for geom in self.geoms)
+        return replace(self, geoms=geoms, centroid=self.centroid * factor, inertia=self.inertia * factor**2)
 
 
-def compute_bounds(parts: tuple[Part, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest coordinates of all parts that collide, two of shape (3,) [m]."""
-    axes, touched = np.eye(3), [part for part in parts if part.collides]
-    high = np.array([max(part.reach(axis) for part in touched) for axis in axes])
-    low = np.array([-max(part.reach(-axis) for part in touched) for axis in axes])
+def compute_bounds(geoms: tuple[Geom, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinates of all colliding geoms, two of shape (3,) [m]."""
+    axes, touched = np.eye(3), [geom for geom in geoms if geom.collides]
+    high = np.array([max(geom.reach(axis) for geom in touched) for axis in axes])
+    low = np.array([-max(geom.reach(-axis) for geom in touched) for axis in axes])
     return low, high
 
 
-def compute_turn(parts: tuple[Part, ...], axis: str) -> np.ndarray:
+def compute_turn(geoms: tuple[Geom, ...], axis: str) -> np.ndarray:
     """Rotation that brings ``axis`` (x, y, z or longest) onto x, the other two following in turn, shape (3, 3).
 
     The longest is that of the extents, the first of equals.
     """
-    low, high = compute_bounds(parts)
+    low, high = compute_bounds(geoms)
     first = "xyz".index(axis) if axis in {"x", "y", "z"} else int(np.argmax(np.round(high - low, 9)))
     return np.roll(np.eye(3), -first, axis=0)
 
 
-def add_part(spec: mujoco.MjSpec, body: mujoco.MjsBody, part: Part, name: str) -> mujoco.MjsGeom:
-    """Add the part to a body, without mass of its own."""
-    geom = body.add_geom(name=name, type=FORMS[part.form], pos=part.position, group=part.group, mass=0)
+def add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Geom, name: str) -> mujoco.MjsGeom:
+    """Add the geom to a body, without mass."""
+    geom = body.add_geom(name=name, type=FORMS[shape.form], pos=shape.position, group=shape.group, mass=0)
     quat = np.zeros(4)
-    mujoco.mju_mat2Quat(quat, part.rotation.ravel())
+    mujoco.mju_mat2Quat(quat, shape.rotation.ravel())
     geom.quat = quat
-    if part.vertices is not None and part.faces is not None:
-        spec.add_mesh(name=name, uservert=part.vertices.ravel(), userface=part.faces.ravel())
+    if shape.vertices is not None and shape.faces is not None:
+        spec.add_mesh(name=name, uservert=shape.vertices.ravel(), userface=shape.faces.ravel())
         geom.meshname = name
     else:
-        geom.size = part.size
-    if not part.collides:
+        geom.size = shape.size
+    if not shape.collides:
         geom.contype = geom.conaffinity = 0
     return geom
