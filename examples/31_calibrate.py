@@ -22,7 +22,7 @@ from spiraltrunk.calibration.identifiability import advise
 from spiraltrunk.design import presets
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.workflows.virtual_session.printed_trunk import draw_printed_trunk, weigh
-from spiraltrunk.workflows.virtual_session.session import measure, simulate_session
+from spiraltrunk.workflows.virtual_session.session import measure_session, simulate_session
 
 design = presets.get("paper")
 protocol = Protocol(
@@ -34,7 +34,7 @@ protocol = Protocol(
     ),
 )
 world = draw_printed_trunk(design, seed=4)
-shapes = measure(design, simulate_session(design, world, protocol, is_simulated=False), seed=4)
+shapes = measure_session(design, simulate_session(design, world, protocol, is_simulated=False), seed=4)
 mass, spread = weigh(design, world)
 
 is_fitted = np.isin(shapes.take, ("rest-090_1", "bend-dorsal_1"))

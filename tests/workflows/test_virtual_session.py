@@ -7,7 +7,7 @@ import pytest
 
 from spiraltrunk.calibration.predict_states import place_markers
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.errors import DesignError, ModelError
+from spiraltrunk.errors import ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.protocol.toml import load_protocol
@@ -20,7 +20,6 @@ from spiraltrunk.workflows.virtual_session.cameras import NAME, record_run
 from spiraltrunk.workflows.virtual_session.printed_trunk import PrintOptions, draw_printed_trunk, weigh
 from spiraltrunk.workflows.virtual_session.session import measure_session, simulate_session, write_session
 from spiraltrunk.workflows.virtual_session.simulate import simulate_run, solve_run
-from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions
 
 SHORT = Protocol(
     name="short",
@@ -116,14 +115,3 @@ def test_sag_bends_the_simulated_trunk_and_is_not_the_models():
     assert abs(simulate_run(world, plan).ends[0, -1, 2]) > 1e-4
     with pytest.raises(ModelError, match="sag"):
         solve_run(world, plan)
-
-
-@pytest.mark.parametrize("bad", [{"stiffness": 1.0}, {"slack": -1e-3}, {"friction": math.nan}, {"sag": 2.0}])
-def test_bad_worlds_are_refused(bad):
-    with pytest.raises(DesignError, match="allowed"):
-        PrintOptions(**bad)
-
-
-def test_bad_films_are_refused():
-    with pytest.raises(DesignError, match="occluded"):
-        CameraOptions(occluded=0.9)

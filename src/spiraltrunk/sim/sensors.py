@@ -8,7 +8,6 @@ from typing import final
 import mujoco
 import numpy as np
 
-from spiraltrunk.checks import check_count, check_number, check_type
 from spiraltrunk.control.messages import CameraObservation
 
 LOOK_PERIOD = 0.5
@@ -41,13 +40,6 @@ class SensorOptions:
     """Largest error of the observed axis [rad]."""
     seed: int = 0
     """Seed of the errors."""
-
-    def __post_init__(self) -> None:
-        for name in ("pull_noise", "tension_noise", "tension_share", "torque_noise", "look_error", "look_turn"):
-            check_number(f"sensors.{name}", getattr(self, name), least=0.0, below=10.0)
-        check_number("sensors.delay", self.delay, least=0.0, below=1.0)
-        check_type("sensors.looks", self.looks, bool)
-        check_count("sensors.seed", self.seed, least=0, most=2**64 - 1)
 
 
 @final

@@ -3,7 +3,6 @@
 import pytest
 
 from spiraltrunk.errors import DesignError
-from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.options import SceneOptions
 
 
@@ -23,9 +22,3 @@ def test_a_way_that_nothing_can_be_judged_by_is_refused(changes, match):
 
 def test_the_carry_may_go_either_way():
     assert SceneOptions(aside=-0.2).aside == -0.2
-
-
-@pytest.mark.parametrize("neighbours", [-1, 1.5, True, 201, "4"])
-def test_neighbours_are_a_count(neighbours):
-    with pytest.raises(DesignError, match=r"neighbours.*a whole number from 0 to 200"):
-        TrunkOptions(neighbours=neighbours)

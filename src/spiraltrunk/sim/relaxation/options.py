@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import final
 
-from spiraltrunk.checks import check_number
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 
 
@@ -45,13 +43,3 @@ class RelaxationOptions:
     """Whether the trunk's sections collide; the equilibrium models have joint limits only."""
     trunk: TrunkOptions = field(default_factory=TrunkOptions)
     """Options of the simulated trunk."""
-
-    def __post_init__(self) -> None:
-        check_number("timestep", self.timestep, above=0.0, below=0.01)
-        for name in ("pull_speed", "tension_speed"):
-            if getattr(self, name) != math.inf:
-                check_number(name, getattr(self, name), above=0.0)
-        for name in ("damping_factor", "brake_factor", "armature_factor"):
-            check_number(name, getattr(self, name), least=0.0, below=1e6)
-        for name in ("limit_factor", "still", "time_most"):
-            check_number(name, getattr(self, name), above=0.0, below=1e6)

@@ -14,7 +14,6 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics.shape import Shape, Status
@@ -73,9 +72,6 @@ class RelaxationRig:
         roll: rotation of the trunk about its base axis; at 0 its dorsal side is in the plane z = 0 [rad].
         loads: point mass at the end of each section, shape (n_section,) [kg].
         options: options of the relaxation.
-
-    Raises:
-        DesignError: for an angle or a load out of range.
     """
 
     def __init__(
@@ -87,13 +83,9 @@ class RelaxationRig:
         loads: ArrayLike = 0.0,
         options: RelaxationOptions | None = None,
     ) -> None:
-        check_number("theta_0", theta_0)
-        check_number("roll", roll)
         self.design = design
         self.options = RelaxationOptions() if options is None else options
         self.loads = np.broadcast_to(np.asarray(loads, float), design.n_section)
-        for n, load in enumerate(self.loads.tolist()):
-            check_number(f"loads[{n}]", load, least=0.0, below=1e3)
         self.model = self._build(theta_0, roll)
         tune_joint_limits(self.model, design)
         # After tuning, which depends on the inertia.

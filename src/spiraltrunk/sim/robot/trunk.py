@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import check_count, check_number, check_type
+from spiraltrunk.checks import check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.robot.gripper import add_gripper
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF, TRUNK_COLORS
@@ -42,12 +42,6 @@ class TrunkOptions:
     """Stiffness of the winder's position control [N/m]."""
     stiffness_factor: float = 1.0
     """Joint stiffness over the design's [-], for robustness trials."""
-
-    def __post_init__(self) -> None:
-        check_number("hole_set_back", self.hole_set_back, least=0.0, below=0.5)
-        check_count("neighbours", self.neighbours, least=0, most=200)
-        check_number("cable_gain", self.cable_gain, above=0.0, below=1e7)
-        check_number("stiffness_factor", self.stiffness_factor, above=0.0, below=100.0)
 
 
 def trunk_spec(design: TrunkDesign, options: TrunkOptions | None = None) -> mujoco.MjSpec:

@@ -9,7 +9,6 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.calibration.parameters import Prior, Winders, apply_parameters
-from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
@@ -37,14 +36,6 @@ class PrintOptions:
     """Compliance of each winder with its cable [m/N] (ours: 0.6 mm at 60 N)."""
     sag: float = 0.0
     """Standard deviation of the joints' rest angles about both axes [rad]."""
-
-    def __post_init__(self) -> None:
-        for name in ("stiffness", "mass"):
-            check_number(name, getattr(self, name), least=0.0, below=0.9)
-        for name in ("stiffness_scatter", "center", "friction", "hole", "sag"):
-            check_number(name, getattr(self, name), least=0.0, below=1.0)
-        check_number("slack", self.slack, least=0.0, below=0.05)
-        check_number("compliance", self.compliance, least=1e-6, below=1e-3)
 
 
 @final

@@ -8,7 +8,6 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.recordings.take import SYNTHETIC, Body, Marker, Take, find_stale
 from spiraltrunk.mocap.signal.registration import Motion
@@ -40,14 +39,6 @@ class CameraOptions:
     """Sections with markers, from 1; empty for all."""
     seed: int = 0
     """Seed of the noise."""
-
-    def __post_init__(self) -> None:
-        check_number("rate", self.rate, least=1.0, most=1e4)
-        check_number("noise", self.noise, least=0.0, most=1.0)
-        for name in ("hold", "move"):
-            check_number(name, getattr(self, name), least=0.05, below=60.0)
-        for name in ("occluded", "held", "dropped"):
-            check_number(name, getattr(self, name), least=0.0, below=0.5)
 
     @property
     def hold_frames(self) -> int:
