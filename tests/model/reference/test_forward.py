@@ -292,10 +292,10 @@ def test_memory_of_another_answer_is_refused():
     with pytest.raises(ModelError, match=r"out\.points has shape \(4, 18, 3\); allowed here: \(5, 18, 3\)"):
         reference.bend_dorsal_points(PAPER, np.zeros(5), 0.4, out=first)
     copied = reference.PlaneShape(points=first.points.copy(), bend=first.bend)
-    with pytest.raises(ModelError, match="out is laid out in another way"):
+    with pytest.raises(ModelError, match="out has another memory layout"):
         reference.bend_dorsal_points(PAPER, np.zeros(4), 0.4, out=copied)
     first.bend.flags.writeable = False
-    with pytest.raises(ModelError, match="out is laid out in another way"):
+    with pytest.raises(ModelError, match="out has another memory layout"):
         reference.bend_dorsal_points(PAPER, np.zeros(4), 0.4, out=first)
 
 

@@ -1,4 +1,4 @@
-"""From a shape to the lengths of its cables, exact in three dimensions."""
+"""Cable lengths of a shape, in three dimensions and in the plane."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from spiraltrunk.model.kinematics.frames import bend_rotation, section_ends, sec
 @final
 @dataclass(frozen=True, kw_only=True)
 class CableLengths:
-    """Where the trunk is and how long its cables are."""
+    """Section ends and cable lengths of a shape."""
 
     points: np.ndarray
     """Section ends, base to tip, in the base frame, shape (..., n_section, 3) [m]."""
@@ -31,7 +31,7 @@ class CableLengths:
 
 
 def lengths(design: TrunkDesign, joint_bend: ArrayLike) -> CableLengths:
-    """Cables of a trunk whose joints bend without torsion.
+    """Cable lengths of a trunk whose joints bend without torsion.
 
     Args:
         design: the trunk.
@@ -45,7 +45,15 @@ def lengths(design: TrunkDesign, joint_bend: ArrayLike) -> CableLengths:
 
 
 def lengths_from_rotations(design: TrunkDesign, joint_rotation: ArrayLike) -> CableLengths:
-    """Cables of a trunk from the rotations of its joints, shape (..., n_joint, 3, 3) [-]."""
+    """Cable lengths from the rotations of the joints.
+
+    Args:
+        design: the trunk.
+        joint_rotation: rotation of each joint, shape (..., n_joint, 3, 3) [-].
+
+    Raises:
+        ShapeError: where the rotations are not one finite 3 x 3 matrix per joint.
+    """
     rotation = np.asarray(joint_rotation, float)
     frames = section_frames(design, rotation)
     gap = np.linalg.norm(gap_vectors(design, rotation), axis=-1)
@@ -57,7 +65,7 @@ def lengths_from_rotations(design: TrunkDesign, joint_rotation: ArrayLike) -> Ca
 
 
 def gap_vectors(design: TrunkDesign, joint_rotation: np.ndarray) -> np.ndarray:
-    """Cable across each gap from the proximal to the distal hole, in the proximal section's frame.
+    """Vectors from proximal to distal hole at each joint in the proximal section's frame.
 
     Shape (..., n_joint, n_cable, 3) [m].
     """
@@ -68,10 +76,12 @@ def gap_vectors(design: TrunkDesign, joint_rotation: np.ndarray) -> np.ndarray:
 def planar_lever(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
     """Moment about z per tension of each cable at each joint, in a trunk that bends about z alone.
 
-    Seen along z, the two holes at a joint lie at distances r and s from it and subtend the angle p, which shrinks as
-    the joint bends; the cable also runs w along z. Its length across the gap is the root of
-    (r - s)^2 + w^2 + 4 r s sin(p / 2)^2, the lever minus its derivative by the bend, r s sin(p) / length.
-    In a gap about to shut it tends to r cos(p / 2).
+    Projected along z, the two holes at a joint are at distances r and s from it and subtend the angle p, which
+    decreases as the joint bends; their offset along z is w. The cable's length across the gap is
+
+        l = sqrt((r - s)^2 + w^2 + 4 r s sin(p / 2)^2),
+
+    its lever is minus the derivative by the bend, r s sin(p) / l, which tends to r cos(p / 2) as the gap closes.
 
     Args:
         design: the trunk.
@@ -118,16 +128,16 @@ def _straight_holes(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 def _planar_side(design: TrunkDesign) -> np.ndarray:
-    """Which way each cable bends the trunk, 1 dorsal, -1 ventral, shape (n_cable,) [-]."""
+    """Side of each cable, 1 dorsal, -1 ventral, shape (n_cable,) [-]."""
     return np.where(design.cable_direction[:, 1] < 0, -1.0, 1.0)
 
 
 def hole_positions(design: TrunkDesign, set_back: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Holes beyond and before each joint, from its centre, each in its section's axes.
+    """Positions of the holes distal and proximal to each joint, from its centre, in the axes of their sections.
 
     Args:
         design: the trunk.
-        set_back: part of the face's half-width by which the holes lie behind the face [-].
+        set_back: distance of the holes behind the face over the face's half-width [-].
 
     Returns:
         Two arrays of shape (n_joint, n_cable, 3) [m].
@@ -142,9 +152,9 @@ def hole_positions(design: TrunkDesign, set_back: float = 0.0) -> tuple[np.ndarr
 
 
 PULL_MARGIN = 1.01
-"""Largest pull over the one that shuts every gap [-]: the paper itself pulls 130 mm of 129.86."""
+"""Largest pull over the one that closes every gap [-]: the paper itself pulls 130 mm of 129.86."""
 
 
 def pull_range(full: float) -> Range:
-    """Pulls that are accepted where ``full`` shuts every gap [m], rounding included."""
+    """Accepted pulls where ``full`` closes every gap [m], with a margin for rounding."""
     return Range(least=0.0, most=PULL_MARGIN * full * (1 + 1e-12))

@@ -1,4 +1,4 @@
-"""Rigid motions along the trunk: rotations of the joints, frames of the sections."""
+"""Rigid transforms along the trunk: rotations of the joints, frames of the sections."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def section_frames(design: TrunkDesign, joint_rotation: ArrayLike) -> np.ndarray
         Frames in the proximal joint centres, shape (..., n_section, 4, 4) [-, m].
 
     Raises:
-        ShapeError: where the rotations are not one 3 x 3 matrix per joint, or not finite.
+        ShapeError: where the rotations are not one finite 3 x 3 matrix per joint.
     """
     rotation = read_numbers("joint_rotation", joint_rotation, shape=(..., design.n_joint, 3, 3), error=ShapeError)
     frames = np.zeros((*rotation.shape[:-3], design.n_section, 4, 4))
@@ -60,7 +60,15 @@ def section_ends(design: TrunkDesign, frames: np.ndarray) -> np.ndarray:
 
 
 def base_orientation(theta_0: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
-    """Axes of the base in the frame of `Shape`: by -theta_0 about z, then by ``roll`` about its axis, (..., 3, 3)."""
+    """Axes of the base in the frame of `Shape`: rotation by -theta_0 about z, then by ``roll`` about its own x axis.
+
+    Args:
+        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
+        roll: rotation about the base axis, shape (...) [rad].
+
+    Returns:
+        Matrices, shape (..., 3, 3) [-].
+    """
     if type(theta_0) is float and type(roll) is float:
         both = np.array((theta_0, roll))
         (c, cr), (s, sr) = np.cos(both).tolist(), np.sin(both).tolist()

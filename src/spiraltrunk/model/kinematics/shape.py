@@ -1,4 +1,4 @@
-"""What every model of the trunk answers with: one shape, or a batch of them."""
+"""Shape: the result of every model of the trunk, single or a batch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 @final
 class Status(IntEnum):
-    """How a solution ended; ``advice`` says it in words and what to do."""
+    """Status of a solution; ``advice`` explains it."""
 
     CONVERGED = 0
     ALL_SHUT = 1
@@ -21,7 +21,7 @@ class Status(IntEnum):
 
     @property
     def advice(self) -> str:
-        """What it means and what to do."""
+        """Explanation and remedy in one line."""
         return _ADVICE[self]
 
     @staticmethod
@@ -42,35 +42,35 @@ _ADVICE = {
 @final
 @dataclass(frozen=True, kw_only=True)
 class Forces:
-    """With which forces a shape is in equilibrium; leading axes ``...`` are those of the batch."""
+    """Forces of an equilibrium; leading axes ``...`` are those of the batch."""
 
     cable_tension: np.ndarray
     """Tension at the winders, shape (..., n_cable) [N]."""
     gap_tension: np.ndarray
-    """Tension of each cable across each gap, less than the winder's by friction, shape (..., n_joint, n_cable) [N]."""
+    """Tension of each cable across each gap, after friction, shape (..., n_joint, n_cable) [N]."""
     limit_reaction: np.ndarray
-    """Moment with which the faces at each joint press on each other, shape (..., n_joint) [N m]."""
+    """Contact moment of the faces at each joint, shape (..., n_joint) [N m]."""
     tip_compliance: np.ndarray
-    """Displacement of the tip per force on it, cables held as they are, shape (..., 3, 3) [m/N]."""
+    """Displacement of the tip per force on it, cables held by length or tension as solved, shape (..., 3, 3) [m/N]."""
     residual: np.ndarray
-    """Largest moment that is left at a joint, shape (...) [N m]."""
+    """Largest residual moment at a joint, shape (...) [N m]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class History:
-    """What a later solution needs to go on from a shape."""
+    """State from which a later solution can continue."""
 
     bend: np.ndarray
     """Bends of the joints about y, z and x (torsion), shape (..., n_joint, 3) [rad]."""
     anchor: np.ndarray
-    """Cable beyond each hole at which the hole holds nothing, shape (..., n_joint, n_cable) [m]."""
+    """Cable length beyond each hole at which the hole's friction force is 0, shape (..., n_joint, n_cable) [m]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Shape:
-    """Where the trunk is, what its cables did, and, from the equilibrium, with which forces.
+    """Section ends, joints and cables of the trunk, and the forces of an equilibrium.
 
     Frame: the base of section 1 in the origin, y up against gravity, the base axis in the plane z = 0 at theta_0 below
     the horizontal x (the authors' frame: 0 lies along +x, 90 deg hangs along -y); at roll 0 the dorsal side is in that
@@ -80,21 +80,21 @@ class Shape:
     points: np.ndarray
     """Section ends, base to tip, shape (..., n_section, 3) [m]."""
     joint_rotation: np.ndarray
-    """Turn of each section against the one before it, shape (..., n_joint, 3, 3) [-]."""
+    """Rotation of each section against the one before it, shape (..., n_joint, 3, 3) [-]."""
     joint_angle: np.ndarray
-    """Angle between the axes of neighbouring sections, whatever its direction, shape (..., n_joint) [rad]."""
+    """Angle between the axes of neighbouring sections, at least 0, shape (..., n_joint) [rad]."""
     gap: np.ndarray
     """Length of each cable across each joint's gap, shape (..., n_joint, n_cable) [m]."""
     cable_change: np.ndarray
     """Straight length minus length, positive = pulled in, shape (..., n_cable) [m]."""
     is_shut: np.ndarray
-    """Whether the faces at each joint meet, shape (..., n_joint) [bool]."""
+    """Whether the faces at each joint touch, shape (..., n_joint) [bool]."""
     status: np.ndarray
     """`Status` of each solution, shape (...) [-]."""
     forces: Forces | None = None
-    """Forces, where the model knows them."""
+    """Forces, if the model computes them."""
     history: History | None = None
-    """What a later solution can start from, where the model has one."""
+    """State for a later solution, if the model has one."""
 
     @property
     def advice(self) -> str:
@@ -108,7 +108,7 @@ _SETTERS = {kind: vars(kind)["__dict__"].__set__ for kind in (Shape, Forces, His
 
 
 def build(kind: type[_Part], fields: dict[str, Any]) -> _Part:
-    """A `Shape` or a part of one of all its fields, in a fourth of the time in which a frozen dataclass sets them."""
+    """A `Shape` or a part of one from all its fields; four times as fast as the frozen dataclass's own constructor."""
     part = object.__new__(kind)
     _SETTERS[kind](part, fields)
     return part

@@ -1,13 +1,13 @@
 """The forward model of "Grasping by Spiraling": rest under gravity, bending by Algorithm 1, twisting by Algorithm 2.
 
-All four laws answer with a `Shape`; pulls in m, angles in rad, scalars or arrays that broadcast against each other.
+All four laws return a `Shape`; pulls in m, angles in rad, scalars or arrays that broadcast against each other.
 theta_0 is the angle of the base axis below the horizontal: 90 deg hangs, -90 deg stands upright.
 
 With ``as_authors``, the default, the numbers are those of the authors' published code: its rounded constants (k_p of
 the gravity equations 0.9196, R_hole 28.87 mm, straight gap 13.74 mm, all kept as ratios to what the design gives) and
-its account of cable that a full joint cannot take, of which some is lost (`bend_ventral`, `twist`). Without it the
-constants are the design's own and every bit of the cable goes to joints that have room. Where the authors' code fails
-(no joint shut by cable 1) or passes the limit (by 0.0034 deg at full ventral curl) both ways do what the paper says.
+its treatment of cable that a full joint cannot take, of which some is lost (`bend_ventral`, `twist`). Without it the
+constants are the design's own and all cable is taken by joints that have room. Where the authors' code fails (no joint
+closed by cable 1) or exceeds the limit (by 0.0034 deg at full ventral curl) both variants follow the paper.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from spiraltrunk.model.reference.dispatch import DORSAL, REST, TWIST, VENTRAL, s
 from spiraltrunk.model.reference.planar_batch import build_room, solve_points
 
 _CHUNK = 2048
-"""Shapes that one core solves in a row [-]."""
+"""Shapes per chunk of a thread [-]."""
 
 _LEAN_CHUNK = 16384
-"""The same of the lean law, which takes a tenth of the time; a multiple of its lanes [-]."""
+"""Shapes per chunk of `bend_dorsal_points`, which takes a tenth of the time; a multiple of its lanes [-]."""
 
 
 def rest(design: TrunkDesign, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
@@ -59,7 +59,7 @@ def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_
 
     Args:
         design: the trunk; cable 1 dorsal.
-        pull: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke, shape (...) [m].
+        pull: shortening of cable 1 from rest, 0 to 1.01 times the stroke, shape (...) [m].
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         as_authors: whether to use the authors' rounded numbers.
 
@@ -67,7 +67,7 @@ def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_
         The shape; its status is ALL_SHUT where every joint is shut and cable is left over.
 
     Raises:
-        ModelError: where a number is not finite or not allowed, or cable 1 is not dorsal.
+        ModelError: where a number is not finite or out of range, or cable 1 is not dorsal.
     """
     prepared = prepare(design, as_authors)
     return _solve(DORSAL, prepared, (("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
@@ -76,7 +76,7 @@ def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_
 @final
 @dataclass(frozen=True, kw_only=True)
 class PlaneShape:
-    """Section ends and bends alone, for many shapes at once."""
+    """Section ends and bends of many shapes."""
 
     points: np.ndarray
     """Section ends, base to tip, shape (..., n_section, 3) [m]; not a number where the rest did not converge."""
@@ -94,19 +94,19 @@ def bend_dorsal_points(
 ) -> PlaneShape:
     """Section ends and bends of `bend_dorsal`, to the bit, in about a tenth of its time where theta_0 repeats.
 
-    In memory the shapes lie beside each other, so that one coordinate of one section end is read in a row, as is one
-    joint's bend; `numpy.ascontiguousarray` puts shape after shape where another library asks for it.
+    In memory the batch is the innermost axis: each coordinate of each section end is contiguous over the shapes, as is
+    each joint's bend; `numpy.ascontiguousarray` gives the usual order.
 
     Args:
         design: the trunk; cable 1 dorsal.
-        pull: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke, shape (...) [m].
+        pull: shortening of cable 1 from rest, 0 to 1.01 times the stroke, shape (...) [m].
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         as_authors: whether to use the authors' rounded numbers.
-        out: an earlier answer of the same shape, written over and returned, but for z, which must still be 0; new
-            memory takes nearly half of the time.
+        out: an earlier result of the same shape, which is overwritten and returned, except z, which must still be 0;
+            allocating new memory takes nearly half of the time.
 
     Raises:
-        ModelError: where a number is not finite or not allowed, cable 1 is not dorsal, or ``out`` does not fit.
+        ModelError: where a number is not finite or out of range, cable 1 is not dorsal, or ``out`` does not fit.
     """
     prepared = prepare(design, as_authors)
     arrays, batch = _read((("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
@@ -125,14 +125,14 @@ def bend_dorsal_points(
 
 
 def _room_for_points(batch: tuple[int, ...], n_joint: int) -> PlaneShape:
-    """Memory for answers, z = 0 at no cost."""
+    """Memory for the results, z = 0."""
     n = math.prod(batch)
     ends, bend = np.zeros((3, n_joint + 1, n)), np.empty((n_joint, n))
     return PlaneShape(points=ends.T.reshape(*batch, n_joint + 1, 3), bend=bend.T.reshape(*batch, n_joint))
 
 
 def _read_out(out: PlaneShape, batch: tuple[int, ...], n_joint: int) -> tuple[np.ndarray, np.ndarray]:
-    """Section ends (3, n_section, n) and bends (n_joint, n) in the memory of an answer."""
+    """Section ends (3, n_section, n) and bends (n_joint, n) in the memory of a result."""
     n, shape = math.prod(batch), (*batch, n_joint + 1, 3)
     if out.points.shape != shape or out.bend.shape != (*batch, n_joint):
         raise ModelError(f"out.points has shape {out.points.shape}; allowed here: {shape}")
@@ -142,7 +142,7 @@ def _read_out(out: PlaneShape, batch: tuple[int, ...], n_joint: int) -> tuple[np
         for array, given in ((ends, out.points), (bend, out.bend))
     )
     if n and not are_ours:
-        raise ModelError("out is laid out in another way; allowed: what an earlier call has returned")
+        raise ModelError("out has another memory layout; allowed: the result of an earlier call")
     return ends, bend
 
 
@@ -154,7 +154,7 @@ def bend_ventral(design: TrunkDesign, lengthening: ArrayLike, theta_0: ArrayLike
 
     Args:
         design: the trunk; cable 1 dorsal, the others mirroring each other.
-        lengthening: what cable 1 is lengthened by from rest, 0 to 1.01 times what full curl takes, shape (...) [m].
+        lengthening: lengthening of cable 1 from rest, 0 to 1.01 times that of full curl, shape (...) [m].
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         as_authors: whether to use the authors' rounded numbers and account.
 
@@ -162,7 +162,7 @@ def bend_ventral(design: TrunkDesign, lengthening: ArrayLike, theta_0: ArrayLike
         The shape; its status is ALL_SHUT where every joint is at its limit and cable is left over.
 
     Raises:
-        ModelError: where a number is not finite or not allowed, or the cables do not fit.
+        ModelError: where a number is not finite or out of range, or the cables do not fit.
     """
     prepared = prepare(design, as_authors)
     check_ventral(design, prepared)
@@ -181,8 +181,8 @@ def twist(
 
     Args:
         design: the trunk; cables at 0, 120 and 240 deg.
-        pull_1: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke, shape (...) [m].
-        pull_2: what cable 2 is shortened by after that, 0 to 1.01 times the stroke, shape (...) [m].
+        pull_1: shortening of cable 1 from rest, 0 to 1.01 times the stroke, shape (...) [m].
+        pull_2: shortening of cable 2 after that, 0 to 1.01 times the stroke, shape (...) [m].
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         as_authors: whether to use the authors' rounded numbers and account.
 
@@ -190,7 +190,7 @@ def twist(
         The shape; its status is ALL_SHUT where no joint has room for what is left of a cable.
 
     Raises:
-        ModelError: where a number is not finite or not allowed, or the cables do not fit.
+        ModelError: where a number is not finite or out of range, or the cables do not fit.
     """
     prepared = prepare(design, as_authors)
     check_twist(design, prepared)
@@ -208,7 +208,7 @@ def first_shut(shape: Shape) -> np.ndarray:
 
 
 _Given = tuple[str, ArrayLike, float]
-"""Name of an input, its value and, for a pull, what shuts every gap [m]; infinite for an angle."""
+"""Name of an input, its value and, for a pull, the one that closes every gap [m]; infinity for an angle."""
 
 
 def _read_plain(given: tuple[_Given, ...]) -> list[float] | None:
@@ -231,7 +231,7 @@ def _read(given: tuple[_Given, ...]) -> tuple[list[np.ndarray], tuple[int, ...]]
 
 
 def _solve(law: int, prepared: Prepared, given: tuple[_Given, ...]) -> Shape:
-    """Shapes for the inputs, the last of them theta_0; on all cores where there are many."""
+    """Shapes for the inputs, the last of them theta_0; large batches on all cores."""
     numbers = _read_plain(given)
     if numbers is not None:
         return _solve_one(law, prepared, numbers)
@@ -251,28 +251,19 @@ def _solve(law: int, prepared: Prepared, given: tuple[_Given, ...]) -> Shape:
         solve(law, rows, desk, prepared.constants, answers)
 
     share(solve_span, n, _CHUNK)
-    points, rotation, angle, gap, change = (
-        answers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
-    )
     marks = answers[n * count :].view(np.uint8)
-    return build(
-        Shape,
-        {
-            "points": points,
-            "joint_rotation": rotation,
-            "joint_angle": angle,
-            "gap": gap,
-            "cable_change": change,
-            "is_shut": marks[: n * n_joint].view(np.bool_).reshape((*batch, n_joint)),
-            "status": marks[n * n_joint : n * (n_joint + 1)].reshape(batch),
-            "forces": None,
-            "history": None,
-        },
-    )
+    parts: list[np.ndarray] = [
+        answers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
+    ]
+    parts += [marks[: n * n_joint].view(np.bool_).reshape((*batch, n_joint)), marks[n * n_joint :][:n].reshape(batch)]
+    return build(Shape, dict(zip(_FIELDS, parts, strict=True)) | {"forces": None, "history": None})
+
+
+_FIELDS = "points", "joint_rotation", "joint_angle", "gap", "cable_change", "is_shut", "status"
 
 
 def _solve_one(law: int, prepared: Prepared, numbers: list[float]) -> Shape:
-    """The shape for single inputs; its arrays are fields of one record, which is sooner made than many."""
+    """The shape for single inputs; its arrays are fields of one record, which is faster to allocate than many."""
     answers = np.empty(prepared.record.itemsize // 8)
     desk = prepared.desks.pop() if prepared.desks else prepared.build_desk()
     asked, room = desk

@@ -1,8 +1,8 @@
-"""The paper's pulls as loads of the equilibrium: `statics` taken through the order in which cables are pulled.
+"""The paper's pulls in the static equilibrium: cables pulled one after another.
 
-Each starts at rest under gravity with slack cables. A cable that is not pulled is relaxed: it pays out freely and bears
-nothing. With friction the order is part of the answer, so every step starts where the one before it ended. The gripper
-weighs as part of the last section, as in the paper, so that both models carry the same.
+Each sequence starts at rest under gravity with slack cables. A cable that is not pulled is relaxed: it pays out freely
+without tension. With friction the result depends on the order, so each step starts from the solution before it. The
+gripper's mass is part of the last section, as in the paper.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from spiraltrunk.model.statics import equilibrium
 from spiraltrunk.model.statics.kernels.joint_limits import NEARLY
 
 LENGTH_TOLERANCE = 1e-6
-"""How closely a ventral pull lengthens cable 1 as asked [m]."""
+"""Tolerance of the length of cable 1 in a ventral pull [m]."""
 
 _STEP = 5e-3
-"""Largest change of a cable's length that is solved at once without friction [m]: one leap may land elsewhere where
-cables work against each other."""
+"""Largest change of a cable's length per solution without friction [m]; larger ones may find another equilibrium where
+cables are opposed."""
 
 
 @lru_cache(maxsize=16)
 def carry_gripper(design: TrunkDesign) -> TrunkDesign:
-    """The same trunk with the gripper's mass in the last section, at that section's K_c (authors' code)."""
+    """The trunk without gripper whose last section has the gripper's mass too, at its own K_c (authors' code)."""
     if design.gripper is None:
         return design
     mass = tuple(float(value) for value in rest_mass(design))
@@ -51,7 +51,7 @@ def rest(design: TrunkDesign, theta_0: float = math.pi / 2, *, friction: float |
         friction: coefficient between cables and holes [-]; None takes the design's.
 
     Raises:
-        ModelError: for numbers that are not finite or not allowed.
+        ModelError: for numbers that are not finite or out of range.
     """
     return equilibrium.solve(carry_gripper(design), theta_0=theta_0, friction=friction)
 
@@ -59,7 +59,7 @@ def rest(design: TrunkDesign, theta_0: float = math.pi / 2, *, friction: float |
 def pull_tensions(
     design: TrunkDesign, tension: ArrayLike, theta_0: float = math.pi / 2, *, friction: float | None = None
 ) -> Shape:
-    """Equilibrium under given tensions, put on together from rest.
+    """Equilibrium under given tensions, applied together from rest.
 
     Args:
         design: the trunk.
@@ -68,7 +68,7 @@ def pull_tensions(
         friction: coefficient between cables and holes [-]; None takes the design's.
 
     Raises:
-        ModelError: for numbers that are not finite or not allowed, or are not one per cable.
+        ModelError: for numbers that are not finite or out of range, or not one per cable.
     """
     return equilibrium.solve(carry_gripper(design), tension=tension, theta_0=theta_0, friction=friction)
 
@@ -80,12 +80,12 @@ def pull_dorsal(
 
     Args:
         design: the trunk; cable 1 dorsal.
-        pull: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke [m].
+        pull: shortening of cable 1 from rest, 0 to 1.01 times the stroke [m].
         theta_0: angle of the base axis below the horizontal [rad].
         friction: coefficient between cables and holes [-]; None takes the design's.
 
     Raises:
-        ModelError: for numbers that are not finite or not allowed, or a cable 1 that is not dorsal.
+        ModelError: for numbers that are not finite or out of range, or a cable 1 that is not dorsal.
     """
     pull = _read_pull("pull", pull, prepare(design).stroke)
     start = _rest_alone(design, theta_0, friction)
@@ -95,19 +95,19 @@ def pull_dorsal(
 def pull_ventral(
     design: TrunkDesign, lengthening: float, theta_0: float = math.pi / 2, *, friction: float | None = None
 ) -> Shape:
-    """Equilibrium after all cables but the first are pulled in equally until cable 1, relaxed, has lengthened.
+    """Equilibrium after all cables but the first are pulled in equally until cable 1, relaxed, has a given length.
 
-    The common pull is the root of that condition, each trial from rest, as friction remembers. Where full curl does not
-    lengthen cable 1 that far, the answer is full curl.
+    The common pull is found by root search, each trial from rest because of friction. Where full curl does not lengthen
+    cable 1 that far, the result is full curl.
 
     Args:
         design: the trunk; cable 1 dorsal, the others mirroring each other.
-        lengthening: what cable 1 is lengthened by from rest, 0 to 1.01 times what full curl takes [m].
+        lengthening: lengthening of cable 1 from rest, 0 to 1.01 times that of full curl [m].
         theta_0: angle of the base axis below the horizontal [rad].
         friction: coefficient between cables and holes [-]; None takes the design's.
 
     Raises:
-        ModelError: for numbers that are not finite or not allowed, or cables that do not fit.
+        ModelError: for numbers that are not finite or out of range, or cables that do not fit.
     """
     prepared = prepare(design)
     check_ventral(design, prepared)
@@ -133,13 +133,13 @@ def pull_twist(
 
     Args:
         design: the trunk; cable 1 dorsal, three cables or more.
-        pull_1: what cable 1 is shortened by from rest, 0 to 1.01 times the stroke [m].
-        pull_2: what cable 2 is shortened by from its length at that moment, 0 to 1.01 times the stroke [m].
+        pull_1: shortening of cable 1 from rest, 0 to 1.01 times the stroke [m].
+        pull_2: shortening of cable 2 from its length after that, 0 to 1.01 times the stroke [m].
         theta_0: angle of the base axis below the horizontal [rad].
         friction: coefficient between cables and holes [-]; None takes the design's.
 
     Raises:
-        ModelError: for numbers that are not finite or not allowed, or cables that do not fit.
+        ModelError: for numbers that are not finite or out of range, or cables that do not fit.
     """
     if design.n_cable < 3:
         raise ModelError(f"the design has {design.n_cable} cables; allowed for a twist: three or more")
@@ -161,7 +161,7 @@ def pull_cables(
         friction: coefficient between cables and holes [-]; None takes the design's.
 
     Raises:
-        ModelError: for numbers that are not finite or not allowed, or are not one per cable.
+        ModelError: for numbers that are not finite or out of range, or not one per cable.
     """
     allowed = pull_range(design.cable_stroke)
     goal = read_numbers("change", change, allowed, shape=(design.n_cable,), unit="m")
@@ -171,7 +171,7 @@ def pull_cables(
 
 
 def find_shut(design: TrunkDesign, shape: Shape) -> np.ndarray:
-    """Which joints are at their limit, by faces that meet or a gap pulled shut, shape (..., n_joint) [bool]."""
+    """Which joints are at their limit, by contact of the faces or a closed gap, shape (..., n_joint) [bool]."""
     return shape.is_shut | (shape.joint_angle > design.joint_limit - NEARLY)
 
 
@@ -180,12 +180,12 @@ def _read_pull(name: str, value: float, full: float) -> float:
 
 
 def _rest_alone(design: TrunkDesign, theta_0: float, friction: float | None) -> Shape:
-    """Rest of one trunk: the steps of a pull are counted for one."""
+    """Rest of one trunk; a batch is refused."""
     return rest(design, float(read_numbers("theta_0", theta_0, shape=())), friction=friction)
 
 
 def _full_ventral(design: TrunkDesign) -> float:
-    """What the ventral cables have been pulled in by since straight at full ventral curl [m]."""
+    """Pull of the ventral cables since the straight trunk at full ventral curl [m]."""
     bend = np.zeros((design.n_joint, 2))
     bend[:, 1] = -design.joint_limit
     return float(cables.lengths(design, bend).change[1:].max())
@@ -194,7 +194,7 @@ def _full_ventral(design: TrunkDesign) -> float:
 def _pull_on(
     design: TrunkDesign, start: Shape, more: dict[int, float], theta_0: float, friction: float | None
 ) -> Shape:
-    """From ``start`` the cables of ``more`` pulled in by so much [m], all others relaxed."""
+    """Equilibrium after the cables of ``more`` are pulled in further by these lengths [m], all others relaxed."""
     relaxed = np.ones(design.n_cable, bool)
     relaxed[list(more)] = False
     begin, goal = start.cable_change, start.cable_change.copy()
