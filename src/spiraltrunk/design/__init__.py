@@ -1,4 +1,4 @@
-"""What the robot is: spiral, rules, trunk, gripper, files, presets."""
+"""Design of the robot: spiral, rules, trunk, gripper, files, presets."""
 
 from spiraltrunk.design import presets
 from spiraltrunk.design.gripper import GripperDesign

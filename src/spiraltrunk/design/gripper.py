@@ -2,7 +2,7 @@
 
 Source: "Grasping by Spiraling", Results ("Soft Manipulator Design") and Methods ("Hardware Fabrication"): three fingers
 120 deg apart, b = 0.618 (golden ratio), 60 deg per phalanx, objects up to about 40 mm. Lengths and widths of the
-fingers are not published: ours follow the spiral's ratio and reach round a 40 mm ball.
+fingers are not published: ours follow the spiral's ratio and fit a 40 mm ball.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ class GripperDesign:
     """Fingers at the tip; phalanx j is k_p^(j-1) times the first, k_p = exp(-b delta_theta)."""
 
     n_finger: int = 3
-    """Fingers, evenly about the axis, the first one dorsal (paper: 3)."""
+    """Number of fingers, evenly spaced about the axis, the first one dorsal (paper: 3)."""
     b: float = 0.618
     """Growth of the finger's spiral per radian [-] (paper: the golden ratio)."""
     delta_theta: float = math.pi / 3
     """Angle of the finger's spiral per phalanx, also the limit of each finger joint [rad] (paper: 60 deg)."""
     n_phalanx: int = 2
-    """Phalanges a finger (ours: two turns of 60 deg close a finger on itself)."""
+    """Number of phalanges of a finger (ours: two bends of 60 deg close a finger)."""
     finger_length: float = 0.038
     """Length of a straight finger [m] (ours: a quarter turn round 40 mm plus half the last phalanx)."""
     finger_width: float = 0.010
@@ -77,7 +77,7 @@ class GripperDesign:
         return self.stiffness * self.k_p ** (3 * np.arange(self.n_phalanx))
 
     def scaled(self, factor: float) -> GripperDesign:
-        """The same gripper ``factor`` times as large, of the same material."""
+        """The same gripper ``factor`` times as large [-], of the same material."""
         check_number("gripper scale", factor, above=0.0, below=1e6)
         return replace(
             self,
@@ -91,9 +91,9 @@ class GripperDesign:
 
     @property
     def grasp_width(self) -> float:
-        """Largest width that the fingers close round [m]: half the last phalanx reaches past a quarter turn."""
+        """Largest width that the fingers enclose [m]: all but half of the last phalanx spans a quarter turn."""
         return float(self.finger_length - self.phalanx_length[-1] / 2) * 4 / math.pi
 
 
 STRAND_LEVER = 0.4
-"""Distance of a strand from the joint's axis over the phalanx's width [-] (ours): just under its skin."""
+"""Distance of a strand from the joint's axis over the phalanx's width [-] (ours: just under the surface)."""

@@ -1,4 +1,4 @@
-"""What carries the trunk: the motor housing and the arm behind it."""
+"""Mount of the trunk: motor housing and arm."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class HousingDesign:
     mass: float = 1.85
     """Mass with motors, without neck [kg] (ours: three GM6020 of 0.468 kg, servo, printed shell)."""
     neck_length: float = 0.060
-    """Length of the neck, as wide as section 1, between housing and trunk [m] (ours: keeps a wrapped object clear of
-    the housing; part of the trunk, not of the housing, and collides)."""
+    """Length of the neck between housing and trunk, as wide as section 1 [m] (ours: keeps a wrapped object clear of the
+    housing; it belongs to the trunk and collides)."""
     neck_mass: float = 0.060
     """Mass of the neck [kg] (ours: a printed shell)."""
 
@@ -48,14 +48,14 @@ class ArmDesign:
     """Name of an arm that the simulator describes, such as "panda" or "fr3", or the path of another arm's MJCF file
     (relative paths start at the design's file)."""
     mount_site: str = "flange"
-    """Site of the arm that the housing is fixed to, its z axis along the trunk."""
+    """Site of the arm to which the housing is fixed, its z axis along the trunk."""
     base_height: float = 0.80
     """Height of the arm's base above the floor [m] (ours: a pedestal, so that the trunk can hang)."""
     roll: float = math.pi / 4
-    """Turn of the trunk about the mount's z axis, from the mount's x to dorsal [rad] (ours: the ventral side looks
-    left when the Panda stands ready)."""
+    """Rotation of the trunk about the mount's z axis, from the mount's x to dorsal [rad] (ours: the ventral side faces
+    left in the Panda's ready pose)."""
     home: tuple[float, ...] | None = None
-    """Joint positions where work starts [rad or m]; None takes the arm's own."""
+    """Initial joint positions [rad or m]; None takes the arm's own."""
 
     def __post_init__(self) -> None:
         check_text("arm.model", self.model, most=1000)

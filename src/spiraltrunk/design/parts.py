@@ -1,4 +1,4 @@
-"""What the spiral does not say of a trunk: elastic joints, cables and masses."""
+"""Parts of a trunk that do not follow from its spiral: elastic joints, cables and masses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from spiraltrunk.errors import DesignError, Unquoted
 @final
 @dataclass(frozen=True, kw_only=True)
 class JointDesign:
-    """Elastic cylinder between two sections, given at the base; joint i is scaled by k_p^(i-1)."""
+    """Elastic cylinder between two sections, given at joint 1; joint i is scaled by k_p^(i-1)."""
 
     radius: float
     """Radius of the cylinder at joint 1 [m] (authors' code: 3.825 mm)."""
@@ -22,9 +22,9 @@ class JointDesign:
     youngs_modulus: float = 16.9e6
     """Young's modulus of the printed TPU 95A [Pa] (paper, section "Resting under gravity")."""
     damping_time: float = 0.04
-    """Damping over stiffness of every joint [s] (an assumption of this project; the paper gives none)."""
+    """Damping over stiffness of every joint [s] (ours; the paper gives none)."""
     stiffness: tuple[float, ...] | None = None
-    """Bending stiffness joint by joint, base to tip [N m/rad]; None follows E I / L. A real print rarely does."""
+    """Bending stiffness of each joint, base to tip [N m/rad], as measured; None takes E I / L."""
 
     def __post_init__(self) -> None:
         check_number("joint.radius", self.radius, above=0.0, below=1.0)
@@ -48,12 +48,12 @@ class CableDesign:
     angles: tuple[float, ...]
     """Directions of the cables about the axis from dorsal (+y) towards +z, cable 1 first [rad]."""
     hole_fraction: float = 0.6
-    """Distance of a hole from the backbone over the half-width of the face it is in [-] (authors' code)."""
+    """Distance of a hole from the backbone over the half-width of its face [-] (authors' code)."""
     tension_max: float = 60.0
-    """Largest tension that a motor may put on a cable [N] (GM6020: 2.22 N m on a drum of up to 37 mm radius)."""
+    """Largest tension of a cable [N] (GM6020: 2.22 N m on a drum of up to 37 mm radius)."""
     friction: float = 0.0
-    """Coefficient of friction between cable and holes, mu in T exp(-mu w) [-]; the paper gives none, 0.1 to 0.15 is
-    a sensible guess."""
+    """Coefficient of friction between cable and holes, mu in T exp(-mu w) [-] (the paper gives none; 0.1 to 0.15 is
+    plausible)."""
 
     def __post_init__(self) -> None:
         check_numbers("cable.angles", self.angles)
@@ -76,9 +76,9 @@ class MassDesign:
     density: float = 196.3
     """Effective density over the revolved solid [kg/m^3]: the authors' 191.3 g over the volume of their 18 sections."""
     sections: tuple[float, ...] | None = None
-    """Mass section by section, base to tip [kg]; None follows the density. A real print rarely does."""
+    """Mass of each section, base to tip [kg], as measured; None follows from the density."""
     center_fraction: float | None = None
-    """Centre of mass over the section's length, from its proximal joint [-]; None takes the solid's centroid."""
+    """Distance of the centre of mass from the proximal joint over the section's length [-]; None: the centroid."""
 
     def __post_init__(self) -> None:
         check_number("mass.density", self.density, above=0.0, below=3e4)

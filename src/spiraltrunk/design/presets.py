@@ -1,4 +1,4 @@
-"""Robots that are known by name."""
+"""Named designs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from spiraltrunk.errors import UnknownName
 _PAPER_SECTION_MASS_G = (
     33.0, 26.0, 21.3, 20.4, 14.2, 11.3, 9.7, 7.7, 9.7, 8.5, 7.0, 5.6, 4.7, 3.5, 3.0, 2.3, 2.0, 1.4
 )  # fmt: skip
-"""Authors' code, sections 2 to 18; section 1 is not in it: 33 g continues the row by k_p^-3."""
+"""Masses of the sections [g] (authors' code, sections 2 to 18; section 1 extrapolated by k_p^-3)."""
 
 _PAPER_CENTER_FRACTION = 26.749 / 47.94
 """Centre of mass over section length, K_c [-] (authors' code)."""
@@ -31,7 +31,7 @@ def _build_paper() -> TrunkDesign:
 
 
 PAPER = _build_paper()
-"""The robot of "Grasping by Spiraling" as its authors compute it: b = 0.16, measured section masses."""
+"""The robot of "Grasping by Spiraling" with the numbers of the authors' code: b = 0.16, measured section masses."""
 
 
 def _build_spirob_15() -> TrunkDesign:

@@ -1,4 +1,4 @@
-"""The paper's three design principles: from a few wishes to one spiral, and what that spiral can grasp.
+"""The paper's three design principles: from a few requirements to one spiral, its graspable range and payload.
 
 Source: "Grasping by Spiraling", Methods, "Determining the Optimal Parameters", with two misprints corrected: with
 theta_min the end of the inner contour, GH = a exp(b theta_min) (exp(2 pi b) - 1) and
@@ -15,7 +15,7 @@ from spiraltrunk.checks import Range, check_number, check_range, check_tip
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign
 from spiraltrunk.design.spiral import Spiral, radius
-from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.design.trunk import MOST_SECTIONS, TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 
 GRAVITY = 9.81
@@ -44,14 +44,11 @@ RANGES = {
     "arm_radius": Range(least=0.001, most=0.3),
     "turns": Range(least=0.75, most=5.0),
 }
-"""Wishes that `design_from_rules` takes [-, 1/rad, rad, m, turns] (ours): each, with the others left alone, gives a
-trunk with a tip that can be made, at most 200 sections, and objects that it can grasp."""
+"""Ranges of the requirements of `design_from_rules` [-, 1/rad, rad, m, turns] (ours): each, with the others at their
+defaults, gives a trunk with a printable tip, at most 200 sections and a graspable range."""
 
 LEAST_TIP_WIDTH = 1e-4
-"""Thinnest tip that the rules may lead to [m] (ours: a hair, a quarter of a printer's nozzle)."""
-
-_MOST_SECTIONS = 200
-"""As many sections as a `TrunkDesign` may have."""
+"""Least width of the tip of a design from rules [m] (ours: a hair, a quarter of a printer's nozzle)."""
 
 
 class GraspableRange(NamedTuple):
@@ -65,7 +62,6 @@ class GraspableRange(NamedTuple):
 
 def growth_from_overlap(m: float) -> float:
     """Growth b = ln((1 + m) / m) / pi at which gripper and trunk ranges overlap (principle 2) [1/rad]."""
-    check_number("m", m, above=0.0, below=1e3)
     return math.log((1 + m) / m) / math.pi
 
 
@@ -83,7 +79,7 @@ def design_from_rules(
     turns: float = 1.5,
     name: str = "from-rules",
 ) -> TrunkDesign:
-    """The trunk that the paper's three principles give.
+    """The trunk that follows from the paper's three principles.
 
     Args:
         m: largest object of the tip gripper over its base width [-]; 1.53 unless ``b`` is given.
@@ -91,7 +87,7 @@ def design_from_rules(
         delta_theta: angle per section [rad]; it divides ``turns`` into at most 200 sections.
         arm_radius: radius of the arm's last link, matched by section 1 (principle 3) [m].
         turns: turns of the backbone's spiral from tip (theta = pi / 2) to base.
-        name: what to call it.
+        name: name of the design.
 
     Raises:
         DesignError: for a value out of its range in `RANGES`, for both ``m`` and ``b``, for turns that are not whole
@@ -115,9 +111,9 @@ def design_from_rules(
 def graspable_range(design: TrunkDesign) -> GraspableRange:
     """Smallest and largest width that the trunk wraps.
 
-    The smallest is the room inside the tip's inner turn, HJ = GH / (exp(pi b) - 1) (paper, Methods). The largest is
-    the circle D that half a turn of the whole trunk goes round: the integral of ds / ((D + w) / 2) over the backbone's
-    arc equals pi, with w the local width; for a spiral that integral is closed.
+    The smallest is the width inside the tip's inner turn, HJ = GH / (exp(pi b) - 1) (paper, Methods). The largest is
+    the diameter D of the circle round which the whole trunk makes half a turn: the integral of ds / ((D + w) / 2) over
+    the backbone's arc equals pi, with w the local width; for a spiral the integral is elementary.
     """
     b = design.spiral.b
     minimum = design.tip_width / (math.exp(math.pi * b) - 1)
@@ -129,11 +125,11 @@ def graspable_range(design: TrunkDesign) -> GraspableRange:
 
 
 def payload(design: TrunkDesign, width: float | None = None) -> float:
-    """Mass that the trunk holds by wrapping an object of ``width`` [m], smallest object by default [kg].
+    """Mass of the heaviest object of ``width`` [m] that the trunk holds by wrapping [kg]; smallest object by default.
 
-    A calibrated coefficient, not a theory: no formula is published. The largest cable tension on the base joint's
-    lever against the object's weight on its own lever, (width + base width) / 2, times a factor that meets the paper's
-    4.89 kg at 33 mm. It has no other support; measured payloads are smaller.
+    An empirical fit, as no formula is published: the moment of the largest cable tension at the base joint over the
+    lever of the object's weight, (width + base width) / 2, times a factor fitted to the one published number, 4.89 kg
+    at 33 mm. Measured payloads are smaller.
     """
     width = graspable_range(design).minimum if width is None else width
     check_number("width", width, above=0.0)
@@ -146,7 +142,7 @@ def build_compact(
 ) -> TrunkDesign:
     """The compact trunk on one spiral, its joints and gripper in the paper's proportion to its base and tip.
 
-    The proportions of joint and gripper hold for the authors' robot; for other sizes they are a start, not a source.
+    The proportions of joint and gripper are those of the authors' robot; for other sizes they are a first guess.
     """
     bare = _build_bare(spiral, delta_theta, n_section, name)
     joint = JointDesign(radius=_JOINT_RADIUS * bare.solid.radius, length=_JOINT_LENGTH * bare.solid.radius)
@@ -155,7 +151,7 @@ def build_compact(
 
 
 def _build_bare(spiral: Spiral, delta_theta: float, n_section: int, name: str) -> TrunkDesign:
-    """The sections alone, with joints too thin to matter: enough to read sizes off."""
+    """The sections with joints of negligible size, from which sizes are computed."""
     joint = JointDesign(radius=1e-12, length=1e-12)
     return TrunkDesign(
         name=name, spiral=spiral, k=compactness(spiral.b), delta_theta=delta_theta, n_section=n_section, joint=joint
@@ -163,7 +159,7 @@ def _build_bare(spiral: Spiral, delta_theta: float, n_section: int, name: str) -
 
 
 def _check_room(section: float, joint: float) -> None:
-    """Refuse a first section that is no longer than its joint, both in [m]."""
+    """Refuse a first section that is not longer than its joint, both in [m]."""
     if section <= joint:
         allowed = f"longer than its joint, {1e3 * joint:.3g} mm: fewer sections, each of a wider angle"
         raise DesignError("length of section 1", got=Unquoted(f"{1e3 * section:.3g} mm"), allowed=allowed)
@@ -171,14 +167,14 @@ def _check_room(section: float, joint: float) -> None:
 
 def _count_sections(delta_theta: float, turns: float) -> int:
     check_range("turns", turns, RANGES["turns"])
-    least = 2 * math.pi * turns / _MOST_SECTIONS * (1 - 1e-9)
+    least = 2 * math.pi * turns / MOST_SECTIONS * (1 - 1e-9)
     check_range("delta_theta", delta_theta, RANGES["delta_theta"]._replace(above=-math.inf, least=least))
     total = math.degrees(2 * math.pi * turns)
     exact = total / math.degrees(delta_theta)
     n_section = round(exact)
     if abs(exact - n_section) > 1e-6 * exact:
         few = max(math.floor(exact), math.floor(total / 90 * (1 + 1e-9)) + 1)  # Below 90 deg also as it is printed.
-        near = ", ".join(f"{total / n:.9g} deg ({n} sections)" for n in (few, few + 1) if n <= _MOST_SECTIONS)
+        near = ", ".join(f"{total / n:.9g} deg ({n} sections)" for n in (few, few + 1) if n <= MOST_SECTIONS)
         allowed = f"an angle that divides {total:g} deg into whole sections, such as {near}"
         raise DesignError("delta_theta", got=Unquoted(f"{math.degrees(delta_theta):g} deg"), allowed=allowed)
     return n_section

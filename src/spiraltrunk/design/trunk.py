@@ -1,8 +1,8 @@
-"""The trunk: one frozen description, and every length, stiffness and mass that follows from it.
+"""The trunk: one frozen description, and the lengths, stiffnesses and masses that follow from it.
 
-Frames: a section's frame sits in its proximal joint centre, x along the straight axis towards the tip, y dorsal (the
-paper's cable 1), z to complete it. Section n = 1 is at the base, joint i lies between sections i and i + 1. Each size
-is the first one times k_p^(n-1), the spiral's self-similarity (paper, Results, "Soft Manipulator Design").
+A section's frame has its origin in the centre of the proximal joint, x along the straight axis towards the tip and y
+dorsal (the paper's cable 1). Section n = 1 is at the base, joint i lies between sections i and i + 1. Each size is the
+first one times k_p^(n-1), the spiral's self-similarity (paper, Results, "Soft Manipulator Design").
 """
 
 from __future__ import annotations
@@ -22,8 +22,11 @@ from spiraltrunk.design.section import SectionSolid
 from spiraltrunk.design.spiral import Spiral, arc_length, chord, radius
 from spiraltrunk.errors import DesignError, Unquoted
 
+MOST_SECTIONS = 200
+"""Largest number of sections [-] (ours)."""
+
 _LEAST_TIP_WIDTH = 1e-5
-"""Thinnest tip that a design may have [m] (ours: a tenth of a hair; what is thinner is a slip of the pen)."""
+"""Least width of the tip of any design [m] (ours: a tenth of a hair)."""
 
 
 @final
@@ -32,17 +35,17 @@ class TrunkDesign:
     """A logarithmic-spiral trunk with its joints, cables, masses, gripper, housing and arm."""
 
     name: str
-    """What to call it."""
+    """Name of the design."""
     spiral: Spiral
-    """Outer contour; the inner contour is one turn further in, the backbone is k times the outer one."""
+    """Outer contour; the inner contour is one turn further in, the backbone is k times the outer contour."""
     k: float
     """Compactness: backbone radius over contour radius [-] (paper, Methods, equation for k)."""
     delta_theta: float = math.pi / 6
     """Angle of the spiral per section [rad] (paper: 30 deg); also the gap between neighbouring faces."""
     n_section: int = 18
-    """Sections (paper: 18 over 1.5 turns); there is one joint fewer."""
+    """Number of sections (paper: 18 over 1.5 turns); there is one joint fewer."""
     theta_tip: float = math.pi / 2
-    """Angle of the spiral where the tip ends [rad] (paper: pi / 2)."""
+    """Angle of the spiral at the end of the tip [rad] (paper: pi / 2)."""
     joint: JointDesign = field(default_factory=lambda: JointDesign(radius=3.825e-3, length=2.10e-3))
     """Elastic joints."""
     cable: CableDesign = field(default_factory=lambda: CableDesign(angles=(0.0, 2 * math.pi / 3, 4 * math.pi / 3)))
@@ -60,7 +63,7 @@ class TrunkDesign:
         check_text("name", self.name)
         self._check_parts()
         check_number("delta_theta", self.delta_theta, above=0.0, below=math.pi / 2)
-        check_count("n_section", self.n_section, least=2, most=200)
+        check_count("n_section", self.n_section, least=2, most=MOST_SECTIONS)
         check_number("theta_tip", self.theta_tip, above=-100.0, below=100.0)
         inner = math.exp(-2 * math.pi * self.spiral.b)
         check_number("k", self.k, above=inner, below=1.0)
@@ -93,17 +96,17 @@ class TrunkDesign:
 
     @property
     def n_joint(self) -> int:
-        """Elastic joints, n_section - 1."""
+        """Number of elastic joints, n_section - 1."""
         return self.n_section - 1
 
     @property
     def n_cable(self) -> int:
-        """Cables along the trunk."""
+        """Number of cables."""
         return len(self.cable.angles)
 
     @property
     def theta_base(self) -> float:
-        """Angle of the spiral where the base begins [rad] (paper: 7 pi / 2)."""
+        """Angle of the spiral at the base [rad] (paper: 7 pi / 2)."""
         return self.theta_tip + self.n_section * self.delta_theta
 
     @property
@@ -192,7 +195,7 @@ class TrunkDesign:
 
     @property
     def joint_limit(self) -> float:
-        """Largest bend of a joint in any direction, where neighbouring faces meet [rad]."""
+        """Largest bend of a joint in any direction, at which neighbouring faces touch [rad]."""
         return self.delta_theta
 
     # Cables.
@@ -213,7 +216,7 @@ class TrunkDesign:
 
     @cached_property
     def cable_in_section(self) -> np.ndarray:
-        """Length of each cable inside the sections, shape (n_section,) [m]; it never changes."""
+        """Length of each cable inside the sections, constant, shape (n_section,) [m]."""
         return self.hole_position[:, 1, 0] - self.hole_position[:, 0, 0]
 
     @cached_property
@@ -228,7 +231,7 @@ class TrunkDesign:
 
     @property
     def cable_stroke(self) -> float:
-        """Cable to pull in from straight until every gap on its side is shut [m]."""
+        """Cable to pull in from straight until every gap on its side is closed [m]."""
         return float(self.straight_gap.sum())
 
     # Masses.

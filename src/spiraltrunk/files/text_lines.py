@@ -1,9 +1,9 @@
-"""Lines of a text file, read in blocks: any line ends, no line longer than a limit, never the whole file at once."""
+"""Lines of a text file, read in blocks: any line endings, limited line length, never the whole file at once."""
 
 from __future__ import annotations
 
+import errno
 import os
-import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,42 +22,37 @@ _UTF_8, _UTF_16, _UTF_32 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff"), (b"\xff\
 
 @contextmanager
 def open_take(path: str | Path) -> Iterator[BinaryIO]:
-    """The file, opened: a regular one of sensible size, as a pipe would block and a device never end.
+    """A regular file of limited size, opened for reading; of a pipe or a device reading may not end.
 
     Raises:
         TakeError: where it cannot be read; it says why.
     """
-    allowed = "allowed: a recording that can be read"
+    allowed, place = "allowed: a recording that can be read", Path(path)
     try:
-        if Path(path).is_dir():
-            raise TakeError(f"this is a folder; {allowed}", file=str(path))
-        # Without waiting, which a pipe would make it do.
-        file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb")
-    except TakeError:
-        raise
-    except (OSError, ValueError) as error:  # A name that no disc takes is the latter.
+        if place.exists() and not place.is_file():
+            raise OSError(errno.EINVAL, "this is a folder" if place.is_dir() else "this is no regular file")
+        file = place.open("rb")
+    except (OSError, ValueError) as error:  # Of a name that no file system takes it is the latter.
         raise TakeError(f"{getattr(error, 'strerror', None) or error}; {allowed}", file=str(path)[:300]) from None
     with file:
-        status = os.fstat(file.fileno())
-        if not stat.S_ISREG(status.st_mode):
-            raise TakeError(f"this is no regular file; {allowed}", file=str(path))
-        if status.st_size > MOST_BYTES:
-            told = f"{status.st_size / 1e9:.2f} GB; allowed: at most {MOST_BYTES / 1e9:g} GB: export in parts"
+        size = os.fstat(file.fileno()).st_size
+        if size > MOST_BYTES:
+            told = f"{size / 1e9:.2f} GB; allowed: at most {MOST_BYTES / 1e9:g} GB: export in parts"
             raise TakeError(f"the file has {told}", file=str(path))
         yield file
 
 
 @final
 class Lines:
-    """Lines of a stream as bytes without their ends; CR LF, LF and CR all end one."""
+    """Lines of a stream as bytes without their endings CR LF, LF or CR."""
 
     def __init__(self, stream: BinaryIO, source: str) -> None:
         self.source = source
-        """What errors call the file."""
+        """Name of the file in errors."""
         self.number = 0
-        """Number of the line that was read last, from 1."""
+        """Number of the last line that was read, from 1."""
         self.is_ended = True
-        """Whether that line had an end, or the file stopped within it."""
+        """Whether that line had an ending; if not, the file stops within it."""
         self._lines = self._read(stream)
 
     def __iter__(self) -> Iterator[bytes]:
@@ -75,7 +70,7 @@ class Lines:
                 block, is_first = self._strip_mark(block), False
             text = rest + block
             held = b""
-            if text.endswith(b"\r"):  # The rest of the line's end may come with the next block.
+            if text.endswith(b"\r"):  # LF may follow in the next block.
                 text, held = text[:-1], b"\r"
             if b"\r" in text:
                 text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -100,7 +95,7 @@ class Lines:
 
 
 def decode(line: bytes) -> str:
-    """The text of a line: UTF-8, else what Windows writes in the West."""
+    """The text of a line in UTF-8, else in Windows-1252."""
     try:
         return line.decode()
     except UnicodeDecodeError:
