@@ -65,5 +65,5 @@ def _check_frame(frame: np.ndarray) -> None:
     volume = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     misfit = max(*(abs(length - 1.0) for length in lengths), *map(abs, products))
     if not (misfit <= _SQUARE and volume > 0.0):
-        what = f"up to {misfit:.2g} off" if volume > 0.0 else "left-handed"
-        raise RunError(f"command.T_world_base turns by axes that are {what}; allowed: a rotation matrix")
+        error = f"off by up to {misfit:.2g}" if volume > 0.0 else "left-handed"
+        raise RunError(f"command.T_world_base has axes that are {error}; allowed: a rotation matrix")

@@ -30,7 +30,7 @@ DEGREE = _EXACT.divide(Decimal(math.pi), Decimal(180))
 
 
 class Kind(Enum):
-    """What a key holds; the value is what an error says is allowed."""
+    """Kind of a key's value, as errors describe it."""
 
     TEXT = "a text"
     COUNT = "a whole number"
@@ -150,7 +150,7 @@ def describe_toml(value: object) -> object:
     return value if isinstance(value, str) else Unquoted(str(value).lower())
 
 
-def spell(error: DesignError, name: str, unit: Decimal, typed: object) -> DesignError:
+def convert_error(error: DesignError, name: str, unit: Decimal, typed: object) -> DesignError:
     """The error about a field in SI, in the name, the unit and the value that were typed."""
     allowed = error.allowed.in_unit(float(unit)) if isinstance(error.allowed, Range) else error.allowed
     return DesignError(name, got=error.got if isinstance(error.got, Unquoted) else typed, allowed=allowed)
@@ -175,7 +175,7 @@ def _to_si(name: str, value: object, unit: Decimal) -> float:
 
 
 def _from_si(value: float, unit: Decimal) -> str:
-    """The shortest decimal that reads back as ``value``; 17 digits tell all floats apart."""
+    """The shortest decimal that reads back as ``value``; 17 digits distinguish all floats."""
     exact = _EXACT.divide(Decimal(value), unit)
     number = exact
     for digits in (15, 16, 17):

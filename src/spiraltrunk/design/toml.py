@@ -16,7 +16,7 @@ from typing import Any
 from spiraltrunk.checks import check_type
 from spiraltrunk.design import presets
 from spiraltrunk.design.rules import compactness
-from spiraltrunk.design.schema import TABLES, describe_toml, find_key, format_value, read_value, spell
+from spiraltrunk.design.schema import TABLES, convert_error, describe_toml, find_key, format_value, read_value
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
@@ -114,7 +114,7 @@ def _as_typed(error: DesignError) -> DesignError:
         return error
     table, key = found
     got = Unquoted(format_value(error.got, key)) if isinstance(error.got, (float, int, tuple)) else error.got
-    return spell(error, f"{_dotted(table, key.name)}{bracket}{index}", key.unit, got)
+    return convert_error(error, f"{_dotted(table, key.name)}{bracket}{index}", key.unit, got)
 
 
 def _assemble(document: dict[str, Any]) -> TrunkDesign:

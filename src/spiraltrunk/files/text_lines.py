@@ -37,8 +37,8 @@ def open_take(path: str | Path) -> Iterator[BinaryIO]:
     with file:
         size = os.fstat(file.fileno()).st_size
         if size > MOST_BYTES:
-            told = f"{size / 1e9:.2f} GB; allowed: at most {MOST_BYTES / 1e9:g} GB: export in parts"
-            raise TakeError(f"the file has {told}", file=str(path))
+            allowed = f"at most {MOST_BYTES / 1e9:g} GB: export in parts"
+            raise TakeError(f"the file has {size / 1e9:.2f} GB; allowed: {allowed}", file=str(path))
         yield file
 
 
@@ -78,8 +78,8 @@ class Lines:
             rest = lines.pop() + held
             yield from lines
             if len(rest) > _LONGEST:
-                told = f"the line has more than {_LONGEST} bytes; allowed: a Motive CSV"
-                raise TakeError(told, file=self.source, line=self.number + 1)
+                found = f"the line has more than {_LONGEST} bytes; allowed: a Motive CSV"
+                raise TakeError(found, file=self.source, line=self.number + 1)
         if rest.endswith(b"\r"):
             yield rest[:-1]
         elif rest:

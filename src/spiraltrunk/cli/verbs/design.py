@@ -72,7 +72,7 @@ def _write(design: TrunkDesign, out: str) -> None:
 def _design_from(wishes: dict[str, Typed]) -> TrunkDesign:
     """The rules' design; an error names the option, with value and range in its unit."""
     from spiraltrunk.design import design_from_rules
-    from spiraltrunk.design.schema import DEGREE, MILLI, ONE, spell
+    from spiraltrunk.design.schema import DEGREE, MILLI, ONE, convert_error
 
     if {"m", "b"} <= wishes.keys():
         raise UsageError("--m and --b given; allowed: one of them, as m = 1 / (exp(pi b) - 1)")
@@ -91,7 +91,7 @@ def _design_from(wishes: dict[str, Typed]) -> TrunkDesign:
         if error.name not in wishes:
             raise _refuse_turns(wishes["turns"]) from None
         typed = Unquoted(wishes[error.name].text)
-        raise spell(error, _WISHES[error.name], unit.get(error.name, ONE), typed) from None
+        raise convert_error(error, _WISHES[error.name], unit.get(error.name, ONE), typed) from None
 
 
 def _refuse_turns(turns: Typed, angle: float = 30.0) -> DesignError:

@@ -64,7 +64,7 @@ def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_
         as_authors: whether to use the authors' rounded numbers.
 
     Returns:
-        The shape; its status is ALL_SHUT where every joint is shut and cable is left over.
+        The shape; its status is ALL_SHUT where every joint is at its limit and cable is left over.
 
     Raises:
         ModelError: where a number is not finite or out of range, or cable 1 is not dorsal.
@@ -149,7 +149,7 @@ def _read_out(out: PlaneShape, batch: tuple[int, ...], n_joint: int) -> tuple[np
 def bend_ventral(design: TrunkDesign, lengthening: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
     """Shape after the ventral cables are pulled in equally while cable 1 is let out, tip first (paper, Algorithm 1).
 
-    The authors' code measures what a full joint hands down from the straight gap and not from the gap at rest, so that
+    The authors' code measures what a full joint passes on from the straight gap and not from the gap at rest, so that
     cable is lost or made where gravity bends the trunk; without ``as_authors`` all of it is accounted for.
 
     Args:
@@ -176,7 +176,7 @@ def twist(
     """Shape after cable 1 is pulled in from rest and then cable 2 (paper, Algorithm 2).
 
     Joints from the first that cable 1 has shut move rigidly (all may turn where it has shut none); the others turn
-    about the line through their centre and the hole of cable 1. A joint that is full hands the excess to those nearer
+    about the line through their centre and the hole of cable 1. A joint that is full passes the excess to those nearer
     to the base; in the authors' code some of it is lost then, without ``as_authors`` none.
 
     Args:
