@@ -24,7 +24,7 @@ from spiraltrunk.model.statics import equilibrium
 from spiraltrunk.model.statics.equilibrium import StaticsOptions
 from spiraltrunk.model.statics.kernels.batch import Problem
 from spiraltrunk.model.statics.kernels.energy import Trunk
-from spiraltrunk.model.statics.loads import MOST_TURNED, BodyForces, Loads, read_angle, read_forces
+from spiraltrunk.model.statics.loads import MOST_TURNED, Loads, read_angle, read_forces
 
 _CHUNK = 8
 """Targets per chunk of a thread; a batch can be interrupted between chunks."""
@@ -145,12 +145,12 @@ def solve_targets(
     """
     key, count = IdentityKey(design), len(load_cases.cases)
     posed, trunk = _keep_posed(key, options) if count == 1 else _pose_tensions(design, count, options)
-    base, weights = _build_forces(design, load_cases)
-    problem = Problem(base, weights.direction, weights.factor, weights.moment, *posed)
+    forces = _build_forces(design, load_cases)
+    problem = Problem(*forces, *posed)
     solution = equilibrium.allocate(trunk, count)
     for case, members in _group_rows(load_cases.cases).items():
         table, limits = _keep_start_table(key, _round_case(case), options)
-        rows, turn = np.array(members), np.dot(base[members[0]], table.base.T)
+        rows, turn = np.array(members), np.dot(forces[0][members[0]], table.base.T)
         _seek(rows, limits, (case.loads is None, trunk, problem, aim, table.known, turn, solution))
     return equilibrium.build_shape(solution, batch)
 
@@ -188,30 +188,13 @@ def _seek(rows: np.ndarray, limits: Limits, rest: tuple[Any, ...]) -> None:
     share(lambda first, last: seek_rows(rows[first:last], limits, *rest), rows.size, _CHUNK)
 
 
-def _build_forces(design: TrunkDesign, load_cases: LoadCases) -> tuple[np.ndarray, BodyForces]:
-    """Axes of the base and forces of every row in the arrays that the kernels read."""
-    if len(load_cases.cases) == 1:
-        one = load_cases.cases[0]
-        base, loads = base_orientation(one.theta_0, one.roll)[None], one.loads
-        return base, _own_weight(IdentityKey(design)) if loads is None else _read_row(design, loads)
-    weights = read_forces(design, load_cases.loads)
-    return np.array(base_orientation(load_cases.theta_0, load_cases.roll), order="C"), BodyForces(
-        direction=np.array(weights.direction, order="C"), factor=np.array(weights.factor, order="C"),
-        moment=np.array(weights.moment, order="C"),
-    )  # fmt: skip
-
-
-@lru_cache(maxsize=64)
-def _own_weight(key: IdentityKey) -> BodyForces:
-    return _read_row(key.design, None)
-
-
-def _read_row(design: TrunkDesign, loads: Loads | None) -> BodyForces:
-    """Forces of one row in arrays of its own."""
-    weights = read_forces(design, loads)
-    return BodyForces(
-        direction=weights.direction.copy()[None], factor=weights.factor.copy()[None], moment=weights.moment.copy()[None]
-    )
+def _build_forces(design: TrunkDesign, load_cases: LoadCases) -> list[np.ndarray]:
+    """Axes of the base, and direction, factor and moment of the forces, one row a target, as the kernels read them."""
+    is_single, case = len(load_cases.cases) == 1, load_cases.cases[0]
+    base = base_orientation(*((case.theta_0, case.roll) if is_single else (load_cases.theta_0, load_cases.roll)))
+    forces = read_forces(design, case.loads if is_single else load_cases.loads)
+    parts = base, forces.direction, forces.factor, forces.moment
+    return [np.array(part[None] if is_single else part, order="C") for part in parts]
 
 
 def _group_rows(cases: list[LoadCase]) -> dict[LoadCase, list[int]]:
