@@ -21,6 +21,7 @@ from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.files.atomic import write_file
+from spiraltrunk.files.text_lines import check_regular
 
 SCHEMA = 1
 """Version of the format."""
@@ -71,7 +72,7 @@ def write_design(design: TrunkDesign, path: str | Path, notes: Sequence[str] = (
     text = format_design(design, notes)
     target = Path(path)
     with _as_design_error("path", target, "a file, new or replaced, in a folder that can be written"):
-        _check_regular(target)
+        check_regular(target)
         write_file(target, text.encode())
     return target
 
@@ -94,16 +95,10 @@ def format_design(design: TrunkDesign, notes: Sequence[str] = ()) -> str:
 
 def _parse(path: Path) -> dict[str, Any]:
     with _as_design_error("design", path, f"a preset ({', '.join(presets.NAMES)}) or a .toml file"):
-        _check_regular(path)
+        check_regular(path)
         text = path.read_bytes().decode("utf-8-sig")
     with _as_design_error("design", path, "a file of valid TOML"):
         return tomllib.loads(text, parse_float=Decimal)
-
-
-def _check_regular(path: Path) -> None:
-    """Refuse a folder, and a pipe or a device, of which reading may not end."""
-    if path.exists() and not path.is_file():
-        raise ValueError("this is a folder" if path.is_dir() else "this is no regular file")
 
 
 def _as_typed(error: DesignError) -> DesignError:

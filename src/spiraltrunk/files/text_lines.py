@@ -20,17 +20,26 @@ _LONGEST = 1 << 21
 _UTF_8, _UTF_16, _UTF_32 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff"), (b"\xff\xfe\0\0", b"\0\0\xfe\xff")
 
 
+def check_regular(path: Path) -> None:
+    """Refuse a folder, and a pipe or a device, of which reading may not end.
+
+    Raises:
+        OSError: where there is one.
+    """
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "this is a folder" if path.is_dir() else "this is no regular file", str(path))
+
+
 @contextmanager
 def open_take(path: str | Path) -> Iterator[BinaryIO]:
-    """A regular file of limited size, opened for reading; of a pipe or a device reading may not end.
+    """A regular file of limited size, opened for reading.
 
     Raises:
         TakeError: where it cannot be read; it says why.
     """
     allowed, place = "allowed: a recording that can be read", Path(path)
     try:
-        if place.exists() and not place.is_file():
-            raise OSError(errno.EINVAL, "this is a folder" if place.is_dir() else "this is no regular file")
+        check_regular(place)
         file = place.open("rb")
     except (OSError, ValueError) as error:  # Of a name that no file system takes it is the latter.
         raise TakeError(f"{getattr(error, 'strerror', None) or error}; {allowed}", file=str(path)[:300]) from None
