@@ -55,6 +55,15 @@ class Forces:
     residual: np.ndarray
     """Largest residual moment at a joint, shape (...) [N m]."""
 
+    @property
+    def tip_stiffness(self) -> np.ndarray:
+        """Force per displacement of the tip, the inverse of its compliance, shape (..., 3, 3) [N/m].
+
+        Along directions with a compliance below 1 nm/N, such as the axis of the straight trunk, it is 1e9 N/m.
+        """
+        size, axes = np.linalg.eigh((self.tip_compliance + np.swapaxes(self.tip_compliance, -1, -2)) / 2)
+        return np.einsum("...ij,...j,...kj->...ik", axes, 1 / np.maximum(size, 1e-9), axes)
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
