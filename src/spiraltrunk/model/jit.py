@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import logging
 import os
@@ -12,31 +13,42 @@ from typing import Any, TypeVar, final
 
 from numba import njit
 from numba.core import event
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
 @final
 class _Notice(event.Listener):
-    """Logs once why nothing comes; what is found on disc is not compiled and not told."""
+    """Logs once why nothing comes; what is found on disc is not compiled and not told.
 
-    is_told = False
+    Meanwhile Python does not look for garbage, of which the compiler makes little: that takes a fifth of the time.
+    """
+
+    is_told, depth, was_collecting = False, 0, False
 
     def on_start(self, event: event.Event) -> None:
         if not self.is_told:
             self.is_told = True
-            words = "compiling the models, once after they were installed or changed: up to some minutes"
+            words = "compiling the models, once after they were installed or changed: up to half a minute"
             logging.getLogger("spiraltrunk").info(words)
+        if self.depth == 0:
+            self.was_collecting = gc.isenabled()
+            gc.disable()
+        self.depth += 1
 
     def on_end(self, event: event.Event) -> None:
-        pass
+        self.depth -= 1
+        if self.depth == 0 and self.was_collecting:
+            gc.enable()
 
 
 event.register("numba:compile", _Notice())  # type: ignore[no-untyped-call]
 
 
 def hash_files(files: Iterable[Path]) -> str:
-    """SHA-256 of the files' contents, in the order of their paths.
+    """SHA-256 of the files' contents, in the order of their paths, and of this file, which says how they are compiled.
 
     Raises:
         FileNotFoundError: where there is no file, since a digest of nothing would never change.
@@ -44,11 +56,69 @@ def hash_files(files: Iterable[Path]) -> str:
     found = sorted(files)
     if not found:
         raise FileNotFoundError("no source file to hash: the digest would not change with the code")
-    return hashlib.sha256(b"".join(file.read_bytes() for file in found)).hexdigest()
+    return hashlib.sha256(b"".join(file.read_bytes() for file in (*found, Path(__file__)))).hexdigest()
 
 
-def compiler(stamp: str, *, is_inlined: bool = False, owns_arrays: bool = True) -> Callable[[_F], _F]:
+@final
+class _Part(JITCodeLibrary):  # type: ignore[misc]
+    """Code of a kernel that is called by others: it is optimised and made machine code where it is linked."""
+
+    @property
+    def codegen(self) -> _Part:
+        """What `set_env` is called on."""
+        return self
+
+    def set_env(self, name: str, env: object) -> None:
+        """There is no code in memory yet that could have an environment."""
+
+    def finalize(self) -> None:
+        """Leave it as it is."""
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None."""
+        return 0
+
+
+@final
+class _Whole(JITCodeLibrary):  # type: ignore[misc]
+    """Code of a kernel that Python calls, with that of all kernels below it, optimised once."""
+
+    def finalize(self) -> None:
+        """Link the parts as functions that nobody else calls, then all that Numba does."""
+        module, linked = self._final_module, list(dict.fromkeys(self._linking_libraries))
+        own = {function.name for function in module.functions if not function.is_declaration}
+        for library in linked:  # Grows on the way.
+            if isinstance(library, _Part):
+                module.link_in(library._final_module, preserve=True)
+                linked += [further for further in dict.fromkeys(library._linking_libraries) if further not in linked]
+        for function in module.functions:
+            if function.name not in own and not function.is_declaration:
+                function.linkage = "internal"
+        self._linking_libraries = [library for library in linked if not isinstance(library, _Part)]
+        super().finalize()
+
+
+def _pipeline(kind: type[_Part | _Whole]) -> type[Compiler]:
+    """Numba's compiler, with libraries of this kind."""
+
+    class Pipeline(Compiler):  # type: ignore[misc]
+        def define_pipelines(self) -> Any:
+            self.state.library = kind(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+            self.state.library.enable_object_caching()
+            return super().define_pipelines()
+
+    return Pipeline
+
+
+_PART, _WHOLE = _pipeline(_Part), _pipeline(_Whole)
+
+
+def compiler(stamp: str, *, owns_arrays: bool = True, is_alone: bool = False) -> Callable[[_F], _F]:
     """A decorator that compiles functions which call each other, from files whose `hash_files` is ``stamp``.
+
+    Numba by itself optimises a function and makes it machine code before it goes into those that call it, where that is
+    done again. Here it is done once, in the function that Python calls, which takes half of the time.
 
     The machine code is kept on disc, for as long as the stamp does not change: Numba by itself looks at the file of a
     function alone, and would go on with old code of the functions that it calls. It runs free of Python's lock, so that
@@ -56,21 +126,23 @@ def compiler(stamp: str, *, is_inlined: bool = False, owns_arrays: bool = True) 
 
     Args:
         stamp: as above.
-        is_inlined: whether a function is compiled in those alone that call it. Machine code holds that of all the
-            functions it calls, so of a large one that few call this spares a copy.
         owns_arrays: whether a function makes arrays, or returns them to one that counts who refers to them. One that
             does neither can do without counting, which takes a fourth of an equilibrium's time.
+        is_alone: whether a function is optimised by itself first, as Numba does it. So its loops stay as they are, where
+            the processor's lanes are to be filled.
     """
     options: dict[str, Any] = {
-        "cache": True, "error_model": "numpy", "inline": "always" if is_inlined else "never", "nogil": True,
-        "no_cfunc_wrapper": True, "_nrt": owns_arrays,
+        "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "_nrt": owns_arrays
     }  # fmt: skip
 
     def compiled(function: _F) -> _F:
-        law: Any = njit(**options)(function)
+        law: Any = njit(**options, cache=True, pipeline_class=_WHOLE)(function)
         stored = getattr(getattr(law, "_cache", None), "_cache_file", None)
         if stored is not None:  # With NUMBA_DISABLE_JIT there is none.
             stored._source_stamp = stamp
+        if stored is not None and not is_alone:
+            part = njit(**options, no_cpython_wrapper=True, pipeline_class=_PART)(function)
+            law.get_call_template, law.get_overload = part.get_call_template, part.get_overload
         return law
 
     return compiled

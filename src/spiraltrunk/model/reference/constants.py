@@ -26,8 +26,14 @@ ROUNDED_RADIUS = 28.87 / 28.871516330624754
 ROUNDED_GAP = 13.74 / 13.743977971204414
 """Straight gap of joint 1 in the authors' shares, 13.74 mm, over what the spiral gives [-]."""
 
-compiled = compiler(hash_files(Path(__file__).parent.glob("*.py")), owns_arrays=False)
+STAMP = hash_files(Path(__file__).parent.glob("*.py"))
+"""Digest of the sources that the machine code on disc was compiled from."""
+
+compiled = compiler(STAMP, owns_arrays=False)
 """How the reference model's laws are compiled; one that returns arrays, parts of its own, is called by these alone."""
+
+alone = compiler(STAMP, owns_arrays=False, is_alone=True)
+"""How those are whose loops go through the processor's lanes."""
 
 _SAME = 1e-6
 """Distance of unit vectors up to which two directions are the same [-]."""

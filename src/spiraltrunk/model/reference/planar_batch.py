@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from spiraltrunk.model.reference.algorithm_1 import arcsine, arcsine_narrow, rest_gap, shorten, turn
-from spiraltrunk.model.reference.constants import Table, compiled, unpack
+from spiraltrunk.model.reference.constants import Table, alone, compiled, unpack
 from spiraltrunk.model.reference.gravity_rest import settle
 
 _LANES = 256
@@ -84,7 +84,7 @@ def _shorten_lanes(t: Table, rest: np.ndarray, level: np.ndarray, left: np.ndarr
         left[w] = max(level[w] * t.portion[0] - rest[0], 0.0)
 
 
-@compiled
+@alone
 def _share_lanes(portion: float, below: float, length: float, level: np.ndarray, gap: np.ndarray) -> None:
     """One joint of it; by itself, for within a loop over joints nothing of this would go side by side."""
     for w in range(level.size):

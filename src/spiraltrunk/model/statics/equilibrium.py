@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +27,7 @@ from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.cables import hole_positions
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.kinematics.shape import Forces, History, Shape, Status, build
-from spiraltrunk.model.statics.kernels.batch import NUDGE, Problem, Solution, solve_rows
+from spiraltrunk.model.statics.kernels.batch import NUDGE, Problem, Solution, creep_rows, follow_rows, solve_rows
 from spiraltrunk.model.statics.kernels.energy import Trunk
 from spiraltrunk.model.statics.kernels.joint_rotation import VECTOR, Y_FIRST, Z_FIRST
 from spiraltrunk.model.statics.loads import (
@@ -168,20 +168,34 @@ def solve(
             "start": () if start is None else start.status.shape,
         }
     )
-    if start is None and (mu > 0 or options.quasi_static is not None):
-        at_once = replace(options, quasi_static=None)
-        start = solve(design, theta_0=theta_0, roll=roll, loads=loads, friction=0.0, options=at_once)
+    kernel = _choose_kernel(mu, options)
+    if start is None and kernel is not solve_rows:
+        slack, at_once = read_cables(design, None, None, None), replace(options, quasi_static=None)
+        own = broadcast_batches({"theta_0 and roll": base.shape[:-2], "loads": forces.factor.shape[:-2]})
+        start = _solve(kernel, design, _Arguments(slack, forces, base, own, None, 0.0, at_once))
     if start is not None:
         check_start(design, start)
-    arguments = _Arguments(cables, forces, base, batch, start, mu, options)
+    return _solve(kernel, design, _Arguments(cables, forces, base, batch, start, mu, options))
+
+
+def _choose_kernel(friction: float, options: StaticsOptions) -> Any:
+    """The smallest kernel that does what is asked for, so that no more is compiled."""
+    if options.quasi_static is not None:
+        return creep_rows
+    return follow_rows if friction > 0 else solve_rows
+
+
+def _solve(kernel: Any, design: TrunkDesign, arguments: _Arguments) -> Shape:
+    """Shapes by a kernel; quasi-static loading where incremental loading with friction does not converge."""
+    options = arguments.options
     trunk, straight = get_trunk(design, options)
-    solution = _start(arguments, trunk)
-    _run(_pose(arguments, straight), solution, trunk, 3 if options.has_torsion else 2)
-    if mu > 0 and options.quasi_static is None and (solution.status == Status.NOT_CONVERGED).any():
-        arguments = arguments._replace(options=replace(options, quasi_static=_FALLBACK))
-        again = _start(arguments, trunk)
-        _run_again(_pose(arguments, straight), (solution, again), trunk, 3 if options.has_torsion else 2)
-    return build_shape(solution, batch)
+    nd, solution = 3 if options.has_torsion else 2, _start(arguments, trunk)
+    _run(kernel, _pose(arguments, straight), solution, trunk, nd)
+    is_stuck = arguments.friction > 0 and options.quasi_static is None
+    if is_stuck and (solution.status == Status.NOT_CONVERGED).any():
+        slowly = arguments._replace(options=replace(options, quasi_static=_FALLBACK))
+        _run_again(_pose(slowly, straight), (solution, _start(slowly, trunk)), trunk, nd)
+    return build_shape(solution, arguments.batch)
 
 
 @final
@@ -287,9 +301,9 @@ def allocate(trunk: Trunk, rows: int) -> Solution:
     )  # fmt: skip
 
 
-def _run(problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
+def _run(kernel: Any, problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
     """Solve all rows on all cores."""
-    share(lambda first, last: solve_rows(first, last, nd, trunk, problem, solution), len(problem.base), _CHUNK)
+    share(lambda first, last: kernel(first, last, nd, trunk, problem, solution), len(problem.base), _CHUNK)
 
 
 def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Trunk, nd: int) -> None:
@@ -298,7 +312,7 @@ def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Tr
     rows = np.flatnonzero(kept.status == Status.NOT_CONVERGED)
     own = {name: getattr(problem, name)[rows] for name in Problem._fields[:9]}
     part = Solution(*(array[rows] for array in again))
-    _run(problem._replace(**own), part, trunk, nd)
+    _run(creep_rows, problem._replace(**own), part, trunk, nd)
     good = part.status != Status.NOT_CONVERGED
     for array, found in zip(kept, part, strict=True):
         array[rows[good]] = found[good]

@@ -15,6 +15,3 @@ compiled: Any = compiler(STAMP, owns_arrays=False)
 
 owning: Any = compiler(STAMP)
 """How a kernel is compiled that makes or returns arrays."""
-
-inlined: Any = compiler(STAMP, is_inlined=True)
-"""How a kernel is compiled that serves few others and calls many."""

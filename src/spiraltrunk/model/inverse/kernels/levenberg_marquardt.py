@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.inverse.kernels import compiled, inlined, owning
+from spiraltrunk.model.inverse.kernels import compiled, owning
 from spiraltrunk.model.inverse.kernels.target_residual import chain_rates, give_way, miss, miss_rates, see
-from spiraltrunk.model.statics.kernels.cholesky import copy_rows, solve_small
+from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, dot, solve_small
 from spiraltrunk.model.statics.kernels.joint_limits import move
-from spiraltrunk.model.statics.kernels.projected_newton import STEP, dot, guarded_factor, largest_turn, solve_safely
+from spiraltrunk.model.statics.kernels.projected_newton import STEP, guarded_factor, largest_turn, solve_safely
 
 BALANCED = 1e-7
 """Largest moment left at a joint near the target [N m]; about a thousandth of a millimetre at the tip."""
@@ -66,11 +66,12 @@ def room_for_search(n_joint, n_cable, nd):
     )  # fmt: skip
 
 
-@inlined
+@owning
 def search(b, rounds, enough, case, aim, work, system, room):
     """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q``, ``kept``."""
     most = case.control.most
-    room.q[:], room.kept[:] = room.trial, room.tension
+    copy_rows(room.trial, room.q)
+    copy(room.tension, room.kept)
     room.state[0], room.state[1], room.state[2], room.state[3] = 1e300, 1e-6, 1e300, 1.0
     for _ in range(rounds):
         balanced = max(BALANCED, min(COARSE, SHARPER * room.state[2]))
@@ -82,7 +83,7 @@ def search(b, rounds, enough, case, aim, work, system, room):
         propose(case.trunk, most, system, room)
 
 
-@inlined
+@owning
 def judge(b, is_balanced, enough, aim, case, work, system, room):
     """Keep the shape on trial if it is nearer than the best one, with slopes there if need be; else damp more."""
     cost, most = 1e300, case.control.most
@@ -97,7 +98,8 @@ def judge(b, is_balanced, enough, aim, case, work, system, room):
         return
     room.state[3] = (room.state[0] - cost) / max(cost, 1e-300)
     room.state[0], room.state[1], room.state[2] = cost, max(room.state[1] / 10, 1e-9), norm
-    room.q[:], room.kept[:] = room.trial, room.tension
+    copy_rows(room.trial, room.q)
+    copy(room.tension, room.kept)
     if is_over(enough, room):
         return
     guarded_factor(work, system.weight)
@@ -151,8 +153,10 @@ def bounded_step(room, most):
 def free_step(room, held):
     """Damped step of the tensions that are not held, the held ones moving as they do."""
     count = held.shape[0]
-    system, wish = room.matrix.copy(), -room.right
+    system, wish = np.empty((count, count)), np.empty(count)
+    copy_rows(room.matrix, system)
     for c in range(count):
+        wish[c] = -room.right[c]
         system[c, c] += room.state[1] * room.matrix[c, c]
     for c in range(count):
         if held[c]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.inverse.kernels import compiled, inlined, owning
+from spiraltrunk.model.inverse.kernels import compiled, owning
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import room_for_search, search
 from spiraltrunk.model.inverse.kernels.simultaneous_newton import comes_to, dash
 from spiraltrunk.model.inverse.kernels.target_residual import miss, see
@@ -68,7 +68,7 @@ def seek_rows(rows, limits, is_bare, trunk, problem, aim, known, turn, solution)
         seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room)
 
 
-@inlined
+@owning
 def seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room):
     """One target from the best ranked start on, until it is met or there are no more to try."""
     best, tension, norm, tolerance = 1e300, np.zeros_like(room.kept), 1e300, problem.friction[2]
@@ -102,7 +102,7 @@ def look_at(b, case, aim, work, room):
     return math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
 
 
-@inlined
+@owning
 def is_found(b, left, limits, is_bare, case, solution, room):
     """Whether the equilibrium in ``room`` is what the iteration from the straight trunk goes to; if so, row ``b``."""
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
@@ -128,7 +128,7 @@ def is_sole(limits, case, room):
     return down >= 0.0 and room.kept.min() <= limits.slack
 
 
-@inlined
+@owning
 def solve_anew(b, case, problem, solution, work, system, room):
     """Row ``b`` of the solution: the equilibrium at the tensions ``room.kept``, from the straight trunk."""
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import math
 
-from spiraltrunk.model.inverse.kernels import compiled, inlined
+import numpy as np
+
+from spiraltrunk.model.inverse.kernels import compiled, owning
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import BALANCED, bounded_step, normal_equations
 from spiraltrunk.model.inverse.kernels.target_residual import chain_rates, miss, miss_rates, see, turn_back
-from spiraltrunk.model.statics.kernels.cholesky import factorise, solve_columns
+from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, factorise, solve_columns
 from spiraltrunk.model.statics.kernels.energy import place, room_for_work
 from spiraltrunk.model.statics.kernels.joint_limits import move, press_outward
 from spiraltrunk.model.statics.kernels.projected_newton import (
@@ -42,7 +44,7 @@ RETRACED = 40
 """Steps from the straight trunk after which it is not followed any further."""
 
 
-@inlined
+@owning
 def dash(b, enough, tolerance, case, aim, work, system, room):
     """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q`` and ``kept``.
 
@@ -50,7 +52,9 @@ def dash(b, enough, tolerance, case, aim, work, system, room):
     moment left [N m]; then ``work`` and ``system`` hold the equations there.
     """
     q, tension, trunk, before, failures = room.q, room.kept, case.trunk, 1e300, 0
-    q[:], tension[:], room.state[1] = room.trial, room.tension, DAMPING
+    copy_rows(room.trial, q)
+    copy(room.tension, tension)
+    room.state[1] = DAMPING
     for _ in range(DASHES):
         place(q, case.base, trunk, work)
         left, _ = look(q, tension, room.tension, case, 0.0, work, system)
@@ -67,7 +71,7 @@ def dash(b, enough, tolerance, case, aim, work, system, room):
     return False, left
 
 
-@inlined
+@owning
 def dash_step(b, is_met, case, aim, work, system, room):
     """One step of bends and tensions from the equations in ``system``, whose factor is in ``work``.
 
@@ -81,7 +85,7 @@ def dash_step(b, is_met, case, aim, work, system, room):
     share = min(1.0, STEP / max(largest_turn(step, room.q.shape[0]), 1e-300))
     system.pressed[:] = False  # The step is in the joints' own axes already.
     move(room.q, trunk, system, share)
-    room.q[:] = system.trial
+    copy_rows(system.trial, room.q)
     for c in range(most.shape[0]):
         room.kept[c] = min(max(room.kept[c] + share * room.step[c], 0.0), most[c])
 
@@ -130,10 +134,10 @@ def aim_step(b, case, aim, work, system, room):
             step[row] += room.step[c] * room.rates[c, row]
 
 
-@inlined
+@owning
 def comes_to(near, q, tension, case, nd):
     """Whether the iteration from ``q`` at these tensions, all given, comes as near as `SAME` to the shape ``near``."""
-    n_joint, n_cable, pulls = q.shape[0], tension.shape[0], tension.copy()
+    n_joint, n_cable, pulls = q.shape[0], tension.shape[0], np.empty(tension.shape[0])
     work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, case.trunk.stiffness)
     place(q, case.base, case.trunk, work)
     for _ in range(RETRACED):

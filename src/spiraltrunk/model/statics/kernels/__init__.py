@@ -13,6 +13,3 @@ compiled: Any = compiler(STAMP, owns_arrays=False)
 
 owning: Any = compiler(STAMP)
 """How one is that makes or returns arrays."""
-
-inlined: Any = compiler(STAMP, is_inlined=True)
-"""How one is that serves few others and calls many."""

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.statics.kernels import compiled, inlined, owning
-from spiraltrunk.model.statics.kernels.capstan_friction import COARSER, follow, release
+from spiraltrunk.model.statics.kernels import compiled, owning
+from spiraltrunk.model.statics.kernels.capstan_friction import COARSER, follow, load_at_once, release
+from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, room_for_work
 from spiraltrunk.model.statics.kernels.joint_limits import is_shut
 from spiraltrunk.model.statics.kernels.projected_newton import TIGHT, room_for_steps
@@ -75,39 +76,77 @@ class Solution(NamedTuple):
 
 @owning
 def solve_rows(first, last, nd, trunk, problem, solution):
-    """Equilibria ``first`` to ``last``; bend, tension and anchor hold where each starts."""
-    n_joint, n_cable = solution.gap.shape[1], solution.gap.shape[2]
-    work = room_for_work(n_joint, n_cable, nd)
-    system = room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
-    mu, stiffness, tolerance, most = problem.friction
+    """Equilibria ``first`` to ``last`` without friction; bend, tension and anchor hold where each starts."""
+    work, system = room_for_rows(nd, trunk)
     for b in range(first, last):
-        control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
-        field = (problem.direction[b], problem.factor[b], problem.moment[b])
-        force, back = np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable))
-        friction = Friction(force, back, solution.anchor[b], stiffness if mu > 0.0 else 0.0)
-        case = Case(problem.base[b], trunk, field, control, friction)
-        q, tension = solution.bend[b], solution.tension[b]
-        if problem.motion[b, 1] > 0.0:
-            residual, violation, steps = creep(
-                q, tension, case, mu, problem.start[b], problem.motion[b], tolerance, int(most), work, system
-            )
-            if mu == 0.0:
-                release(work.gap, solution.anchor[b])
-        else:
-            residual, violation, steps = follow(
-                q, tension, case, mu, problem.start[b], problem.increments[b], tolerance, int(most), work, system
-            )
-        figures = solution.figures[b]
-        figures[0], figures[1], figures[2] = residual, violation, steps
+        case, most = build_case(b, trunk, problem, solution), int(problem.friction[3])
+        q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
+        note(b, load_at_once(q, tension, case, start, tolerance, most, work, system), solution)
         write_row(b, case, work, system, problem, solution)
 
 
-@inlined
+@owning
+def follow_rows(first, last, nd, trunk, problem, solution):
+    """The same with friction."""
+    work, system = room_for_rows(nd, trunk)
+    for b in range(first, last):
+        case, most, parts = build_case(b, trunk, problem, solution), int(problem.friction[3]), problem.increments[b]
+        q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
+        mu = problem.friction[0]
+        note(b, follow(q, tension, case, mu, start, parts, tolerance, most, work, system), solution)
+        write_row(b, case, work, system, problem, solution)
+
+
+@owning
+def creep_rows(first, last, nd, trunk, problem, solution):
+    """The same with friction or without, the trunks creeping, or at once where that takes no time."""
+    work, system = room_for_rows(nd, trunk)
+    for b in range(first, last):
+        case, most, motion = build_case(b, trunk, problem, solution), int(problem.friction[3]), problem.motion[b]
+        q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
+        mu = problem.friction[0]
+        if motion[1] > 0.0:
+            note(b, creep(q, tension, case, mu, start, motion, tolerance, most, work, system), solution)
+        else:
+            note(b, load_at_once(q, tension, case, start, tolerance, most, work, system), solution)
+        if mu == 0.0:
+            release(work.gap, solution.anchor[b])
+        write_row(b, case, work, system, problem, solution)
+
+
+@owning
+def room_for_rows(nd, trunk):
+    """`Work` and `System` for trunks like this."""
+    n_joint, n_cable = trunk.before.shape[0], trunk.before.shape[1]
+    return room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
+
+
+@owning
+def build_case(b, trunk, problem, solution):
+    """Row ``b`` as the laws read it; its holes' anchors are the solution's."""
+    mu, stiffness, size = problem.friction[0], problem.friction[1], (trunk.before.shape[0], trunk.before.shape[1])
+    control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
+    field = (problem.direction[b], problem.factor[b], problem.moment[b])
+    friction = Friction(np.zeros(size), np.zeros(size), solution.anchor[b], stiffness if mu > 0.0 else 0.0)
+    return Case(problem.base[b], trunk, field, control, friction)
+
+
+@compiled
+def note(b, found, solution):
+    """Residual, violation and steps of row ``b``."""
+    figures = solution.figures[b]
+    figures[0], figures[1], figures[2] = found
+
+
+@compiled
 def write_row(b, case, work, system, problem, solution):
     """What follows from the bends and tensions of row ``b``, just found."""
     trunk = case.trunk
-    solution.rotation[b], solution.gap[b], solution.gap_tension[b] = work.rotation, work.gap, work.tension
-    solution.reaction[b] = system.reaction
+    for i in range(work.rotation.shape[0]):
+        copy_rows(work.rotation[i], solution.rotation[b, i])
+    copy_rows(work.gap, solution.gap[b])
+    copy_rows(work.tension, solution.gap_tension[b])
+    copy(system.reaction, solution.reaction[b])
     find_ends(work.frames, trunk.length, solution.points[b])
     measure(trunk, problem, solution, b)
     tip_compliance(solution.bend[b], solution.tension[b], case, work, system, solution.compliance[b])

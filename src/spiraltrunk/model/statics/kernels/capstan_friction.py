@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from spiraltrunk.model.statics.kernels import compiled, inlined, owning
+from spiraltrunk.model.statics.kernels import compiled, owning
 from spiraltrunk.model.statics.kernels.cable_gaps import hole_turns
 from spiraltrunk.model.statics.kernels.capstan_law import ratio, slip_forces
+from spiraltrunk.model.statics.kernels.cholesky import column_sum, copy
 from spiraltrunk.model.statics.kernels.energy import Case, Control, hold, place
 from spiraltrunk.model.statics.kernels.projected_newton import solve_safely
 
@@ -74,7 +75,7 @@ def recall_forces(q, pulls, case, mu, work, turns):
     place(q, case.base, trunk, work)
     measure_turns(trunk, work, turns)
     for c in range(turns.shape[1]):
-        tension, beyond = pulls[c], work.gap[:, c].sum()
+        tension, beyond = pulls[c], column_sum(work.gap, c)
         for i in range(turns.shape[0]):
             towards, away = slip_forces(tension, ratio(mu, turns[i, c]), ratio(-mu, turns[i, c]))
             friction.force[i, c], friction.force_back[i, c] = towards, away
@@ -94,18 +95,36 @@ def move_anchors(work, friction):
             friction.anchor[i, c] = beyond - held / friction.stiffness
 
 
-@inlined
+@owning
+def load_at_once(q, tension, case, start, tolerance, most, work, system):
+    """Go from the lengths and tensions in ``start`` (2, n_cable) to those of the case in one step, without friction.
+
+    ``q`` and ``tension`` are brought up to date in place, and the holes hold nothing. Returns the residual [N m], the
+    violation [m] and the number of steps.
+    """
+    length, goal, control = np.zeros(tension.shape[0]), np.zeros(tension.shape[0]), case.control
+    stage = Control(control.by_tension, length, control.most, control.compliance)
+    copy(tension, goal)
+    advance(1.0, length, tension, control, start, goal)
+    at_end = Case(case.base, case.trunk, case.field, stage, case.friction)
+    residual, violation, count = solve_safely(q, tension, at_end, tolerance, most, work, system)
+    release(work.gap, case.friction.anchor)
+    return residual, violation, count
+
+
+@owning
 def follow(q, tension, case, mu, start, increments, tolerance, most, work, system):
     """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case in equal increments.
 
     In each, shape, tensions and friction forces are found together. ``q``, ``tension`` and the friction's anchors are
     brought up to date in place. Returns the last residual [N m], the last violation [m] and the number of steps.
     """
-    turns, length, control = np.zeros_like(work.gap), np.zeros_like(tension), case.control
+    turns, length, control = np.zeros(work.gap.shape), np.zeros(tension.shape[0]), case.control
     stage = Control(control.by_tension, length, control.most, control.compliance)
     part_way = Case(case.base, case.trunk, case.field, stage, case.friction)
     total, residual, violation = 0, 0.0, 0.0
-    goal = tension.copy()
+    goal = np.zeros(tension.shape[0])
+    copy(tension, goal)
     if case.friction.stiffness > 0.0:
         recall_forces(q, start[1], case, mu, work, turns)
     for step in range(increments):

@@ -23,6 +23,24 @@ def copy_rows(matrix, out):
 
 
 @compiled
+def column_sum(matrix, column):
+    """Sum of one column."""
+    total = 0.0
+    for i in range(matrix.shape[0]):
+        total += matrix[i, column]
+    return total
+
+
+@compiled
+def dot(a, b):
+    """Sum of products."""
+    total = 0.0
+    for row in range(a.shape[0]):
+        total += a[row] * b[row]
+    return total
+
+
+@compiled
 def factorise(matrix, factor, weight, shift):
     """Upper factor U of ``matrix`` = U^T U (its lower triangle is read) plus ``shift`` times the diagonal ``weight``.
 

@@ -13,7 +13,15 @@ from typing import NamedTuple
 import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
-from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, factorise, solve_factored, solve_small
+from spiraltrunk.model.statics.kernels.cholesky import (
+    column_sum,
+    copy,
+    copy_rows,
+    dot,
+    factorise,
+    solve_factored,
+    solve_small,
+)
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Trunk, linearise_placed, merit, merit_placed, place
 from spiraltrunk.model.statics.kernels.joint_limits import move, press_outward, pull_inside, reduce
 
@@ -34,6 +42,8 @@ FIRST = 60
 """Steps after which a first try is given up."""
 SOFTEST = 3e-3
 """Gaps shut at a third of this in a second try [m]."""
+NONE = np.int64(0)
+"""Where a count begins, like any number to the compiler."""
 
 
 class System(NamedTuple):
@@ -76,7 +86,7 @@ def find_excess(gap, control, pulls, system):
     for c in range(pulls.shape[0]):
         system.works[c], system.excess[c] = False, 0.0
         if not control.by_tension[c]:
-            over = gap[:, c].sum() - control.length[c] - control.compliance[c] * pulls[c]
+            over = column_sum(gap, c) - control.length[c] - control.compliance[c] * pulls[c]
             is_idle = (pulls[c] <= 0 and over <= 0) or (pulls[c] >= control.most[c] and over >= 0)
             system.works[c], system.excess[c] = not is_idle, over
             if not is_idle:
@@ -135,9 +145,9 @@ def largest_turn(step, n_joint):
 def pursue(control, pulls, penalty, system, work):
     """Add the change of tension that shortens the working cables to ``system.step``; wished tensions, goal lengths."""
     n_cable = pulls.shape[0]
-    matrix, index = np.zeros((n_cable, n_cable)), np.zeros(n_cable, np.int64)
+    matrix, again, index = np.zeros((n_cable, n_cable)), np.zeros((n_cable, n_cable)), np.zeros(n_cable, np.int64)
     now, more = np.zeros(n_cable), np.zeros(n_cable)
-    count = 0
+    count = NONE
     for c in range(n_cable):
         if system.works[c]:
             solve_factored(work.factor, system.slopes[c], system.response[count])
@@ -152,9 +162,9 @@ def pursue(control, pulls, penalty, system, work):
         matrix[a, a] = matrix[a, a] * (1 + 1e-12) + give / (1 - stiff * give) + 1e-15
         now[a] = dot(system.slopes[c], system.step)
         more[a] = system.excess[c] / (1 - stiff * give)
-    copy = matrix.copy()
+    copy_rows(matrix, again)
     solve_small(matrix, now, count)
-    solve_small(copy, more, count)
+    solve_small(again, more, count)
     share = limit_share(system, now, more, count)
     for c in range(n_cable):
         system.wish[c], system.goal[c] = pulls[c], control.length[c]
@@ -167,15 +177,6 @@ def pursue(control, pulls, penalty, system, work):
         change = (pull - stiff * share * system.excess[c]) / (1 - stiff * control.compliance[c])
         system.wish[c] = min(max(pulls[c] + change, 0.0), control.most[c])
         system.goal[c] = control.length[c] + (1 - share) * system.excess[c]
-
-
-@compiled
-def dot(a, b):
-    """Sum of products."""
-    total = 0.0
-    for row in range(a.shape[0]):
-        total += a[row] * b[row]
-    return total
 
 
 @compiled
@@ -203,7 +204,7 @@ def tensions_at(gap, control, tension, penalty, pulls):
     for c in range(tension.shape[0]):
         pulls[c] = tension[c]
         if not control.by_tension[c]:
-            excess = gap[:, c].sum() - control.length[c]
+            excess = column_sum(gap, c) - control.length[c]
             wish = (excess + tension[c] / penalty) / (control.compliance[c] + 1 / penalty)
             pulls[c] = min(max(wish, 0.0), control.most[c])
 
@@ -231,7 +232,7 @@ def search(q, case, multiplier, penalty, slope, work, system):
 def pursue_step(q, tension, case, goal, penalty, work, system):
     """One step of shape and tensions together; whether the merit fell."""
     pursue(case.control, tension, penalty, system, work)
-    pulls = np.empty_like(tension)
+    pulls = np.zeros(tension.shape[0])
     tensions_at(work.gap, goal.control, system.wish, penalty, pulls)
     slope = dot(system.gradient, system.step)
     for c in range(tension.shape[0]):
@@ -266,7 +267,10 @@ def look(q, tension, pulls, case, penalty, work, system):
 @compiled
 def does_work(system):
     """Whether any cable is held by its length."""
-    return np.any(system.works)
+    for c in range(system.works.shape[0]):
+        if system.works[c]:
+            return True
+    return False
 
 
 @owning
@@ -279,7 +283,7 @@ def solve(q, tension, case, tolerance, most, work, system):
     control = case.control
     aim = Control(control.by_tension, system.goal, control.most, control.compliance)
     goal = Case(case.base, case.trunk, case.field, aim, case.friction)
-    pulls = np.zeros_like(tension)
+    pulls = np.zeros(tension.shape[0])
     pull_inside(q, case.trunk, system.rim)
     penalty, tries, is_pursuing, before, is_placed = PENALTY, 3, True, 1e300, False
     for count in range(most + 1):
@@ -289,7 +293,7 @@ def solve(q, tension, case, tolerance, most, work, system):
         if (residual <= tolerance and violation <= TIGHT) or count == most:
             break
         if not is_pursuing and residual <= max(tolerance, 0.1 * violation / LEVER):
-            tension[:] = pulls
+            copy(pulls, tension)
             penalty = min(10 * penalty, 1e10) if violation > 0.1 * before else penalty
             before, is_pursuing, is_placed = violation, tries > 0, True
             continue
@@ -311,9 +315,9 @@ def solve(q, tension, case, tolerance, most, work, system):
         else:
             is_placed = search(q, case, tension, penalty, dot(system.gradient, system.step), work, system) > 0.0
             if not is_placed:
-                tension[:] = pulls  # Nothing more to gain at these tensions.
+                copy(pulls, tension)  # Nothing more to gain at these tensions.
                 penalty, is_pursuing = min(10 * penalty, 1e10), tries > 0
-    tension[:] = pulls
+    copy(pulls, tension)
     return residual, violation, count
 
 

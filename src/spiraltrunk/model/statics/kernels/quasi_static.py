@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from spiraltrunk.model.statics.kernels import compiled, inlined, owning
+from spiraltrunk.model.statics.kernels import compiled, owning
 from spiraltrunk.model.statics.kernels.capstan_friction import (
     COARSER,
     advance,
@@ -22,7 +22,7 @@ from spiraltrunk.model.statics.kernels.capstan_friction import (
     settle,
     update_forces,
 )
-from spiraltrunk.model.statics.kernels.cholesky import copy, factorise
+from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, factorise
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Trunk
 from spiraltrunk.model.statics.kernels.projected_newton import STIFFEST, TIGHT, add_penalty, solve_safely
 
@@ -46,7 +46,7 @@ TRIES = np.int64(200)
 """Steps of Newton's method after which a step of time is tried again, half as long; like any number to the compiler."""
 
 
-@inlined
+@owning
 def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
     """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case, and wait until it rests.
 
@@ -54,11 +54,14 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
     in place. Returns the last residual [N m], the last violation [m] and the number of Newton's steps.
     """
     seconds, delay = motion
-    control, trial, now, pace, total, friction = case.control, q.copy(), 0.0, FIRST * delay, 0, case.friction
-    length, goal, kept, slow = np.zeros_like(tension), tension.copy(), start[1].copy(), _slow_trunk(case.trunk)
+    control, trial, now, pace, total, friction = case.control, np.zeros(q.shape), 0.0, FIRST * delay, 0, case.friction
+    n_cable, slow = tension.shape[0], _slow_trunk(case.trunk)
+    length, goal, kept = np.zeros(n_cable), np.zeros(n_cable), np.zeros(n_cable)
+    copy(tension, goal)
+    copy(start[1], kept)
     stage = Control(control.by_tension, length, control.most, control.compliance)
     under_way, residual, violation = Case(case.base, slow, case.field, stage, friction), 0.0, 0.0
-    turns = np.zeros_like(work.gap)
+    turns = np.zeros(work.gap.shape)
     if friction.stiffness > 0.0:
         recall_forces(q, kept, case, mu, work, turns)
     for _ in range(most):
@@ -71,7 +74,7 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
         copy(kept, tension)
         advance(part, length, tension, control, start, goal)
         _hold_back(q, delay / step, case.trunk, slow)
-        trial[:] = q
+        copy_rows(q, trial)
         residual, violation, count = solve_safely(trial, tension, under_way, tolerance, TRIES, work, system)
         total += count + 1
         turn = _largest_turn(q, trial)
@@ -82,7 +85,8 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
                 _lean(q)
             continue
         now = now + step if part < 1.0 else seconds
-        q[:], kept[:] = trial, tension
+        copy_rows(trial, q)
+        copy(tension, kept)
         if friction.stiffness > 0.0:
             update_forces(mu, 1.0, case.trunk, tension, work, turns, friction)
             move_anchors(work, friction)
@@ -96,10 +100,10 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
 
 @owning
 def _slow_trunk(trunk):
-    """A copy whose stiffness and natural bends are its own."""
+    """A trunk whose stiffness and natural bends are its own, yet to be filled."""
     return Trunk(
-        trunk.kind, trunk.stiffness.copy(), trunk.natural.copy(), trunk.limit, trunk.length, trunk.before,
-        trunk.beyond, trunk.rub_before, trunk.rub_beyond, trunk.shut,
+        trunk.kind, np.zeros(trunk.stiffness.shape), np.zeros(trunk.natural.shape), trunk.limit, trunk.length,
+        trunk.before, trunk.beyond, trunk.rub_before, trunk.rub_beyond, trunk.shut,
     )  # fmt: skip
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
-from spiraltrunk.model.statics.kernels.cholesky import solve_columns, solve_factored, solve_small
+from spiraltrunk.model.statics.kernels.cholesky import dot, solve_columns, solve_factored, solve_small
 from spiraltrunk.model.statics.kernels.energy import linearise
 from spiraltrunk.model.statics.kernels.gravity_load import spin
 from spiraltrunk.model.statics.kernels.joint_limits import reduce
-from spiraltrunk.model.statics.kernels.projected_newton import add_penalty, dot, find_excess, guarded_factor
+from spiraltrunk.model.statics.kernels.projected_newton import NONE, add_penalty, find_excess, guarded_factor
 
 HELD = 1e4
 """Penalty on the cables' lengths under which the factor is taken [N/m]; they are then held exactly."""
@@ -70,7 +70,7 @@ def tip_compliance(q, tension, case, work, system, out):
 @owning
 def _hold_cables(n_cable, motion, control, work, system, out):
     """Take out what would lengthen the working cables, by their Schur complement."""
-    matrix, right, index, count = np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable, np.int64), 0
+    matrix, right, index, count = np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable, np.int64), NONE
     for c in range(n_cable):
         if system.works[c]:
             solve_factored(work.factor, system.slopes[c], system.response[count])
