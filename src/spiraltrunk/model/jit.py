@@ -60,7 +60,7 @@ def hash_files(files: Iterable[Path]) -> str:
 
 
 @final
-class _Part(JITCodeLibrary):  # type: ignore[misc]
+class _Part(JITCodeLibrary):
     """Code of a kernel that is called by others: it is optimised and made machine code where it is linked."""
 
     @property
@@ -81,7 +81,7 @@ class _Part(JITCodeLibrary):  # type: ignore[misc]
 
 
 @final
-class _Whole(JITCodeLibrary):  # type: ignore[misc]
+class _Whole(JITCodeLibrary):
     """Code of a kernel that Python calls, with that of all kernels below it, optimised once."""
 
     def finalize(self) -> None:
@@ -96,17 +96,17 @@ class _Whole(JITCodeLibrary):  # type: ignore[misc]
             if function.name not in own and not function.is_declaration:
                 function.linkage = "internal"
         self._linking_libraries = [library for library in linked if not isinstance(library, _Part)]
-        super().finalize()
+        super().finalize()  # type: ignore[no-untyped-call]
 
 
 def _pipeline(kind: type[_Part | _Whole]) -> type[Compiler]:
     """Numba's compiler, with libraries of this kind."""
 
-    class Pipeline(Compiler):  # type: ignore[misc]
+    class Pipeline(Compiler):
         def define_pipelines(self) -> Any:
             self.state.library = kind(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
             self.state.library.enable_object_caching()
-            return super().define_pipelines()
+            return super().define_pipelines()  # type: ignore[no-untyped-call]
 
     return Pipeline
 
@@ -128,20 +128,21 @@ def compiler(stamp: str, *, owns_arrays: bool = True, is_alone: bool = False) ->
         stamp: as above.
         owns_arrays: whether a function makes arrays, or returns them to one that counts who refers to them. One that
             does neither can do without counting, which takes a fourth of an equilibrium's time.
-        is_alone: whether a function is optimised by itself first, as Numba does it. So its loops stay as they are, where
-            the processor's lanes are to be filled.
+        is_alone: whether a function is optimised by itself first, as Numba does it, which keeps its loops vectorised.
     """
     options: dict[str, Any] = {
         "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "_nrt": owns_arrays
     }  # fmt: skip
 
+    compile_function: Any = njit
+
     def compiled(function: _F) -> _F:
-        law: Any = njit(**options, cache=True, pipeline_class=_WHOLE)(function)
+        law: Any = compile_function(**options, cache=True, pipeline_class=_WHOLE)(function)
         stored = getattr(getattr(law, "_cache", None), "_cache_file", None)
         if stored is not None:  # With NUMBA_DISABLE_JIT there is none.
             stored._source_stamp = stamp
         if stored is not None and not is_alone:
-            part = njit(**options, no_cpython_wrapper=True, pipeline_class=_PART)(function)
+            part = compile_function(**options, no_cpython_wrapper=True, pipeline_class=_PART)(function)
             law.get_call_template, law.get_overload = part.get_call_template, part.get_overload
         return law
 

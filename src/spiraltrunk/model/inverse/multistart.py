@@ -16,7 +16,14 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.inverse.kernels.multistart import Limits, seek_rows
 from spiraltrunk.model.inverse.kernels.target_residual import Aim
-from spiraltrunk.model.inverse.start_table import LoadCase, StartTable, get_start_table
+from spiraltrunk.model.inverse.start_table import (
+    CHUNK,
+    LoadCase,
+    StartTable,
+    count_bends,
+    get_start_table,
+    pose_tensions,
+)
 from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.kinematics.shape import Shape
@@ -25,9 +32,6 @@ from spiraltrunk.model.statics.equilibrium import StaticsOptions
 from spiraltrunk.model.statics.kernels.batch import Problem
 from spiraltrunk.model.statics.kernels.energy import Trunk
 from spiraltrunk.model.statics.loads import MOST_TURNED, Loads, read_angle, read_forces
-
-_CHUNK = 8
-"""Targets per chunk of a thread; a batch can be interrupted between chunks."""
 
 _CLOSE = 0.02
 """Distance over the trunk's length beyond which a start's tension does not affect its rank [-]."""
@@ -144,7 +148,7 @@ def solve_targets(
         Shapes with the batch's axes.
     """
     key, count = IdentityKey(design), len(load_cases.cases)
-    posed, trunk = _keep_posed(key, options) if count == 1 else _pose_tensions(design, count, options)
+    posed, trunk = _keep_posed(key, options) if count == 1 else pose_tensions(design, count, options.statics)
     forces = _build_forces(design, load_cases)
     problem = Problem(*forces, *posed)
     solution = equilibrium.allocate(trunk, count)
@@ -155,22 +159,10 @@ def solve_targets(
     return equilibrium.build_shape(solution, batch)
 
 
-def _pose_tensions(design: TrunkDesign, rows: int, options: InverseOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
-    """Fields of a `Problem` after the forces: no friction, all cables held by tensions up to the design's largest."""
-    trunk, straight = equilibrium.get_trunk(design, options.statics)
-    count, model = design.n_cable, options.statics
-    none, friction = np.zeros(count), np.array((0.0, model.hole_stiffness, model.tolerance, model.steps_most))
-    return (
-        np.zeros((rows, count)), np.zeros((rows, 2, count)), np.ones(rows, np.int64),
-        np.full((rows, count), design.cable.tension_max), np.zeros((rows, 2)), np.full(count, True), none, friction,
-        straight,
-    ), trunk  # fmt: skip
-
-
 @lru_cache(maxsize=64)
 def _keep_posed(key: IdentityKey, options: InverseOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
     """`_pose_tensions` for one target, cached; nothing is written into it."""
-    return _pose_tensions(key.design, 1, options)
+    return pose_tensions(key.design, 1, options.statics)
 
 
 @lru_cache(maxsize=128)
@@ -179,13 +171,13 @@ def _keep_start_table(key: IdentityKey, case: LoadCase, options: InverseOptions)
     table, length = get_start_table(key.design, case, options.samples, options.statics), key.design.length
     return table, Limits(
         options.tries, options.rounds, options.tolerance, _APART * length, _CLOSE * length,
-        3 if options.statics.has_torsion else 2, table.slack,
+        count_bends(options.statics), table.slack,
     )  # fmt: skip
 
 
 def _seek(rows: np.ndarray, limits: Limits, rest: tuple[Any, ...]) -> None:
     """Search several targets on all cores, in chunks so that Ctrl-C is handled."""
-    share(lambda first, last: seek_rows(rows[first:last], limits, *rest), rows.size, _CHUNK)
+    share(lambda first, last: seek_rows(rows[first:last], limits, *rest), rows.size, CHUNK)
 
 
 def _build_forces(design: TrunkDesign, load_cases: LoadCases) -> list[np.ndarray]:

@@ -22,7 +22,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.inverse.kernels.target_residual import Aim, gap_rows
 from spiraltrunk.model.inverse.multistart import InverseOptions, read_load_cases, solve_targets
-from spiraltrunk.model.inverse.start_table import section_axes
+from spiraltrunk.model.inverse.start_table import build_no_aim, section_axes
 from spiraltrunk.model.kinematics.enclosure import first_wrapped, snug_bend
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics.loads import Loads
@@ -245,22 +245,13 @@ def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.nda
 def _aim(design: TrunkDesign, **parts: Any) -> Aim:
     """Targets of the kernels; parts that are not given have no weight."""
     rows = len(parts["circle"] if "circle" in parts else parts["point"])
-    return (_keep_no_aim(IdentityKey(design)) if rows == 1 else _no_aim(design, rows))._replace(**parts)
-
-
-def _no_aim(design: TrunkDesign, rows: int) -> Aim:
-    """Targets without weight."""
-    count, solid = design.n_section, design.solid
-    return Aim(
-        np.zeros((rows, count, 3)), np.zeros(count), np.zeros((rows, 3)), 0.0, np.zeros((rows, 7)), np.zeros(count),
-        0.0, np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
-    )  # fmt: skip
+    return (_keep_no_aim(IdentityKey(design)) if rows == 1 else build_no_aim(design, rows))._replace(**parts)
 
 
 @lru_cache(maxsize=64)
 def _keep_no_aim(key: IdentityKey) -> Aim:
     """`_no_aim` for one target, cached; nothing is written into it."""
-    return _no_aim(key.design, 1)
+    return build_no_aim(key.design, 1)
 
 
 def _build_solution(

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
 
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.model.inverse.kernels.multistart import Known
+from spiraltrunk.model.inverse.kernels.multistart import Known, Limits, seek_rows
+from spiraltrunk.model.inverse.kernels.target_residual import Aim
+from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.statics import equilibrium
 from spiraltrunk.model.statics.equilibrium import StaticsOptions
-from spiraltrunk.model.statics.loads import Loads
+from spiraltrunk.model.statics.kernels.batch import Problem
+from spiraltrunk.model.statics.kernels.energy import Trunk
+from spiraltrunk.model.statics.loads import Loads, read_forces
+
+CHUNK = 8
+"""Targets that a core searches in a row; between two such rows a batch can be stopped."""
 
 _CROSSED = 0.3
 """Relative distance that is added to a start with all tensions at their maximum, to prefer slack ones [-]."""
@@ -70,21 +77,48 @@ def get_start_table(design: TrunkDesign, case: LoadCase, count: int, options: St
 
 def compute_start_table(design: TrunkDesign, case: LoadCase, count: int, options: StaticsOptions) -> StartTable:
     """``count`` equilibria without friction at tensions spread evenly over their logarithms, some cables slack."""
-    tension = sample_tensions(design, count)
-    shape = equilibrium.solve(
-        design,
-        tension=tension,
-        theta_0=case.theta_0,
-        roll=case.roll,
-        loads=case.loads,
-        friction=0.0,
-        options=replace(options, quasi_static=None),
-    )
-    bend = np.zeros((count, design.n_joint, 3)) if shape.history is None else shape.history.bend
+    tension, base = sample_tensions(design, count), base_orientation(case.theta_0, case.roll)
+    forces, (posed, trunk) = read_forces(design, case.loads), pose_tensions(design, count, options)
+    parts = (base, forces.direction, forces.factor, forces.moment)
+    problem = Problem(*(np.repeat(part[None], count, axis=0) for part in parts), *posed)
+    solution, rows = equilibrium.allocate(trunk, count), np.arange(count)
+    solution.tension[:] = tension
     effort = _CROSSED * (tension / design.cable.tension_max).mean(axis=1)
-    known = Known(tension, effort, bend, shape.points, section_axes(shape.points))
-    base = base_orientation(case.theta_0, case.roll)
+    known = Known(tension, effort, solution.bend, solution.points, np.zeros_like(solution.points))
+    limits, aim = Limits(0, 0, 0.0, 0.0, 0.0, count_bends(options), 0.0), build_no_aim(design, 1)
+
+    def solve(first: int, last: int) -> None:
+        seek_rows(rows[first:last], limits, case.loads is None, trunk, problem, aim, known, base, solution)
+
+    share(solve, count, CHUNK)
+    known = known._replace(heads=section_axes(solution.points))
     return StartTable(known=known, base=base, slack=least_tension(design) if _is_slack_by_one(design) else -math.inf)
+
+
+def pose_tensions(design: TrunkDesign, rows: int, model: StaticsOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
+    """What a `Problem` has after base and weights: no friction, tensions up to the design's largest yet to come."""
+    trunk, straight = equilibrium.get_trunk(design, model)
+    count = design.n_cable
+    none, friction = np.zeros(count), np.array((0.0, model.hole_stiffness, model.tolerance, model.steps_most))
+    return (
+        np.zeros((rows, count)), np.zeros((rows, 2, count)), np.ones(rows, np.int64),
+        np.full((rows, count), design.cable.tension_max), np.zeros((rows, 2)), np.full(count, True), none, friction,
+        straight,
+    ), trunk  # fmt: skip
+
+
+def count_bends(model: StaticsOptions) -> int:
+    """Bends of a joint [-]."""
+    return 3 if model.has_torsion else 2
+
+
+def build_no_aim(design: TrunkDesign, rows: int) -> Aim:
+    """An aim that wants nothing."""
+    count, solid = design.n_section, design.solid
+    return Aim(
+        np.zeros((rows, count, 3)), np.zeros(count), np.zeros((rows, 3)), 0.0, np.zeros((rows, 7)), np.zeros(count),
+        0.0, np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
+    )  # fmt: skip
 
 
 def _is_slack_by_one(design: TrunkDesign) -> bool:

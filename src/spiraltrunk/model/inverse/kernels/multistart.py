@@ -11,9 +11,9 @@ from spiraltrunk.model.inverse.kernels import compiled, owning
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import room_for_search, search
 from spiraltrunk.model.inverse.kernels.simultaneous_newton import comes_to, dash
 from spiraltrunk.model.inverse.kernels.target_residual import miss, see
-from spiraltrunk.model.statics.kernels.batch import NUDGE, write_row
-from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, room_for_work
-from spiraltrunk.model.statics.kernels.projected_newton import room_for_steps, solve_safely
+from spiraltrunk.model.statics.kernels.batch import NUDGE, build_case, room_for_rows, write_row
+from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows
+from spiraltrunk.model.statics.kernels.projected_newton import solve_safely
 
 
 class Known(NamedTuple):
@@ -54,45 +54,57 @@ class Limits(NamedTuple):
 def seek_rows(rows, limits, is_bare, trunk, problem, aim, known, turn, solution):
     """Tensions for the targets ``rows`` of one stand, and their equilibria from the straight trunk, into ``solution``.
 
-    ``is_bare`` says that no load hangs on the trunk; ``turn`` brings the known equilibria to this stand.
+    ``is_bare`` says that no load hangs on the trunk; ``turn`` brings the known equilibria to this stand. With no tries
+    the tensions are those in ``solution``: so the known equilibria are found, and nothing else is compiled for them.
     """
-    n_joint, n_cable, nd = trunk.before.shape[0], trunk.before.shape[1], limits.nd
-    work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
-    room, idle, score = room_for_search(n_joint, n_cable, nd), np.zeros((n_joint, n_cable)), np.empty(known.effort.size)
-    friction = Friction(idle, idle, idle, 0.0)
-    for b in rows:
-        control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
-        field = (problem.direction[b], problem.factor[b], problem.moment[b])
-        case = Case(problem.base[b], trunk, field, control, friction)
-        rank(b, aim, known, turn, limits.close, score)
-        seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room)
+    work, system = room_for_rows(limits.nd, trunk)
+    room = room_for_search(trunk.before.shape[0], trunk.before.shape[1], limits.nd)
+    score = np.empty(known.effort.shape[0])
+    for r in range(rows.shape[0]):
+        b = rows[r]
+        case = build_case(b, trunk, problem, solution)
+        if limits.tries > 0:
+            rank(b, aim, known, turn, limits.close, score)
+            seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room)
+        else:
+            copy(solution.tension[b], room.kept)
+            solve_anew(b, case, problem, solution, work, system, room)
+        write_row(b, case, work, system, problem, solution)
 
 
 @owning
 def seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room):
     """One target from the best ranked start on, until it is met or there are no more to try."""
-    best, tension, norm, tolerance = 1e300, np.zeros_like(room.kept), 1e300, problem.friction[2]
-    order = np.empty(0, np.int64)
-    for attempt in range(min(limits.tries, score.size)):
+    best, tension, norm, tolerance = 1e300, np.zeros(room.kept.shape[0]), 1e300, problem.friction[2]
+    order, start = np.empty(score.shape[0], np.int64), least(score)
+    for attempt in range(min(limits.tries, score.shape[0])):
         if attempt == 1:
-            order = np.argsort(score, kind="mergesort")
-        start = score.argmin() if attempt == 0 else pick(order, attempt, limits.apart, known.points)
-        room.trial[:], room.tension[:] = known.bend[start], known.tension[start]
+            sort(score, order)
+        if attempt > 0:
+            start = pick(order, attempt, limits.apart, known.points)
+        begin(start, known, room)
         is_there, left = dash(b, limits.enough, tolerance, case, aim, work, system, room)
         if not is_there:
-            room.trial[:], room.tension[:] = known.bend[start], known.tension[start]
+            begin(start, known, room)
             search(b, limits.rounds, limits.enough, case, aim, work, system, room)
         if not (is_there and is_found(b, left, limits, is_bare, case, solution, room)):
             solve_anew(b, case, problem, solution, work, system, room)
         norm = look_at(b, case, aim, work, room)
         if norm < best:
-            best, tension[:] = norm, room.kept
+            best = norm
+            copy(room.kept, tension)
         if best <= limits.enough:
             break
     if norm != best:  # The last attempt was not the best one.
-        room.kept[:] = tension
+        copy(tension, room.kept)
         solve_anew(b, case, problem, solution, work, system, room)
-    write_row(b, case, work, system, problem, solution)
+
+
+@compiled
+def begin(start, known, room):
+    """Put a known equilibrium on trial."""
+    copy_rows(known.bend[start], room.trial)
+    copy(known.tension[start], room.tension)
 
 
 @compiled
@@ -107,10 +119,10 @@ def is_found(b, left, limits, is_bare, case, solution, room):
     """Whether the equilibrium in ``room`` is what the iteration from the straight trunk goes to; if so, row ``b``."""
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
     _make_straight(q)
-    tension[:] = room.kept
+    copy(room.kept, tension)
     if not (is_bare and is_sole(limits, case, room)) and not comes_to(room.q, q, tension, case, limits.nd):
         return False
-    q[:] = room.q
+    copy_rows(room.q, q)
     figures[0], figures[1], figures[2] = left, 0.0, 0.0
     return True
 
@@ -125,7 +137,7 @@ def is_sole(limits, case, room):
     down = 0.0
     for x in range(3):
         down += case.base[x, 0] * case.field[0][0, x]
-    return down >= 0.0 and room.kept.min() <= limits.slack
+    return down >= 0.0 and room.kept[least(room.kept)] <= limits.slack
 
 
 @owning
@@ -133,7 +145,7 @@ def solve_anew(b, case, problem, solution, work, system, room):
     """Row ``b`` of the solution: the equilibrium at the tensions ``room.kept``, from the straight trunk."""
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
     _make_straight(q)
-    tension[:] = room.kept
+    copy(room.kept, tension)
     residual, violation, steps = solve_safely(
         q, tension, case, problem.friction[2], int(problem.friction[3]), work, system
     )
@@ -142,7 +154,8 @@ def solve_anew(b, case, problem, solution, work, system, room):
 
 @compiled
 def _make_straight(q):
-    q[:, 0], q[:, 1], q[:, 2] = NUDGE, NUDGE, 0.0
+    for i in range(q.shape[0]):
+        q[i, 0], q[i, 1], q[i, 2] = NUDGE, NUDGE, 0.0
 
 
 @compiled
@@ -160,13 +173,14 @@ def rank(b, aim, known, turn, close, score):
 def _rank_places(b, aim, known, turn, score):
     """The norms for a target without a circle, which is turned to the starts instead of them to it."""
     last, place = known.points.shape[1] - 1, np.empty(3)
-    score[:] = 0.0
+    for s in range(score.shape[0]):
+        score[s] = 0.0
     for n in range(last + 1):
         if aim.weight[n] != 0.0:
-            _turn(turn.T, aim.point[b, n], place)
+            _turn_back(turn, aim.point[b, n], place)
             _add_squares(aim.weight[n], known.points[:, n], place, score)
     if aim.turn != 0.0:
-        _turn(turn.T, aim.heading[b], place)
+        _turn_back(turn, aim.heading[b], place)
         _add_squares(aim.turn, known.heads[:, last], place, score)
     for s in range(score.shape[0]):
         score[s] = math.sqrt(score[s])
@@ -196,13 +210,46 @@ def _turn(turn, vector, out):
         out[x] = turn[x, 0] * vector[0] + turn[x, 1] * vector[1] + turn[x, 2] * vector[2]
 
 
+@compiled
+def _turn_back(turn, vector, out):
+    for x in range(3):
+        out[x] = turn[0, x] * vector[0] + turn[1, x] * vector[1] + turn[2, x] * vector[2]
+
+
+@compiled
+def least(values):
+    """Where the least value is, the first of several."""
+    best = 0
+    for k in range(1, values.shape[0]):
+        if values[k] < values[best]:
+            best = k
+    return best
+
+
+@owning
+def sort(values, order):
+    """Write the order that sorts ``values``, equal ones kept in order, into ``order`` (merge sort)."""
+    count, run, other = values.shape[0], 1, np.empty(values.shape[0], np.int64)
+    for k in range(count):
+        order[k] = k
+    while run < count:
+        for first in range(0, count, 2 * run):
+            a, b, middle, last = first, first + run, min(first + run, count), min(first + 2 * run, count)
+            for k in range(first, last):
+                is_right = b < last and (a >= middle or values[order[b]] < values[order[a]])
+                other[k] = order[b] if is_right else order[a]
+                a, b = (a, b + 1) if is_right else (a + 1, b)
+        for k in range(count):
+            order[k] = other[k]
+        run *= 2
+
+
 @owning
 def pick(order, attempt, apart, points):
     """Start of an attempt: in turns the next in the order, and the next whose tip is ``apart`` from those before."""
     if attempt % 2 == 0:
         return order[attempt // 2]
-    last, is_free = points.shape[1] - 1, np.full(order.size, True)
-    chosen = 0
+    last, is_free, chosen = points.shape[1] - 1, np.ones(order.size, np.bool_), 0
     for _ in range(attempt // 2 + 1):
         is_any, first = False, 0
         for k in range(order.size):

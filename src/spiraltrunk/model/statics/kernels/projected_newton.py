@@ -267,7 +267,7 @@ def look(q, tension, pulls, case, penalty, work, system):
 @compiled
 def does_work(system):
     """Whether any cable is held by its length."""
-    for c in range(system.works.shape[0]):
+    for c in range(system.works.shape[0]):  # noqa: SIM110  # Numba compiles a loop sooner than any().
         if system.works[c]:
             return True
     return False

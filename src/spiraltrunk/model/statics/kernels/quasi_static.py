@@ -47,7 +47,7 @@ TRIES = np.int64(200)
 
 
 @owning
-def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):
+def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):  # noqa: PLR0915
     """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case, and wait until it rests.
 
     ``motion`` is the time that the loading takes and the damping time [s]. ``q`` and ``tension`` are brought up to date
