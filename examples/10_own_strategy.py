@@ -11,7 +11,7 @@ names of their own; the verdict finds lift, carry and hold by the milestones tha
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -20,7 +20,7 @@ from spiraltrunk.control import Milestone, Observation
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import ventral_cables
 from spiraltrunk.sim import parse_object
-from spiraltrunk.strategies.move_strategy import MoveState, MoveStrategy
+from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import Move, advance, begin, fraction
 from spiraltrunk.strategies.sensing import base_directions, load_fraction, weight
 from spiraltrunk.strategies.wrap.hung_model import predict_wrap, wrap_tension
@@ -32,33 +32,24 @@ BASE_BEND = 0.8
 
 
 @final
-@dataclass(frozen=True, kw_only=True)
-class HookState(MoveState):
-    """What the strategy remembers."""
-
-    weight_empty: float
-    """Weight on the base without the object [N]."""
-
-
-@final
-class Hook(MoveStrategy[HookState]):
+class Hook(MoveStrategy[LoadState]):
     """One attempt, without a search: the object must hang where it is announced."""
 
     name = "hook"
     number = 10
     support = "hung"
 
-    def init(self, observation: Observation) -> HookState:
+    def init(self, observation: Observation) -> LoadState:
         """Plan all moves from the design, the announced object and the goal."""
-        return HookState(sequence=begin(plan_moves(observation), observation), weight_empty=weight(observation))
+        return LoadState(sequence=begin(plan_moves(observation), observation), weight_empty=weight(observation))
 
-    def has_ended(self, state: HookState, observation: Observation) -> bool:
+    def has_ended(self, state: LoadState, observation: Observation) -> bool:
         """Whether the present move has ended: setting down, as soon as the table bears half of the object."""
         load = load_fraction(observation, weight(observation), state.weight_empty)
         is_down = state.sequence.move.milestone is Milestone.SET_DOWN and load < 0.5
         return is_down or fraction(state.sequence, observation.time) >= 1.0
 
-    def next_move(self, state: HookState, observation: Observation) -> HookState:
+    def next_move(self, state: LoadState, observation: Observation) -> LoadState:
         """Begin the next move, or end after the last."""
         if state.sequence.is_last:
             return replace(state, is_done=True)

@@ -55,15 +55,10 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
         watch: called after every step with its observation and status; an exception in it ends the run.
 
     Raises:
-        RunError: where ``plant`` is no plant or ``strategy`` no strategy, where one of them returns a value of the
-        wrong
-            type, where time does not advance, where the plant cannot go on, and after LONGEST seconds.
+        RunError: where an argument or a returned value has the wrong type, where time does not advance, where the plant
+            cannot go on, and after LONGEST seconds.
     """
-    _check_has("plant", plant, ("reset", "step"), "a Plant, such as spiraltrunk.sim.SimPlant()")
-    allowed = "a Strategy, such as spiraltrunk.strategies.get('wrap-vertical')"
-    _check_has("strategy", strategy, ("init", "step", "status"), allowed)
-    if watch is not None and not callable(watch):
-        raise RunError(f"watch is {describe(watch)}; allowed: a function of an observation and a status")
+    _check_arguments(plant, strategy, watch)
     observation = _read_observation(plant.reset(), "reset")
     began = perf_counter()
     state = strategy.init(observation)
@@ -90,6 +85,14 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
         observations=tuple(observations), commands=tuple(commands), statuses=tuple(statuses), gave_up=status.gave_up,
         planning=planning,
     )  # fmt: skip
+
+
+def _check_arguments(plant: object, strategy: object, watch: object) -> None:
+    _check_has("plant", plant, ("reset", "step"), "a Plant, such as spiraltrunk.sim.SimPlant()")
+    allowed = "a Strategy, such as spiraltrunk.strategies.get('wrap-vertical')"
+    _check_has("strategy", strategy, ("init", "step", "status"), allowed)
+    if watch is not None and not callable(watch):
+        raise RunError(f"watch is {describe(watch)}; allowed: a function of an observation and a status")
 
 
 def _read_observation(value: Observation, call: str) -> Observation:

@@ -20,7 +20,7 @@ class Milestone(Enum):
 
     A step carries the milestone that it works towards, from the first step of the attempt to the step at which the
     milestone is reached. The first and the last step that carry LIFTED are thus the begin and the end of the lift. The
-    verdict on a grasp needs LIFTED, CARRIED and HELD; the verdict on a sweep needs PUSHED besides. Film strips show
+    verdict on a grasp needs LIFTED, CARRIED and HELD; the verdict on a sweep also needs PUSHED. Film strips show
     every milestone.
     """
 
@@ -35,7 +35,7 @@ class Milestone(Enum):
     HELD = "held"
     """The object is held in the air for the goal's time, the arm at rest."""
     SET_DOWN = "set down"
-    """The object stands on the table or the ground again."""
+    """The object is on the table or the ground again."""
     RELEASED = "released"
     """The trunk has let go and rests away from the object."""
 
@@ -43,7 +43,7 @@ class Milestone(Enum):
 @final
 @dataclass(frozen=True, kw_only=True)
 class Status:
-    """Where a strategy stands."""
+    """Phase, action and milestone of a strategy at one step, and whether it has ended."""
 
     phase: str
     """"reach", "prehension", "transport" or "release"."""
@@ -58,7 +58,7 @@ class Status:
 
 
 class Strategy(ABC, Generic[State]):
-    """A way to grasp. The state is passed in and out: the same inputs give the same outputs, on every plant."""
+    """A grasping strategy. The state is passed in and out: equal inputs yield equal outputs, on every plant."""
 
     name: str
     """Name on the command line."""
@@ -96,4 +96,4 @@ class Strategy(ABC, Generic[State]):
 
     @abstractmethod
     def status(self, state: State) -> Status:
-        """Where the strategy stands."""
+        """Status in a state."""

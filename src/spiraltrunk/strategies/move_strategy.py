@@ -25,6 +25,16 @@ class MoveState:
     """Why it ended before its goal, if it did."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class LoadState(MoveState):
+    """What a strategy remembers that weighs its load."""
+
+    weight: float = 0.0
+    """Weight on the trunk's base, smoothed [N]."""
+    weight_empty: float = 0.0
+    """The same before the object was touched [N]."""
+
+
 State = TypeVar("State", bound=MoveState)
 
 

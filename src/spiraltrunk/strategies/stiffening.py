@@ -22,7 +22,7 @@ CEILING = 0.95
 def co_contraction(design: TrunkDesign, ventral: float, dorsal: float, bend: float = 0.0) -> np.ndarray:
     """Tensions of opposing cables that bend the trunk as the ventral ones alone do, shape (n_cable,) [N].
 
-    Each ventral cable takes what balances the dorsal cables' moment about a joint in addition,
+    Each ventral cable takes in addition the tension that balances the dorsal cables' moment about a joint,
 
         dT_ventral = T_dorsal * sum lever_dorsal(bend) / -sum lever_ventral(bend),
 

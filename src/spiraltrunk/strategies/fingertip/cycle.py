@@ -22,7 +22,7 @@ from spiraltrunk.strategies.fingertip.plan import (
     opening,
     turned_across,
 )
-from spiraltrunk.strategies.move_strategy import MoveState, MoveStrategy
+from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
     Move,
     MoveSequence,
@@ -78,7 +78,7 @@ _UNSEEN, _UNWEIGHED = Mean(total=np.zeros(7)), Mean(total=np.zeros(()))
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class TipState(MoveState):
+class TipState(LoadState):
     """What the strategies remember."""
 
     start: np.ndarray
@@ -88,12 +88,8 @@ class TipState(MoveState):
     shape (7,) [m, -]."""
     looked: float = -1.0
     """Time of the last camera observation [s]."""
-    weight: float
-    """Weight on the trunk's base, smoothed [N]."""
     weights: Mean = _UNWEIGHED
-    """The same as the mean of the present move, shape () [N]."""
-    weight_empty: float = 0.0
-    """Weight before the grip [N]."""
+    """Mean weight of the present move, shape () [N]."""
     weight_held: float = 0.0
     """Weight with the object [N]."""
     rest: np.ndarray | None = None

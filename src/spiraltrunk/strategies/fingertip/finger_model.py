@@ -75,7 +75,7 @@ def closing_tension(gripper: GripperDesign, radius: float, force: float) -> floa
 
     Args:
         gripper: the gripper.
-        radius: of what is held [m].
+        radius: of the held object [m].
         force: of each finger [N].
     """
     reach = float(np.clip((gripper.mount_radius - radius) / gripper.finger_length, -1.0, 1.0))

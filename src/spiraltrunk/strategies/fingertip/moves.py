@@ -101,7 +101,7 @@ def put(brought: Move, base: np.ndarray, gripper: float) -> tuple[Move, ...]:
 
 
 def again(checked: Move, base: np.ndarray, above: np.ndarray, gripper: float) -> tuple[Move, ...]:
-    """Go back down, let go of whatever hangs there askew, rise, and observe again.
+    """Go back down, let go, rise, and observe again.
 
     Args:
         checked: the move that ended with nothing lifted.

@@ -113,7 +113,7 @@ def _opening_tension(gripper: GripperDesign, target: Target, height: float, abov
 def _reach_out(target: Target) -> float:
     """Largest horizontal distance of a standing object's outline from its middle, else across its axis [m].
 
-    A camera does not tell the yaw of a standing box: its corners may be where the fingers are.
+    A camera does not measure the yaw of a standing box: its corners may be where the fingers are.
     """
     has_any_yaw = target.kind == "box" and abs(float(target.axis[2])) > 0.5
     return target.width / 2 * (math.sqrt(2.0) if has_any_yaw else 1.0)

@@ -43,7 +43,7 @@ CONTACT = 0.0
 BACK = 0.08
 """Retreat of the rolled trunk before it rises [m]."""
 MARGIN = 0.6
-"""Part of the zone in which the object must be seen, lest it be pushed again [-]: the grasp needs no more."""
+"""Part of the zone outside which the object is pushed again [-]: the grasp needs no more."""
 UNROLL_TIME = 4.5
 """Time to unroll [s]: let go fast, the trunk swings on."""
 SETTLE_TIME = 2.5
@@ -168,7 +168,7 @@ def _withdraw(state: SweepState, steering: Steering, observation: Observation) -
     back = steering.base - BACK * pose.way
     up = np.array([back[0], back[1], home[2, 3]])
     still = replace(pose.move("stop", 0.5, steering.base), milestone=Milestone.PUSHED)
-    if _is_low(state, observation):  # Backing off would take along what is under the trunk.
+    if _is_low(state, observation):  # Backing off would drag the object under the trunk along.
         off = replace(still, action="lift off", duration=1.5, position=steering.base + np.array([0.0, 0.0, 0.08]))
     else:
         off = replace(still, action="back off", duration=1.5, position=back)
@@ -182,7 +182,7 @@ def _withdraw(state: SweepState, steering: Steering, observation: Observation) -
 
 
 def _renew(state: SweepState, steering: Steering, observation: Observation) -> SweepState:
-    """Rise straight off what may be jammed under the rolled trunk, and come down behind it anew."""
+    """Rise off an object that may be jammed under the rolled trunk, and come down behind it again."""
     up = state.pose.move("rise", 1.2, steering.base + np.array([0.0, 0.0, 0.10]))
     moves = (up, replace(up, action="aim", duration=0.8))
     sequence = _go_on(state, steering, moves, observation)

@@ -32,7 +32,7 @@ from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import ventral_cables
-from spiraltrunk.strategies.move_strategy import MoveState, MoveStrategy
+from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
     MoveSequence,
     advance,
@@ -84,7 +84,7 @@ OFF_CENTER = 0.018
 OFF_CENTER_THIN = 0.25
 """The same over the object's width [-], whichever is less: friction resists tilting with no longer lever."""
 OFF_CENTER_HEAVY = 0.012
-"""The same over the width times tension over weight [-]: the tension is what presses friction."""
+"""The same over the width times tension over weight [-]: tension is the normal force of friction."""
 WORSE = 2.5
 """Factor on these levers after the first attempt [-]: a swinging object may be met worse."""
 RECENTER = 0.65
@@ -114,7 +114,7 @@ _CARRYING = ("lift", "carry", "hold", "bring")
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class WrapState(MoveState):
+class WrapState(LoadState):
     """What the strategy remembers."""
 
     free: tuple[np.ndarray, np.ndarray]
@@ -123,10 +123,6 @@ class WrapState(MoveState):
     """Whether the curling trunk touched something."""
     pull_held: float = 0.0
     """Mean pull of the ventral cables when the present move began [m]."""
-    weight: float = 0.0
-    """Weight on the trunk's base, smoothed [N]."""
-    weight_empty: float = 0.0
-    """The same before the object was touched [N]."""
     lever: float = 0.0
     """Offset of the load from the base along the object's axis, smoothed [m]."""
     offset: float = 0.0

@@ -37,7 +37,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Observation
-from spiraltrunk.strategies.move_strategy import MoveState, MoveStrategy
+from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
     PHASES,
     Move,
@@ -79,7 +79,7 @@ _AGAINST = 0.1
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class StandingState(MoveState):
+class StandingState(LoadState):
     """What the strategy remembers."""
 
     side: np.ndarray
@@ -88,10 +88,6 @@ class StandingState(MoveState):
     """Dorsal cables' pull minus the ventral ones', smoothed [m]: it grows as something pushes the trunk back."""
     lean_free: float = 0.0
     """The same before anything was touched [m]."""
-    weight: float = 0.0
-    """Weight on the trunk's base, smoothed [N]."""
-    weight_empty: float = 0.0
-    """The same before the object was touched [N]."""
     pull: np.ndarray
     """Cable pulls, smoothed, shape (n_cable,) [m]."""
     seen: np.ndarray

@@ -77,7 +77,7 @@ _PHASE = {action: phase for phase, actions in _PHASES.items() for action in acti
 @final
 @dataclass(frozen=True, kw_only=True)
 class WrapPlane:
-    """Plane of a wrap: what differs within the family."""
+    """Plane of a wrap, by which the strategies of the family differ."""
 
     slope: float
     """Slope at which the plane of the curled, unloaded trunk falls ahead of the base [rad]; 0 is level."""

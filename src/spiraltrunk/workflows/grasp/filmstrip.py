@@ -33,8 +33,8 @@ def find_moments(trial: Trial, count: int = 8) -> list[tuple[str, Sample]]:
         steps = [i for i, status in enumerate(statuses) if status.phase == phase]
         if steps and len(shown) < count and statuses[_at(steps, part)].milestone in (None, *_UNSHOWN):
             shown[_at(steps, part)] = statuses[_at(steps, part)].action
-    told = {statuses[i].action for i in shown}
-    ends = sorted({status.action: i for i, status in enumerate(statuses) if status.action not in told}.values())
+    captioned = {statuses[i].action for i in shown}
+    ends = sorted({status.action: i for i, status in enumerate(statuses) if status.action not in captioned}.values())
     for choice in np.linspace(0, len(ends) - 1, max(0, min(len(ends), count - len(shown)))):
         shown[ends[round(choice)]] = statuses[ends[round(choice)]].action
     return [(f"{statuses[i].phase}: {shown[i]}, {trace[i + 1].time:.1f} s", trace[i + 1]) for i in sorted(shown)]
