@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import secrets
 import shutil
 from collections.abc import Iterator, Sequence
@@ -38,8 +39,10 @@ def write_file(path: str | Path, data: bytes) -> None:
     Raises:
         OSError: where it cannot be written.
     """
-    with atomic_file(path) as draft:
-        draft.write_bytes(data)
+    with atomic_file(path) as draft, draft.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 @contextmanager
