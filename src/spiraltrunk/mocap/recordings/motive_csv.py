@@ -1,34 +1,36 @@
-"""Motive's CSV exports, versions 1.21 to 1.24: any bytes give a `Take` or a `TakeError` with line and column.
+"""Reader of Motive's CSV exports, versions 1.21 to 1.24: any bytes give a `Take` or a `TakeError` with line and column.
 
-Blank cells are occlusions and stay not a number. Poses that repeat to the last digit are marked as stale. Times come
-from frame numbers and rate, as the file's are rounded. Columns may come in any order; bodies and markers are told apart
-by type, name and ID, and by the order of columns where all three repeat. Skeletons and devices are skipped with a note.
+Blank cells are occlusions and become not a number. Poses that repeat to the last digit are marked as stale. Times are
+computed from frame numbers and rate, as the file's are rounded. Columns may have any order. Tracks are distinguished by
+type, name and ID, and by the order of columns where all three repeat. Skeletons and devices are skipped with a note.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, NamedTuple, final
+from typing import BinaryIO, final
 
 import numpy as np
 
 from spiraltrunk.errors import TakeError
 from spiraltrunk.files.text_lines import Lines, open_take
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
-from spiraltrunk.mocap.recordings.motive_cells import Table, read_cells
+from spiraltrunk.mocap.recordings.motive_cells import read_cells
 from spiraltrunk.mocap.recordings.motive_header import Column, Header, read_header
-from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, Track, find_stale
 
 ROTATIONS = ("quaternion", "ignore")
-"""What to do with rotations: read quaternions and refuse all else, or leave them out."""
+"""Treatment of rotations: read quaternions and refuse all others, or leave rotations out."""
 
 _BODY, _MARKERS = "rigid body", ("marker", "rigid body marker")
 _FARTHEST = 1e4
-_UNIT, _NEAR_UNIT = 0.1, 0.01
-"""How far a quaternion's length may be from 1, and from where on that is told: gaps may be filled linearly [-]."""
+_NORM_ERROR, _NOTED_NORM_ERROR = 0.1, 0.01
+"""Largest error of a quaternion's norm, and the error from which it is noted: gaps may be filled linearly [-]."""
 
-_FRAME_MOST = 2.0**53
+_Key = tuple[str, str, str, int]
+"""Type, name, ID and count of a track."""
 
 _Group = dict[tuple[str, str], Column]
 """Columns of one track by quantity and axis."""
@@ -39,8 +41,8 @@ def load_motive(path: str | Path, *, axes: str, rotations: str = "quaternion") -
 
     Args:
         path: the file.
-        axes: axis convention of the export, `axes.NAMED` or three signed axes; a file does not say it.
-        rotations: "quaternion", or "ignore" to read positions alone, also from exports with Euler angles.
+        axes: axis convention of the export, `axes.NAMED` or three signed axes; a file does not contain it.
+        rotations: "quaternion", or "ignore" to read positions only, also from exports with Euler angles.
 
     Raises:
         TakeError: with file, line and column.
@@ -50,7 +52,7 @@ def load_motive(path: str | Path, *, axes: str, rotations: str = "quaternion") -
 
 
 def read_motive(stream: BinaryIO, *, source: str, axes: str, rotations: str = "quaternion") -> Take:
-    """Read a Motive CSV from an open stream of bytes, which errors call ``source``.
+    """Read a Motive CSV from a binary stream, which errors call ``source``.
 
     Raises:
         TakeError: with source, line and column.
@@ -60,18 +62,17 @@ def read_motive(stream: BinaryIO, *, source: str, axes: str, rotations: str = "q
         raise TakeError(f"rotations are {rotations[:40]!r}; allowed: {' or '.join(ROTATIONS)}")
     lines = Lines(stream, source)
     header = read_header(lines)
-    groups, skipped = _sort_columns(header.columns)
+    groups, skipped = _group_columns(header.columns)
     _check_groups(groups, header, rotations, source)
     used = [column.place for group in groups.values() for column in group.values()]
     wanted = sorted({0, *used, *([] if header.time is None else [header.time])})
-    data = _Data(read_cells(lines, header.n_column, wanted), {column: i for i, column in enumerate(wanted)}, source)
     notes = [*header.notes, *skipped]
-    data = _drop_blank(data)
+    data = _read_data(lines, header, wanted, notes)
     frame = _read_frames(data, header, notes)
     time = _read_times(data, header, frame, notes)
-    place = _Place(turn, header.unit, rotations == "quaternion")
-    bodies = [_build_body(data, group, place, notes) for key, group in groups.items() if key[0] == _BODY]
-    markers = [_build_marker(data, group, place, notes) for key, group in groups.items() if key[0] != _BODY]
+    has_rotations = rotations == "quaternion"
+    bodies = [_build_body(data, g, turn, has_rotations, notes) for key, g in groups.items() if key[0] == _BODY]
+    markers = [_build_marker(data, g, turn) for key, g in groups.items() if key[0] != _BODY]
     _note_stale([*bodies, *markers], notes)
     return Take(
         source=source, name=header.take, started=header.started, rate=header.rate, frame=frame, time=time,
@@ -80,94 +81,94 @@ def read_motive(stream: BinaryIO, *, source: str, axes: str, rotations: str = "q
 
 
 @final
-class _Data(NamedTuple):
-    """The table, where in it a column of the file is, and what the file is called."""
+@dataclass(frozen=True, kw_only=True)
+class _Data:
+    """Columns of the file."""
 
-    table: Table
-    at: dict[int, int]
+    columns: dict[int, np.ndarray]
+    """Values by the column's place in the file, shape (n_row,)."""
+    line: np.ndarray
+    """Line of each row, shape (n_row,)."""
+    unit: float
+    """Length unit [m]."""
     source: str
+    """Name of the file."""
 
-    def column(self, column: int) -> np.ndarray:
-        values: np.ndarray = self.table.values[:, self.at[column]]
-        return values
+    def stack(self, group: _Group, quantity: str, axes: str) -> tuple[list[int], np.ndarray]:
+        """Places and values of some axes of a quantity; rows with blank cells are not a number."""
+        places = [group[quantity, axis].place for axis in axes]
+        values = np.stack([self.columns[place] for place in places], axis=1)
+        values[np.isnan(values).any(axis=1)] = np.nan
+        return places, values
 
     def refuse(self, row: int, column: int, message: str) -> TakeError:
-        return TakeError(message, file=self.source, line=int(self.table.line[row]), column=column + 1)
+        return TakeError(message, file=self.source, line=int(self.line[row]), column=column + 1)
 
 
-@final
-class _Place(NamedTuple):
-    """How numbers of the file become ours."""
-
-    turn: np.ndarray
-    unit: float
-    has_rotations: bool
-
-
-def _sort_columns(columns: Sequence[Column]) -> tuple[dict[tuple[str, str, str, int], _Group], list[str]]:
-    """Tracks that are read, in the order of the file, and notes on what is not."""
-    groups: dict[tuple[str, str, str, int], _Group] = {}
+def _group_columns(columns: Sequence[Column]) -> tuple[dict[_Key, _Group], list[str]]:
+    """Tracks with positions, in the order of the file, and notes on skipped columns."""
+    groups: dict[_Key, _Group] = {}
     skipped: dict[str, set[str]] = {}
     for column in columns:
         if column.kind != _BODY and column.kind not in _MARKERS:
             skipped.setdefault(column.kind, set()).add(column.name)
             continue
-        key = (column.kind, column.name, column.id, column.turn)
+        key = (column.kind, column.name, column.id, column.repeat)
         groups.setdefault(key, {})[column.quantity, column.axis] = column
     notes = [f"{len(names)} of type {kind[:40]!r} skipped" for kind, names in skipped.items()]
-    return {key: group for key, group in groups.items() if any(said[0] == "position" for said in group)}, notes
+    return {key: group for key, group in groups.items() if any(name == "position" for name, _ in group)}, notes
 
 
-def _check_groups(groups: dict[tuple[str, str, str, int], _Group], header: Header, rotations: str, source: str) -> None:
+def _check_groups(groups: dict[_Key, _Group], header: Header, rotations: str, source: str) -> None:
     if not groups:
-        told = "there is no position of a rigid body or marker; allowed: an export with them"
-        raise TakeError(told, file=source, line=header.line)
+        reason = "there is no position of a rigid body or marker; allowed: an export with them"
+        raise TakeError(reason, file=source, line=header.line)
     for (kind, name, _, _), group in groups.items():
-        first = min(column.place for column in group.values()) + 1
-        what = f"{kind} {name[:60]!r}"
-        if missing := [axis for axis in "xyz" if ("position", axis) not in group]:
-            told = f"{what} has no Position {missing[0].upper()}; allowed: X, Y and Z"
-            raise TakeError(told, file=source, line=header.line, column=first)
-        if kind != _BODY or rotations == "ignore" or not any(said == "rotation" for said, _ in group):
-            continue
-        if any(("rotation", axis) not in group for axis in "xyzw"):
-            rotation = header.rotation[:40] or "not said"
-            told = (
-                f"rotations of {what} are no quaternions (Rotation Type: {rotation}), and a file does not say what "
-                "Euler angles turn about; allowed: columns X, Y, Z, W: export with Rotation: Quaternion, or ignore "
-                "rotations (--rotations ignore), as markers give the frames of sections too"
+        what, reason = f"{kind} {name[:60]!r}", ""
+        missing = [axis for axis in "xyz" if ("position", axis) not in group]
+        has_rotation = kind == _BODY and rotations != "ignore" and any(quantity == "rotation" for quantity, _ in group)
+        if missing:
+            reason = f"{what} has no Position {missing[0].upper()}; allowed: X, Y and Z"
+        elif has_rotation and any(("rotation", axis) not in group for axis in "xyzw"):
+            reason = (
+                f"rotations of {what} are no quaternions (Rotation Type: {header.rotation[:40] or 'missing'}), and a "
+                "file does not contain the axes of Euler angles; allowed: columns X, Y, Z, W: export with Rotation: "
+                "Quaternion, or ignore rotations (--rotations ignore), as markers give the frames of sections too"
             )
-            raise TakeError(told, file=source, line=header.line, column=first)
+        if reason:
+            first = min(column.place for column in group.values()) + 1
+            raise TakeError(reason, file=source, line=header.line, column=first)
 
 
-def _drop_blank(data: _Data) -> _Data:
-    """Without rows of blank cells."""
-    table = data.table
-    blank = np.isnan(table.values).all(axis=1)
-    if blank.any():
-        table = Table(table.values[~blank], table.line[~blank], table.cut)
-    if not len(table.values):
-        told = "there are no rows of data; allowed: at least one"
-        raise TakeError(f"{told} ({table.cut})" if table.cut else told, file=data.source)
-    if np.isinf(table.values).any():
-        row, column = np.argwhere(np.isinf(table.values))[0]
-        at = {there: index for index, there in data.at.items()}[int(column)]
-        raise data.refuse(int(row), at, "the cell is infinite; allowed: a finite number or a blank cell")
-    return data._replace(table=table)
+def _read_data(lines: Lines, header: Header, wanted: list[int], notes: list[str]) -> _Data:
+    """The wanted columns, without rows of blank cells."""
+    table = read_cells(lines, header.n_column, wanted)
+    kept = ~np.isnan(table.values).all(axis=1)
+    values, line = table.values[kept], table.line[kept]
+    if not len(values):
+        cut = f" ({table.cut})" if table.cut else ""
+        raise TakeError(f"there are no rows of data; allowed: at least one{cut}", file=lines.source)
+    columns = {place: values[:, i] for i, place in enumerate(wanted)}
+    data = _Data(columns=columns, line=line, unit=header.unit, source=lines.source)
+    if np.isinf(values).any():
+        row, column = np.argwhere(np.isinf(values))[0]
+        reason = "the cell is infinite; allowed: a finite number or a blank cell"
+        raise data.refuse(int(row), wanted[int(column)], reason)
+    if table.cut:
+        notes.append(f"the last row is left out: {table.cut}")
+    return data
 
 
 def _read_frames(data: _Data, header: Header, notes: list[str]) -> np.ndarray:
     """Frame numbers, increasing."""
-    frame = data.column(0)
-    bad = np.flatnonzero(~(np.abs(frame) < _FRAME_MOST) | (frame != np.rint(frame)))
+    frame = data.columns[0]
+    bad = np.flatnonzero(~(np.abs(frame) < 2.0**53) | (frame != np.rint(frame)))
     if len(bad):
         raise data.refuse(int(bad[0]), 0, f"the frame is {frame[bad[0]]:g}; allowed: a whole number")
     back = np.flatnonzero(np.diff(frame) <= 0)
     if len(back):
-        told = f"frame {frame[back[0] + 1]:g} comes after {frame[back[0]]:g}; allowed: increasing numbers"
-        raise data.refuse(int(back[0]) + 1, 0, told)
-    if data.table.cut:
-        notes.append(f"the last row is left out: {data.table.cut}")
+        reason = f"frame {frame[back[0] + 1]:g} comes after {frame[back[0]]:g}; allowed: increasing numbers"
+        raise data.refuse(int(back[0]) + 1, 0, reason)
     if header.frames is not None and header.frames != len(frame):
         notes.append(f"the header says {header.frames} frames, the file has {len(frame)}")
     dropped = int(frame[-1] - frame[0]) + 1 - len(frame)
@@ -177,47 +178,45 @@ def _read_frames(data: _Data, header: Header, notes: list[str]) -> np.ndarray:
 
 
 def _read_times(data: _Data, header: Header, frame: np.ndarray, notes: list[str]) -> np.ndarray:
-    """Frame over rate; where the file's times disagree by more than a frame, frame over the cameras' rate, or these."""
+    """Frame over rate; if the file's times differ by more than a frame, frame over the cameras' rate, or the file's."""
     time = frame / header.rate
     if header.time is None:
         return time
-    told = data.column(header.time)
-    if not np.isfinite(told).all():
+    given = data.columns[header.time]
+    if not np.isfinite(given).all():
         notes.append("some times are blank; times are frame over rate")
         return time
-    if _agree(told, time, header.rate):
+    if _agree(given, time, header.rate):
         return time
-    if header.capture_rate is not None and _agree(told, frame / header.capture_rate, header.capture_rate):
+    if header.capture_rate is not None and _agree(given, frame / header.capture_rate, header.capture_rate):
         notes.append(f"frames count at {header.capture_rate:g} Hz, the cameras' rate, and so do times")
         return frame / header.capture_rate
-    back = np.flatnonzero(np.diff(told) <= 0)
+    back = np.flatnonzero(np.diff(given) <= 0)
     if len(back):
         row = int(back[0]) + 1
-        raise data.refuse(row, header.time, f"the time {told[row]:g} s does not grow; allowed: increasing times")
+        raise data.refuse(row, header.time, f"the time {given[row]:g} s does not grow; allowed: increasing times")
     notes.append(f"times are the file's, as they are not frame over {header.rate:g} Hz")
-    return told.copy()
+    return given
 
 
-def _agree(told: np.ndarray, time: np.ndarray, rate: float) -> bool:
-    """Whether two clocks differ by a constant alone, within a frame and the rounding to 1 ms."""
-    shift = told - time
+def _agree(given: np.ndarray, time: np.ndarray, rate: float) -> bool:
+    """Whether two clocks differ by a constant only, within a frame and rounding to 1 ms."""
+    shift = given - time
     return bool(np.abs(shift - shift[0]).max() <= 1.0 / rate + 1e-3)
 
 
-def _build_body(data: _Data, group: _Group, place: _Place, notes: list[str]) -> Body:
-    first = group["position", "x"]
-    position = _read_positions(data, group, place)
-    quaternion = np.full((len(position), 4), np.nan)
-    if place.has_rotations and ("rotation", "w") in group:
-        quaternion = _read_quaternions(data, group, place, notes)
+def _build_body(data: _Data, group: _Group, turn: np.ndarray, has_rotations: bool, notes: list[str]) -> Body:
+    first, position = group["position", "x"], _read_positions(data, group, turn)
+    quaternion, error = np.full((len(position), 4), np.nan), np.full(len(position), np.nan)
+    if has_rotations and ("rotation", "w") in group:
+        quaternion = _read_quaternions(data, group, turn, notes)
         half = np.isnan(position).any(axis=1) ^ np.isnan(quaternion).any(axis=1)
         if half.any():
             notes.append(f"rigid body {first.name[:60]!r}: {half.sum()} poses with blank cells are left out")
             position[half], quaternion[half] = np.nan, np.nan
-    error = np.full(len(position), np.nan)
     for (quantity, axis), column in group.items():
         if "error" in quantity and not axis:
-            error = data.column(column.place) * place.unit
+            error = data.columns[column.place] * data.unit
     pose = np.hstack([position, quaternion]) if np.isfinite(quaternion).any() else position
     return Body(
         name=first.name, id=first.id, position=position, quaternion_wxyz=quaternion, marker_error=error,
@@ -225,44 +224,41 @@ def _build_body(data: _Data, group: _Group, place: _Place, notes: list[str]) -> 
     )  # fmt: skip
 
 
-def _build_marker(data: _Data, group: _Group, place: _Place, notes: list[str]) -> Marker:
-    first = group["position", "x"]
-    position = _read_positions(data, group, place)
+def _build_marker(data: _Data, group: _Group, turn: np.ndarray) -> Marker:
+    first, position = group["position", "x"], _read_positions(data, group, turn)
     is_solved = first.kind != "marker"
     return Marker(name=first.name, id=first.id, is_solved=is_solved, position=position, is_stale=find_stale(position))
 
 
-def _read_positions(data: _Data, group: _Group, place: _Place) -> np.ndarray:
-    """Positions, y up, whole or not a number, shape (n, 3) [m]."""
-    columns = [group["position", axis].place for axis in "xyz"]
-    raw = np.stack([data.column(column) for column in columns], axis=1) * place.unit
-    raw[np.isnan(raw).any(axis=1)] = np.nan
-    far = np.abs(raw) > _FARTHEST
-    if far.any():
-        row, axis = np.argwhere(far)[0]
-        told = f"the position is {raw[row, axis]:g} m; allowed: at most {_FARTHEST:g} m"
-        raise data.refuse(int(row), columns[int(axis)], told)
-    turned: np.ndarray = raw @ place.turn.T
+def _read_positions(data: _Data, group: _Group, turn: np.ndarray) -> np.ndarray:
+    """Positions, y up, complete or not a number, shape (n, 3) [m]."""
+    places, raw = data.stack(group, "position", "xyz")
+    raw *= data.unit
+    if (np.abs(raw) > _FARTHEST).any():
+        row, axis = np.argwhere(np.abs(raw) > _FARTHEST)[0]
+        reason = f"the position is {raw[row, axis]:g} m; allowed: at most {_FARTHEST:g} m"
+        raise data.refuse(int(row), places[int(axis)], reason)
+    turned: np.ndarray = raw @ turn.T
     return turned
 
 
-def _read_quaternions(data: _Data, group: _Group, place: _Place, notes: list[str]) -> np.ndarray:
-    """Unit quaternions wxyz in our axes; zeros, which say that nothing was seen, become not a number."""
-    columns = [group["rotation", axis].place for axis in "wxyz"]
-    raw = np.stack([data.column(column) for column in columns], axis=1)
-    raw[np.isnan(raw).any(axis=1) | (raw == 0).all(axis=1)] = np.nan
-    size = np.sqrt((np.clip(raw, -1e6, 1e6) ** 2).sum(axis=1))
-    bad = np.flatnonzero(np.abs(size - 1.0) > _UNIT)
+def _read_quaternions(data: _Data, group: _Group, turn: np.ndarray, notes: list[str]) -> np.ndarray:
+    """Unit quaternions wxyz in the take's axes; zeros, which mean occlusion, become not a number."""
+    places, raw = data.stack(group, "rotation", "wxyz")
+    raw[(raw == 0).all(axis=1)] = np.nan
+    norm = np.linalg.norm(np.clip(raw, -1e6, 1e6), axis=1)
+    name = group["rotation", "x"].name[:60]
+    bad = np.flatnonzero(np.abs(norm - 1.0) > _NORM_ERROR)
     if len(bad):
-        told = f"the quaternion of {group['rotation', 'x'].name[:60]!r} has the length {size[bad[0]]:.3g}; allowed: 1"
-        raise data.refuse(int(bad[0]), min(columns), told)
-    off = int((np.abs(size - 1.0) > _NEAR_UNIT).sum())
+        reason = f"the quaternion of {name!r} has the length {norm[bad[0]]:.3g}; allowed: 1"
+        raise data.refuse(int(bad[0]), min(places), reason)
+    off = int((np.abs(norm - 1.0) > _NOTED_NORM_ERROR).sum())
     if off:
-        notes.append(f"rigid body {group['rotation', 'x'].name[:60]!r}: {off} quaternions are brought to the length 1")
-    return turn_quaternions(raw / size[:, None], place.turn)
+        notes.append(f"rigid body {name!r}: {off} quaternions are brought to the length 1")
+    return turn_quaternions(raw / norm[:, None], turn)
 
 
-def _note_stale(tracks: Sequence[Body | Marker], notes: list[str]) -> None:
+def _note_stale(tracks: Sequence[Track], notes: list[str]) -> None:
     held = [track for track in tracks if track.is_stale.any()]
     if held:
         worst = max(held, key=lambda track: int(track.is_stale.sum()))

@@ -1,7 +1,7 @@
-"""The header of a Motive CSV: key and value pairs, then one row each for type, name, ID, quantity and axis.
+"""Header of a Motive CSV: key and value pairs, then one row each for type, name, ID, quantity and axis.
 
-Motive names its quantities only there, so that a file without header cannot be read. Versions differ in labels
-(1.21 leaves them empty) and in columns before the data (1.24 has a time code).
+Files without header cannot be read. Versions differ in labels (empty in 1.21) and in columns before the data (a time
+code in 1.24).
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import csv
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple, final
 
@@ -18,7 +17,7 @@ from spiraltrunk.errors import TakeError
 from spiraltrunk.files.text_lines import Lines, decode
 
 MOST_COLUMNS = 20_000
-"""Columns up to which a file is read [-]."""
+"""Largest number of columns [-]."""
 
 _MOST_ROWS = 20
 _KNOWN = ("1.21", "1.22", "1.23", "1.24")
@@ -26,15 +25,12 @@ _KEYS = (
     "format version", "take name", "take notes", "capture frame rate", "export frame rate", "capture start time",
     "total frames in take", "total exported frames", "rotation type", "length units", "coordinate space",
 )  # fmt: skip
-_UNITS = {
-    "meters": 1.0, "metres": 1.0, "meter": 1.0, "metre": 1.0, "m": 1.0,
-    "centimeters": 1e-2, "centimetres": 1e-2, "centimeter": 1e-2, "centimetre": 1e-2, "cm": 1e-2,
-    "millimeters": 1e-3, "millimetres": 1e-3, "millimeter": 1e-3, "millimetre": 1e-3, "mm": 1e-3,
-}  # fmt: skip
+_UNITS = {"meter": 1.0, "metre": 1.0, "m": 1.0, "centimeter": 1e-2, "centimetre": 1e-2, "cm": 1e-2,
+          "millimeter": 1e-3, "millimetre": 1e-3, "mm": 1e-3}  # fmt: skip
 
 
 class Column(NamedTuple):
-    """One column of data; texts but the name are lower case."""
+    """One column of data; texts except the name are in lower case."""
 
     place: int
     kind: str
@@ -42,71 +38,67 @@ class Column(NamedTuple):
     id: str
     quantity: str
     axis: str
-    turn: int
-    """How many columns before it say the very same, which tells duplicates apart."""
+    repeat: int
+    """Number of earlier columns with the same texts, which distinguishes duplicates."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Header:
-    """What the header says."""
+    """Content of the header."""
 
     take: str
     """Name of the take."""
     comment: str
     """Take Notes."""
     started: str
-    """When it was recorded, as it says it."""
-    version: str
-    """Version of the format."""
+    """Time of recording."""
     rate: float
     """Frames per second of the export [Hz]."""
     capture_rate: float | None
-    """Frames per second of the cameras, where it is said [Hz]."""
+    """Frames per second of the cameras, None if it is missing [Hz]."""
     unit: float
     """Length unit [m]."""
     rotation: str
-    """Rotation type, such as Quaternion or XYZ; empty where it is not said."""
+    """Rotation type, such as Quaternion or XYZ; empty if it is missing."""
     frames: int | None
-    """Frames that it promises."""
+    """Number of frames, None if it is missing."""
     n_column: int
-    """Columns of a data row [-]."""
+    """Number of columns of a data row [-]."""
     time: int | None
     """Column of the times."""
     columns: tuple[Column, ...]
     """Columns of data."""
     line: int
-    """Line of the axes, after which the data come."""
+    """Line of the axes; the data follow."""
     notes: tuple[str, ...]
-    """What was odd."""
+    """Irregularities."""
 
 
 def read_header(lines: Lines) -> Header:
     """Read lines up to the row of axes.
 
     Raises:
-        TakeError: where this is no header of a Motive CSV; it says what is wrong.
+        TakeError: for any other header.
     """
     rows = _read_rows(lines)
     pairs = _read_pairs(rows[0][1])
     labels = [row for row in rows[1:-1] if any(row[1])]
     line, axes = rows[-1]
-    notes: list[str] = []
     columns, n_column = _read_columns(labels, rows[-1], lines.source)
     capture = _read_rate(pairs.get("capture frame rate"))
-    rate = _read_rate(pairs.get("export frame rate")) or capture
+    rate, frames = _read_rate(pairs.get("export frame rate")) or capture, pairs.get("total exported frames", "")
     if rate is None:
-        given = [pairs.get(key, "missing") for key in ("export frame rate", "capture frame rate")]
-        allowed = "allowed: one of them a number of Hz"
-        told = f"Export Frame Rate is {given[0][:40]!r} and Capture Frame Rate {given[1][:40]!r}; {allowed}"
-        raise TakeError(told, file=lines.source, line=1)
+        given = [pairs.get(key, "missing")[:40] for key in ("export frame rate", "capture frame rate")]
+        what = f"Export Frame Rate is {given[0]!r} and Capture Frame Rate {given[1]!r}"
+        raise TakeError(f"{what}; allowed: one of them a number of Hz", file=lines.source, line=1)
     return Header(
         take=pairs.get("take name", ""), comment=pairs.get("take notes", ""),
         started=pairs.get("capture start time", ""), rotation=pairs.get("rotation type", ""),
-        version=_check_version(pairs["format version"], lines.source, notes), rate=rate, capture_rate=capture,
-        unit=_read_unit(pairs, lines.source), frames=_read_count(pairs.get("total exported frames", "")),
+        rate=rate, capture_rate=capture, unit=_read_unit(pairs, lines.source),
+        frames=int(frames) if re.fullmatch(r"[0-9]{1,15}", frames) else None,
         n_column=n_column, time=_find_time(axes, columns), columns=columns, line=line,
-        notes=(*notes, *_check_space(pairs, lines.source)),
+        notes=(*_check_version(pairs["format version"], lines.source), *_check_space(pairs, lines.source)),
     )  # fmt: skip
 
 
@@ -114,14 +106,14 @@ def _read_rows(lines: Lines) -> list[tuple[int, list[str]]]:
     """Rows with the number of their line, from the first to that of the axes."""
     rows: list[tuple[int, list[str]]] = []
     try:
-        for row in csv.reader(_texts(lines)):
+        for row in csv.reader(decode(line) + "\n" for line in lines):
             cells = [cell.strip() for cell in row]
             if not rows:
                 _check_first(cells, lines.source)
             rows.append((lines.number, cells))
             if len(cells) > MOST_COLUMNS:
-                told = f"the row has {len(cells)} columns; allowed: at most {MOST_COLUMNS}"
-                raise TakeError(told, file=lines.source, line=lines.number)
+                reason = f"the row has {len(cells)} columns; allowed: at most {MOST_COLUMNS}"
+                raise TakeError(reason, file=lines.source, line=lines.number)
             if cells and cells[0].lower() == "frame":
                 return rows
             if len(rows) > _MOST_ROWS:
@@ -130,33 +122,27 @@ def _read_rows(lines: Lines) -> list[tuple[int, list[str]]]:
         raise TakeError(f"{error}; allowed: the header of a Motive CSV", file=lines.source, line=lines.number) from None
     if not rows:
         raise TakeError("the file is empty; allowed: a Motive CSV with its header", file=lines.source)
-    told = (
-        "there is no row that begins with Frame; allowed: a Motive CSV, exported whole and with Header information on"
-    )
-    raise TakeError(told, file=lines.source, line=lines.number)
-
-
-def _texts(lines: Lines) -> Iterator[str]:
-    return (decode(line) + "\n" for line in lines)
+    allowed = "a Motive CSV, exported whole and with Header information on"
+    raise TakeError(f"there is no row that begins with Frame; allowed: {allowed}", file=lines.source, line=lines.number)
 
 
 def _check_first(cells: list[str], source: str) -> None:
-    """Refuse what is no Motive CSV, and say what seems to have happened."""
+    """Refuse a file that is no Motive CSV, with the likely reason."""
     first = cells[0] if cells else ""
     if first.lower() == "format version" and len(cells) > 1:
         return
     if re.match(r"format version\s*[;\t]", first, re.IGNORECASE):
-        what = "cells are divided by semicolons or tabs; allowed: commas between cells and points in numbers, as Motive"
-        told = f"{what} writes them: do not save it again from a spreadsheet of another language"
+        reason = "cells are divided by semicolons or tabs; allowed: commas between cells and points in numbers, as "
+        reason += "Motive writes them: do not save it again from a spreadsheet of another language"
     elif first.lower().startswith(("frame", "time", "type")) or re.fullmatch(r"[-+\d.eE]+", first):
-        told = "the header is missing; allowed: a Motive CSV with its header: export with Header information on"
+        reason = "the header is missing; allowed: a Motive CSV with its header: export with Header information on"
     else:
-        told = f"it begins with {first[:40]!r}; allowed: a Motive CSV, which begins with 'Format Version'"
-    raise TakeError(told, file=source, line=1)
+        reason = f"it begins with {first[:40]!r}; allowed: a Motive CSV, which begins with 'Format Version'"
+    raise TakeError(reason, file=source, line=1)
 
 
 def _read_pairs(cells: list[str]) -> dict[str, str]:
-    """Values by key: keys are looked for by name, as a value may hold commas."""
+    """Values by key; keys are found by name, as values may contain commas."""
     pairs: dict[str, str] = {}
     for i, cell in enumerate(cells[:-1]):
         key = cell.lower()
@@ -166,35 +152,33 @@ def _read_pairs(cells: list[str]) -> dict[str, str]:
     return pairs
 
 
-def _check_version(version: str, source: str, notes: list[str]) -> str:
+def _check_version(version: str, source: str) -> list[str]:
     if not re.fullmatch(r"1\.[0-9]{1,2}[0-9.]{0,8}", version):
-        told = f"the format's version is {version[:40]!r}; allowed: {_KNOWN[0]} to {_KNOWN[-1]}"
-        raise TakeError(told, file=source, line=1, column=2)
-    if version not in _KNOWN:
-        notes.append(f"version {version} of the format is none of {_KNOWN[0]} to {_KNOWN[-1]}; read as if it were")
-    return version
+        reason = f"the format's version is {version[:40]!r}; allowed: {_KNOWN[0]} to {_KNOWN[-1]}"
+        raise TakeError(reason, file=source, line=1, column=2)
+    note = f"version {version} of the format is none of {_KNOWN[0]} to {_KNOWN[-1]}; read as if it were"
+    return [] if version in _KNOWN else [note]
 
 
 def _check_space(pairs: dict[str, str], source: str) -> list[str]:
     space = pairs.get("coordinate space", "")
-    if space.lower() in ("global", "world"):
-        return []
-    if space:
-        told = f"Coordinate Space is {space[:40]!r}; allowed: Global: export again with World coordinates"
-        raise TakeError(told, file=source, line=1)
-    return ["the header does not say its coordinate space; taken as Global"]
+    if space and space.lower() not in ("global", "world"):
+        reason = f"Coordinate Space is {space[:40]!r}; allowed: Global: export again with World coordinates"
+        raise TakeError(reason, file=source, line=1)
+    return [] if space else ["the header has no coordinate space; taken as Global"]
 
 
 def _read_unit(pairs: dict[str, str], source: str) -> float:
     unit = pairs.get("length units", "")
-    if unit.lower() not in _UNITS:
-        told = f"Length Units are {unit[:40]!r}; allowed: Meters, Centimeters or Millimeters"
-        raise TakeError(told, file=source, line=1)
-    return _UNITS[unit.lower()]
+    size = _UNITS.get(unit.lower()) or _UNITS.get(unit.lower().removesuffix("s"))
+    if size is None:
+        reason = f"Length Units are {unit[:40]!r}; allowed: Meters, Centimeters or Millimeters"
+        raise TakeError(reason, file=source, line=1)
+    return size
 
 
 def _read_rate(text: str | None) -> float | None:
-    """A rate from 0.01 to 100,000 Hz, else None."""
+    """A rate from 0.01 to 100,000 Hz, or None."""
     try:
         rate = float(text or "")
     except ValueError:
@@ -202,27 +186,20 @@ def _read_rate(text: str | None) -> float | None:
     return rate if math.isfinite(rate) and 0.01 <= rate <= 1e5 else None
 
 
-def _read_count(text: str) -> int | None:
-    return int(text) if re.fullmatch(r"[0-9]{1,15}", text) else None
-
-
 def _find_time(axes: list[str], columns: tuple[Column, ...]) -> int | None:
     """The column of the times, one of those before the data."""
-    first = min((column.place for column in columns), default=len(axes))
-    for index, label in enumerate(axes[:first]):
-        if re.match(r"time(?!\s*code)", label, re.IGNORECASE):
-            return index
-    return None
+    before = axes[: columns[0].place]
+    return next((i for i, label in enumerate(before) if re.match(r"time(?!\s*code)", label, re.IGNORECASE)), None)
 
 
 def _read_columns(
     labels: list[tuple[int, list[str]]], last: tuple[int, list[str]], source: str
 ) -> tuple[tuple[Column, ...], int]:
-    """Columns that have a type, and how many columns a row has."""
+    """Columns with a type, and the number of columns of a row."""
     line, axes = last
     if len(labels) < 2:
-        told = f"{len(labels)} rows between the first and that of the axes; allowed: Type, Name, ID and the quantities"
-        raise TakeError(told, file=source, line=line)
+        what = f"{len(labels)} rows between the first and that of the axes"
+        raise TakeError(f"{what}; allowed: Type, Name, ID and the quantities", file=source, line=line)
     rows = _name_rows(labels[:-1])
     kind, name, ident = (rows.get(key, []) for key in ("type", "name", "id"))
     quantity = labels[-1][1]
@@ -237,16 +214,16 @@ def _read_columns(
         columns.append(Column(index, *said, seen[said]))
         seen[said] += 1
     if not columns:
-        told = "no column has a type such as Rigid Body or Marker; allowed: an export with rigid bodies or markers"
-        raise TakeError(told, file=source, line=labels[0][0])
+        reason = "no column has a type such as Rigid Body or Marker; allowed: an export with rigid bodies or markers"
+        raise TakeError(reason, file=source, line=labels[0][0])
     return tuple(columns), n_column
 
 
 def _name_rows(labels: list[tuple[int, list[str]]]) -> dict[str, list[str]]:
-    """Rows by their label, or, where labels are empty, by their order."""
-    told = {_cell(row, 1).lower(): row for _, row in labels if _cell(row, 1).lower() in ("type", "name", "id")}
-    if "type" in told:
-        return told
+    """Rows by label, or by order if labels are empty."""
+    labelled = {_cell(row, 1).lower(): row for _, row in labels}
+    if "type" in labelled:
+        return labelled
     return dict(zip(("type", "name", "id"), (row for _, row in labels), strict=False))
 
 
@@ -255,5 +232,5 @@ def _cell(row: list[str], index: int) -> str:
 
 
 def _last(row: list[str]) -> int:
-    """How many columns a row has up to its last that is not blank."""
+    """Number of columns of a row up to its last non-blank cell."""
     return next((i + 1 for i in range(len(row) - 1, -1, -1) if row[i]), 0)
