@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from spiraltrunk import cli
-from spiraltrunk.design import design_from_rules, presets
 
 OPTIONS = ("--m", "--b", "--delta-theta-deg", "--arm-radius-mm", "--turns")
 NUMBERS = ("nan", "inf", "-inf", "-1", "0", "1e400", "1e30", "text", "", "1,5", "1_0", "0x10", "\u0663", "1e-300")
@@ -162,16 +160,6 @@ def test_the_ends_of_the_ranges_that_are_told_work(
 ) -> None:
     for end in ends:
         assert cli.main(["design", option, end]) == 0, capsys.readouterr().err
-
-
-def test_a_design_that_wraps_nothing_is_refused(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The rules' ranges leave none, a preset might."""
-    stub = design_from_rules()
-    monkeypatch.setattr(presets, "get", lambda name: replace(stub, n_section=5))
-    said = assert_refused(["design", "--preset", "stub"], capsys)
-    assert "half a turn goes round 21.43 mm at most, and the tip's inner turn round 32.57 mm at least" in said
 
 
 HELD = {

@@ -1,4 +1,4 @@
-"""How the robot moves: MuJoCo models of trunk, arm and objects, and the plant over them."""
+"""Simulation: MuJoCo models of trunk, arm and objects, and the simulated plant."""
 
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, parse_object
 from spiraltrunk.sim.plant import SimPlant

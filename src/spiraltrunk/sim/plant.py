@@ -87,7 +87,7 @@ class SimPlant(Plant):
 
     @property
     def arm_limits(self) -> ArmLimits:
-        """What is known of the arm's limits."""
+        """Known limits of the arm."""
         return self._reach.limits
 
     @property

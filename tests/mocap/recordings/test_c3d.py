@@ -78,3 +78,13 @@ def test_without_the_package_the_extra_is_named(path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ezc3d", None)
     with pytest.raises(MissingPackage, match=r"spiraltrunk\[mocap\]"):
         load_c3d(file, axes="y-up")
+
+
+def test_a_file_that_is_cut_off_is_noted(path):
+    file = path(np.random.default_rng(0).normal(0.0, 100.0, (400, 3, 3)))
+    assert load_c3d(file, axes="y-up").notes == ()
+    data = file.read_bytes()
+    file.write_bytes(data[: len(data) - 200 * 3 * 4 * 4])
+    take = load_c3d(file, axes="y-up")
+    assert len(take.frame) < 400
+    assert take.notes == (f"the header says 400 frames, the file has {len(take.frame)}",)

@@ -43,7 +43,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         if arguments.out.endswith("/"):
             raise UsageError(f"--out: {quote(arguments.out)} is a folder; allowed: a file, existing or new")
         check_folder(Path(arguments.out).parent)
-    from spiraltrunk.design import presets
+    from spiraltrunk.design import presets, write_design
 
     wishes = {wish: getattr(arguments, wish) for wish in _WISHES if getattr(arguments, wish) is not None}
     if arguments.preset is None:
@@ -53,20 +53,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
         raise UsageError(f"--preset given with rules; allowed: either --preset or {', '.join(others)}, {last}")
     else:
         design = presets.get(arguments.preset)
-    _check_fits(design, wishes)
     figures = compute_figures(design)
     if arguments.out is not None:
-        _write(design, arguments.out)
+        write_design(design, arguments.out)
     return DONE, format_json(figures) if arguments.json else _format_table(design, figures)
-
-
-def _write(design: TrunkDesign, out: str) -> None:
-    from spiraltrunk.design import load_design, write_design
-
-    try:
-        load_design(write_design(design, out))
-    except DesignError as error:
-        raise DesignError("--out", got=error.got, allowed=error.allowed) from None
 
 
 def _design_from(wishes: dict[str, Typed]) -> TrunkDesign:
@@ -132,18 +122,6 @@ def compute_figures(design: TrunkDesign) -> dict[str, Any]:
         "payload_kg": payload(design),
     }
     return dict(to_json(figures))
-
-
-def _check_fits(design: TrunkDesign, wishes: dict[str, Typed]) -> None:
-    """Refuse a trunk that is too short to wrap anything."""
-    from spiraltrunk.design import graspable_range
-
-    smallest, largest = (1e3 * width for width in graspable_range(design))
-    if not 0 < smallest < largest:
-        raise UsageError(
-            f"{_retype(wishes)}: half a turn goes round {largest:.4g} mm at most, and the tip's inner turn round "
-            f"{smallest:.4g} mm at least, so this trunk wraps nothing; allowed: more turns"
-        )
 
 
 def _format_table(design: TrunkDesign, figures: dict[str, Any]) -> str:

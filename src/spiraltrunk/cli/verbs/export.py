@@ -111,7 +111,7 @@ def _format_table(result: dict[str, Any]) -> str:
             errors = " and ".join(f"{key} {row[key]:.1e}" for key in ("solids", "simulation") if row[key] is not None)
             unit = " m" if row["unit"] == "m" else ""
             verdict = "holds" if row["holds"] else "missed"
-            compared = "" if row["judged"] == "both" else f"; compared is {row['judged']}"
+            compared = "" if row["judged"] == "both" else f"; compared: {row['judged']}"
             lines.append(
                 f"{name}: {errors}{unit} off the design, {verdict} (allowed {row['allowed']:g}{unit}{compared})"
             )

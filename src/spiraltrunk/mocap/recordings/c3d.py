@@ -18,6 +18,7 @@ from spiraltrunk.mocap.recordings.take import Marker, Take, find_stale
 
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _FARTHEST = 1e4
+_MOST_FRAMES = 2**16 - 1
 _BLOCK, _KEY = 512, 0x50
 
 
@@ -36,7 +37,7 @@ def load_c3d(path: str | Path, *, axes: str) -> Take:
     """
     turn = read_axes(axes)
     with open_take(path) as file:
-        _check_whole(file, str(path))
+        first, last = _read_frame_numbers(file, str(path))
     content = _read(path)
     rate, unit = _read_scale(content["parameters"]["POINT"], str(path))
     position = _read_points(content["data"], unit, str(path))
@@ -45,14 +46,33 @@ def load_c3d(path: str | Path, *, axes: str) -> Take:
         raise TakeError(f"{len(position)} markers and {len(labels)} labels; allowed: a label each", file=str(path))
     placed = position @ turn.T
     frame = int(content["header"]["points"]["first_frame"]) + np.arange(position.shape[1])
+    is_cut = len(frame) < last + 1 - first < _MOST_FRAMES
+    notes = (f"the header says {last + 1 - first} frames, the file has {len(frame)}",) if is_cut else ()
     markers = tuple(
         Marker(name=name, id=str(i + 1), is_solved=False, position=place, is_stale=find_stale(place))
         for i, (name, place) in enumerate(zip(labels, placed, strict=False))
     )
     return Take(
         source=str(path), name=Path(path).stem, started="", rate=rate, frame=frame, time=frame / rate, bodies=(),
-        markers=markers,
+        markers=markers, notes=notes,
     )  # fmt: skip
+
+
+def _read_frame_numbers(file: BinaryIO, source: str) -> tuple[int, int]:
+    """First and last frame in the header, which ezc3d adapts to a cut-off file.
+
+    The header has the key 0x50 in byte 1, the frames in words 3 and 4, and the first block of the data in word 8 (C3D
+    User Guide, "The Header Section"). ezc3d spends minutes on files without key or data.
+    """
+    head = file.read(_BLOCK)
+    if (
+        len(head) < _BLOCK
+        or head[1] != _KEY
+        or file.seek(0, io.SEEK_END) < _BLOCK * struct.unpack_from("<H", head, 16)[0]
+    ):
+        raise TakeError("it has no header or data of a C3D file; allowed: a C3D file", file=source)
+    first, last = struct.unpack_from("<2H", head, 6)
+    return first, last
 
 
 def _read_scale(point: Any, source: str) -> tuple[float, float]:
@@ -76,25 +96,6 @@ def _read_points(data: Any, unit: float, source: str) -> np.ndarray:
     if np.nanmax(np.abs(position), initial=0.0) > _FARTHEST:
         raise TakeError(f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=source)
     return position
-
-
-def _check_whole(file: BinaryIO, source: str) -> None:
-    """Refuse a file that is no C3D or is cut off: ezc3d spends minutes on it.
-
-    The header's words are: block of the parameters and the key 0x50, markers, analog values a frame, first and last
-    frame, scale (negative for floats), block of 512 bytes where the data begin (C3D User Guide, "The Header Section").
-    """
-    head = file.read(_BLOCK)
-    if len(head) < _BLOCK or head[1] != _KEY or not head[0]:
-        raise TakeError("it does not begin as C3D does; allowed: a C3D file", file=source)
-    markers, analog, first, last = struct.unpack_from("<4H", head, 2)
-    (scale,) = struct.unpack_from("<f", head, 12)
-    (begin,) = struct.unpack_from("<H", head, 16)
-    size = file.seek(0, io.SEEK_END)
-    frames = max(0, last - first + 1)
-    least = _BLOCK * max(0, begin - 1) + frames * (4 * markers + analog) * (4 if scale < 0 else 2)
-    if begin < 2 or size < least:
-        raise TakeError(f"the file has {size} bytes of {least}; allowed: a whole C3D file", file=source)
 
 
 def _read(path: str | Path) -> Any:

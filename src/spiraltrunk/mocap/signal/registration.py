@@ -55,7 +55,7 @@ def read_alignment(text: str) -> Alignment:
     """Parse an alignment.
 
     Raises:
-        TakeError: for a text that is none.
+        TakeError: for any other text.
     """
     kind, colon, rest = text.strip().lower().partition(":")
     sections: list[int] = []

@@ -20,7 +20,7 @@ from spiraltrunk.errors import TakeError
 @final
 @dataclass(frozen=True, kw_only=True)
 class StillSettings:
-    """What counts as a held shape."""
+    """Criteria of a held shape."""
 
     speed: float = 5e-3
     """Speed below which the trunk is still [m/s] (ours: three times the noise)."""

@@ -53,13 +53,7 @@ def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
 
 
 def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
-    """The whole scene as one spec.
-
-    Raises:
-        DesignError: for anything but a design and options.
-    """
-    check_type("design", design, TrunkDesign)
-    check_type("options", options, SceneOptions)
+    """The whole scene as one spec."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     spec.compiler.autolimits = True
@@ -85,8 +79,10 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
     Raises:
         DesignError: for anything but a design and options, and where MuJoCo cannot compile the scene.
     """
-    design = presets.PAPER if design is None else design
-    spec = scene_spec(design, SceneOptions() if options is None else options)
+    design, options = presets.PAPER if design is None else design, SceneOptions() if options is None else options
+    check_type("design", design, TrunkDesign)
+    check_type("options", options, SceneOptions)
+    spec = scene_spec(design, options)
     try:
         model = spec.compile()
     except ValueError as error:

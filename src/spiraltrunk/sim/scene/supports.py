@@ -31,11 +31,11 @@ ROLLING_FRICTION = 1e-3
 """Rolling resistance of the table's felt [m] (ours)."""
 
 GROUND_NEAR, GROUND_FAR, GROUND_HALF_WIDTH = 0.20, 1.30, 1.00
-"""Where the ground begins and ends before the arm's base, and half its width [m] (ours)."""
+"""Near and far end of the ground from the arm's base, and half its width [m] (ours)."""
 
 
 def object_quat_wxyz(options: SceneOptions) -> np.ndarray:
-    """How the object is turned at the start: its axis horizontal or up, then by its true yaw, shape (4,) [-]."""
+    """Orientation of the object at the start: its axis horizontal or up, then its true yaw, shape (4,) [-]."""
     half = (options.yaw + options.yaw_error) / 2
     turn = np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
     if options.stance == "upright":
