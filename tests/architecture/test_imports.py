@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import shutil
 import subprocess
@@ -125,3 +126,25 @@ def test_import_stays_light(module: str) -> None:
     program = f"import sys, {module}; print(*(name for name in {HEAVY!r} if name in sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
     assert loaded.split() == []
+
+
+PUBLIC = {
+    "spiraltrunk.design": ("Spiral", "TrunkDesign", "GripperDesign", "design_from_rules", "graspable_range", "payload",
+                           "presets", "load_design", "write_design"),
+    "spiraltrunk.model": ("reference", "statics", "inverse", "cables"),
+    "spiraltrunk.model.reference": ("rest", "bend_dorsal", "bend_ventral", "twist"),
+    "spiraltrunk.model.statics": ("solve", "Loads", "StaticsOptions"),
+    "spiraltrunk.model.inverse": ("solve", "follow", "curl"),
+    "spiraltrunk.control": ("Plant", "Strategy", "Status", "Milestone", "RunLog", "run"),
+    "spiraltrunk.sim": ("SimPlant",),
+    "spiraltrunk.strategies": ("get", "NAMES"),
+    "spiraltrunk.mocap": ("load_take",),
+    "spiraltrunk.workflows.grasp": ("run_trial",),
+}  # fmt: skip
+"""Names that users import, by the package that they import them from."""
+
+
+@pytest.mark.parametrize("package", PUBLIC)
+def test_public_names_stay_where_users_import_them(package: str) -> None:
+    module = importlib.import_module(package)
+    assert [name for name in PUBLIC[package] if not hasattr(module, name)] == []

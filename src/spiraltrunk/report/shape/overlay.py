@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from spiraltrunk.report.shape.comparison import ShapeComparison
+from spiraltrunk.report.shape.views import SIDE_VIEWS, add_views
 from spiraltrunk.report.style import INK, add_legend_below, build_figure
-from spiraltrunk.report.views import SIDE_VIEWS, add_views
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,8 +9,8 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.report.shape.sections_3d import Solids, build_solids
+from spiraltrunk.report.shape.views import SIDE_VIEWS, add_views
 from spiraltrunk.report.style import COLORS, INK, NORMAL, add_legend_below, build_figure
-from spiraltrunk.report.views import SIDE_VIEWS, add_views
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
