@@ -7,7 +7,7 @@ import io
 import math
 import struct
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, final
 
@@ -17,6 +17,9 @@ from spiraltrunk.checks import check_number
 from spiraltrunk.errors import MissingPackage, TakeError
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
+
+_Rows = dict[int, tuple[float, ...]]
+"""Values of one frame by the number of the track."""
 
 _POLL = 2e-3
 _OCCLUDED = 0x01
@@ -56,8 +59,8 @@ class _Stream:
 
     number: list[int] = field(default_factory=list)
     stamp: list[float] = field(default_factory=list)
-    bodies: list[dict[int, tuple[float, ...]]] = field(default_factory=list)
-    markers: list[dict[int, tuple[float, ...]]] = field(default_factory=list)
+    bodies: list[_Rows] = field(default_factory=list)
+    markers: list[_Rows] = field(default_factory=list)
     names: dict[int, str] = field(default_factory=dict)
     late: int = 0
     bad: int = 0
@@ -70,16 +73,10 @@ class _Stream:
             return
         self.number.append(number)
         self.stamp.append(float(data.suffix.timestamp))
-        self.bodies.append(
-            {
-                body.id_num: (*body.pos, *body.rot, body.marker_error)
-                for body in data.rigid_bodies
-                if body.tracking_valid
-            }
-        )
-        self.markers.append(
-            {m.id_num: tuple(m.pos) for m in data.labeled_markers or () if not (m.param or 0) & _OCCLUDED}
-        )
+        tracked = [body for body in data.rigid_bodies if body.tracking_valid]
+        seen = [marker for marker in data.labeled_markers or () if not (marker.param or 0) & _OCCLUDED]
+        self.bodies.append({body.id_num: (*body.pos, *body.rot, body.marker_error) for body in tracked})
+        self.markers.append({marker.id_num: tuple(marker.pos) for marker in seen})
 
     def add_names(self, descriptions: Any) -> None:
         self.names.update({body.id_num: body.name for body in descriptions.rigid_bodies})
@@ -168,13 +165,11 @@ def _build_take(settings: LiveSettings, stream: _Stream, ended: str) -> Take:
               "packets could not be read": stream.bad}  # fmt: skip
     notes += [f"{count} {what}" for what, count in counts.items() if count]
     turn = read_axes(settings.axes)
-    bodies = {number: _collect(stream.bodies, number, 8) for number in _numbers(stream.bodies)}
-    markers = {number: _collect(stream.markers, number, 3) for number in _numbers(stream.markers)}
+    bodies = tuple(_build_body(stream, *track, turn) for track in _collect(stream.bodies, 8))
+    markers = tuple(_build_marker(stream, *track, turn) for track in _collect(stream.markers, 3))
     return Take(
-        source=source, name="live", started="", rate=rate, frame=frame, time=frame / rate,
-        bodies=tuple(_build_body(stream, number, values, turn) for number, values in bodies.items()),
-        markers=tuple(_build_marker(stream, number, values, turn) for number, values in markers.items()),
-        notes=tuple(notes),
+        source=source, name="live", started="", rate=rate, frame=frame, time=frame / rate, bodies=bodies,
+        markers=markers, notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -188,16 +183,12 @@ def _find_rate(frame: np.ndarray, stamp: np.ndarray, source: str) -> float:
     return round(rate, 3)
 
 
-def _numbers(rows: list[dict[int, tuple[float, ...]]]) -> list[int]:
-    return sorted({number for row in rows for number in row})
-
-
-def _collect(rows: list[dict[int, tuple[float, ...]]], number: int, width: int) -> np.ndarray:
-    """Values over time, not a number where missing, shape (n, width)."""
-    blank = (math.nan,) * width
-    values = np.array([row.get(number, blank) for row in rows], float)
-    values[~np.isfinite(values).all(axis=1)] = math.nan
-    return values
+def _collect(rows: list[_Rows], width: int) -> Iterator[tuple[int, np.ndarray]]:
+    """Numbers of the tracks, and their values over time, not a number where missing, shape (n, width)."""
+    for number in sorted({number for row in rows for number in row}):
+        values = np.array([row.get(number, (math.nan,) * width) for row in rows], float)
+        values[~np.isfinite(values).all(axis=1)] = math.nan
+        yield number, values
 
 
 def _build_body(stream: _Stream, number: int, values: np.ndarray, turn: np.ndarray) -> Body:

@@ -76,9 +76,7 @@ def compute_speed(points: np.ndarray, rate: float, window: float) -> np.ndarray:
 
 
 def _sum_windows(values: np.ndarray, width: int) -> np.ndarray:
-    """Sums over all windows of ``width`` frames that fit, shape (n - width + 1, ...)."""
-    if len(values) < width:
-        return values[:0]
+    """Sums over all windows of ``width`` frames, shape (n - width + 1, ...)."""
     total = np.cumsum(np.concatenate([np.zeros((1, *values.shape[1:])), values]), axis=0)
     summed: np.ndarray = total[width:] - total[:-width]
     return summed
@@ -169,17 +167,14 @@ def _is_short(time: np.ndarray, rate: float, settings: StillSettings) -> bool:
 
 def _find_spans(is_still: np.ndarray, time: np.ndarray, rate: float) -> list[np.ndarray]:
     """Runs of still frames without missing frames between them [-]."""
-    after_gap = np.concatenate([[False], np.diff(time) > 1.5 / rate])
-    padded = np.concatenate([[False], is_still, [False]])
-    starts = np.flatnonzero(padded[1:-1] & (~padded[:-2] | after_gap))
-    ends = np.flatnonzero(padded[1:-1] & (~padded[2:] | np.concatenate([after_gap[1:], [False]])))
-    return [np.arange(first, last + 1) for first, last in zip(starts, ends, strict=True)]
+    frames = np.flatnonzero(is_still)
+    is_break = (np.diff(frames) > 1) | (np.diff(time[frames]) > 1.5 / rate)
+    return [run for run in np.split(frames, np.flatnonzero(is_break) + 1) if len(run)]
 
 
 def _distance(one: np.ndarray, other: np.ndarray) -> float:
     """Root mean square distance of two shapes' median frames over points seen in both; infinite without any."""
-    a, b = compute_middle(one), compute_middle(other)
-    step = ((a - b) ** 2).sum(axis=1)
+    step = ((compute_middle(one) - compute_middle(other)) ** 2).sum(axis=1)
     seen = np.isfinite(step)
     return float(np.sqrt(step[seen].mean())) if seen.any() else np.inf
 
@@ -191,8 +186,7 @@ def compute_middle(points: np.ndarray, least: int = 1) -> np.ndarray:
         points: shape (n, k, ...) [m].
         least: least number of frames.
     """
-    axes = tuple(range(2, points.ndim))
-    seen = np.isfinite(points).all(axis=axes) if axes else np.isfinite(points)
+    seen = np.isfinite(points).all(axis=tuple(range(2, points.ndim)))
     middle = np.full(points.shape[1:], np.nan)
     for k in np.flatnonzero(seen.sum(axis=0) >= max(1, least)):
         middle[k] = np.median(points[seen[:, k], k], axis=0)
