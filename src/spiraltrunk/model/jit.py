@@ -14,7 +14,7 @@ from typing import Any, TypeVar, final
 from numba import njit
 from numba.core import event
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, Flags
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -99,10 +99,25 @@ class _Whole(JITCodeLibrary):
         super().finalize()  # type: ignore[no-untyped-call]
 
 
+@final
+class _Flags(Flags):
+    """Numba's options of one function, sooner told from others: that is asked for a hundred thousand times."""
+
+    def __hash__(self) -> int:
+        return len(self._values)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or (isinstance(other, _Flags) and bool(self._values == other._values))
+
+
 def _pipeline(kind: type[_Part | _Whole]) -> type[Compiler]:
     """Numba's compiler, with libraries of this kind."""
 
     class Pipeline(Compiler):
+        def __init__(self, *scene: Any) -> None:
+            super().__init__(*scene)  # type: ignore[no-untyped-call]
+            self.state.flags = _Flags(self.state.flags)  # type: ignore[no-untyped-call]
+
         def define_pipelines(self) -> Any:
             self.state.library = kind(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
             self.state.library.enable_object_caching()
