@@ -132,7 +132,7 @@ def simulate(case: dict[str, Any]) -> tuple[Relaxed, statics.StaticsOptions]:
     loads[case["section"]] = case["mass"]
     rig = RelaxationRig(design_of(case), theta_0=case["theta_0"], roll=case["roll"], loads=loads, options=options)
     name = "tension" if case["by_tension"] else "pull"
-    same = OPTIONS if rig.friction is None else replace(OPTIONS, hole_stiffness=rig.friction.stiffness)
+    same = OPTIONS if case["kind"] == "free" else replace(OPTIONS, hole_stiffness=rig.friction.stiffness)
     return rig.relax([LoadStep(**{name: values}) for values in commands(case)]), same
 
 

@@ -64,7 +64,7 @@ def test_a_seed_of_numpy_is_a_seed():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"timestep": "1 ms"}, {"timestep": 0.1}, {"stage": "wall"}, {"stance": "upright"}, {"push": (0.1, 0.0)},
+        {"support": "wall"}, {"stance": "upright"}, {"push": (0.1, 0.0)},
     ],
 )  # fmt: skip
 def test_a_world_is_checked_when_it_is_made(changes):
@@ -105,7 +105,7 @@ def test_a_world_that_mujoco_cannot_build_is_refused_in_one_line(design, options
 def test_a_simulation_that_diverges_says_so_and_starts_anew(tmp_path, monkeypatch):
     """MuJoCo resets itself then, in the middle of a step: time would begin again as if nothing had been."""
     monkeypatch.chdir(tmp_path)
-    plant = SimPlant(PAPER, SceneOptions(stage="ground", position=(0.3, 0.0, 0.6), ground=1.2))
+    plant = SimPlant(PAPER, SceneOptions(support="ground", position=(0.3, 0.0, 0.6), ground=1.2))
     first = plant.reset()
 
     def hold(seen):

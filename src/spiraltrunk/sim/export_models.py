@@ -1,8 +1,8 @@
-"""The robot as files for other simulators: MJCF with meshes, and URDF from the same compiled model.
+"""Export of the robot for other simulators: MJCF with its meshes, and URDF of the same compiled model.
 
-The files differ from this simulation in the joint limits. Here they are one distance per joint, whose softness is
-tuned after compilation, which no file can contain. In the files they are linear limits over a joint's two angles, a
-polygon of `N_SIDES` sides around the same limit.
+The files have the bodies of the simulation with other joint limits. In the simulation a limit is the length of a tendon
+through two sites, with a softness tuned after compilation, which a file cannot contain. In the files a limit is a
+polygon of `N_SIDES` sides in the plane of a joint's two angles, around the same limit.
 """
 
 from __future__ import annotations
@@ -17,41 +17,38 @@ import numpy as np
 from trimesh.convex import convex_hull
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.sim.robot.arm import arm_home, arm_spec
-from spiraltrunk.sim.robot.trunk import TrunkOptions, add_trunk, hinge_names
-from spiraltrunk.sim.scene.build import ARM
+from spiraltrunk.sim.mujoco_log import compile_spec
+from spiraltrunk.sim.robot.arm import add_arm, arm_home
+from spiraltrunk.sim.robot.trunk import TrunkOptions, add_trunk, cable_name, hinge_names
 from spiraltrunk.sim.urdf import format_urdf
 
 N_SIDES = 12
-"""Sides of the polygon of a joint's limit [-]: its corners exceed the limit by 3.5 %."""
+"""Sides of the polygon that represents a joint's limit [-]; its corners lie outside by 3.5 %."""
 
 ASSETS = "assets"
-"""Folder of the meshes."""
+"""Name of the folder of the meshes, beside the models."""
 
 KINDS = ("trunk", "hybrid")
-"""The trunk alone, hanging from the world; the trunk on its arm."""
+"""Models: the trunk alone, hanging; the trunk on its arm."""
 
 TRUNK_HEIGHT = 1.0
-"""Height of the trunk's mount [m] (ours)."""
+"""Height of the base of the trunk alone [m] (ours)."""
 
 
 def build_file_spec(design: TrunkDesign, kind: str) -> mujoco.MjSpec:
-    """The spec of the files: robot, light and gravity, without floor and object."""
+    """Spec of a file: the robot, light and gravity, without floor and object."""
     spec = mujoco.MjSpec()
     spec.modelname = f"spiraltrunk_{kind}"
     spec.compiler.degree = False
-    spec.compiler.autolimits = True
     spec.option.timestep = 1e-3
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.visual.headlight.ambient = [0.4, 0.4, 0.4]
     if kind == "trunk":
-        # Downwards: the mount's z axis is the trunk's.
+        # Downwards: the trunk points along the mount's z axis.
         parent, pos, quat = spec.worldbody, [0.0, 0.0, TRUNK_HEIGHT], [0.0, 1.0, 0.0, 0.0]
     else:
-        base = spec.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
-        spec.attach(arm_spec(design.arm), prefix=ARM, frame=base)
-        mount = spec.site(f"{ARM}{design.arm.mount_site}")
+        mount = add_arm(spec, design.arm)
         parent, pos, quat = mount.parent, mount.pos, mount.quat
     add_trunk(spec, parent, design, TrunkOptions(), pos=pos, quat_wxyz=quat)
     if kind == "hybrid":
@@ -61,7 +58,7 @@ def build_file_spec(design: TrunkDesign, kind: str) -> mujoco.MjSpec:
 
 
 def write_models(design: TrunkDesign, folder: Path, formats: tuple[str, ...]) -> list[Path]:
-    """Write trunk and hybrid as MJCF and URDF with their meshes; return the paths.
+    """Write trunk and hybrid as MJCF and URDF, with their meshes, and return the paths.
 
     Raises:
         DesignError: for an arm that cannot be read, or that URDF cannot represent.
@@ -72,22 +69,23 @@ def write_models(design: TrunkDesign, folder: Path, formats: tuple[str, ...]) ->
     for kind in KINDS:
         spec = build_file_spec(design, kind)
         written += _write_meshes(spec, folder / ASSETS)
-        model = spec.compile()
+        model = compile_spec(spec)
         if "mjcf" in formats:
             _add_keyframe(spec, model, design, kind)
-            spec.compile()
+            compile_spec(spec)
             path = folder / f"{kind}.xml"
             path.write_text(_to_portable(spec.to_xml()))
             written.append(path)
         if "urdf" in formats:
             path = folder / f"{kind}.urdf"
-            path.write_text(format_urdf(model, name=f"spiraltrunk_{kind}", meshes=_mesh_files(spec)))
+            meshes = {mesh.name: f"{ASSETS}/{Path(mesh.file).name}" for mesh in spec.meshes}
+            path.write_text(format_urdf(model, name=f"spiraltrunk_{kind}", meshes=meshes))
             written.append(path)
     return sorted(set(written))
 
 
 def _replace_limits(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
-    """Replace the distance limits by polygons."""
+    """Replace the tendons through sites by polygons of joint tendons."""
     for i in range(design.n_joint):
         spec.delete(spec.tendon(f"limit_{i + 1:02d}"))
         about_y, about_z = hinge_names(i)
@@ -104,12 +102,10 @@ def _replace_limits(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
 
 
 def _add_keyframe(spec: mujoco.MjSpec, model: mujoco.MjModel, design: TrunkDesign, kind: str) -> None:
-    """Add the keyframe "home": the trunk straight and slack, the arm at its home position."""
+    """Add the keyframe "home": the trunk straight and slack, the arm at its home posture."""
     qpos, ctrl = model.qpos0.copy(), np.zeros(model.nu)
-    for i in range(model.nu):
-        if model.actuator(i).name.startswith("cable_"):
-            tendon = int(model.actuator_trnid[i, 0])
-            ctrl[i] = model.tendon_length0[tendon]
+    for c in range(design.n_cable):
+        ctrl[model.actuator(cable_name(c)).id] = model.tendon_length0[model.tendon(cable_name(c)).id]
     if kind == "hybrid":
         driven = [i for i in range(model.nu) if model.actuator_trntype[i] == mujoco.mjtTrn.mjTRN_JOINT]
         home = arm_home(design.arm, len(driven))
@@ -120,7 +116,7 @@ def _add_keyframe(spec: mujoco.MjSpec, model: mujoco.MjModel, design: TrunkDesig
 
 
 def _write_meshes(spec: mujoco.MjSpec, folder: Path) -> list[Path]:
-    """Write every mesh to a file, and refer to it in the spec."""
+    """Write every mesh to a file beside the models, to which the spec then refers."""
     folder.mkdir(exist_ok=True)
     written = []
     for mesh in spec.meshes:
@@ -136,10 +132,6 @@ def _write_meshes(spec: mujoco.MjSpec, folder: Path) -> list[Path]:
     return written
 
 
-def _mesh_files(spec: mujoco.MjSpec) -> dict[str, str]:
-    return {mesh.name: f"{ASSETS}/{Path(mesh.file).name}" for mesh in spec.meshes}
-
-
 def _to_portable(text: str) -> str:
-    """The MJCF text with mesh paths relative to it."""
+    """The text with each mesh's path relative to the folder of the models."""
     return re.sub(r'file="[^"]*/([^"/]+)"', rf'file="{ASSETS}/\1"', text)

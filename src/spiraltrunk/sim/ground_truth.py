@@ -1,28 +1,30 @@
-"""Ground truth from the simulator's state, for evaluation and plots, not available to strategies."""
+"""Ground truth of a trial, read from the simulator's state; for verdicts and plots, not available to strategies."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import final
 
 import mujoco
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.sim import contact_kernels
+from spiraltrunk.sim.robot.arm import PREFIX
 from spiraltrunk.sim.robot.trunk import cable_name, hinge_names
+
+OBJECT, TRUNK, ROBOT, GROUND, OTHER = 1, 2, 4, 8, 16
+"""Kinds of geoms, as bits; the sum of two identifies a pair."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Sample:
-    """Ground truth at one control tick; extremes are over the period before it."""
+    """Ground truth at one control step; extremes are over the preceding control period."""
 
     time: float
     """Simulated time [s]."""
     qpos: np.ndarray
-    """MuJoCo's generalised positions, for rendering."""
+    """MuJoCo's generalised positions, shape (n_q,) [m, rad]."""
     object_position: np.ndarray
     """Centre of the object, shape (3,) [m]."""
     joint_bend: np.ndarray
@@ -36,13 +38,13 @@ class Sample:
     string_tension: float
     """Sum of the tensions of the object's strings [N]."""
     penetration: float
-    """Deepest overlap of two bodies in the period [m]."""
+    """Largest penetration of two bodies in the period [m]."""
     bend_most: float
     """Largest joint bend in the period [rad]."""
     touches_robot: bool
     """Whether the object touched housing or arm in the period."""
     touches_table: bool
-    """Whether the object touches table, ground or floor now."""
+    """Whether the object touches table, ground or floor at this time."""
     arm_touches_ground: bool
     """Whether housing or arm touched table, ground or floor in the period."""
     arm_torque: np.ndarray
@@ -56,125 +58,126 @@ class Sample:
 
 
 @final
-@dataclass(kw_only=True)
-class Probe:
-    """Reads the ground truth from a model's data, with indices looked up once."""
+class TruthRecorder:
+    """Reads samples from a model's state; it holds the indices and the extremes of the period.
 
-    model: mujoco.MjModel
-    design: TrunkDesign
-    arm_joints: tuple[str, ...]
-    penetration: float = field(default=0.0, init=False)
-    cosine_least: float = field(default=1.0, init=False)
-    touches_robot: bool = field(default=False, init=False)
-    arm_touches_ground: bool = field(default=False, init=False)
+    Args:
+        model: the model of a scene.
+        design: the trunk in it.
+        arm_joints: names of the arm's joints.
+    """
 
-    def __post_init__(self) -> None:
-        model, design = self.model, self.design
+    def __init__(self, model: mujoco.MjModel, design: TrunkDesign, arm_joints: tuple[str, ...]) -> None:
         self._kind = _geom_kinds(model)
-        self._hinges = np.array(
-            [[model.joint(hinge_names(i)[k]).qposadr[0] for i in range(design.n_joint)] for k in range(2)]
-        )
+        names = zip(*(hinge_names(i) for i in range(design.n_joint)), strict=True)
+        self._hinges = np.array([[model.joint(name).qposadr[0] for name in axis] for axis in names])
         self._cables = np.array([model.tendon(cable_name(c)).id for c in range(design.n_cable)])
-        self._motors = np.array([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
         self._is_string = np.array([model.tendon(t).name.startswith("string_") for t in range(model.ntendon)], bool)
-        self._has_strings = bool(self._is_string.any())
         self._object = model.body("object").id
-        self._arm_q = np.array([model.joint(name).qposadr[0] for name in self.arm_joints])
-        self._arm_v = np.array([model.joint(name).dofadr[0] for name in self.arm_joints])
-        self.straight_length = self._straight_lengths()
-        self._load_kernels()
+        self.motors = np.array([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
+        """Actuators of the cables."""
+        self.arm_q = np.array([model.joint(name).qposadr[0] for name in arm_joints])
+        """Addresses of the arm's joints in qpos."""
+        self.arm_v = np.array([model.joint(name).dofadr[0] for name in arm_joints])
+        """The same in qvel."""
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        self.straight_length = data.ten_length[self._cables].copy()
+        """Length of each cable of the straight trunk, shape (n_cable,) [m]."""
+        self.reset()
 
-    def watch(self, data: mujoco.MjData) -> None:
-        """Update the extremes."""
-        self.cosine_least = min(self.cosine_least, contact_kernels.least_cosine(data.qpos, self._hinges))
+    def reset(self) -> None:
+        """Reset the extremes."""
+        self._penetration, self._bend = 0.0, 0.0
+        self._touches_robot = self._arm_touches_ground = False
+
+    def update_extremes(self, data: mujoco.MjData) -> None:
+        """Update the extremes with the present state."""
+        self._bend = max(self._bend, float(joint_bends(data.qpos, self._hinges).max()))
         if data.ncon == 0:
             return
-        contact = data.contact
-        overlap, on_robot, _, robot_on_ground = contact_kernels.read_contacts(contact.geom, contact.dist, self._kind)
-        self.penetration = max(self.penetration, overlap)
-        self.touches_robot = self.touches_robot or on_robot
-        self.arm_touches_ground = self.arm_touches_ground or robot_on_ground
+        penetration, on_robot, _, arm_on_ground = read_contacts(data.contact.geom, data.contact.dist, self._kind)
+        self._penetration = max(self._penetration, penetration)
+        self._touches_robot |= on_robot
+        self._arm_touches_ground |= arm_on_ground
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
-        """The present ground truth; resets the extremes."""
-        qpos, torque, velocity = data.qpos.copy(), data.qfrc_actuator, data.qvel
-        grip, on_ground = self._read_grip(data)
+        """Ground truth of the present state; resets the extremes. ``arm_command`` has shape (n_arm,) [rad]."""
         sample = Sample(
             time=data.time,
-            qpos=qpos,
+            qpos=data.qpos.copy(),
             object_position=data.xpos[self._object].copy(),
-            joint_bend=self.joint_bend(data),
-            cable_pull=self.cable_pull(data),
-            cable_tension=self.cable_tension(data),
-            grip_force=grip,
+            joint_bend=joint_bends(data.qpos, self._hinges),
+            cable_pull=self.straight_length - data.ten_length[self._cables],
+            cable_tension=-data.actuator_force[self.motors],
+            grip_force=self._grip_force(data),
             string_tension=self._string_tension(data),
-            penetration=self.penetration,
-            bend_most=math.acos(self.cosine_least),
-            touches_robot=self.touches_robot,
-            touches_table=on_ground,
-            arm_touches_ground=self.arm_touches_ground,
-            arm_torque=torque[self._arm_v],
-            arm_position=qpos[self._arm_q],
-            arm_velocity=velocity[self._arm_v],
+            penetration=self._penetration,
+            bend_most=self._bend,
+            touches_robot=self._touches_robot,
+            touches_table=read_contacts(data.contact.geom, data.contact.dist, self._kind)[2],
+            arm_touches_ground=self._arm_touches_ground,
+            arm_torque=data.qfrc_actuator[self.arm_v],
+            arm_position=data.qpos[self.arm_q],
+            arm_velocity=data.qvel[self.arm_v],
             arm_command=arm_command.copy(),
         )
-        self.penetration, self.cosine_least = 0.0, 1.0
-        self.touches_robot = self.arm_touches_ground = False
+        self.reset()
         return sample
 
-    def joint_bend(self, data: mujoco.MjData) -> np.ndarray:
-        """Angle between neighbouring axes, shape (n_joint,) [rad]."""
-        return np.asarray(contact_kernels.joint_bends(data.qpos, self._hinges))
-
-    def cable_pull(self, data: mujoco.MjData) -> np.ndarray:
-        """Cable pulled in since the straight trunk [m]."""
-        return self.straight_length - data.ten_length[self._cables]
-
-    def cable_tension(self, data: mujoco.MjData) -> np.ndarray:
-        """Tension at the motors [N]."""
-        return np.asarray(-data.actuator_force[self._motors])
-
-    def _read_grip(self, data: mujoco.MjData) -> tuple[float, bool]:
-        """Sum of the normal forces between trunk and object [N], and whether the object touches table or ground."""
+    def _grip_force(self, data: mujoco.MjData) -> float:
+        """Sum of the normal forces between trunk and object [N]; a contact's first constraint row is the normal."""
         if data.ncon == 0:
-            return 0.0, False
-        contact, kind = data.contact, self._kind
-        geom = contact.geom
-        force = contact_kernels.grip_force(geom, contact.efc_address, kind, data.efc_force)
-        return force, contact_kernels.read_contacts(geom, contact.dist, kind)[2]
+            return 0.0
+        row = data.contact.efc_address[self._kind[data.contact.geom].sum(axis=1) == OBJECT + TRUNK]
+        return sum(data.efc_force[row[row >= 0]].tolist())
 
     def _string_tension(self, data: mujoco.MjData) -> float:
-        if not self._has_strings:
+        if not self._is_string.any():
             return 0.0
-        return float(contact_kernels.string_force(data.efc_type, data.efc_id, self._is_string, data.efc_force))
+        rows = np.flatnonzero(data.efc_type == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+        return sum(data.efc_force[rows[self._is_string[data.efc_id[rows]]]].tolist())
 
-    def _straight_lengths(self) -> np.ndarray:
-        data = mujoco.MjData(self.model)
-        mujoco.mj_forward(self.model, data)
-        return data.ten_length[self._cables].copy()
 
-    def _load_kernels(self) -> None:
-        """Compile or load the kernels before a run, for the array layouts of one and of several contacts."""
-        data = mujoco.MjData(self.model)
-        contact_kernels.least_cosine(data.qpos, self._hinges)
-        self.joint_bend(data)
-        self._string_tension(data)
-        for count in (1, 2):
-            geom, number = np.zeros((count, 3), np.int32)[:, :2], np.zeros((count, 2), np.int32)[:, 0]
-            contact_kernels.read_contacts(geom, np.zeros((count, 2))[:, 0], self._kind)
-            contact_kernels.grip_force(geom, number, self._kind, np.zeros(4))
+def joint_bends(qpos: np.ndarray, hinges: np.ndarray) -> np.ndarray:
+    """Angle between neighbouring axes, shape (n_joint,) [rad].
+
+    cos(angle) = cos(q_1) cos(q_2) for the joint's two perpendicular hinges, in either order.
+
+    Args:
+        qpos: generalised positions, shape (n_q,).
+        hinges: addresses of the two hinges of each joint, shape (2, n_joint).
+    """
+    first, second = np.cos(qpos[hinges])
+    return np.asarray(np.arccos(first * second))
+
+
+def read_contacts(geom: np.ndarray, dist: np.ndarray, kind: np.ndarray) -> tuple[float, bool, bool, bool]:
+    """Largest penetration [m], and whether object and robot, object and ground, robot and ground touch.
+
+    Args:
+        geom: the two geoms of each contact, shape (n_contact, 2).
+        dist: distance between them, negative where they penetrate, shape (n_contact,) [m].
+        kind: kind of each geom, shape (n_geom,).
+    """
+    pairs = kind[geom].sum(axis=1)
+    on_robot, on_ground, arm_on_ground = (
+        bool((pairs == pair).any()) for pair in (OBJECT + ROBOT, OBJECT + GROUND, ROBOT + GROUND)
+    )
+    return -float(dist.min(initial=0.0)), on_robot, on_ground, arm_on_ground
 
 
 def _geom_kinds(model: mujoco.MjModel) -> np.ndarray:
-    kinds = np.full(model.ngeom, contact_kernels.OTHER)
+    """Kind of each geom, shape (n_geom,)."""
+    kinds = np.full(model.ngeom, OTHER)
     for g in range(model.ngeom):
         name, body = model.geom(g).name, model.body(model.geom_bodyid[g]).name
         if body == "object":
-            kinds[g] = contact_kernels.OBJECT
+            kinds[g] = OBJECT
         elif body.startswith(("section_", "finger_", "neck")):
-            kinds[g] = contact_kernels.TRUNK
-        elif body == "housing" or body.startswith("arm/"):
-            kinds[g] = contact_kernels.ROBOT
+            kinds[g] = TRUNK
+        elif body == "housing" or body.startswith(PREFIX):
+            kinds[g] = ROBOT
         elif name.startswith(("table", "ground", "floor")):
-            kinds[g] = contact_kernels.GROUND
+            kinds[g] = GROUND
     return kinds

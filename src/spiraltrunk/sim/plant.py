@@ -1,8 +1,9 @@
-"""The simulated robot, with the commands and observations of the real one."""
+"""The simulated plant: commands and observations as of the real robot."""
 
 from __future__ import annotations
 
 from collections import deque
+from copy import deepcopy
 from dataclasses import replace
 from typing import final
 
@@ -16,27 +17,25 @@ from spiraltrunk.control.plant import Plant
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
-from spiraltrunk.sim.ground_truth import Probe, Sample
+from spiraltrunk.sim.ground_truth import Sample, TruthRecorder
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.gripper import GROUPS
-from spiraltrunk.sim.robot.trunk import cable_name
 from spiraltrunk.sim.scene.build import build_model, build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import Sensors
 
 CONTROL_PERIOD = 0.02
-"""Time between commands [s]: 50 Hz, as for a Franka controller commanded from Python."""
+"""Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
 
 TENSION_SLEW = 240.0
-"""Largest rate of a winder's tension [N/s]: a step to full tension would bend joints past their limit (ours)."""
+"""Largest rate of change of a winder's tension [N/s] (ours); a jump to full tension bends joints past their limit."""
 
 GRIPPER_TIME = 0.4
-"""Time of the gripper's servo from slack to full tension [s] (ours): a step would slam the fingers."""
+"""Time of the gripper's servo from slack to full tension [s] (ours)."""
 
-WATCH_PERIOD = 0.01
-"""Time between two checks of contacts and limits [s]."""
-
+EXTREMES_PERIOD = 0.01
+"""Sampling period of contacts and joint bends [s]."""
 
 _DIVERGED = tuple(
     int(kind)
@@ -46,37 +45,37 @@ _DIVERGED = tuple(
 
 @final
 class SimPlant(Plant):
-    """A trunk on an arm in MuJoCo, with an object.
+    """A trunk on an arm and an object in MuJoCo.
 
     Args:
-        design: the robot as designed; the paper's by default.
-        options: the scene.
+        design: the design of the robot; the paper's by default.
+        options: the scene of the trial.
+
+    Raises:
+        DesignError: for a value of another type, and where MuJoCo cannot compile the scene.
     """
 
     def __init__(self, design: TrunkDesign | None = None, options: SceneOptions | None = None) -> None:
         self.design = presets.PAPER if design is None else design
         self.options = SceneOptions() if options is None else options
-        self.task = build_task(self.design, self.options)
         self.model = build_model(self.design, self.options)
+        self.task = build_task(self.design, self.options)
         self.data = mujoco.MjData(self.model)
         self.trace: list[Sample] = []
         self._reach = ArmReach(self.design)
         names = self._reach.joint_names
-        has_friction = self.design.cable.friction > 0
-        self._friction = CableFriction(self.model, self.design, self.options.trunk) if has_friction else None
-        self._probe = Probe(model=self.model, design=self.design, arm_joints=names)
-        self._arm_q = np.array([self.model.joint(name).qposadr[0] for name in names])
-        self._arm_v = np.array([self.model.joint(name).dofadr[0] for name in names])
+        self._friction = CableFriction(self.model, self.design, self.options.trunk)
+        self._truth = TruthRecorder(self.model, self.design, names)
         self._arm_motors = _actuators_of(self.model, names)
-        self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(self.design.n_cable)])
-        self._watch_steps = max(1, round(WATCH_PERIOD / self.model.opt.timestep))
-        self._watches = max(1, round(CONTROL_PERIOD / self.model.opt.timestep / self._watch_steps))
+        self._substeps = max(1, round(EXTREMES_PERIOD / self.model.opt.timestep))
+        self._n_extreme = max(1, round(CONTROL_PERIOD / self.model.opt.timestep / self._substeps))
         self._sensors = Sensors(self.options.sensors)
         self._object = self.model.body("object").id
-        self._underway: deque[Command] = deque()
-        self._arm_stiffness = _stiffness(self.model, self._arm_motors)
-        self._arm_command, self._arm_lead = np.zeros(len(names)), np.zeros(len(names))
-        self._ceiling = np.zeros(self.design.n_cable)
+        self._pending: deque[Command] = deque()
+        gain, gear = self.model.actuator_gainprm[self._arm_motors, 0], self.model.actuator_gear[self._arm_motors, 0]
+        self._arm_stiffness = gain * gear**2
+        self._arm_command, self._servo_offset = np.zeros(len(names)), np.zeros(len(names))
+        self._tension_limit = np.zeros(self.design.n_cable)
         self._grip = 0.0
         self._grippers = [self.model.actuator(name).id for name in GROUPS] if self.design.gripper else []
 
@@ -87,89 +86,90 @@ class SimPlant(Plant):
 
     @property
     def arm_limits(self) -> ArmLimits:
-        """Known limits of the arm."""
+        """Limits of the arm, those that are known."""
         return self._reach.limits
 
     @property
     def warnings(self) -> int:
-        """Warnings of the solver since reset."""
+        """Number of warnings of the solver since the last reset."""
         return int(sum(warning.number for warning in self.data.warning))
 
     def reset(self) -> Observation:
-        """Object at rest, trunk straight and slack, arm still in its home posture."""
+        """Reset to the initial state: object at rest, trunk straight and slack, arm at rest in its home posture."""
         mujoco.mj_resetData(self.model, self.data)
         self.trace.clear()
         self._sensors.reset()
-        self._underway.clear()
+        self._pending.clear()
         self._arm_command = self._reach.home.copy()
-        self.data.qpos[self._arm_q] = self._arm_command
-        self._ceiling, self._grip = np.zeros(self.design.n_cable), 0.0
-        self.model.actuator_forcerange[self._motors] = 0.0
-        self._arm_lead = self._find_lead()
-        self.data.ctrl[self._arm_motors] = self._arm_command + self._arm_lead
-        if self._friction is not None:
-            self._friction.reset(self.data)
+        self.data.qpos[self._truth.arm_q] = self._arm_command
+        self._tension_limit, self._grip = np.zeros(self.design.n_cable), 0.0
+        self.model.actuator_forcerange[self._truth.motors] = 0.0
+        self._servo_offset = self._find_servo_offset()
+        self.data.ctrl[self._arm_motors] = self._arm_command + self._servo_offset
+        self._friction.reset(self.data)
         mujoco.mj_forward(self.model, self.data)
-        self.trace.append(self._probe.sample(self.data, self._arm_command))
+        self.trace.append(self._truth.sample(self.data, self._arm_command))
         return self._observe()
 
     def step(self, command: Command) -> Observation:
-        """Advance one control period; arm targets go through inverse kinematics, cables through their winders."""
+        """Advance by one control period.
+
+        The arm follows by inverse kinematics; winders pull to their length with at most their tension.
+
+        Raises:
+            RunError: before the first reset, for a command that is not finite, and where the simulation diverged.
+        """
         if not self.trace:
             raise RunError("the plant was stepped before its first reset; allowed: reset, then step")
         command = self._delayed(read_command(command, self.design.n_cable))
         self._arm_command = self._reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD)
-        self.data.ctrl[self._arm_motors] = self._arm_command + self._arm_lead
+        self.data.ctrl[self._arm_motors] = self._arm_command + self._servo_offset
         self._pull(command)
-        for _ in range(self._watches):
-            self._advance(self._watch_steps)
-            self._probe.watch(self.data)
+        for _ in range(self._n_extreme):
+            self._friction.step(self.data, self._substeps)
+            self._truth.update_extremes(self.data)
         if self._has_diverged():
             raise RunError(f"the simulation diverged after {self.trace[-1].time:.2f} s; reset it, and ask for less")
-        self.trace.append(self._probe.sample(self.data, self._arm_command))
+        self.trace.append(self._truth.sample(self.data, self._arm_command))
         return self._observe()
 
     def _has_diverged(self) -> bool:
-        """Whether numbers became infinite or huge, on which MuJoCo resets itself with a warning."""
+        """Whether MuJoCo warned of a state that is not finite or too large; it resets the state then and goes on."""
         warning = self.data.warning
         return any(warning[kind].number for kind in _DIVERGED) or not np.isfinite(self.data.qpos).all()
 
-    def _find_lead(self) -> np.ndarray:
-        """Offset of the servos' targets from the posture that compensates the trunk's weight [rad].
+    def _find_servo_offset(self) -> np.ndarray:
+        """Offset of the servos' targets by which they hold the trunk's weight at rest, shape (n_arm,) [rad].
 
-        The arm's controller knows the load (Franka: set_load); without it, the arm would sink at the start.
+        The arm's controller compensates a known load (Franka: set_load). Without the offset the arm would sink at the
+        start.
         """
         data = self.data
         data.ctrl[self._arm_motors] = self._arm_command
         mujoco.mj_forward(self.model, data)
-        held = data.qfrc_actuator[self._arm_v].copy()
+        held = data.qfrc_actuator[self._truth.arm_v].copy()
         data.qacc[:] = 0.0
         mujoco.mj_inverse(self.model, data)
-        return np.asarray((data.qfrc_inverse[self._arm_v] - held) / self._arm_stiffness)
+        return np.asarray((data.qfrc_inverse[self._truth.arm_v] - held) / self._arm_stiffness)
 
     def _delayed(self, command: Command) -> Command:
-        """The command that takes effect now; until the first one does, the arm holds its posture."""
+        """The command that takes effect now, after the delay; before the first, the initial state is held."""
         late = round(self.options.sensors.delay / CONTROL_PERIOD)
-        self._underway.append(_copied(command) if late else command)  # Callers may change their arrays.
-        if len(self._underway) <= late:
-            return replace(command, T_world_base=self._reach.T_base(self._arm_command), cable_tension=self._ceiling)
-        return self._underway.popleft()
-
-    def _advance(self, steps: int) -> None:
-        if self._friction is None:
-            mujoco.mj_step(self.model, self.data, steps)
-        else:
-            self._friction.step(self.data, steps)
+        self._pending.append(deepcopy(command) if late else command)  # Callers may reuse their arrays.
+        if len(self._pending) <= late:
+            frame = self._reach.T_base(self._arm_command)
+            return replace(command, T_world_base=frame, cable_tension=self._tension_limit)
+        return self._pending.popleft()
 
     def _pull(self, command: Command) -> None:
-        """Command the winders: length control limited by the tension, without pushing."""
+        """Set lengths and tension limits of the winders, which never push, and the gripper's tensions."""
         wanted = np.minimum(np.maximum(command.cable_tension, 0.0), self.design.cable.tension_max)
         step = TENSION_SLEW * CONTROL_PERIOD
-        self._ceiling = np.minimum(np.maximum(wanted, self._ceiling - step), self._ceiling + step)
-        self.model.actuator_forcerange[self._motors, 0] = -self._ceiling
+        self._tension_limit = np.minimum(np.maximum(wanted, self._tension_limit - step), self._tension_limit + step)
+        self.model.actuator_forcerange[self._truth.motors, 0] = -self._tension_limit
         pull = np.inf if command.cable_pull is None else command.cable_pull
-        straight = self._probe.straight_length
-        self.data.ctrl[self._motors] = np.maximum(straight - np.minimum(pull, straight), 0.0)
+        straight = self._truth.straight_length
+        self.data.ctrl[self._truth.motors] = np.maximum(straight - np.minimum(pull, straight), 0.0)
         if self.design.gripper is not None:
             step, tension = CONTROL_PERIOD / GRIPPER_TIME, self.design.gripper.tension_max
             wish = max(-1.0, min(1.0, command.gripper))
@@ -178,9 +178,9 @@ class SimPlant(Plant):
 
     def _observe(self) -> Observation:
         data, sensors = self.data, self._sensors
-        position, velocity = data.qpos[self._arm_q], data.qvel[self._arm_v]
-        torque = sensors.read_torque(data.qfrc_actuator[self._arm_v])
-        T_base, wrench = self._reach.feel_base(position, velocity, data.qacc[self._arm_v], torque)
+        position, velocity = data.qpos[self._truth.arm_q], data.qvel[self._truth.arm_v]
+        torque = sensors.read_torque(data.qfrc_actuator[self._truth.arm_v])
+        T_base, wrench = self._reach.estimate_wrench(position, velocity, data.qacc[self._truth.arm_v], torque)
         truth = self.trace[-1]
         return Observation(
             time=float(data.time),
@@ -196,18 +196,7 @@ class SimPlant(Plant):
         )
 
 
-def _copied(command: Command) -> Command:
-    frame, tension, pull = command.T_world_base, command.cable_tension, command.cable_pull
-    kept = None if pull is None else pull.copy()
-    return replace(command, T_world_base=frame.copy(), cable_tension=tension.copy(), cable_pull=kept)
-
-
 def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
-    """The position actuator on each joint, in the joints' order."""
+    """Position actuator of each joint, in the order of ``joints``."""
     driven = {int(model.actuator_trnid[i, 0]): i for i in range(model.nu) if model.actuator_trntype[i] == 0}
     return np.array([driven[model.joint(name).id] for name in joints])
-
-
-def _stiffness(model: mujoco.MjModel, motors: np.ndarray) -> np.ndarray:
-    """Stiffness of position actuators at their joints [N m/rad]."""
-    return np.asarray(model.actuator_gainprm[motors, 0] * model.actuator_gear[motors, 0] ** 2)

@@ -1,4 +1,4 @@
-"""Rendered frames of a recorded run, by any OpenGL that MuJoCo finds."""
+"""Rendering of recorded states with MuJoCo's OpenGL renderer."""
 
 from __future__ import annotations
 
@@ -20,63 +20,63 @@ import numpy as np
 from spiraltrunk.errors import MissingPackage
 
 SUPERSAMPLING = 2
-"""Rendered pixels along each side of an output pixel: in software far cheaper than multisampling, and as smooth."""
+"""Pixels rendered along each side of an output pixel; in software rendering faster than multisampling."""
 
 _CHUNK = 6
-"""Frames per task of a process."""
+"""Frames that a process renders per task."""
 
 _AHEAD = 2
-"""Largest number of pending tasks per process, which bounds the memory."""
+"""Pending tasks per process, which bounds the memory."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """Camera and frame size."""
+    """Pose of the camera and size of its picture."""
 
     lookat: tuple[float, float, float] = (0.32, 0.20, 1.11)
-    """Point in the middle of the frame [m]."""
+    """Point in the middle of the picture, shape (3,) [m]."""
     distance: float = 1.52
-    """Distance to it [m]."""
+    """Distance of the camera from that point [m]."""
     azimuth: float = 156.0
     """Direction of view about the vertical [deg]."""
     elevation: float = -9.0
-    """Direction of view over the horizontal [deg]."""
+    """Elevation of the direction of view [deg]."""
     width: int = 640
     """Width [pixels]."""
     height: int = 480
     """Height [pixels]."""
     has_shadows: bool = True
-    """Whether there are shadows, which doubles the time in software."""
+    """Whether shadows are rendered, which doubles the time of software rendering."""
 
 
 def render_frames(
     model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View | None = None, *, workers: int = 1
 ) -> Iterator[np.ndarray]:
-    """One frame for each vector of generalised positions, shape (height, width, 3), 0 to 255.
+    """One picture for each vector of generalised positions, shape (height, width, 3), 0 to 255.
 
     Args:
-        model: the model.
-        positions: generalised positions, one vector for each frame.
-        view: camera and size.
-        workers: processes that render; if they fail, this process renders the rest.
+        model: the model to draw.
+        positions: generalised positions, one vector of shape (n_q,) for each picture.
+        view: camera and size of the picture.
+        workers: number of processes; where they fail, this process renders the remaining pictures.
 
     Raises:
-        MissingPackage: where no OpenGL is found, with what to install.
+        MissingPackage: where no OpenGL is found; the message names what to install.
     """
     view = View() if view is None else view
     done = 0
     if workers > 1 and len(positions) > _CHUNK:
         try:
-            for frame in _render_parallel(model, positions, view, workers):
+            for frame in _render_in_pool(model, positions, view, workers):
                 yield frame
                 done += 1
         except (BrokenProcessPool, OSError):
-            pass  # Processes cannot start, or one was killed.
-    yield from _render_serial(model, positions[done:], view)
+            pass  # No memory for processes, or one was killed.
+    yield from _render_serially(model, positions[done:], view)
 
 
-def _render_serial(model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View) -> Iterator[np.ndarray]:
+def _render_serially(model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View) -> Iterator[np.ndarray]:
     if not len(positions):
         return
     renderer = _open_renderer(model, view)
@@ -98,17 +98,17 @@ def _render_serial(model: mujoco.MjModel, positions: Sequence[np.ndarray], view:
         renderer.close()
 
 
-def _render_parallel(
+def _render_in_pool(
     model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View, workers: int
 ) -> Iterator[np.ndarray]:
-    """Frames in order, rendered by processes with an OpenGL context each."""
+    """Pictures in order, rendered by processes with an OpenGL context each."""
     chunks = deque(positions[first : first + _CHUNK] for first in range(0, len(positions), _CHUNK))
     pool = ProcessPoolExecutor(
-        workers, mp_context=multiprocessing.get_context("spawn"), initializer=_share_model, initargs=(model, view)
+        workers, mp_context=multiprocessing.get_context("spawn"), initializer=_set_scene, initargs=(model, view)
     )
     pending: deque[Future[list[np.ndarray]]] = deque()
     try:
-        with _ignore_interrupts():
+        with _mask_interrupts():
             pending.append(pool.submit(_render_chunk, chunks.popleft()))
         while pending:
             while chunks and len(pending) < workers * _AHEAD:
@@ -118,22 +118,22 @@ def _render_parallel(
         pool.shutdown(cancel_futures=True)
 
 
-_shared: list[Any] = []
+_scene: list[Any] = []
 """Model and view of a rendering process."""
 
 
-def _share_model(model: mujoco.MjModel, view: View) -> None:
-    _shared[:] = [model, view]
+def _set_scene(model: mujoco.MjModel, view: View) -> None:
+    _scene[:] = [model, view]
 
 
 def _render_chunk(positions: Sequence[np.ndarray]) -> list[np.ndarray]:
-    model, view = _shared
-    return list(_render_serial(model, positions, view))
+    model, view = _scene
+    return list(_render_serially(model, positions, view))
 
 
 @contextmanager
-def _ignore_interrupts() -> Iterator[None]:
-    """Processes started within the block ignore Ctrl-C; the main process stops them."""
+def _mask_interrupts() -> Iterator[None]:
+    """Start processes that ignore Ctrl-C; the parent process ends them."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -145,7 +145,7 @@ def _ignore_interrupts() -> Iterator[None]:
 
 
 def _downsample(picture: np.ndarray) -> np.ndarray:
-    """Mean over blocks of SUPERSAMPLING pixels squared."""
+    """Mean over squares of SUPERSAMPLING x SUPERSAMPLING pixels."""
     n, (height, width, _) = SUPERSAMPLING, picture.shape
     total = np.zeros((height // n, width // n, 3), dtype=np.uint16)
     for i in range(n * n):

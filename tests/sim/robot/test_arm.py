@@ -15,9 +15,8 @@ from spiraltrunk.design import ArmDesign
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.sim import SceneOptions, SimPlant, arm_spec
-from spiraltrunk.sim.robot.arm import ARMS, arm_home, arm_limits, arm_payload
+from spiraltrunk.sim.robot.arm import ARMS, FACES, arm_home, arm_limits, arm_payload
 from spiraltrunk.sim.robot.arm_ik import SPEED_SHARE, ArmReach, build_arm_model
-from spiraltrunk.sim.robot.mesh_decimation import FACES
 from spiraltrunk.sim.robot.panda import PANDA
 
 RIGHT = math.pi / 2
@@ -102,8 +101,8 @@ def _shape(model, name):
 
 
 @pytest.mark.parametrize("link", range(8))
-def test_thinned_looks_lie_where_the_published_ones_do(panda, link):
-    light = arm_spec(ArmDesign(), is_light=True).compile()
+def test_decimated_visuals_lie_where_the_published_ones_do(panda, link):
+    light = arm_spec(ArmDesign(), is_decimated=True).compile()
     seen, faces = _shape(light, f"link{link}_visual")
     published, many = _shape(panda, f"link{link}_visual")
     assert faces <= FACES < many
@@ -111,8 +110,8 @@ def test_thinned_looks_lie_where_the_published_ones_do(panda, link):
     assert cKDTree(published).query(seen)[0].mean() < 1.5e-3  # Their vertices are 2 to 4 mm apart.
 
 
-def test_thinned_looks_move_and_touch_as_the_published_arm(panda):
-    light = arm_spec(ArmDesign(), is_light=True).compile()
+def test_decimated_visuals_move_and_touch_as_the_published_arm(panda):
+    light = arm_spec(ArmDesign(), is_decimated=True).compile()
     for name in ("body_mass", "body_inertia", "body_ipos", "dof_M0", "geom_contype"):
         np.testing.assert_array_equal(getattr(light, name), getattr(panda, name))
     for link in range(8):
@@ -235,15 +234,6 @@ def test_the_fr3s_falling_speed_limit_meets_the_rectangle_that_franka_suggests()
 def test_speeds_without_a_limit_have_no_bounds():
     with pytest.raises(ValueError, match="no speed limit"):
         velocity_bounds(replace(PANDA.limits, velocity=None), np.zeros(7))
-
-
-def test_a_description_that_does_not_fit_together_is_refused():
-    with pytest.raises(DesignError, match=r"panda\.gains is 3; allowed: 7 entries"):
-        replace(PANDA, gains=PANDA.gains[:3])
-    with pytest.raises(DesignError, match=r"panda\.capsules is 0; allowed: 8 entries"):
-        replace(PANDA, find_meshes=None)
-    with pytest.raises(DesignError, match=r"panda\.limits"):
-        replace(PANDA, limits=replace(PANDA.limits, torque=None))
 
 
 @pytest.mark.parametrize("q", [None, (0.5, 0.4, -0.3, -1.5, 0.2, 2.0, 0.1)], ids=["home", "elsewhere"])

@@ -136,7 +136,6 @@ def test_the_model_is_the_same_with_and_without_friction():
 
 def test_a_trunk_without_friction_has_no_part_in_it():
     rig = RelaxationRig(PAPER)
-    assert rig.friction is None
     rig.relax([LoadStep(pull=(0.03, SLACK, SLACK))])
     assert not rig.data.qfrc_applied.any()
 

@@ -11,8 +11,7 @@ from scipy.optimize import fsolve
 
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.sim import TrunkOptions
-from spiraltrunk.sim.robot.trunk import cable_name, hinge_names, hinge_order
+from spiraltrunk.sim.robot.trunk import NEIGHBOURS, cable_name, hinge_names, hinge_order
 
 BARE = replace(PAPER, gripper=None)
 """The paper's trunk without its gripper: the closed form knows sections alone."""
@@ -239,7 +238,7 @@ def test_a_cable_pulls_to_its_side(build_trunk, pull):
 @pytest.mark.parametrize("name", presets.NAMES)
 def test_sections_that_may_pass_through_each_other_never_meet(build_trunk, name):
     """Neighbours that do not collide: within the joints' cone, solids touch where faces meet and overlap nowhere."""
-    design, options = presets.get(name), TrunkOptions()
+    design = presets.get(name)
     model = build_trunk(design)
     hinges, data, rng = _hinges(model, design), mujoco.MjData(model), np.random.default_rng(0)
     solids = [model.geom(f"section_{n + 1:02d}").id for n in range(design.n_section)]
@@ -253,7 +252,7 @@ def test_sections_that_may_pass_through_each_other_never_meet(build_trunk, name)
         data.qpos[hinges] = np.stack([about_y, about_z], axis=-1)
         mujoco.mj_kinematics(model, data)
         np.testing.assert_allclose(_bends(model, data, design), angle, rtol=0, atol=1e-6)
-        for n, away in ((n, away) for n in range(design.n_section) for away in range(1, options.neighbours + 1)):
+        for n, away in ((n, away) for n in range(design.n_section) for away in range(1, NEIGHBOURS + 1)):
             if n + away < design.n_section:
                 gap = mujoco.mj_geomDistance(model, data, solids[n], solids[n + away], 1.0, None)
                 # The prism of equal area is 1.3 % wider than the section at its corners.
@@ -261,12 +260,12 @@ def test_sections_that_may_pass_through_each_other_never_meet(build_trunk, name)
 
 
 def test_sections_further_apart_collide_with_each_other(build_trunk):
-    model, neighbours = build_trunk(PAPER), TrunkOptions().neighbours
+    model = build_trunk(PAPER)
     excluded = {tuple(sorted((int(pair) >> 16, int(pair) & 0xFFFF))) for pair in model.exclude_signature}
     bodies = [model.body(f"section_{n + 1:02d}").id for n in range(PAPER.n_section)]
     for i, first in enumerate(bodies):
         for j, second in enumerate(bodies[i + 1 :], start=i + 1):
-            assert (tuple(sorted((first, second))) in excluded) == (j - i <= neighbours)
+            assert (tuple(sorted((first, second))) in excluded) == (j - i <= NEIGHBOURS)
 
 
 @pytest.mark.parametrize("ctrl", [0.0, 0.3, 10.0])

@@ -16,7 +16,7 @@ from spiraltrunk.workflows.grasp.push_verdict import evaluate_kick, evaluate_swe
 from spiraltrunk.workflows.grasp.verdict import Evidence, Moments
 
 TASK = build_task(
-    PAPER, SceneOptions(shape=parse_object("ball-100"), stage="ground", position=(0.5, 0.0, 0.0), push=(0.0, 0.17))
+    PAPER, SceneOptions(shape=parse_object("ball-100"), support="ground", position=(0.5, 0.0, 0.0), push=(0.0, 0.17))
 )
 START = TASK.target.position
 TIMES = np.arange(0, 801) * 0.02

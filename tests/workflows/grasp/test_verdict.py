@@ -10,7 +10,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
-from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.sim.scene.options import PLACE_ASIDE, SceneOptions
 from spiraltrunk.workflows.grasp.verdict import Evidence, Moments, evaluate_grasp
 
 TASK = build_task(PAPER, SceneOptions())
@@ -24,7 +24,7 @@ def _height(t):
 
 
 def _aside(t):
-    return np.interp(t, [3, 5, 8, 9.0], [0, 0.20, 0.20, SceneOptions().place_aside])
+    return np.interp(t, [3, 5, 8, 9.0], [0, 0.20, 0.20, PLACE_ASIDE])
 
 
 def _sample(t):

@@ -1,1 +1,1 @@
-"""Objects to grasp: the catalogue, solids by their measures, meshes and MJCF files."""
+"""Objects to grasp: the catalogue, solids, meshes and MJCF files."""

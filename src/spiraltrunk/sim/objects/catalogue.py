@@ -1,16 +1,14 @@
-"""Objects by name, by their measures, or from a file."""
+"""Objects to grasp: by name, by their measures, or from a file."""
 
 from __future__ import annotations
 
 import math
 
-import mujoco
-
 from spiraltrunk.checks import check_type
 from spiraltrunk.errors import DesignError, UnknownName, Unquoted
-from spiraltrunk.sim.objects.mjcf import load_mjcf_solid
+from spiraltrunk.sim.objects.mjcf import load_mjcf
 from spiraltrunk.sim.objects.spec import EXTENTS, MASSES, ObjectSpec, add_object, scaled
-from spiraltrunk.sim.objects.stl import AXES, COLLIDES, UNITS, load_stl_solid
+from spiraltrunk.sim.objects.stl import AXES, COLLIDES, UNITS, load_stl
 
 __all__ = [
     "CATALOGUE",
@@ -52,7 +50,7 @@ CATALOGUE = {
     "cylinder-32": "cylinder:diameter_mm=32,height_mm=40,mass_g=30",
     "cone-35": "cone:diameter_mm=35,height_mm=45,mass_g=20",
 }
-"""Objects by name: for wraps, flat and hollow ones, for the pinch, for the gripper at the tip."""
+"""Measures of the named objects: for wraps, flat and hollow ones, for the pinch, for the tip's gripper."""
 
 DEFAULT_OBJECT = "cylinder-60"
 
@@ -66,23 +64,23 @@ _MEASURES = {
     "stl": ("path", "unit", "mass_g"),
     "mjcf": ("path",),
 }
-"""Measures of each kind."""
+"""Required measures of each kind."""
 
 _WORDS = {"path": "FILE", "unit": "|".join(UNITS), "axis": "|".join(AXES), "collide": "|".join(COLLIDES)}
-"""Measures that are words, with their values."""
+"""Measures that are words, and their allowed values."""
 
 _OPTIONS = {"stl": ("axis", "collide"), "mjcf": ("axis",)}
-"""Optional measures."""
+"""Optional measures of each kind."""
 
 
 def parse_object(text: str) -> ObjectSpec:
     """An object from a catalogue name or from ``kind:measure=value,...``.
 
-    The axis of a cylinder and the x axis of a box are normal to the plane in which the trunk bends.
+    The object's axis (of a box, its x axis) is perpendicular to the plane in which the trunk bends.
 
     Raises:
         UnknownName: for a name or kind that does not exist.
-        DesignError: for a missing, doubled, unknown or impossible measure, or a file that is no object.
+        DesignError: for a missing, repeated, unknown or impossible measure, or an unsuitable file.
     """
     check_type("object", text, str)
     if ":" not in text:
@@ -96,51 +94,6 @@ def parse_object(text: str) -> ObjectSpec:
     words = {name: value for name, value in given.items() if name in _WORDS}
     values = {name: _parse_measure(name, value) for name, value in given.items() if name not in _WORDS}
     return _build(kind, words, values)
-
-
-def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collide: str = "hull") -> ObjectSpec:
-    """An object of uniform density with the surface of an STL file.
-
-    Its axis is the longest extent, or the one named. It collides as its convex hull; `ObjectSpec.warning` is given
-    where the hull is larger by more than 5 %, and ``collide="parts"`` decomposes it into convex parts instead (seconds;
-    requires coacd).
-
-    Args:
-        path: the file, binary or ASCII.
-        unit: of its coordinates, m, cm, mm or in; an STL has none.
-        mass: of the object [kg].
-        axis: longest, x, y or z.
-        collide: hull or parts.
-
-    Raises:
-        DesignError: for a file that encloses no solid of a sensible size, with the reason.
-        UnknownName: for a unit, an axis or a collision geometry that does not exist.
-    """
-    solid = load_stl_solid(path, unit=unit, axis=axis, collide=collide)
-    return _compiled(ObjectSpec(kind="mesh", size=solid.extents(), mass=mass, loaded=solid), path)
-
-
-def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
-    """The one rigid body of an MJCF file, with its mass and inertia.
-
-    Raises:
-        DesignError: for a file that is not one rigid body of a sensible size, with the reason.
-        UnknownName: for an axis that does not exist.
-    """
-    solid, mass = load_mjcf_solid(path, axis=axis)
-    return _compiled(ObjectSpec(kind="mjcf", size=solid.extents(), mass=mass, loaded=solid), path)
-
-
-def _compiled(shape: ObjectSpec, path: str) -> ObjectSpec:
-    """The object, refused where MuJoCo cannot compile it."""
-    spec = mujoco.MjSpec()
-    add_object(spec, shape)
-    try:
-        spec.compile()
-    except ValueError as error:
-        said = " ".join(str(error).split())
-        raise DesignError("object", got=path, allowed=f"what MuJoCo can build; it says: {said[:200]}") from error
-    return shape
 
 
 def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> ObjectSpec:
@@ -164,12 +117,12 @@ def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> Object
 
 
 def _form(kind: str) -> str:
-    """Form of a kind, with the values of its words."""
+    """Text form of a kind, with the allowed values of its words."""
     return f"{kind}:" + ",".join(f"{name}={_WORDS.get(name, '')}" for name in _MEASURES[kind])
 
 
 def _split_measures(kind: str, text: str) -> dict[str, str]:
-    """Measures as typed."""
+    """Value of each measure, as text."""
     allowed = (*_MEASURES[kind], *_OPTIONS.get(kind, ()))
     given: dict[str, str] = {}
     for part in filter(None, (piece.strip() for piece in text.split(","))):
@@ -185,7 +138,7 @@ def _split_measures(kind: str, text: str) -> dict[str, str]:
 
 
 def _parse_measure(name: str, text: str) -> float:
-    """One measure in SI; an error gives it in its own unit."""
+    """One measure in SI [m or kg]; an error states it in mm or g."""
     allowed = MASSES if name == "mass_g" else EXTENTS
     try:
         value = float(text) if text.isascii() and "_" not in text else math.nan

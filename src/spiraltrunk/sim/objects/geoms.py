@@ -1,4 +1,4 @@
-"""Geoms of an object: convex collision shapes, and the mass distribution of the whole."""
+"""Geoms of an object, and the mass distribution of the whole."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ FORMS = {
 }
 """Forms of a geom and MuJoCo's types."""
 
+_EYE, _ZERO = np.eye(3), np.zeros(3)
+
 HIDDEN = 3
 """MuJoCo's group of geoms that collide and are not drawn."""
 
@@ -25,18 +27,18 @@ HIDDEN = 3
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Geom:
-    """One shape of an object and its pose."""
+    """One convex shape of an object, and its pose in the object's frame."""
 
     form: str
     """One of `FORMS`."""
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """MuJoCo's geom size for the form; unused for a mesh [m]."""
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    """Its middle in the object's frame, shape (3,) [m]."""
+    """Position of its middle, shape (3,) [m]."""
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
-    """Its axes in the object's frame, as columns, shape (3, 3) [-]."""
+    """Rotation, its axes as columns, shape (3, 3) [-]."""
     vertices: np.ndarray | None = None
-    """Corners of a mesh in its own frame, shape (n, 3) [m]."""
+    """Vertices of a mesh in its own frame, shape (n, 3) [m]."""
     faces: np.ndarray | None = None
     """Triangles of a mesh, counter-clockwise from outside, shape (m, 3)."""
     collides: bool = True
@@ -45,7 +47,7 @@ class Geom:
     """MuJoCo's geom group; 0 to 2 are drawn."""
 
     def reach(self, direction: np.ndarray) -> float:
-        """Support function: largest coordinate of the geom along a unit ``direction``, from the object's origin [m]."""
+        """Support function: largest coordinate along a unit ``direction``, from the object's origin [m]."""
         own = self.rotation.T @ direction
         a, b, c = self.size
         if self.vertices is not None:
@@ -62,21 +64,13 @@ class Geom:
             far = float(np.array([a, b, c]) @ np.abs(own))
         return float(self.position @ direction) + far
 
-    def moved(self, offset: np.ndarray) -> Geom:
-        """The geom shifted by ``offset`` [m]."""
-        return replace(self, position=self.position + offset)
-
-    def turned(self, rotation: np.ndarray) -> Geom:
-        """The geom rotated about the object's origin."""
-        return replace(self, position=rotation @ self.position, rotation=rotation @ self.rotation)
-
-    def scaled(self, factor: float) -> Geom:
-        """The geom scaled about the object's origin."""
+    def transformed(self, *, rotation: np.ndarray = _EYE, factor: float = 1.0, offset: np.ndarray = _ZERO) -> Geom:
+        """The geom of an object that is rotated about its origin, scaled and then moved by ``offset`` [m]."""
         a, b, c = self.size
-        vertices = None if self.vertices is None else self.vertices * factor
         return replace(
-            self, size=(a * factor, b * factor, c * factor), position=self.position * factor, vertices=vertices
-        )
+            self, size=(a * factor, b * factor, c * factor), position=rotation @ self.position * factor + offset,
+            rotation=rotation @ self.rotation, vertices=None if self.vertices is None else self.vertices * factor,
+        )  # fmt: skip
 
 
 @final
@@ -91,61 +85,50 @@ class Solid:
     inertia: np.ndarray
     """Inertia about the centre of mass over the mass, shape (3, 3) [m^2]."""
     excess: float = 0.0
-    """Volume of the colliding geoms over the true volume, less one [-]."""
+    """Relative excess of the colliding volume over the true volume [-]."""
 
     def extents(self) -> tuple[float, float, float]:
         """Extents along x, y and z [m]."""
         low, high = compute_bounds(self.geoms)
         return tuple((high - low).tolist())
 
-    def centered(self) -> Solid:
-        """The same solid with the origin in the middle of its extents."""
-        low, high = compute_bounds(self.geoms)
-        middle = (low + high) / 2
-        return replace(self, geoms=tuple(geom.moved(-middle) for geom in self.geoms), centroid=self.centroid - middle)
-
-    def turned(self, rotation: np.ndarray) -> Solid:
-        """The same solid turned about its origin."""
-        geoms = tuple(geom.turned(rotation) for geom in self.geoms)
+    def transformed(self, *, rotation: np.ndarray = _EYE, factor: float = 1.0, offset: np.ndarray = _ZERO) -> Solid:
+        """The solid rotated about its origin, scaled and then moved by ``offset`` [m]."""
+        geoms = (geom.transformed(rotation=rotation, factor=factor, offset=offset) for geom in self.geoms)
+        centroid = rotation @ self.centroid * factor + offset
         return replace(
-            self, geoms=geoms, centroid=rotation @ self.centroid, inertia=rotation @ self.inertia @ rotation.T
+            self, geoms=tuple(geoms), centroid=centroid, inertia=rotation @ self.inertia @ rotation.T * factor**2
         )
 
-    def scaled(self, factor: float) -> Solid:
-        """The same solid, ``factor`` times as large."""
-        geoms = tuple(geom.scaled(factor) for geom in self.geoms)
-        return replace(self, geoms=geoms, centroid=self.centroid * factor, inertia=self.inertia * factor**2)
+    def aligned(self, axis: str) -> Solid:
+        """The solid with ``axis`` (x, y, z or longest) turned onto x and the origin in the middle of its extents.
+
+        The two other axes follow in turn. The longest is that of the extents, the first of equals.
+        """
+        first = "xyz".index(axis) if axis != "longest" else int(np.argmax(np.round(self.extents(), 9)))
+        turned = self.transformed(rotation=np.roll(np.eye(3), -first, axis=0))
+        low, high = compute_bounds(turned.geoms)
+        return turned.transformed(offset=-(low + high) / 2)
 
 
 def compute_bounds(geoms: tuple[Geom, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest coordinates of all colliding geoms, two of shape (3,) [m]."""
-    axes, touched = np.eye(3), [geom for geom in geoms if geom.collides]
-    high = np.array([max(geom.reach(axis) for geom in touched) for axis in axes])
-    low = np.array([-max(geom.reach(-axis) for geom in touched) for axis in axes])
+    axes, colliding = np.eye(3), [geom for geom in geoms if geom.collides]
+    high = np.array([max(geom.reach(axis) for geom in colliding) for axis in axes])
+    low = np.array([-max(geom.reach(-axis) for geom in colliding) for axis in axes])
     return low, high
 
 
-def compute_turn(geoms: tuple[Geom, ...], axis: str) -> np.ndarray:
-    """Rotation that brings ``axis`` (x, y, z or longest) onto x, the other two following in turn, shape (3, 3).
-
-    The longest is that of the extents, the first of equals.
-    """
-    low, high = compute_bounds(geoms)
-    first = "xyz".index(axis) if axis in {"x", "y", "z"} else int(np.argmax(np.round(high - low, 9)))
-    return np.roll(np.eye(3), -first, axis=0)
-
-
-def add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, shape: Geom, name: str) -> mujoco.MjsGeom:
-    """Add the geom to a body, without mass."""
-    geom = body.add_geom(name=name, type=FORMS[shape.form], pos=shape.position, group=shape.group, mass=0)
+def add_geom(spec: mujoco.MjSpec, body: mujoco.MjsBody, geom: Geom, name: str) -> mujoco.MjsGeom:
+    """Add the geom to a body, without mass of its own."""
     quat = np.zeros(4)
-    mujoco.mju_mat2Quat(quat, shape.rotation.ravel())
-    geom.quat = quat
-    if shape.vertices is not None and shape.faces is not None:
-        spec.add_mesh(name=name, uservert=shape.vertices.ravel(), userface=shape.faces.ravel())
-        geom.meshname = name
+    mujoco.mju_mat2Quat(quat, geom.rotation.ravel())
+    added = body.add_geom(name=name, type=FORMS[geom.form], pos=geom.position, quat=quat, group=geom.group, mass=0)
+    if geom.vertices is not None and geom.faces is not None:
+        spec.add_mesh(name=name, uservert=geom.vertices.ravel(), userface=geom.faces.ravel())
+        added.meshname = name
     else:
-        geom.size = shape.size
-    if not shape.collides:
-        geom.contype = geom.conaffinity = 0
-    return geom
+        added.size = geom.size
+    if not geom.collides:
+        added.contype = added.conaffinity = 0
+    return added

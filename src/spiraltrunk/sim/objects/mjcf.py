@@ -8,50 +8,47 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.errors import UnknownName
-from spiraltrunk.sim.mujoco_log import quiet_mujoco
-from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid, compute_turn
+from spiraltrunk.sim.mujoco_log import first_line, quiet_mujoco
+from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid
+from spiraltrunk.sim.objects.spec import ObjectSpec, check_compiles
 from spiraltrunk.sim.objects.stl import AXES, FACES_MOST, read_bytes, refusal
 
 GEOMS_MOST = 200
 """Largest number of geoms of a body."""
 
 
-def load_mjcf_solid(path: str, *, axis: str = "longest") -> tuple[Solid, float]:
-    """The one rigid body of a file and its mass [kg].
+def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
+    """The one rigid body of an MJCF file, with the mass and inertia of the file.
 
-    Floor and lights of the file are left out. Friction, contact parameters and colours are those of all objects. Geoms
-    that do not collide are only drawn.
+    Geoms of the world, such as a floor, and lights are left out. Friction, contact constants and colours are those of
+    every object. Geoms that collide with nothing are only drawn.
 
     Raises:
-        DesignError: for a file that MuJoCo does not load, or that is not one rigid body.
+        DesignError: for a file that MuJoCo does not load, or that is not one rigid body of 5 mm to 1 m.
         UnknownName: for an axis that does not exist.
     """
     if axis not in AXES:
         raise UnknownName("axis", axis, AXES)
     read_bytes(path, "mjcf")
-    model = _load(path)
-    _check_body(model, path)
-    data = _at_origin(model)
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    geoms = tuple(_read_geom(model, data, g, path) for g in range(model.ngeom) if model.geom_bodyid[g] > 0)
-    touched = tuple(geom for geom in geoms if geom.collides)
-    if not touched or sum(0 if geom.faces is None else len(geom.faces) for geom in geoms) > FACES_MOST:
-        raise refusal(path, "without a geom that collides, or too fine", f"a geom, {FACES_MOST} triangles")
-    centroid, inertia, mass = _weigh(model, data)
-    if not mass > 0:
-        raise refusal(path, f"of {1e3 * mass:g} g", "some mass: give it a density or an inertial")
-    solid = Solid(geoms=geoms, centroid=centroid, inertia=inertia)
-    return solid.turned(compute_turn(touched, axis)).centered(), mass
-
-
-def _load(path: str) -> mujoco.MjModel:
     try:
         with quiet_mujoco():
-            return mujoco.MjSpec.from_file(str(Path(path).expanduser())).compile()
+            model = mujoco.MjSpec.from_file(str(Path(path).expanduser())).compile()
     except (ValueError, mujoco.FatalError) as error:
-        said = " ".join(str(error).split())[:200]
-        raise refusal(path, "no MJCF that MuJoCo loads", f"what it loads; it says: {said}") from error
+        allowed = f"what it loads; it says: {first_line(error)}"
+        raise refusal(path, "no MJCF that MuJoCo loads", allowed) from error
+    _check_body(model, path)
+    data = _at_origin(model)
+    geoms = tuple(_geom(model, data, g, path) for g in range(model.ngeom) if model.geom_bodyid[g] > 0)
+    is_colliding = any(geom.collides for geom in geoms)
+    if not is_colliding or sum(0 if geom.faces is None else len(geom.faces) for geom in geoms) > FACES_MOST:
+        raise refusal(path, "without a geom that collides, or too fine", f"a geom, {FACES_MOST} triangles")
+    mass = float(model.body_subtreemass[1])
+    if not mass > 0:
+        raise refusal(path, f"of {1e3 * mass:g} g", "some mass: give it a density or an inertial")
+    xx, yy, zz, xy, xz, yz = data.crb[1, :6] / mass  # About the centre of mass, along the world's axes.
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    solid = Solid(geoms=geoms, centroid=data.subtree_com[1].copy(), inertia=inertia).aligned(axis)
+    return check_compiles(ObjectSpec(kind="mjcf", size=solid.extents(), mass=mass, loaded=solid), path)
 
 
 def _check_body(model: mujoco.MjModel, path: str) -> None:
@@ -68,15 +65,18 @@ def _check_body(model: mujoco.MjModel, path: str) -> None:
 
 
 def _at_origin(model: mujoco.MjModel) -> mujoco.MjData:
-    """Data with the body's frame at the world's origin."""
+    """Poses and composite inertia of the body, its frame moved to the world's."""
     data = mujoco.MjData(model)
     model.body_pos[1], model.body_quat[1] = 0, [1, 0, 0, 0]
     if model.njnt:
         data.qpos[:] = [0, 0, 0, 1, 0, 0, 0]
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_crb(model, data)
     return data
 
 
-def _read_geom(model: mujoco.MjModel, data: mujoco.MjData, g: int, path: str) -> Geom:
+def _geom(model: mujoco.MjModel, data: mujoco.MjData, g: int, path: str) -> Geom:
     form = next((name for name, kind in FORMS.items() if int(kind) == model.geom_type[g]), None)
     if form is None:
         kind = mujoco.mjtGeom(int(model.geom_type[g])).name.removeprefix("mjGEOM_").lower()
@@ -92,17 +92,3 @@ def _read_geom(model: mujoco.MjModel, data: mujoco.MjData, g: int, path: str) ->
         rotation=data.geom_xmat[g].reshape(3, 3).copy(), vertices=vertices, faces=faces,
         collides=bool(model.geom_contype[g] or model.geom_conaffinity[g]), group=int(model.geom_group[g]),
     )  # fmt: skip
-
-
-def _weigh(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray, float]:
-    """Centre of mass, inertia about it per mass, and mass, of all bodies together (parallel axes)."""
-    masses, centers = model.body_mass[1:], data.xipos[1:]
-    total = float(masses.sum())
-    if not total > 0:
-        return np.zeros(3), np.zeros((3, 3)), total
-    middle = masses @ centers / total
-    inertia = np.zeros((3, 3))
-    for mass, center, principal, frame in zip(masses, centers, model.body_inertia[1:], data.ximat[1:], strict=True):
-        turn, arm = frame.reshape(3, 3), center - middle
-        inertia += turn @ np.diag(principal) @ turn.T + mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return middle, inertia / total, total

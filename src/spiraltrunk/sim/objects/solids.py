@@ -1,4 +1,4 @@
-"""Geometric solids with exact mass distributions, each with its axis along x."""
+"""Geometric solids with their axis along x: geoms and exact mass distributions."""
 
 from __future__ import annotations
 
@@ -12,40 +12,44 @@ from spiraltrunk.sim.objects.geoms import Geom, Solid
 Size = tuple[float, float, float]
 
 NECK_SHARE = 0.3
-"""Share of the neck in the height of a bottle (ours) [-]."""
+"""Height of a bottle's neck over the bottle's height [-] (ours)."""
 
 RING_PARTS = 24
-"""Capsules of a ring (ours): between their ends they deviate by 0.9 % of the ring's radius."""
+"""Capsules that represent a ring (ours); their middles lie inside the circle by 0.9 % of the ring's radius."""
 
 CONE_CORNERS = 48
-"""Sides of the pyramid that approximates a cone (ours): they deviate by 0.2 % of the radius."""
+"""Corners of the polygon that represents a cone's circle (ours); its sides lie inside by 0.2 % of the radius."""
 
 _X_UP = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-"""Maps z, the axis of MuJoCo's cylinders, to x."""
+"""Rotation of z, the axis of MuJoCo's cylinders, onto x."""
 
 
 def box(size: Size) -> Solid:
-    """A box; wraps go around x."""
+    """A box of the given extents; x is its axis."""
     x, y, z = size
     geom = Geom(form="box", size=(x / 2, y / 2, z / 2))
     return _solid(geom, (y**2 + z**2) / 12, (x**2 + z**2) / 12, (x**2 + y**2) / 12)
 
 
 def sphere(size: Size) -> Solid:
-    """A ball."""
+    """A sphere of the given extents."""
     radius = size[0] / 2
     return _solid(Geom(form="sphere", size=(radius, 0.0, 0.0)), *(0.4 * radius**2,) * 3)
 
 
 def cylinder(size: Size) -> Solid:
-    """A cylinder, flat as a disc or long as a rod."""
+    """A cylinder; ``size`` is length, diameter and diameter [m]."""
     length, width, _ = size
     across = (3 * (width / 2) ** 2 + length**2) / 12
     return _solid(_rod(width, length, 0.0), (width / 2) ** 2 / 2, across, across)
 
 
 def cone(size: Size) -> Solid:
-    """A cone, apex towards +x, its centre of mass at a quarter of its height; collides as a pyramid of 48 sides."""
+    """A cone with its apex towards +x and its centre of mass at a quarter of its height; collides as a pyramid.
+
+    Args:
+        size: height, diameter and diameter [m].
+    """
     height, width, _ = size
     radius = width / 2
     angle = 2 * math.pi * np.arange(CONE_CORNERS) / CONE_CORNERS
@@ -61,7 +65,11 @@ def cone(size: Size) -> Solid:
 
 
 def ring(size: Size) -> Solid:
-    """A torus around x, as long as its tube is thick; collides as capsules along its circle."""
+    """A torus about x; collides as `RING_PARTS` capsules along its circle.
+
+    Args:
+        size: diameter of the tube, outer diameter and outer diameter [m].
+    """
     tube, outer, _ = size
     radius, around = tube / 2, (outer - tube) / 2
     angle = 2 * math.pi * np.arange(RING_PARTS) / RING_PARTS
@@ -73,11 +81,11 @@ def ring(size: Size) -> Solid:
 
 
 def bottle(size: Size, neck: float) -> Solid:
-    """Two cylinders on one axis, the neck towards +x.
+    """Two coaxial cylinders, the neck towards +x.
 
     Args:
         size: height, diameter and diameter [m].
-        neck: diameter of the neck, which takes the last `NECK_SHARE` of the height [m].
+        neck: diameter of the neck, whose height is `NECK_SHARE` of the bottle's [m].
     """
     height, width, _ = size
     lengths = np.array([(1 - NECK_SHARE) * height, NECK_SHARE * height])
@@ -102,7 +110,7 @@ SOLIDS: dict[str, Callable[[Size], Solid]] = {
 
 
 def _solid(geom: Geom, about_x: float, about_y: float, about_z: float, *, along: float = 0.0) -> Solid:
-    """A solid of one geom with its centre of mass on its axis."""
+    """A solid of one geom, its centre of mass at ``along`` [m] on its axis."""
     return Solid(geoms=(geom,), centroid=np.array([along, 0.0, 0.0]), inertia=np.diag([about_x, about_y, about_z]))
 
 
@@ -113,7 +121,7 @@ def _rod(width: float, length: float, along: float) -> Geom:
 
 
 def _link(start: np.ndarray, end: np.ndarray, radius: float) -> Geom:
-    """A capsule between two points of the plane across x."""
+    """A capsule between two points of a plane perpendicular to x."""
     step = end - start
     half = float(np.linalg.norm(step)) / 2
     z = step / (2 * half)

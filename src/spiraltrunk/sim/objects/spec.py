@@ -1,4 +1,4 @@
-"""Object of the simulation: kind, extents, mass, friction, and its MuJoCo body."""
+"""Specification of an object: kind, extents, mass and friction; and its body in MuJoCo."""
 
 from __future__ import annotations
 
@@ -10,56 +10,54 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.checks import Range, check_number, check_numbers, check_range
-from spiraltrunk.errors import DesignError, UnknownName, Unquoted
+from spiraltrunk.errors import DesignError, UnknownName
+from spiraltrunk.sim.mujoco_log import first_line
 from spiraltrunk.sim.objects.geoms import Solid, add_geom
 from spiraltrunk.sim.objects.solids import SOLIDS, bottle
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 
 EXTENTS = Range(least=0.005, below=1.0)
-"""Allowed extents [m]."""
+"""Allowed extents of an object [m]."""
 
 MASSES = Range(least=0.001, below=20.0)
-"""Allowed masses [kg]."""
+"""Allowed masses of an object [kg]."""
 
 KINDS = (*SOLIDS, "bottle", "mesh", "mjcf")
 """Kinds of object."""
 
 EXCESS_MOST = 0.05
-"""Relative excess of the collision volume from which a warning is given [-]."""
+"""Relative deviation of the colliding from the true volume above which there is a warning [-]."""
 
 ROLLING_FRICTION = 1e-3
-"""Rolling friction of objects that would otherwise roll for ever [m] (ours, about that of balls on felt)."""
+"""Coefficient of rolling friction [m] (ours, of the order of balls on felt)."""
 
 SPINNING_FRICTION = 5e-3
-"""Torsional friction of the same objects [m] (MuJoCo's default)."""
+"""Coefficient of torsional friction [m] (MuJoCo's default)."""
 
 OBJECT_COLOR = [0.85, 0.36, 0.16, 1.0]
 
-_ROUND = ("cylinder", "cone", "ring", "bottle")
-"""Kinds of equal width and height."""
-
 _ROLLING = ("sphere", "cone", "ring", "bottle")
-"""Kinds with rolling friction in all contacts; the others have it on the ground."""
+"""Kinds with rolling friction in every contact; others have it on the ground alone."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class ObjectSpec:
-    """A rigid object. Wraps go around its x axis; its origin is the middle of its extents."""
+    """A rigid object. Wraps encircle its x axis; its origin is the middle of its extents."""
 
     kind: str
-    """cylinder, sphere, box, cone (apex towards +x), ring (around x), bottle (neck towards +x), or mesh or mjcf from a
-    file."""
+    """cylinder, sphere, box, cone (apex towards +x), ring (about x) or bottle (neck towards +x); mesh or mjcf for an
+    object from a file."""
     size: tuple[float, float, float]
-    """Extents along its axis, across it and up [m]."""
+    """Extents along its axis, across it and upwards, shape (3,) [m]."""
     mass: float
     """Mass [kg]."""
     friction: float = 0.8
-    """Coefficient of friction in all contacts [-]."""
+    """Coefficient of sliding friction in every contact [-]."""
     neck: float = 0.0
     """Diameter of a bottle's neck, 0 for every other kind [m]."""
     loaded: Solid | None = None
-    """Solid from a file, None for the other kinds."""
+    """Solid from a file, None for every other kind."""
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -69,26 +67,6 @@ class ObjectSpec:
             check_range(f"object.{name}", extent, EXTENTS)
         check_range("object.mass", self.mass, MASSES)
         check_number("object.friction", self.friction, above=0.0, below=5.0)
-        self._check_kind()
-
-    def _check_kind(self) -> None:
-        """Refuse extents that the kind cannot have."""
-        length, width, height = self.size
-        if self.kind == "sphere" and not length == width == height:
-            raise DesignError("object.size", got=self.size, allowed="three equal extents for a sphere")
-        if self.kind in _ROUND and width != height:
-            raise DesignError("object.size", got=self.size, allowed=f"width equal to height for a {self.kind}")
-        if self.kind == "ring" and not width > 2 * length:
-            raise DesignError("object.size", got=self.size, allowed="a ring more than two tubes wide")
-        if self.kind == "bottle":
-            check_number("object.neck", self.neck, least=EXTENTS.least, below=width)
-        elif self.neck != 0:
-            raise DesignError("object.neck", got=self.neck, allowed="0 for anything but a bottle")
-        if isinstance(self.loaded, Solid) != (self.kind in {"mesh", "mjcf"}):
-            got = Unquoted("missing" if self.loaded is None else "given")
-            raise DesignError("object.loaded", got=got, allowed="a Solid for mesh and mjcf, None for the others")
-        if self.loaded is not None and not np.allclose(self.loaded.extents(), self.size, rtol=1e-6, atol=0):
-            raise DesignError("object.size", got=self.size, allowed=f"the file's extents {self.loaded.extents()}")
 
     @property
     def length(self) -> float:
@@ -102,7 +80,7 @@ class ObjectSpec:
 
     @cached_property
     def solid(self) -> Solid:
-        """Its geoms and mass distribution."""
+        """Geoms, and mass distribution per unit mass."""
         if self.loaded is not None:
             return self.loaded
         return bottle(self.size, self.neck) if self.kind == "bottle" else SOLIDS[self.kind](self.size)
@@ -117,7 +95,7 @@ class ObjectSpec:
 
     @property
     def warning(self) -> str:
-        """Difference between collision geometry and file in one line; empty if there is none."""
+        """Warning of a deviation from the file, in one line; empty for none."""
         excess = self.solid.excess
         if abs(excess) <= EXCESS_MOST:
             return ""
@@ -129,15 +107,31 @@ class ObjectSpec:
 
 
 def scaled(shape: ObjectSpec, factor: float) -> ObjectSpec:
-    """The same object scaled by ``factor``, with the same mass."""
+    """The object scaled by ``factor``, with the same mass."""
     length, width, height = shape.size
-    loaded = None if shape.loaded is None else shape.loaded.scaled(factor)
+    loaded = None if shape.loaded is None else shape.loaded.transformed(factor=factor)
     size = (length * factor, width * factor, height * factor)
     return replace(shape, size=size, neck=shape.neck * factor, loaded=loaded)
 
 
+def check_compiles(shape: ObjectSpec, path: str) -> ObjectSpec:
+    """The object from a file, unchanged.
+
+    Raises:
+        DesignError: where MuJoCo cannot compile it.
+    """
+    spec = mujoco.MjSpec()
+    add_object(spec, shape)
+    try:
+        spec.compile()
+    except ValueError as error:
+        allowed = f"what MuJoCo can build; it says: {first_line(error)}"
+        raise DesignError("object", got=path, allowed=allowed) from error
+    return shape
+
+
 def add_object(spec: mujoco.MjSpec, shape: ObjectSpec, name: str = "object") -> mujoco.MjsBody:
-    """Add the object as a free body, its axis along the body's x, its geoms named ``name``, ``name_2`` and on."""
+    """Add the object as a free body, its axis along the body's x, with geoms ``name``, ``name_2`` and so on."""
     body = spec.worldbody.add_body(name=name)
     body.add_freejoint(name=name)
     body.explicitinertial = True
@@ -145,8 +139,8 @@ def add_object(spec: mujoco.MjSpec, shape: ObjectSpec, name: str = "object") -> 
     body.ipos = shape.center()
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = shape.inertia()
     body.fullinertia = [xx, yy, zz, xy, xz, yz]
-    for i, own in enumerate(shape.solid.geoms, start=1):
-        geom = add_geom(spec, body, own, name if i == 1 else f"{name}_{i}")
+    for i, part in enumerate(shape.solid.geoms, start=1):
+        geom = add_geom(spec, body, part, name if i == 1 else f"{name}_{i}")
         geom.rgba, geom.solref, geom.solimp, geom.priority = OBJECT_COLOR, SOLREF, SOLIMP, 1
         geom.condim = 6 if shape.kind in _ROLLING else 3
         geom.friction = [shape.friction, SPINNING_FRICTION, ROLLING_FRICTION]

@@ -1,8 +1,9 @@
-"""Objects from STL files: reading, surface checks and mass distribution."""
+"""Objects from STL files: reading, checks of the surface and mass distribution."""
 
 from __future__ import annotations
 
 import io
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spiraltrunk.errors import DesignError, MissingPackage, UnknownName, Unquoted
-from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid, compute_turn
-from spiraltrunk.sim.objects.spec import EXTENTS
+from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid
+from spiraltrunk.sim.objects.spec import EXTENTS, ObjectSpec, check_compiles
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -41,16 +42,24 @@ SAMPLES_MOST = 200
 """Largest number of triangles at which the winding number is computed."""
 
 MERGE_DIGITS = 7
-"""Decimals of a metre to which equal corners are merged."""
+"""Decimals of a metre to which equal vertices are merged."""
 
 
-def load_stl_solid(path: str, *, unit: str, axis: str = "longest", collide: str = "hull") -> Solid:
-    """The solid of uniform density that an STL's surface encloses.
+def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collide: str = "hull") -> ObjectSpec:
+    """An object of uniform density with the surface of an STL file.
 
     Volume, centre of mass and inertia are integrals over the surface (divergence theorem), exact for the triangles.
-    MuJoCo collides only convex shapes: with ``collide="hull"`` the convex hull of the whole, whose excess volume is
-    ``Solid.excess``; with ``"parts"`` up to `PARTS_MOST` convex parts, which the package coacd finds. The surface is
-    tested for self-intersection at up to `SAMPLES_MOST` triangles; a small one can be missed.
+    MuJoCo collides only convex shapes: with ``collide="hull"`` the convex hull of the whole; `ObjectSpec.warning` is
+    set where its volume is larger by more than 5 %. With ``"parts"``, up to `PARTS_MOST` convex parts, found by the
+    package coacd in seconds. The surface is tested for self-intersection at up to `SAMPLES_MOST` triangles; a small
+    intersection can be missed.
+
+    Args:
+        path: the file, binary or ASCII.
+        unit: unit of its coordinates, m, cm, mm or in; an STL has none.
+        mass: mass of the object [kg].
+        axis: direction that becomes the object's axis: longest, x, y or z.
+        collide: hull or parts.
 
     Raises:
         DesignError: for a file that cannot be read, or whose surface does not enclose one solid of 5 mm to 1 m.
@@ -65,26 +74,23 @@ def load_stl_solid(path: str, *, unit: str, axis: str = "longest", collide: str 
     _check_size(mesh, path, unit)
     _clean(mesh)
     _check_surface(mesh, path)
-    return _build(mesh, axis, collide)
+    solid = _build(mesh, axis, collide)
+    return check_compiles(ObjectSpec(kind="mesh", size=solid.extents(), mass=mass, loaded=solid), path)
 
 
 def read_bytes(path: str, kind: str) -> bytes:
-    """Content of a file of at most `FILE_MOST` bytes.
+    """Content of a file.
 
     Raises:
-        DesignError: where it cannot be read, is empty or larger.
+        DesignError: where it cannot be read, is empty or larger than `FILE_MOST`.
     """
-    try:
+    content = b""
+    with suppress(OSError, ValueError, RuntimeError):  # Of an impossible path, or an unknown user's home.
         file = Path(path).expanduser()
-        size = file.stat().st_size if file.is_file() else -1
-        content = file.read_bytes() if 0 <= size <= FILE_MOST else b""
-    except (OSError, ValueError, RuntimeError) as error:
-        raise DesignError(f"{kind}:path", got=path, allowed="a file that can be read") from error
-    if size < 0:
-        raise DesignError(f"{kind}:path", got=path, allowed="a file that exists (no comma in its name)")
+        content = file.read_bytes() if file.is_file() and file.stat().st_size <= FILE_MOST else b""
     if not content:
-        allowed = f"a file of 1 byte to {FILE_MOST // 1_000_000} MB"
-        raise DesignError(f"{kind}:path", got=Unquoted(f"{path!r} of {size} bytes"), allowed=allowed)
+        allowed = f"a file that exists (no comma in its name), of 1 byte to {FILE_MOST // 1_000_000} MB"
+        raise DesignError(f"{kind}:path", got=path, allowed=allowed)
     return content
 
 
@@ -97,18 +103,18 @@ def winding_numbers(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
         points: shape (n, 3) [m].
         corners: corners of the triangles, counter-clockwise from outside, shape (m, 3, 3) [m].
     """
+
+    def dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        return np.asarray(np.einsum("ij,ij->j", one, other))
+
     turns = np.empty(len(points))
-    sides = np.ascontiguousarray(corners.transpose(1, 2, 0))  # Coordinates apart: ten times as fast.
+    sides = np.ascontiguousarray(corners.transpose(1, 2, 0))  # Contiguous coordinates are ten times as fast.
     for i, point in enumerate(points):
         a, b, c = sides - point[:, None]
-        la, lb, lc = (np.sqrt(_dot(side, side)) for side in (a, b, c))
-        volume = _dot(a, np.stack([b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]]))
-        turns[i] = 2 * np.arctan2(volume, la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb).sum()
+        la, lb, lc = (np.sqrt(dot(side, side)) for side in (a, b, c))
+        volume = dot(a, np.cross(b, c, axis=0))
+        turns[i] = 2 * np.arctan2(volume, la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb).sum()
     return turns / (4 * np.pi)
-
-
-def _dot(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
 
 
 def _read(content: bytes, path: str) -> Trimesh:
@@ -120,7 +126,7 @@ def _read(content: bytes, path: str) -> Trimesh:
         faces = len(mesh.faces)
         if faces == 0:  # The reader may take any bytes for an empty ASCII file.
             raise ValueError("no triangles")
-    except Exception as error:  # The reader raises whatever broken bytes lead it to.
+    except Exception as error:  # The reader raises any kind of error for broken bytes.
         raise refusal(path, "no STL that can be read", "an STL, binary or ASCII") from error
     if not 4 <= faces <= FACES_MOST:
         raise refusal(path, f"of {faces} triangles", f"4 to {FACES_MOST}; a coarser export has fewer")
@@ -139,14 +145,14 @@ def _check_size(mesh: Trimesh, path: str, unit: str) -> None:
 
 
 def _clean(mesh: Trimesh) -> None:
-    """Merge equal corners, and drop triangles that thereby lost a side."""
+    """Merge equal vertices, and remove triangles that degenerate."""
     mesh.merge_vertices(digits_vertex=MERGE_DIGITS)
     mesh.update_faces((np.diff(np.sort(mesh.faces, axis=1)) > 0).all(axis=1))
     mesh.remove_unreferenced_vertices()
 
 
 def _check_surface(mesh: Trimesh, path: str) -> None:
-    """Refuse a surface that does not enclose one solid, with all triangles facing outwards."""
+    """Refuse a surface that does not enclose one solid with outward triangles."""
     if not mesh.is_watertight:
         _, count = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
         reason = f"not closed: {np.count_nonzero(count != 2)} edges do not join two triangles"
@@ -182,28 +188,30 @@ def _build(mesh: Trimesh, axis: str, collide: str) -> Solid:
     """The solid with its origin in the middle of its extents and its axis along x."""
     from scipy.spatial import ConvexHull
 
-    vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
+    whole = Geom(form="mesh", vertices=np.asarray(mesh.vertices, float), faces=np.asarray(mesh.faces, np.int64))
+    geoms: tuple[Geom, ...] = (whole,)
+    if collide == "parts":
+        geoms = (replace(whole, collides=False), *_decompose(mesh))
     mesh.density = 1.0
     volume = float(mesh.volume)
-    pieces = _decompose(vertices, faces) if collide == "parts" else ()
-    whole = Geom(form="mesh", vertices=vertices, faces=faces)
-    geoms = (replace(whole, collides=False), *pieces) if pieces else (whole,)
-    touched = sum(float(ConvexHull(geom.vertices).volume) for geom in geoms if geom.collides)
+    colliding = sum(float(ConvexHull(geom.vertices).volume) for geom in geoms if geom.collides)
     solid = Solid(
         geoms=geoms, centroid=np.array(mesh.center_mass), inertia=np.array(mesh.moment_inertia) / volume,
-        excess=touched / volume - 1,
+        excess=colliding / volume - 1,
     )  # fmt: skip
-    return solid.turned(compute_turn((whole,), axis)).centered()
+    longest = "xyz"[int(np.argmax(np.round(mesh.extents, 9)))]  # Of the whole, not of its parts.
+    return solid.aligned(longest if axis == "longest" else axis)
 
 
-def _decompose(vertices: np.ndarray, faces: np.ndarray) -> tuple[Geom, ...]:
+def _decompose(mesh: Trimesh) -> tuple[Geom, ...]:
     """Convex decomposition of a mesh; the same mesh gives the same parts."""
     try:
         import coacd
     except ImportError as error:
         raise MissingPackage("convex parts need coacd: pip install 'spiraltrunk[objects]'") from error
     coacd.set_log_level("error")
-    pieces = coacd.run_coacd(coacd.Mesh(vertices, faces), threshold=CONCAVITY, max_convex_hull=PARTS_MOST, seed=0)
+    whole = coacd.Mesh(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64))
+    pieces = coacd.run_coacd(whole, threshold=CONCAVITY, max_convex_hull=PARTS_MOST, seed=0)
     return tuple(
         Geom(form="mesh", vertices=np.asarray(corners, dtype=float), faces=np.asarray(sides), group=HIDDEN)
         for corners, sides in pieces

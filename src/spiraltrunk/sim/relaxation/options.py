@@ -1,4 +1,4 @@
-"""Options of the relaxation of a trunk in MuJoCo."""
+"""Options of a relaxation: time step, speed of the winders, damping, criterion of rest."""
 
 from __future__ import annotations
 
@@ -11,35 +11,34 @@ from spiraltrunk.sim.robot.trunk import TrunkOptions
 @final
 @dataclass(frozen=True, kw_only=True)
 class RelaxationOptions:
-    """How the trunk is loaded and brought to rest, and what of it is simulated."""
+    """Options of the dynamic relaxation of a trunk with a clamped base."""
 
     timestep: float = 1e-3
-    """Step of the physics [s]."""
+    """Time step of the physics [s]."""
     pull_speed: float = 0.005
-    """Speed of the winders, infinity for a step [m/s]. With friction the final shape depends on it, by 0.3 mm at this
-    speed and 2 mm at 0.02 (ours, friction 0.15); without friction it does not."""
+    """Speed of the winders [m/s]; infinite for a jump. With friction the shape depends on it, by 0.3 mm at this speed
+    and by 2 mm at 0.02 (ours, friction 0.15); without friction it does not."""
     has_smooth_ramps: bool = False
-    """Whether winders follow the minimum-jerk polynomial at the same mean speed: abrupt starts and stops excite
-    oscillations, which release sticking cables."""
+    """Whether winders follow a minimum-jerk polynomial of the same mean speed instead of a linear ramp. A sudden start
+    or stop makes the trunk oscillate, which releases sticking cables."""
     tension_speed: float = 1.0
-    """Rate of change of tensions, infinity for a step [N/s]."""
+    """Rate of change of the tensions [N/s]; infinite for a jump."""
     damping_factor: float = 3.0
-    """Joint damping over the design's [-]; it affects the time to rest, not the shape."""
+    """Joint damping over the design's [-]; changes the time to rest and not the equilibrium."""
     brake_factor: float = 1.0
-    """Further factor of joint damping while winders turn, and until no hinge is faster than 1000 times ``still`` [-];
-    high values suppress the effect of inertia on which of several equilibria is reached."""
+    """Further factor of the joint damping while winders turn, and after it until every hinge is slower than 1000 times
+    ``still`` [-]. A large factor removes the influence of inertia on which of several equilibria is reached."""
     armature_factor: float = 1.0
-    """Armature of the joints over that of the simulation [-]; it affects the time to rest, not the shape."""
+    """Armature of the joints over that of the grasp simulation [-]; changes the time to rest and not the
+    equilibrium."""
     limit_factor: float = 1.0
-    """Stiffness of the joint limits over that of the simulation [-]. Steps of 1 ms are stable up to 1000 with a
-    hundredfold armature."""
+    """Stiffness of the joint limits over that of the grasp simulation [-]; the overshoot is inversely proportional to
+    it. At time steps of 1 ms, 1000 is stable with an armature factor of 100."""
     still: float = 1e-5
-    """Largest speed of a hinge at rest [rad/s]."""
+    """Rest criterion: largest speed of a hinge [rad/s]."""
     time_most: float = 60.0
-    """Largest time from the end of a ramp to rest [s]."""
+    """Time limit for reaching rest after the end of a ramp [s]."""
     has_gripper: bool = True
-    """Whether the tip carries the gripper's mass, its fingers straight and rigid."""
-    has_contact: bool = False
-    """Whether the trunk's sections collide; the equilibrium models have joint limits only."""
+    """Whether the tip carries the gripper's mass, with straight, rigid fingers."""
     trunk: TrunkOptions = field(default_factory=TrunkOptions)
-    """Options of the simulated trunk."""
+    """Simulation options of the trunk."""

@@ -1,6 +1,6 @@
-"""Relaxation in MuJoCo: the trunk with a fixed base, loaded quasi-statically and brought to rest.
+"""Dynamic relaxation of the trunk alone in MuJoCo, its base clamped at any orientation, under quasi-static loading.
 
-The equilibrium models are compared with it: joints, masses and cables are the same.
+The equilibrium models are compared with it: the same joints, masses and cables, integrated in time until at rest.
 """
 
 from __future__ import annotations
@@ -14,62 +14,63 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spiraltrunk.checks import read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics.shape import Shape, Status
-from spiraltrunk.sim.relaxation.clamped_trunk import PointMass, clamped_spec, gripper_center, read_shape
+from spiraltrunk.sim.relaxation.clamped_trunk import add_point_mass, clamped_spec, read_shape
 from spiraltrunk.sim.relaxation.options import RelaxationOptions
 from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.trunk import cable_name, hinge_names, section_name, tune_joint_limits
 
-__all__ = ["LoadStep", "RelaxationOptions", "RelaxationRig", "Relaxed", "relax"]
+__all__ = ["LoadStep", "RelaxationOptions", "RelaxationRig", "Relaxed"]
 
-_WATCH_STEPS = 10
-"""Physics steps between two checks of the velocity."""
+_CHECK_STEPS = 10
+"""Time steps between two evaluations of the rest criterion."""
 
 _SLOW = 1000.0
-"""Ratio of hinge speed to that of rest below which the brake is released [-]."""
+"""The added damping ends below this multiple of the rest speed [-]."""
 
 _STILL_TIME = 0.05
-"""Time for which the velocity must stay below its bound [s], which excludes the turning points of oscillations."""
+"""Time for which the rest criterion must hold [s]; at the turning point of an oscillation it holds for less."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class LoadStep:
-    """Commands of the winders; nan is no command, and a cable without commands is slack."""
+    """Cable commands of one load step; a NaN is no command, and a cable without any command is slack."""
 
     pull: ArrayLike = math.nan
-    """Length to pull in since the straight trunk, negative for cable paid out, shape (n_cable,) [m]."""
+    """Cable pulled in from the straight trunk, negative where paid out, shape (n_cable,) [m]."""
     tension: ArrayLike = math.nan
-    """Tension to hold, or the largest one where a length is commanded too, shape (n_cable,) [N]."""
+    """Tension; the largest tension where a length is commanded too, shape (n_cable,) [N]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class Relaxed:
-    """Shape and forces at rest."""
+    """State of the trunk at the end of a relaxation."""
 
     shape: Shape
-    """The shape in the frame of `Shape`, its cables through the true holes."""
+    """Shape, its cables through the true holes; its status says whether the trunk is at rest."""
     cable_tension: np.ndarray
     """Tension at the motors, shape (n_cable,) [N]."""
     cable_pull: np.ndarray
-    """Cable pulled in, through the simulated holes, shape (n_cable,) [m]."""
+    """Cable pulled in, measured through the simulated holes, shape (n_cable,) [m]."""
     speed: float
-    """Largest speed of a hinge at the end [rad/s]."""
+    """Largest speed of a hinge [rad/s]."""
     time: float
     """Simulated time [s]."""
 
 
 @final
 class RelaxationRig:
-    """A trunk with a fixed base, compiled once for any number of loadings.
+    """A trunk with a clamped base, compiled once for any number of load steps.
 
     Args:
         design: the trunk.
         theta_0: angle of the base axis below the horizontal [rad].
-        roll: rotation of the trunk about its base axis; at 0 its dorsal side is in the plane z = 0 [rad].
+        roll: rotation of the trunk about its base axis [rad]; 0 puts the dorsal side in the plane z = 0.
         loads: point mass at the end of each section, shape (n_section,) [kg].
         options: options of the relaxation.
     """
@@ -86,9 +87,10 @@ class RelaxationRig:
         self.design = design
         self.options = RelaxationOptions() if options is None else options
         self.loads = np.broadcast_to(np.asarray(loads, float), design.n_section)
+        self._gripper = _gripper_mass(design) if self.options.has_gripper else (0.0, 0.0)
         self.model = self._build(theta_0, roll)
         tune_joint_limits(self.model, design)
-        # After tuning, which depends on the inertia.
+        # Only now: the tuning of the limits depends on the armature.
         hinges = [self.model.joint(name).dofadr[0] for i in range(design.n_joint) for name in hinge_names(i)]
         self._hinges = np.array(hinges)
         self.model.dof_armature[self._hinges] *= self.options.armature_factor
@@ -97,9 +99,9 @@ class RelaxationRig:
         self.data = mujoco.MjData(self.model)
         self._cables = np.array([self.model.tendon(cable_name(c)).id for c in range(design.n_cable)])
         self._motors = np.array([self.model.actuator(cable_name(c)).id for c in range(design.n_cable)])
-        self._bodies = np.array([self.model.body(section_name(n)).id for n in range(design.n_section)])
-        has_friction = design.cable.friction > 0
-        self.friction = CableFriction(self.model, design, self.options.trunk) if has_friction else None
+        self._tip = self.model.body(section_name(design.n_section - 1)).id
+        self._tip_end = self.data.site(f"end_{design.n_section:02d}")
+        self.friction = CableFriction(self.model, design, self.options.trunk)
         self._force = np.zeros(3)
         self._forward()
         self._straight = self.data.ten_length[self._cables].copy()
@@ -113,14 +115,14 @@ class RelaxationRig:
 
     @property
     def section_center(self) -> np.ndarray:
-        """Centre of these masses from each section's proximal joint, along its axis, shape (n_section,) [m]."""
+        """Centre of `section_mass` from each section's proximal joint, along its axis, shape (n_section,) [m]."""
         length, (mass, beyond) = self.design.section_length, self._gripper
         moment = self.design.section_mass * self.design.section_center + self.loads * length
         moment[-1] += mass * (length[-1] + beyond)
         return moment / self.section_mass
 
     def relax(self, steps: Sequence[LoadStep] = ()) -> Relaxed:
-        """Rest under gravity with slack cables, then rest after each load step; the last shape.
+        """Relax under gravity with slack cables, then apply the load steps, relaxing after each.
 
         Raises:
             ModelError: where a command is negative or not one number per cable.
@@ -129,75 +131,60 @@ class RelaxationRig:
         return last
 
     def iterate(self, steps: Sequence[LoadStep] = ()) -> Iterator[Relaxed]:
-        """As `relax`, with the shape under gravity and after each load step."""
-        commands = [self._read(step) for step in steps]
+        """As `relax`; yields the state under gravity and then the state after each load step."""
+        commands = [self._read_commands(step) for step in steps]
         mujoco.mj_resetData(self.model, self.data)
         self._force = np.zeros(3)
-        if self.friction is not None:
-            self.friction.reset(self.data)
+        self.friction.reset(self.data)
         self._command(np.zeros(self.design.n_cable), np.zeros(self.design.n_cable))
-        yield self._result(self._rest(), np.array(math.nan))
+        yield self._wait_for_rest(np.array(math.nan))
         for pull, tension in commands:
             self._ramp(pull, tension)
-            yield self._result(self._rest(), pull)
+            yield self._wait_for_rest(pull)
 
     def push(self, force: ArrayLike, *, hold: Literal["length", "tension"] | None = None) -> Relaxed:
-        """From the present state, rest under a force on the tip, with unchanged winder commands.
+        """Relax from the present state under a force on the tip.
 
         Args:
-            force: at the end of the last section until the next call, in the frame of `Shape`, shape (3,) [N].
-            hold: quantity that winders of taut cables keep constant from now on; lengths up to the largest tension.
+            force: force at the end of the last section until the next call, in the frame of `Shape`, shape (3,) [N].
+            hold: what the winders of taut cables keep from now on at its present value, a length up to the largest
+                tension; None for what they kept before.
 
         Raises:
             ModelError: where the force is not three finite numbers.
         """
-        self._force = np.asarray(force, float)
-        if self._force.shape != (3,) or not np.isfinite(self._force).all():
-            raise ModelError(f"force is {force!r}; allowed: 3 finite numbers")
-        self._aim_force()
+        self._force = read_numbers("force", force, shape=(3,))
+        self._apply_force()
         if hold is not None:
-            self._keep(hold == "length")
-        return self._result(self._rest(), np.array(math.nan))
-
-    # Building.
-
-    @property
-    def _gripper(self) -> tuple[float, float]:
-        """Mass of the gripper [kg] and its centre's distance beyond the last section's end [m]."""
-        gripper = self.design.gripper
-        if gripper is None or not self.options.has_gripper:
-            return 0.0, 0.0
-        return gripper.mass, gripper_center(gripper)
+            self._hold(hold == "length")
+        return self._wait_for_rest(np.array(math.nan))
 
     def _build(self, theta_0: float, roll: float) -> mujoco.MjModel:
         design, options, (mass, beyond) = self.design, self.options, self._gripper
-        end = design.section_length
-        points = [PointMass(section=n, along=float(end[n]), mass=float(self.loads[n])) for n in range(design.n_section)]
-        points.append(PointMass(section=design.n_section - 1, along=float(end[-1]) + beyond, mass=mass))
-        spec = clamped_spec(replace(design, gripper=None), options.trunk, points, theta_0=theta_0, roll=roll)
+        spec = clamped_spec(replace(design, gripper=None), options.trunk, theta_0=theta_0, roll=roll)
+        end = design.section_length.tolist()
+        for n, load in enumerate(self.loads.tolist()):
+            add_point_mass(spec, n, end[n], load)
+        add_point_mass(spec, design.n_section - 1, end[-1] + beyond, mass)
         spec.option.timestep = options.timestep
+        # The equilibrium models have joint limits and no contacts.
+        spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
         for joint in spec.joints:
             joint.damping[0] *= options.damping_factor
-        model = spec.compile()
-        if not options.has_contact:
-            model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-        return model
+        return spec.compile()
 
-    # Moving.
-
-    def _read(self, step: LoadStep) -> tuple[np.ndarray, np.ndarray]:
-        out = []
-        for name in ("pull", "tension"):
-            value = np.asarray(getattr(step, name), float)
-            least = -2 * self.design.cable_stroke if name == "pull" else 0.0
-            if value.shape not in ((), (self.design.n_cable,)) or np.isinf(value).any() or (value < least).any():
+    def _read_commands(self, step: LoadStep) -> tuple[np.ndarray, np.ndarray]:
+        def read(name: str, value: ArrayLike, least: float) -> np.ndarray:
+            array = np.asarray(value, float)
+            if array.shape not in ((), (self.design.n_cable,)) or np.isinf(array).any() or (array < least).any():
                 allowed = f"{self.design.n_cable} numbers, at least {least:.4g} or nan"
-                raise ModelError(f"{name} is {getattr(step, name)!r}; allowed: {allowed}")
-            out.append(np.broadcast_to(value, self.design.n_cable))
-        return out[0], out[1]
+                raise ModelError(f"{name} is {value!r}; allowed: {allowed}")
+            return np.broadcast_to(array, self.design.n_cable)
+
+        return read("pull", step.pull, -2 * self.design.cable_stroke), read("tension", step.tension, 0.0)
 
     def _ramp(self, pull: np.ndarray, tension: np.ndarray) -> None:
-        """Ramp the winders to the commanded lengths and tensions, all in the same time."""
+        """Ramp lengths and tensions from their present values to the commanded ones, all arriving together."""
         self._forward()
         now_pull, now_tension = self._pull(), self._tension()
         has_length, most = np.isfinite(pull), self.design.cable.tension_max
@@ -213,50 +200,42 @@ class RelaxationRig:
         parts = np.arange(1, steps + 1) / steps
         if self.options.has_smooth_ramps:
             parts = parts**3 * (10 - 15 * parts + 6 * parts**2)
-        self._brake(True)
+        self.model.dof_damping[self._hinges] = self._damping * self.options.brake_factor
         for part in parts:
             self._command(first + part * (last - first), start + part * (ceiling - start))
             self._advance(1)
 
-    def _rest(self) -> bool:
-        """Simulate until all hinges are at rest; False if they are not in time."""
-        period = _WATCH_STEPS * self.options.timestep
-        still = 0.0
+    def _wait_for_rest(self, pull: np.ndarray) -> Relaxed:
+        """Integrate until the rest criterion holds, or up to the time limit; ``pull`` are the commanded lengths."""
+        period, still = _CHECK_STEPS * self.options.timestep, 0.0
         for _ in range(round(self.options.time_most / period)):
-            self._advance(_WATCH_STEPS)
+            self._advance(_CHECK_STEPS)
             speed = self._speed()
             if speed < _SLOW * self.options.still:
-                self._brake(False)
-            is_slow = speed < self.options.still
-            still = still + period if is_slow else 0.0
+                self.model.dof_damping[self._hinges] = self._damping
+            still = still + period if speed < self.options.still else 0.0
             if still > _STILL_TIME - 1e-9:
-                return True
-        return False
-
-    def _brake(self, is_on: bool) -> None:
-        self.model.dof_damping[self._hinges] = self._damping * (self.options.brake_factor if is_on else 1.0)
+                break
+        self._forward()
+        return self._read_state(still > _STILL_TIME - 1e-9, pull)
 
     def _advance(self, steps: int) -> None:
         if self._force.any():
-            self._aim_force()
-        if self.friction is None:
-            mujoco.mj_step(self.model, self.data, steps)
-        else:
-            self.friction.step(self.data, steps)
+            self._apply_force()
+        self.friction.step(self.data, steps)
 
-    def _aim_force(self) -> None:
-        tip, end = self._bodies[-1], self.data.site(f"end_{self.design.n_section:02d}").xpos
-        self.data.xfrc_applied[tip] = *self._force, *np.cross(end - self.data.xipos[tip], self._force)
+    def _apply_force(self) -> None:
+        arm = self._tip_end.xpos - self.data.xipos[self._tip]
+        self.data.xfrc_applied[self._tip] = *self._force, *np.cross(arm, self._force)
 
-    def _keep(self, is_length: bool) -> None:
+    def _hold(self, is_length: bool) -> None:
         self._forward()
         tension = self._tension()
         pull = self._pull() + tension / self.options.trunk.cable_gain if is_length else self._straight
         self._command(pull, np.where((tension > 0) & is_length, self.design.cable.tension_max, tension))
 
     def _forward(self) -> None:
-        if self.friction is not None:
-            self.friction.apply(self.data)
+        self.friction.apply(self.data)
         mujoco.mj_forward(self.model, self.data)
 
     def _command(self, pull: np.ndarray, tension: np.ndarray) -> None:
@@ -272,35 +251,28 @@ class RelaxationRig:
     def _speed(self) -> float:
         return float(np.abs(self.data.qvel[self._hinges]).max())
 
-    # Reading.
-
-    def _result(self, is_still: bool, wanted: np.ndarray) -> Relaxed:
-        self._forward()
+    def _read_state(self, is_still: bool, pull: np.ndarray) -> Relaxed:
         shape = read_shape(self.design, self.data)
-        tension, pull = self._tension(), self._pull()
-        most = -self.model.actuator_forcerange[self._motors, 0]
+        tension, most = self._tension(), -self.model.actuator_forcerange[self._motors, 0]
         is_sound = np.isfinite(self.data.qpos).all() and not any(w.number for w in self.data.warning)
         status = Status.CONVERGED
         if not (is_still and is_sound):
             status = Status.NOT_CONVERGED
         elif shape.is_shut.all():
             status = Status.ALL_SHUT
-        elif (np.isfinite(wanted) & (most > 0) & (tension > 0.999 * most)).any():
+        elif (np.isfinite(pull) & (most > 0) & (tension > 0.999 * most)).any():
             status = Status.STALLED
         return Relaxed(
-            shape=replace(shape, status=np.array(int(status))), cable_tension=tension, cable_pull=pull,
+            shape=replace(shape, status=np.array(int(status))), cable_tension=tension, cable_pull=self._pull(),
             speed=self._speed(), time=float(self.data.time),
         )  # fmt: skip
 
 
-def relax(
-    design: TrunkDesign,
-    steps: Sequence[LoadStep] = (),
-    *,
-    theta_0: float = math.pi / 2,
-    roll: float = 0.0,
-    loads: ArrayLike = 0.0,
-    options: RelaxationOptions | None = None,
-) -> Relaxed:
-    """The shape after load steps, by simulation; see `RelaxationRig`."""
-    return RelaxationRig(design, theta_0=theta_0, roll=roll, loads=loads, options=options).relax(steps)
+def _gripper_mass(design: TrunkDesign) -> tuple[float, float]:
+    """Mass of the straight gripper [kg] and its centre's distance from the last section's end [m]."""
+    gripper = design.gripper
+    if gripper is None:
+        return 0.0, 0.0
+    share = gripper.phalanx_length * gripper.phalanx_width**2
+    middle = np.cumsum(gripper.phalanx_length) - gripper.phalanx_length / 2
+    return gripper.mass, float(share @ middle / share.sum())

@@ -1,1 +1,1 @@
-"""The robot in MuJoCo: arm, trunk, gripper, their materials, cable friction and arm kinematics."""
+"""The robot in MuJoCo: arm, trunk, gripper, cable friction and inverse kinematics of the arm."""

@@ -1,11 +1,12 @@
-"""The rigid arm: one that is described here, or any arm's MJCF.
+"""The rigid arm: a described one, or any arm's MJCF file.
 
-A described arm is one file with one `ArmDescription`, which `ARMS` lists.
+A described arm is one file with one `ArmDescription`, listed in `ARMS`.
 """
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -16,32 +17,36 @@ from spiraltrunk.checks import check_type
 from spiraltrunk.control.arm_limits import ArmLimits
 from spiraltrunk.design.mount import ArmDesign
 from spiraltrunk.errors import DesignError
-from spiraltrunk.sim.mujoco_log import quiet_mujoco
+from spiraltrunk.sim.mujoco_log import first_line, quiet_mujoco
 from spiraltrunk.sim.robot.arm_description import ArmDescription
 from spiraltrunk.sim.robot.fr3 import FR3
-from spiraltrunk.sim.robot.mesh_decimation import thin_out
 from spiraltrunk.sim.robot.panda import PANDA
 
 ARMS = {arm.name: arm for arm in (PANDA, FR3)}
 """Arms that a design can name; any other is an MJCF file."""
 
+PREFIX = "arm/"
+"""Prefix of every name of the arm in a scene."""
+
 FLANGE = "flange"
-"""Site of a described arm that the housing is fixed to."""
+"""Site of a described arm to which the housing is fixed."""
+
+FACES = 3000
+"""Largest number of triangles of a link in pictures (ours): software rendering takes a third less time per frame, with
+no visible difference."""
 
 _VISUAL: dict[str, Any] = {"contype": 0, "conaffinity": 0, "group": 2, "rgba": [0.93, 0.94, 0.95, 1]}
-_COLLISION: dict[str, Any] = {"group": 3, "rgba": [0.6, 0.7, 0.8, 1]}
-_BOTH: dict[str, Any] = {"group": 2, "rgba": [0.93, 0.94, 0.95, 1]}
-"""Of geoms that are seen, that are touched, and that are both."""
+"""Attributes of geoms that are only drawn."""
 
-_SIZES = (
-    "memory", "nconmax", "njmax", "nkey", "nstack", "nuserdata", "nuser_actuator", "nuser_body", "nuser_cam",
-    "nuser_geom", "nuser_jnt", "nuser_sensor", "nuser_site", "nuser_tendon",
-)  # fmt: skip
-"""Settings of MJCF's element size."""
+_COLLISION: dict[str, Any] = {"group": 3, "rgba": [0.6, 0.7, 0.8, 1]}
+"""Attributes of geoms that only collide."""
+
+_BOTH: dict[str, Any] = {"group": 2, "rgba": [0.93, 0.94, 0.95, 1]}
+"""Attributes of geoms that are drawn and collide."""
 
 
 def arm_limits(arm: ArmDesign) -> ArmLimits:
-    """What is known of the arm's limits: as published, or what an MJCF file says of positions and torques.
+    """Limits of the arm: the published ones, or those of position and torque in an MJCF file.
 
     Raises:
         DesignError: as `arm_spec`.
@@ -51,16 +56,16 @@ def arm_limits(arm: ArmDesign) -> ArmLimits:
 
 
 def arm_payload(arm: ArmDesign) -> float | None:
-    """Mass that the arm is rated to carry behind its flange [kg]; None where none is known."""
+    """Rated payload at the flange [kg]; None where it is not known."""
     described = ARMS.get(arm.model)
     return None if described is None else described.payload
 
 
 def arm_home(arm: ArmDesign, n_joint: int) -> np.ndarray:
-    """Joint positions where work starts, shape (n_joint,) [rad].
+    """Joint positions at the start of a trial, shape (n_joint,) [rad].
 
     Raises:
-        DesignError: where the design gives another number of joints than the arm has.
+        DesignError: where the design has another number of joints than the arm.
     """
     home = arm.home
     if home is None:
@@ -72,15 +77,15 @@ def arm_home(arm: ArmDesign, n_joint: int) -> np.ndarray:
     return np.array(home, float)
 
 
-def arm_spec(arm: ArmDesign, *, is_light: bool = False) -> mujoco.MjSpec:
-    """The arm alone, its base at the origin, with a site that the housing is fixed to.
+def arm_spec(arm: ArmDesign, *, is_decimated: bool = False) -> mujoco.MjSpec:
+    """The arm alone, its base at the origin, with the site to which the housing is fixed.
 
     Args:
-        arm: which arm.
-        is_light: whether meshes that are seen are thinned out, for drawing; what collides stays as published.
+        arm: the arm of a design.
+        is_decimated: whether visual meshes are decimated to `FACES` triangles; collision meshes stay as published.
 
     Raises:
-        DesignError: for anything but an arm's design, and an MJCF that cannot be read, or has no such site, or not one
+        DesignError: for a value of another type, and an MJCF that cannot be read, or has no such site, or not one
             position actuator per joint.
         MissingPackage: where the arm's meshes are not installed.
     """
@@ -90,18 +95,31 @@ def arm_spec(arm: ArmDesign, *, is_light: bool = False) -> mujoco.MjSpec:
         return _load_spec(arm)
     if arm.mount_site != FLANGE:
         raise DesignError("arm.mount_site", got=arm.mount_site, allowed=f"{FLANGE} (of the arm {arm.model})")
-    return build_arm_spec(described, is_light=is_light)
+    return build_arm_spec(described, is_decimated=is_decimated)
 
 
-def build_arm_spec(arm: ArmDescription, *, is_light: bool = False) -> mujoco.MjSpec:
-    """A described arm as a spec: bodies link0 onwards, joints and actuators arm_joint1 onwards, and the flange's site.
+def add_arm(spec: mujoco.MjSpec, arm: ArmDesign, *, is_decimated: bool = False) -> mujoco.MjsSite:
+    """Attach the arm to the world on its pedestal, and return the site to which the housing is fixed.
+
+    The settings of ``spec`` take precedence over those of the arm's file.
+
+    Raises:
+        DesignError: as `arm_spec`.
+    """
+    base = spec.worldbody.add_frame(pos=[0, 0, arm.base_height])
+    with quiet_mujoco():
+        spec.attach(arm_spec(arm, is_decimated=is_decimated), prefix=PREFIX, frame=base)
+    return spec.site(f"{PREFIX}{arm.mount_site}")
+
+
+def build_arm_spec(arm: ArmDescription, *, is_decimated: bool = False) -> mujoco.MjSpec:
+    """Spec of a described arm: bodies link0 onwards, joints and actuators arm_joint1 onwards, site of the flange.
 
     Raises:
         MissingPackage: where the arm's meshes are not installed.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
-    spec.compiler.autolimits = True
     meshes = None if arm.find_meshes is None else arm.find_meshes()
     parent = spec.worldbody
     for n in range(len(arm.dh) + 1):
@@ -116,11 +134,13 @@ def build_arm_spec(arm: ArmDescription, *, is_light: bool = False) -> mujoco.MjS
             _add_capsules(body, arm, n)
         else:
             _add_meshes(spec, body, n, meshes)
-            if is_light:
-                _lighten(spec.mesh(f"link{n}_visual"))
+            if is_decimated:
+                mesh = spec.mesh(f"link{n}_visual")
+                mesh.uservert, mesh.userface = _decimate(Path(mesh.file))
+                mesh.file = ""
         parent = body
     parent.add_site(name=FLANGE, pos=[0, 0, arm.flange])
-    # Neighbours touch by design (MuJoCo filters moving ones alone), links two apart share a joint's housing.
+    # MuJoCo excludes neighbours only where both move; links two apart share the housing of a joint.
     for first, second in ((0, 1), *((n, n + 2) for n in range(len(arm.dh) - 1))):
         spec.add_exclude(bodyname1=f"link{first}", bodyname2=f"link{second}")
     return spec
@@ -145,7 +165,7 @@ def _set_inertia(body: mujoco.MjsBody, arm: ArmDescription, n: int) -> None:
     link = arm.inertia[n]
     body.explicitinertial = True
     body.mass, body.ipos, body.fullinertia = link.mass, link.center, link.moments
-    body.gravcomp = 1.0  # The controller carries the arm's own weight.
+    body.gravcomp = 1.0  # The controller compensates gravity.
 
 
 def _add_meshes(spec: mujoco.MjSpec, body: mujoco.MjsBody, n: int, meshes: Path) -> None:
@@ -162,16 +182,24 @@ def _add_capsules(body: mujoco.MjsBody, arm: ArmDescription, n: int) -> None:
         )  # fmt: skip
 
 
-def _lighten(mesh: mujoco.MjsMesh) -> None:
-    vertices, faces = thin_out(Path(mesh.file))
-    mesh.file, mesh.uservert, mesh.userface = "", vertices.ravel(), faces.ravel()
+@lru_cache(maxsize=16)
+def _decimate(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and faces of a mesh file, reduced to `FACES` triangles by quadric error decimation.
+
+    Garland and Heckbert, "Surface simplification using quadric error metrics", 1997, as implemented in trimesh.
+    """
+    import trimesh
+
+    mesh = trimesh.load_mesh(path)
+    mesh = mesh if len(mesh.faces) <= FACES else mesh.simplify_quadric_decimation(face_count=FACES)
+    return np.ravel(mesh.vertices), np.ravel(mesh.faces)
 
 
 def read_limits(model: mujoco.MjModel) -> ArmLimits:
-    """Limits that the model of an arm with one actuator per joint states: of position and torque, joint by joint.
+    """Limits of position and torque of a model with one actuator per joint.
 
-    A joint's torque is limited by its own range of actuator forces and by the actuator's, whichever is smaller; a range
-    that is not the same both ways counts as none.
+    The torque of a joint is limited by the smaller of the joint's and the actuator's range of forces; an asymmetric
+    range counts as no limit.
     """
     position = np.where(model.jnt_limited[:, None], model.jnt_range, [-np.inf, np.inf]).T
     torque = _symmetric(model.jnt_actfrclimited, model.jnt_actfrcrange)
@@ -188,7 +216,7 @@ def read_limits(model: mujoco.MjModel) -> ArmLimits:
 
 
 def _symmetric(is_limited: np.ndarray, span: np.ndarray) -> np.ndarray:
-    """The bound of each symmetric range, shape (n,); infinite for any other."""
+    """Bound of each symmetric range, shape (n,); infinite for an asymmetric one."""
     is_known = is_limited.astype(bool) & (span[:, 0] == -span[:, 1])
     return np.where(is_known, span[:, 1], np.inf)
 
@@ -203,36 +231,17 @@ def _load_spec(arm: ArmDesign) -> mujoco.MjSpec:
             spec = mujoco.MjSpec.from_file(str(path))
             model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
-        first = str(error).strip().splitlines()[0] if str(error).strip() else "no reason given"
-        raise DesignError("arm.model", got=arm.model, allowed=f"an MJCF file that MuJoCo reads ({first})") from None
+        allowed = f"an MJCF file that MuJoCo reads ({first_line(error)})"
+        raise DesignError("arm.model", got=arm.model, allowed=allowed) from None
     sites = [model.site(i).name for i in range(model.nsite)]
     if arm.mount_site not in sites:
         known = ", ".join(name for name in sites if name) or "none"
         raise DesignError("arm.mount_site", got=arm.mount_site, allowed=f"a site of {path.name}: {known}")
     driven = [int(j) for j, kind in zip(model.actuator_trnid[:, 0], model.actuator_trntype, strict=True) if kind == 0]
     is_driven = model.nq == model.nv == model.nu and sorted(driven) == list(range(model.nv))
-    # A position actuator pulls back to its target with the stiffness that it pushes with.
+    # The gain of a position actuator is the negative of its bias.
     if not (is_driven and (model.actuator_gainprm[:, 0] == -model.actuator_biasprm[:, 1]).all()
             and (model.actuator_gainprm[:, 0] > 0).all()):  # fmt: skip
         allowed = "an arm of hinges and slides with one position actuator on each joint"
         raise DesignError("arm.model", got=f"{arm.model}: {model.nu} actuators, {model.nv} joints", allowed=allowed)
-    _drop_settings(spec)
     return spec
-
-
-def _drop_settings(spec: mujoco.MjSpec) -> None:
-    """Put options, visuals and sizes back to MuJoCo's defaults: the world's win, and MuJoCo warns of all others."""
-    default = mujoco.MjSpec()
-    for name in ("option", "visual", "authored"):
-        _copy_fields(getattr(spec, name), getattr(default, name))
-    for name in _SIZES:
-        setattr(spec, name, getattr(default, name))
-
-
-def _copy_fields(to: Any, source: Any) -> None:
-    for name in (name for name in dir(source) if not name.startswith("_")):
-        value = getattr(source, name)
-        if isinstance(value, (int, float, np.ndarray)):
-            setattr(to, name, value)
-        elif not callable(value):
-            _copy_fields(getattr(to, name), value)

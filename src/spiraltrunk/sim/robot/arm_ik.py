@@ -1,4 +1,4 @@
-"""The arm's inverse kinematics: from a frame of the trunk's base to joint positions, step by step, within limits."""
+"""Differential inverse kinematics of the arm, within its limits."""
 
 from __future__ import annotations
 
@@ -11,30 +11,31 @@ from scipy.linalg.lapack import dposv
 
 from spiraltrunk.control.arm_limits import standstill_margin, velocity_bounds
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.sim.robot.arm import arm_home, arm_limits, arm_spec
+from spiraltrunk.sim.mujoco_log import compile_spec
+from spiraltrunk.sim.robot.arm import add_arm, arm_home, arm_limits
 from spiraltrunk.sim.robot.trunk import add_housing
 
 SPEED_SHARE = 0.8
 """Share of the arm's speed that the inverse kinematics may use [-]."""
 
 _RETURN = 1e-3
-"""Cost of a posture beside home [1/rad], against 1/m for the frame's place."""
+"""Cost of the posture's deviation from home [1/rad]; that of the frame's position is 1/m."""
 
 _DAMPING = 1e-6
-"""Cost of moving at all [1/rad^2]."""
+"""Damping: cost of the step [1/rad^2]."""
 
 _STILL = 1e-7
-"""Step of the joints below which the arm has arrived [rad]."""
+"""Largest step of a joint at which the arm has arrived [rad]."""
 
 _REGULAR = 1e-9
-"""Keeps the wrench finite in a singular posture, where the torques do not tell it [m^2]."""
+"""Tikhonov regularisation of the wrench, which singular postures do not determine [m^2]."""
 
 
 @final
 class ArmReach:
-    """Differential inverse kinematics (mink) with a posture to return to; one small quadratic program per call.
+    """Differential inverse kinematics (mink) with a posture task; one quadratic program per call.
 
-    Where the program's limits do not bind, which is nearly always, its solution is that of a linear system of 7.
+    Where no limit of the program is active, which is nearly always, its solution is that of a linear system.
     """
 
     def __init__(self, design: TrunkDesign) -> None:
@@ -49,43 +50,44 @@ class ArmReach:
         self._posture = mink.PostureTask(self._model, cost=_RETURN)
         self._posture.set_target(self.home)
         self._limit = mink.ConfigurationLimit(self._model, min_distance_from_limits=0.01)
-        # Not where a joint may only stand: one that may not move on would stop all others.
+        # Excludes positions where the allowed speed is 0: such a joint would stop all others.
         margin = standstill_margin(self.limits)
         self._limit.lower, self._limit.upper = self._limit.lower + margin, self._limit.upper - margin
         self._jacobian = np.zeros((6, self._model.nv))
         self._speed = None if self.limits.velocity is None else SPEED_SHARE * self.limits.velocity
 
-    @property
-    def n_joint(self) -> int:
-        """Joints of the arm."""
-        return int(self._model.nq)
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
+        self.joint_names = tuple(self._model.joint(i).name for i in range(self._model.njnt))
         """Names of the joints, in order."""
-        return tuple(self._model.joint(i).name for i in range(self._model.njnt))
 
     def T_base(self, q: np.ndarray) -> np.ndarray:
-        """Frame of the trunk's base for joint positions ``q``, in the world, shape (4, 4) [-, m]."""
+        """Frame of the trunk's base in the world at joint positions ``q``, shape (4, 4) [-, m]."""
         self._data.qpos[:] = q
         mujoco.mj_kinematics(self._model, self._data)
-        return self._frame_now()
+        return self._read_frame()
 
-    def _frame_now(self) -> np.ndarray:
+    def _read_frame(self) -> np.ndarray:
         T = np.zeros((4, 4))
         T[:3, :3] = self._data.site_xmat[self._site].reshape(3, 3)
         T[:3, 3] = self._data.site_xpos[self._site]
         T[3, 3] = 1.0
         return T
 
-    def feel_base(
+    def estimate_wrench(
         self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, torque: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Frame of the trunk's base, and the wrench on it that explains torques beyond arm's and housing's own.
+        """Frame of the trunk's base, and the external wrench on it, estimated from the residual of the joint torques.
 
-        Franka's controller offers the same estimate (O_F_ext_hat_K). Joint states and torques have shape (n_arm,)
-        [rad, rad/s, rad/s^2, N m]; the frame is as of `T_base`, the wrench has shape (6,), force then torque [N, N m],
-        in the world.
+        The residual is the measured torque less that of the inverse dynamics of arm and housing. Franka's controller
+        has the same estimate (O_F_ext_hat_K).
+
+        Args:
+            q: joint positions, shape (n_arm,) [rad].
+            dq: joint velocities, shape (n_arm,) [rad/s].
+            ddq: joint accelerations, shape (n_arm,) [rad/s^2].
+            torque: joint torques, shape (n_arm,) [N m].
+
+        Returns:
+            The frame as of `T_base`, and the wrench in the world, force then torque, shape (6,) [N, N m].
         """
         data = self._data
         data.qpos[:], data.qvel[:], data.qacc[:] = q, dq, ddq
@@ -94,18 +96,18 @@ class ArmReach:
         mujoco.mj_jacSite(self._model, data, jacobian[:3], jacobian[3:], self._site)
         square = jacobian @ jacobian.T
         square.flat[::7] += _REGULAR
-        return self._frame_now(), _solve(square, jacobian @ (data.qfrc_inverse - torque))
+        return self._read_frame(), _solve(square, jacobian @ (data.qfrc_inverse - torque))
 
     def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
-        """Joint positions one period ``dt`` [s] later on the way from ``q`` to a frame."""
+        """Joint positions after one period ``dt`` [s] on the way from ``q`` [rad] to a frame of the trunk's base."""
         if np.array_equal(q, self._arrived[0]) and np.array_equal(T_world_base, self._arrived[1]):
-            return q  # Nothing moved at the last call with the same question.
+            return q  # The last call with these arguments did not move.
         self._configuration.update(q)
         self._task.set_target(mink.SE3.from_matrix(T_world_base))
         step = self._free_step(q)
         if not self._is_within_limits(q, step):
             step = self._limited_step(dt)
-        if self._speed is not None:  # Slower along the same way, so that the path is kept.
+        if self._speed is not None:  # The step is scaled, which keeps the path.
             step = step / max(1.0, float((np.abs(step) / self._speed_along(q, step, self._speed)).max()) / dt)
         reached = q + step
         if np.abs(step).max() < _STILL:
@@ -113,14 +115,14 @@ class ArmReach:
         return reached
 
     def _speed_along(self, q: np.ndarray, step: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        """Speed that each joint may have on a step from ``q``, shape (n_arm,) [rad/s]."""
+        """Allowed speed of each joint on a step from ``q``, shape (n_arm,) [rad/s]."""
         if self.limits.braking is None:
             return speed
         low, high = velocity_bounds(self.limits, q)
         return np.maximum(SPEED_SHARE * np.where(step > 0, high, -low), _STILL)
 
     def _free_step(self, q: np.ndarray) -> np.ndarray:
-        """Step of the joints that an arm without limits would take, shape (n_arm,) [rad]."""
+        """Step of the joints without limits, shape (n_arm,) [rad]."""
         jacobian, error, damping = self._task.compute_qp_residual(self._configuration)
         hessian = jacobian.T @ jacobian
         hessian.flat[:: q.size + 1] += damping + _DAMPING + _RETURN**2
@@ -137,16 +139,14 @@ class ArmReach:
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solution of a small system with a positive definite matrix; LAPACK at once, for the sake of time."""
+    """Solution of a small positive definite system; LAPACK directly, which is faster than `scipy.linalg.solve`."""
     return np.asarray(dposv(matrix, right)[1])
 
 
 def build_arm_model(design: TrunkDesign) -> mujoco.MjModel:
-    """The arm with the housing and nothing else: what the arm's controller knows of itself."""
+    """Model of the arm with the housing, as the arm's controller has it."""
     world = mujoco.MjSpec()
     world.compiler.degree = False
-    frame = world.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
-    world.attach(arm_spec(design.arm, is_light=True), prefix="arm/", frame=frame)
-    mount = world.site(f"arm/{design.arm.mount_site}")
+    mount = add_arm(world, design.arm, is_decimated=True)
     add_housing(mount.parent, design, mount.pos, mount.quat)
-    return world.compile()
+    return compile_spec(world)

@@ -1,7 +1,7 @@
-"""Kernel of the cables' friction: from hinge angles to the forces that it puts on the hinges.
+"""Kernels of the cables' friction: from hinge angles to forces on the hinges.
 
-Names: gap k lies between sections k and k + 1 and is as long as L_k; S_k is the sum of L_j over j >= k, the cable
-beyond hole k; T_k is the tension in gap k and T_0 the motor's. Arrays count gaps and cables from 0.
+Gap k, of length L_k, lies between sections k and k + 1. S_k is the sum of L_j over j >= k, the cable beyond hole k. T_k
+is the tension in gap k, and T_0 the tension at the motor. Arrays count gaps and cables from 0.
 """
 
 from __future__ import annotations
@@ -20,48 +20,49 @@ _compiled = compiler(hash_files([Path(__file__), Path(capstan_law.__file__)]))
 
 
 @final
-class Geometry(NamedTuple):
-    """What does not change."""
+class CableGeometry(NamedTuple):
+    """Constant geometry of the cables, and their addresses in the model."""
 
     beyond: np.ndarray
-    """True hole beyond each joint, from its centre in the distal section, (axial, ring), shape (n_joint, 2) [m]."""
+    """True hole beyond each joint in the distal section's frame, (axial, radial), shape (n_joint, 2) [m]."""
     before: np.ndarray
-    """True hole before each joint, from its centre in the proximal section, likewise."""
+    """True hole before each joint in the proximal section's frame, its origin in the joint, (axial, radial), shape
+    (n_joint, 2) [m]."""
     back: np.ndarray
-    """How far the simulated holes lie behind the true ones, beyond and before, shape (n_joint, 2) [m]."""
+    """Distance of the simulated holes behind the true ones, beyond and before, shape (n_joint, 2) [m]."""
     direction: np.ndarray
-    """Unit vectors from the axis to the cables, their y and z, shape (n_cable, 2) [-]."""
+    """Unit vectors from the axis to the cables, y and z, shape (n_cable, 2) [-]."""
     inside: np.ndarray
-    """Length of each cable inside the sections as simulated, shape (1,) [m]."""
+    """Length of each cable inside the simulated sections, shape (1,) [m]."""
     z_first: np.ndarray
     """Whether the proximal hinge of each joint is the one about z, shape (n_joint,)."""
     qpos: np.ndarray
     """Addresses in qpos of the proximal and the distal hinge, shape (n_joint, 2)."""
     dof: np.ndarray
-    """Addresses in qvel of the same."""
+    """Addresses in qvel of the same hinges, shape (n_joint, 2)."""
     motor: np.ndarray
-    """Actuator of each cable."""
+    """Actuator of each cable, shape (n_cable,)."""
 
 
 @final
-class State(NamedTuple):
-    """What lasts from step to step, and what the last one saw."""
+class FrictionState(NamedTuple):
+    """State of the friction, and the results of the last step."""
 
     is_moving: np.ndarray
-    """Whether there was a step before, shape (1,)."""
+    """Whether a step preceded, shape (1,)."""
     beyond: np.ndarray
     """S_k at that step, shape (n_cable, n_joint) [m]."""
     force: np.ndarray
-    """Friction along S_k, T_(k-1) - T_k, shape (n_cable, n_joint) [N]."""
+    """Friction force F_k = T_(k-1) - T_k, shape (n_cable, n_joint) [N]."""
     tension: np.ndarray
-    """T_k, the motor's first, shape (n_cable, n_joint + 1) [N]."""
+    """T_k from k = 0, shape (n_cable, n_joint + 1) [N]."""
     turn: np.ndarray
-    """Turn of the cable between gap k - 1 and gap k, shape (n_cable, n_joint) [rad]."""
+    """Wrap angle between gap k - 1 and gap k, shape (n_cable, n_joint) [rad]."""
 
 
 @_compiled
 def joint_turn(z_first: bool, first: float, second: float) -> Any:
-    """Rotation of a joint as nine numbers by rows, and the distal hinge's axis in the proximal section."""
+    """Rotation matrix of a joint, row by row, and the distal hinge's axis, in the proximal section's frame."""
     c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
     if z_first:  # Rz(first) Ry(second).
         return (c1 * c2, -s1, c1 * s2, s1 * c2, c1, s1 * s2, -s2, 0.0, c2), (-s1, c1, 0.0)
@@ -70,7 +71,7 @@ def joint_turn(z_first: bool, first: float, second: float) -> Any:
 
 @_compiled
 def hole_vectors(turn: Any, beyond: Any, before: Any, direction: Any) -> Any:
-    """From the joint's centre to the true hole beyond it, and across the gap, both in the proximal section's frame."""
+    """Vectors from the joint to the true hole beyond it, and across the gap, in the proximal section's frame [m]."""
     u, v, w = beyond[0], beyond[1] * direction[0], beyond[1] * direction[1]
     x = turn[0] * u + turn[1] * v + turn[2] * w
     y = turn[3] * u + turn[4] * v + turn[5] * w
@@ -80,14 +81,14 @@ def hole_vectors(turn: Any, beyond: Any, before: Any, direction: Any) -> Any:
 
 @_compiled
 def set_back(turn: Any, hole: Any, across: Any, back: Any) -> Any:
-    """The same two vectors for holes that lie behind the true ones."""
+    """The vectors of `hole_vectors` for the holes set back by ``back`` [m]."""
     x, y, z = back[0] * turn[0], back[0] * turn[3], back[0] * turn[6]
     return (hole[0] + x, hole[1] + y, hole[2] + z), (across[0] + x + back[1], across[1] + y, across[2] + z)
 
 
 @_compiled
 def gap_gradient(z_first: bool, second_axis: Any, hole: Any, across: Any) -> Any:
-    """Length of a gap and its derivatives by the proximal and the distal hinge."""
+    """Length of a gap [m] and its derivatives with respect to the proximal and the distal hinge [m/rad]."""
     x, y, z = hole
     g, h, k = across
     length = max(math.sqrt(g * g + h * h + k * k), 1e-12)
@@ -99,9 +100,9 @@ def gap_gradient(z_first: bool, second_axis: Any, hole: Any, across: Any) -> Any
 
 @_compiled
 def gap_turns(turn: Any, across: Any) -> Any:
-    """Turns of the cable at the hole before and at the hole beyond a joint: angles between gap and sections' axes.
+    """Wrap angles at the holes before and beyond a joint: angles between the gap and the sections' axes [rad].
 
-    Past shut, by the softness of the joint's limit, the gap's direction counts reversed: so both go on steadily.
+    Past the joint limit, which is soft, the gap's direction is reversed, so that both angles stay continuous.
     """
     x, y, z = across
     along_distal = turn[0] * x + turn[3] * y + turn[6] * z
@@ -111,8 +112,16 @@ def gap_turns(turn: Any, across: Any) -> Any:
 
 
 @_compiled
-def measure_gaps(geometry: Geometry, qpos: Any, gap: Any, gradient: Any, turn: Any) -> None:
-    """Fill lengths and gradients of the gaps as simulated and the turns at the true holes, at hinge angles ``qpos``."""
+def measure_gaps(geometry: CableGeometry, qpos: Any, gap: Any, gradient: Any, turn: Any) -> None:
+    """Fill lengths and gradients of the simulated gaps and the wrap angles at the true holes.
+
+    Args:
+        geometry: geometry of the cables.
+        qpos: generalised positions.
+        gap: written, lengths, shape (n_cable, n_joint) [m].
+        gradient: written, derivatives with respect to both hinges, shape (n_cable, n_joint, 2) [m/rad].
+        turn: written, wrap angles, shape (n_cable, n_joint) [rad].
+    """
     count = geometry.before.shape[0]
     for j in range(count):
         is_z = geometry.z_first[j]
@@ -128,8 +137,8 @@ def measure_gaps(geometry: Geometry, qpos: Any, gap: Any, gradient: Any, turn: A
 
 
 @_compiled
-def slide(c: int, gap: Any, state: State, slid: Any) -> float:
-    """What slid through each hole since the last step, away from the motor; the length of all gaps."""
+def slide(c: int, gap: Any, state: FrictionState, slid: Any) -> float:
+    """Displacement through each hole since the last step, away from the motor; returns the length of all gaps [m]."""
     beyond = 0.0
     for k in range(gap.shape[1] - 1, -1, -1):
         beyond += gap[c, k]
@@ -140,18 +149,18 @@ def slide(c: int, gap: Any, state: State, slid: Any) -> float:
 
 @_compiled
 def motor_tension(actuator: int, length: float, motors: Any) -> float:
-    """Tension of a cable at its motor, by the law of its actuator."""
+    """Tension of a cable at its motor, by the actuator's affine law [N]."""
     ctrl, gain, force_range = motors
     force = gain[actuator, 0] * (ctrl[actuator] - length)
     return -min(max(force, force_range[actuator, 0]), force_range[actuator, 1])
 
 
 @_compiled
-def pass_holes(c: int, mu: float, stiffness: float, slid: Any, state: State) -> None:
+def pass_holes(c: int, mu: float, stiffness: float, slid: Any, state: FrictionState) -> None:
     """Friction at each hole and tension from gap to gap.
 
-    An elastic force that yields at the slip forces of `capstan_law`. A jump of the tension alone, without sliding,
-    creates none of it.
+    The friction is an elastic force that yields at the slip forces of `capstan_law`. A change of the tension without
+    displacement changes no friction force within these bounds.
     """
     tension = state.tension[c, 0]
     for k in range(slid.shape[0]):
@@ -163,15 +172,15 @@ def pass_holes(c: int, mu: float, stiffness: float, slid: Any, state: State) -> 
 
 
 @_compiled
-def apply_friction(geometry: Geometry, state: State, law: Any, motors: Any, forces: Any) -> None:
-    """Advance the friction to the hinge angles of this step, and write its forces on the hinges.
+def apply_friction(geometry: CableGeometry, state: FrictionState, law: Any, motors: Any, forces: Any) -> None:
+    """Advance the friction to the present hinge angles, and write its forces on the hinges.
 
     Args:
-        geometry: what does not change.
-        state: what lasts from step to step; advanced.
-        law: coefficient [-] and stiffness before slip [N/m].
+        geometry: geometry of the cables.
+        state: state of the friction; advanced.
+        law: coefficient of friction [-] and stiffness before slip [N/m].
         motors: ctrl, gainprm and forcerange of the actuators.
-        forces: qpos, and qfrc_applied, written at the hinges.
+        forces: qpos, and qfrc_applied, which is written at the hinges.
     """
     qpos, applied = forces
     n_cable, count = state.turn.shape

@@ -5,10 +5,9 @@ limits (earlier editions of the table give narrower joint ranges). Inertias: fra
 inertias: MuJoCo Menagerie, model franka_fr3, identified there under torque control. Payload: data sheet of Franka
 Research 3.
 
-No Python package that is installed with this one brings the FR3's meshes, and the Panda's are another arm's. The arm is
-therefore drawn and touched as the capsules by which Franka's controller keeps it from colliding with itself
-(franka_description, self-collision geometries, the same for all of Franka's arms). They have the links' axes and
-thickness, not their outlines: pictures and touches of the arm are coarse.
+No dependency contains the FR3's meshes. The arm is drawn and collides as the capsules of Franka's self-collision check
+(franka_description, self-collision geometries, the same for all of Franka's arms). They have the axes and thickness of
+the links, not their outlines: pictures and contacts of the arm are coarse.
 """
 
 from __future__ import annotations
@@ -19,12 +18,7 @@ import numpy as np
 
 from spiraltrunk.control.arm_limits import ArmLimits
 from spiraltrunk.sim.robot.arm_description import ArmDescription, Capsule, LinkInertia
-
-_DH = (
-    (0.0, 0.333, 0.0), (0.0, 0.0, -math.pi / 2), (0.0, 0.316, math.pi / 2), (0.0825, 0.0, math.pi / 2),
-    (-0.0825, 0.384, -math.pi / 2), (0.0, 0.0, math.pi / 2), (0.088, 0.0, math.pi / 2),
-)  # fmt: skip
-"""Rows a [m], d [m], alpha [rad] (Franka's specification, "Kinematic Configuration"): those of the Panda."""
+from spiraltrunk.sim.robot.panda import PANDA
 
 _INERTIA = (
     (2.3966, (-0.0172, 0.0004, 0.0745), (0.0090, 0.0115, 0.0085, 0.0, 0.0020, 0.0)),
@@ -59,11 +53,11 @@ _RANGE = np.array([
 """Joint ranges [rad] (Franka's specification, "Limits for Franka Research 3", as are all its limits)."""
 
 _DIAGONAL = math.sqrt(0.5)
-"""Link 7's side capsule lies at 45 deg between the link's axes [-]."""
+"""Component of the direction of link 7's side capsule, at 45 deg between the link's axes [-]."""
 
 _CAPSULES = (
     (Capsule(first=(-0.09, 0.0, 0.06), second=(-0.06, 0.0, 0.06), radius=0.06),),
-    # As published from -0.333; begun 60 mm higher, as its lower ball would reach through what the arm stands on.
+    # Published from -0.333; moved up by 60 mm, as its lower cap would reach below the arm's base.
     (Capsule(first=(0.0, 0.0, -0.273), second=(0.0, 0.0, -0.05), radius=0.06),),
     (Capsule(first=(0.0, 0.0, -0.06), second=(0.0, 0.0, 0.06), radius=0.06),),
     (Capsule(first=(0.0, 0.0, -0.22), second=(0.0, 0.0, -0.07), radius=0.06),),
@@ -79,8 +73,8 @@ _CAPSULES = (
 
 FR3 = ArmDescription(
     name="fr3",
-    dh=_DH,
-    flange=0.107,
+    dh=PANDA.dh,  # Franka's specification, "Kinematic Configuration".
+    flange=PANDA.flange,
     inertia=tuple(LinkInertia(mass=mass, center=center, moments=moments) for mass, center, moments in _INERTIA),
     armature=(0.195,) * 4 + (0.074,) * 3,
     limits=ArmLimits(
@@ -94,8 +88,8 @@ FR3 = ArmDescription(
             np.array([6.0, 2.585, 3.5, 4.0, 17.0, 5.5, 17.0]),
         ),
     ),
-    gains=((4500, 450), (4500, 450), (3500, 350), (3500, 350), (2000, 200), (2000, 200), (2000, 200)),  # Ours.
-    home=(0.0, -math.pi / 4, 0.0, -3 * math.pi / 4, 0.0, math.pi / 2, math.pi / 4),  # Start of libfranka's examples.
+    gains=PANDA.gains,
+    home=PANDA.home,
     payload=3.0,
     capsules=_CAPSULES,
 )

@@ -1,4 +1,4 @@
-"""Bodies of the gripper at the tip: fingers of phalanges on elastic hinges, a closing and an opening cable group."""
+"""MuJoCo bodies of the tip gripper: fingers of phalanges on elastic hinges, a closing and an opening cable group."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ GROUPS = ("gripper_close", "gripper_open")
 """Tendon and actuator of the two cable groups, on the fingers' inner and outer sides."""
 
 SOLIMP_LIMIT = [0.95, 0.999, 0.01, 0.5, 2.0]
-"""Impedance of a finger joint's limit: rigid within half a degree, as the phalanges' faces are."""
+"""Impedance of a finger joint's limit: full within half a degree, as of the phalanges' faces."""
 
 
 def add_gripper(spec: mujoco.MjSpec, tip: mujoco.MjsBody, design: TrunkDesign) -> None:
     """Add the design's gripper to the tip section's body."""
     gripper = design.gripper
-    assert gripper is not None  # Checked by the caller.
+    assert gripper is not None  # The caller asks.
     end = float(design.section_length[-1])
     for f in range(gripper.n_finger):
         _add_finger(tip, gripper, f, end)
@@ -72,13 +72,13 @@ def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: flo
 
 
 def _half_core(gripper: GripperDesign, j: int) -> float:
-    """Half the length of a phalanx's capsule without its caps [m]; with caps it extends from joint to joint."""
+    """Half the length of a phalanx's capsule without its caps [m]; with them, it reaches from joint to joint."""
     length, width = float(gripper.phalanx_length[j]), float(gripper.phalanx_width[j])
     return max(length - width, 0.05 * width) / 2
 
 
 def _add_group(spec: mujoco.MjSpec, gripper: GripperDesign, group: str, side: float) -> None:
-    """One cable with a strand per finger, at a distance of STRAND_LEVER times the phalanx's width from each joint."""
+    """Add one cable with a strand for each finger; its lever at a joint is STRAND_LEVER of the phalanx's width."""
     tendon = spec.add_tendon(name=group)
     for f in range(gripper.n_finger):
         for j in range(gripper.n_phalanx):
@@ -91,9 +91,9 @@ def _add_group(spec: mujoco.MjSpec, gripper: GripperDesign, group: str, side: fl
 
 
 def _exclude_overlaps(spec: mujoco.MjSpec, gripper: GripperDesign, finger: int) -> None:
-    """Exclude collisions of phalanges that overlap in the straight finger, because those between them are short.
+    """Exclude collisions of phalanges that overlap in the straight finger, as those between them are short.
 
-    All other pairs collide, fingers with each other and with the trunk; MuJoCo excludes parent and child.
+    All other pairs collide: fingers with each other and with the trunk. MuJoCo excludes parent and child by itself.
     """
     ends = np.cumsum(gripper.phalanx_length)
     middle = ends - gripper.phalanx_length / 2

@@ -1,10 +1,10 @@
-"""Contact and colour constants of a scene."""
+"""Contact and colour constants of all bodies of a scene."""
 
 SOLREF = [0.004, 1.0]
-"""Time constant [s] and damping ratio of contacts; equal for trunk and objects, else MuJoCo mixes them."""
+"""Time constant [s] and damping ratio [-] of contacts, equal for trunk and objects; MuJoCo averages unequal ones."""
 
 SOLIMP = [0.95, 0.99, 0.001, 0.5, 2.0]
-"""Impedance of contacts: least, most, over 1 mm."""
+"""Impedance of contacts: from 0.95 to 0.99 over 1 mm of penetration."""
 
 TRUNK_COLORS = ([0.50, 0.55, 0.62, 1.0], [0.58, 0.63, 0.70, 1.0])
-"""Colours of alternate sections, which make bends visible."""
+"""Alternating colours of the sections."""

@@ -19,7 +19,7 @@ from spiraltrunk.sim.robot.arm_description import ArmDescription, LinkInertia
 
 
 def find_meshes() -> Path:
-    """Folder of the Panda's meshes; the package is looked up, not imported: importing it prints a notice.
+    """Folder of the Panda's meshes; the package is not imported, as its import prints a notice.
 
     Raises:
         MissingPackage: where it is not installed.
@@ -36,15 +36,6 @@ _DH = (
     (-0.0825, 0.384, -math.pi / 2), (0.0, 0.0, math.pi / 2), (0.088, 0.0, math.pi / 2),
 )  # fmt: skip
 """Rows a [m], d [m], alpha [rad] (Franka Control Interface documentation, "Denavit-Hartenberg parameters")."""
-
-_FLANGE = 0.107
-"""Distance of the flange from joint 7 [m] (the same table)."""
-
-_GAINS = ((4500, 450), (4500, 450), (3500, 350), (3500, 350), (2000, 200), (2000, 200), (2000, 200))
-"""Stiffness [N m/rad] and damping [N m s/rad] of the joint position control (ours)."""
-
-_HOME = (0.0, -math.pi / 4, 0.0, -3 * math.pi / 4, 0.0, math.pi / 2, math.pi / 4)
-"""Ready posture [rad] (the start of libfranka's examples)."""
 
 _INERTIA = (
     (0.629769, (-0.041018, -0.00014, 0.049974), (0.00315, 0.00388, 0.004285, 8.2904e-7, 0.00015, 8.2299e-6)),
@@ -67,7 +58,7 @@ _RANGE = np.array([
 PANDA = ArmDescription(
     name="panda",
     dh=_DH,
-    flange=_FLANGE,
+    flange=0.107,  # The same table.
     inertia=tuple(LinkInertia(mass=mass, center=center, moments=moments) for mass, center, moments in _INERTIA),
     armature=(0.1,) * 7,  # Ours.
     limits=ArmLimits(
@@ -77,8 +68,8 @@ PANDA = ArmDescription(
         jerk=np.array([7500.0, 3750.0, 5000.0, 6250.0, 7500.0, 10000.0, 10000.0]),
         torque=np.array([87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0]),
     ),
-    gains=_GAINS,
-    home=_HOME,
+    gains=((4500, 450), (4500, 450), (3500, 350), (3500, 350), (2000, 200), (2000, 200), (2000, 200)),  # Ours.
+    home=(0.0, -math.pi / 4, 0.0, -3 * math.pi / 4, 0.0, math.pi / 2, math.pi / 4),  # Start of libfranka's examples.
     payload=3.0,  # Data sheet of the Franka Emika robot.
     find_meshes=find_meshes,
 )

@@ -1,7 +1,7 @@
-"""MuJoCo bodies of a design: housing, sections, elastic joints, cables and gripper.
+"""MuJoCo bodies of a design: housing, sections, elastic joints, cables and tip gripper.
 
-Every length, mass and stiffness is read from the design; constants here concern the simulation only. Axes are the
-design's: x along the trunk, y dorsal.
+Every length, mass and stiffness is read from the design; the constants here belong to the simulation alone. Axes are
+the design's: x along the trunk, y dorsal.
 """
 
 from __future__ import annotations
@@ -20,42 +20,44 @@ from spiraltrunk.sim.robot.gripper import add_gripper
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF, TRUNK_COLORS
 
 _QUAT_MOUNT_TRUNK_WXYZ = (0.5, -0.5, -0.5, -0.5)
-"""Maps the trunk's x axis to the mount's z axis, its dorsal side to the mount's x axis."""
+"""Rotation of the trunk in the mount: x along the mount's z axis, dorsal along the mount's x axis."""
 
 N_SIDE = 16
-"""Sides of the prism that approximates a round section."""
+"""Sides of the prism that represents a round section."""
+
+NEIGHBOURS = 4
+"""Bodies of the chain up to this far apart do not collide; the joint limits represent the contact of their faces."""
 
 LIMIT_ARM = 0.075
-"""Distance from a joint to the two virtual points that limit its bend [m]; it affects the limit's softness only."""
+"""Distance from a joint to the two sites whose distance limits its angle [m] (ours); it sets only the softness of the
+limit."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class TrunkOptions:
-    """Options of the simulation that are no property of the robot."""
+    """Parameters of the simulated trunk that are not in the design."""
 
     hole_set_back: float = 0.08
-    """Distance of the holes behind the face over its half-width [-]: in the face a cable chatters when a gap shuts."""
-    neighbours: int = 4
-    """Largest distance of sections that do not collide: the joint limits represent their faces."""
+    """Distance of the holes behind the face over the face's half-width [-]; with holes in the face, a cable chatters
+    when a gap shuts."""
     cable_gain: float = 2e4
     """Stiffness of the winder's position control [N/m]."""
     stiffness_factor: float = 1.0
-    """Joint stiffness over the design's [-], for robustness trials."""
+    """Joint stiffness over the design's [-]."""
 
 
 def trunk_spec(design: TrunkDesign, options: TrunkOptions | None = None) -> mujoco.MjSpec:
-    """The trunk with its housing as a spec of its own, mounted at the origin, along the world's +z.
+    """The trunk with its housing as a separate spec, mounted at the origin, along the world's +z.
 
     Raises:
-        DesignError: for anything but a design and options.
+        DesignError: for a value of another type.
     """
     options = TrunkOptions() if options is None else options
     check_type("design", design, TrunkDesign)
     check_type("options", options, TrunkOptions)
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
-    spec.compiler.autolimits = True
     add_trunk(spec, spec.worldbody, design, options)
     return spec
 
@@ -79,11 +81,14 @@ def add_trunk(
         _add_cable(spec, design, c, options)
     if design.gripper is not None:
         add_gripper(spec, body, design)
-    _exclude_neighbours(spec, design, options)
+    _exclude_neighbours(spec, design)
 
 
 def trunk_quat_wxyz(mount_quat_wxyz: ArrayLike, roll: float = 0.0) -> np.ndarray:
-    """Orientation of the trunk in the mount's parent: x along the mount's z, dorsal ``roll`` [rad] from its x."""
+    """Rotation of the trunk in the mount's parent, shape (4,) [-].
+
+    The trunk's x axis is the mount's z axis; its dorsal side is the mount's x axis rotated about z by ``roll`` [rad].
+    """
     turn, quat = np.array([math.cos(roll / 2), 0, 0, math.sin(roll / 2)]), np.zeros(4)
     mujoco.mju_mulQuat(quat, np.array(mount_quat_wxyz, float), turn)
     mujoco.mju_mulQuat(quat, quat.copy(), np.array(_QUAT_MOUNT_TRUNK_WXYZ))
@@ -106,7 +111,7 @@ def hinge_names(i: int) -> tuple[str, str]:
 
 
 def hinge_order(i: int) -> tuple[str, str]:
-    """The hinges of joint ``i``, proximal first; the order alternates to avoid torsion when bending about both."""
+    """The hinges of joint ``i``, proximal first; the order alternates, so that bending about both does not twist."""
     about_y, about_z = hinge_names(i)
     return (about_z, about_y) if i % 2 == 0 else (about_y, about_z)
 
@@ -114,30 +119,24 @@ def hinge_order(i: int) -> tuple[str, str]:
 def tune_joint_limits(model: mujoco.MjModel, design: TrunkDesign) -> None:
     """Set the inverse inertia of the joint limits to its value at the limit.
 
-    MuJoCo computes it for the straight trunk, where the Jacobian of the limited distance is zero: the limit would be
-    infinitely stiff, and a free curl diverges when the base is horizontal.
+    MuJoCo computes it for the straight trunk, where the limited distance is stationary and its Jacobian is 0. The limit
+    would be infinitely stiff, and a free curl from a horizontal base would diverge.
     """
     data = mujoco.MjData(model)
     for i in range(design.n_joint):
         data.qpos[model.joint(hinge_names(i)[1]).qposadr[0]] = design.joint_limit
     mujoco.mj_forward(model, data)
+    jacobian = np.zeros((model.ntendon, model.nv))
+    mujoco.mju_sparse2dense(jacobian, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind)
+    solved = np.zeros_like(jacobian)
+    mujoco.mj_solveM(model, data, solved, jacobian)
     for i in range(design.n_joint):
         tendon = model.tendon(f"limit_{i + 1:02d}").id
-        jacobian = _tendon_jacobian(model, data, tendon)
-        solved = np.zeros((1, model.nv))
-        mujoco.mj_solveM(model, data, solved, jacobian[None])
-        model.tendon_invweight0[tendon] = float(jacobian @ solved[0])
-
-
-def _tendon_jacobian(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> np.ndarray:
-    row = np.zeros(model.nv)
-    start, count = model.ten_J_rowadr[tendon], model.ten_J_rownnz[tendon]
-    row[model.ten_J_colind[start : start + count]] = data.ten_J[start : start + count]
-    return row
+        model.tendon_invweight0[tendon] = float(jacobian[tendon] @ solved[tendon])
 
 
 def add_housing(parent: mujoco.MjsBody, design: TrunkDesign, pos: np.ndarray, quat_wxyz: np.ndarray) -> mujoco.MjsBody:
-    """Add motor housing and neck, along +z of the mount frame; the neck's end is the site "trunk_base"."""
+    """Add motor housing and neck, along +z of the mount frame; the site "trunk_base" is the end of the neck."""
     housing, radius = design.housing, float(design.section_radius[0])
     body = parent.add_body(name="housing", pos=pos, quat=trunk_quat_wxyz(quat_wxyz, design.arm.roll))
     neck = body.add_body(name="neck", pos=[housing.length, 0, 0])
@@ -146,7 +145,7 @@ def add_housing(parent: mujoco.MjsBody, design: TrunkDesign, pos: np.ndarray, qu
         (neck, housing.neck_mass, radius, housing.neck_length, TRUNK_COLORS[1]),
     ):
         _set_inertia(part, mass, length / 2, (mass * size**2 / 2, mass * (3 * size**2 + length**2) / 12))
-        part.gravcomp = 1.0  # The arm's controller compensates this load (set_load).
+        part.gravcomp = 1.0  # The arm's controller compensates this load (Franka: set_load).
         part.add_geom(
             name=part.name, type=mujoco.mjtGeom.mjGEOM_CYLINDER, fromto=[0, 0, 0, length, 0, 0], size=[size, 0, 0],
             rgba=color, solref=SOLREF, solimp=SOLIMP,
@@ -171,10 +170,10 @@ def _add_section(
 
 
 def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, design: TrunkDesign, n: int) -> None:
-    """Add the section as a visual mesh, and a capsule through its outer surface for collisions.
+    """Add the section's mesh, which is drawn, and a capsule through its outer surface, which collides.
 
-    The capsule's ends bridge the open side of the gaps as the silicone shell does. It costs half as much as the prism,
-    and its contacts chatter less. The last section collides as its mesh, which ends at the gripper's palm.
+    The capsule's round ends bridge the open side of the gaps, as the silicone shell does. It costs half as much as the
+    sharp-edged prism and chatters less. The last section collides as its mesh, as the palm of the gripper.
     """
     mesh = spec.add_mesh(name=section_name(n), uservert=_section_vertices(design, n).ravel())
     is_last = n == design.n_section - 1
@@ -209,9 +208,9 @@ def _add_holes(body: mujoco.MjsBody, design: TrunkDesign, n: int, options: Trunk
 
 
 def _add_limit(spec: mujoco.MjSpec, design: TrunkDesign, i: int) -> None:
-    """Limit the angle between two axes to the joint's, in any direction.
+    """Limit the angle between the axes of two sections, in any direction, by the length of a tendon.
 
-    Two points LIMIT_ARM before and behind the joint on the two axes are 2 LIMIT_ARM cos(angle / 2) apart.
+    Two sites on the axes, LIMIT_ARM before and behind the joint, have the distance 2 LIMIT_ARM cos(angle / 2).
     """
     before = spec.body(section_name(i)).add_site(
         name=f"limit_{i + 1:02d}_a", group=4, pos=[design.section_length[i] - LIMIT_ARM, 0, 0]
@@ -239,15 +238,15 @@ def _add_cable(spec: mujoco.MjSpec, design: TrunkDesign, c: int, options: TrunkO
     actuator.biasprm[1] = -options.cable_gain
 
 
-def _exclude_neighbours(spec: mujoco.MjSpec, design: TrunkDesign, options: TrunkOptions) -> None:
+def _exclude_neighbours(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
     chain = ["housing", "neck", *(section_name(n) for n in range(design.n_section))]
     for i, first in enumerate(chain):
-        for second in chain[i + 1 : i + 1 + options.neighbours]:
+        for second in chain[i + 1 : i + 1 + NEIGHBOURS]:
             spec.add_exclude(bodyname1=first, bodyname2=second)
 
 
 def _section_vertices(design: TrunkDesign, n: int) -> np.ndarray:
-    """Corners of the prism of section ``n``: two polygons of the circle's area, and the two joint centres."""
+    """Vertices of the prism of section ``n``: two rims of the circle's area, and the two joint centres."""
     solid = design.solid
     turn = 2 * math.pi / N_SIDE
     angle = turn * np.arange(N_SIDE)

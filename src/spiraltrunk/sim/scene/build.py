@@ -1,4 +1,4 @@
-"""The scene of a trial: floor, pedestal, arm, trunk, and an object, hung before a table or on the ground."""
+"""Scene of a trial: floor, pedestal, arm, trunk, and an object, hung before a table or on the ground."""
 
 from __future__ import annotations
 
@@ -13,98 +13,90 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
-from spiraltrunk.sim.robot.arm import arm_spec
+from spiraltrunk.sim.mujoco_log import compile_spec, first_line
+from spiraltrunk.sim.robot.arm import add_arm
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 from spiraltrunk.sim.robot.trunk import add_trunk, tune_joint_limits
-from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.sim.scene.supports import add_ground, add_hung_object, add_table
-
-ARM = "arm/"
-"""Prefix of every name of the arm."""
+from spiraltrunk.sim.scene.options import ASIDE, LIFT, PLACE_ASIDE, PLACE_RISE, TIMESTEP, SceneOptions
+from spiraltrunk.sim.scene.supports import add_ground, add_hung_object, add_table, rest_height
 
 
 def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
-    """The task as announced to the robot.
-
-    Raises:
-        DesignError: for anything but a design and options.
-    """
-    check_type("design", design, TrunkDesign)
-    check_type("options", options, SceneOptions)
+    """The task as announced to the robot."""
     shape = options.announced or options.shape
-    is_hung, is_upright = options.stage == "hung", options.stance == "upright"
+    is_hung, is_upright = options.support == "hung", options.stance == "upright"
     position = np.array(options.position)
     if not is_hung:
-        position[2] = options.ground + shape.size[0 if is_upright else 2] / 2
+        position[2] = rest_height(options, shape)
     axis = np.array([math.cos(options.yaw), math.sin(options.yaw), 0.0])
     target = Target(
         kind=shape.kind, width=shape.width, length=shape.size[0], mass=shape.mass, position=position,
         axis=np.array([0.0, 0.0, 1.0]) if is_upright else axis,
     )  # fmt: skip
-    aside = np.array([0.0, options.aside, 0.0])
-    beside = np.array([0.0, options.place_aside, options.place_rise]) if is_hung else aside
+    aside = np.array([0.0, ASIDE, 0.0])
+    beside = np.array([0.0, PLACE_ASIDE, PLACE_RISE]) if is_hung else aside
     if any(options.push):
         beside = np.array([*options.push, 0.0])
     ground = None if is_hung else options.ground
-    goal = Goal(lift=options.lift, aside=aside, place=position + beside, ground=ground)
+    goal = Goal(lift=LIFT, aside=aside, place=position + beside, ground=ground)
     for array in (target.position, target.axis, goal.aside, goal.place):
-        array.setflags(write=False)  # The evaluation uses them.
+        array.setflags(write=False)  # The verdict depends on them.
     return Task(design=design, target=target, goal=goal)
 
 
-def scene_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
-    """The whole scene as one spec."""
+def _build_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
-    spec.compiler.autolimits = True
     _set_options(spec, options)
-    _set_look(spec)
+    _set_visual(spec)
     _add_surroundings(spec, design)
-    base = spec.worldbody.add_frame(pos=[0, 0, design.arm.base_height])
-    spec.attach(arm_spec(design.arm, is_light=True), prefix=ARM, frame=base)
-    mount = spec.site(f"{ARM}{design.arm.mount_site}")
+    mount = add_arm(spec, design.arm, is_decimated=True)
     add_trunk(spec, mount.parent, design, options.trunk, pos=mount.pos, quat_wxyz=mount.quat)
     spec.add_exclude(bodyname1=mount.parent.name, bodyname2="housing")
-    if options.stage == "hung":
+    if options.support == "hung":
         add_hung_object(spec, options)
-        add_table(spec, options, build_task(design, options))
+        add_table(spec, options, build_task(design, options).goal.place)
     else:
         add_ground(spec, options)
     return spec
 
 
 def build_model(design: TrunkDesign | None = None, options: SceneOptions | None = None) -> mujoco.MjModel:
-    """The compiled scene, with tuned joint limits.
+    """Compiled model of the scene, with tuned joint limits.
+
+    Args:
+        design: the design of the robot; the paper's by default.
+        options: the scene of the trial.
 
     Raises:
-        DesignError: for anything but a design and options, and where MuJoCo cannot compile the scene.
+        DesignError: for a value of another type, and where MuJoCo cannot compile the scene.
     """
-    design, options = presets.PAPER if design is None else design, SceneOptions() if options is None else options
+    design = presets.PAPER if design is None else design
+    options = SceneOptions() if options is None else options
     check_type("design", design, TrunkDesign)
     check_type("options", options, SceneOptions)
-    spec = scene_spec(design, options)
     try:
-        model = spec.compile()
+        model = compile_spec(_build_spec(design, options))
     except ValueError as error:
-        allowed = f"sizes, masses and places that it builds; it says: {' '.join(str(error).split())[:150]}"
+        allowed = f"sizes, masses and places that it builds; it says: {first_line(error)}"
         raise DesignError("world", got=Unquoted("one that MuJoCo refuses"), allowed=allowed) from None
     tune_joint_limits(model, design)
     return model
 
 
 def _set_options(spec: mujoco.MjSpec, options: SceneOptions) -> None:
-    spec.option.timestep = options.timestep
+    spec.option.timestep = TIMESTEP
     spec.option.impratio = options.friction_hardness
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.tolerance = 1e-6  # Fewer iterations than at 1e-8, with the same success rate.
+    spec.option.tolerance = 1e-6  # Fewer iterations than at 1e-8, at the same rate of success.
     spec.option.gravity = [0, 0, -GRAVITY]
-    # MuJoCo 4.0.0's sparse Cholesky factor is faulty; the dense one is correct, and no slower here.
+    # MuJoCo 4.0.0's sparse Cholesky factor is at fault in places; the dense one is not, and no slower here.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
 
 
-def _set_look(spec: mujoco.MjSpec) -> None:
-    """Light and image quality; frames are supersampled, as multisampling is slow in software."""
+def _set_visual(spec: mujoco.MjSpec) -> None:
+    """Set light and image quality; supersampling replaces multisampling, which is slow in software."""
     visual = spec.visual
     visual.global_.offwidth, visual.global_.offheight = 1920, 1440
     visual.global_.fovy = 40.0
@@ -113,7 +105,7 @@ def _set_look(spec: mujoco.MjSpec) -> None:
     visual.headlight.specular = [0.10, 0.10, 0.10]
     visual.quality.offsamples = 0
     visual.quality.shadowsize = 2048
-    visual.quality.numslices, visual.quality.numstacks = 20, 8  # Of round geoms, mostly cables.
+    visual.quality.numslices, visual.quality.numstacks = 20, 8  # Of cylinders, mostly the cables.
     visual.map.znear = 0.02
     visual.map.shadowclip = 1.2
     visual.map.haze = 0.6

@@ -1,78 +1,72 @@
-"""Options of a scene: stage, object, sensors, actuators and time step."""
+"""Options of a scene: object, support, sensors and trunk."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import final
 
-from spiraltrunk.checks import check_number
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, ObjectSpec, parse_object
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.sensors import SensorOptions
 
-STAGES = ("hung", "ground")
-"""Supports of an object: strings, or the ground."""
+SUPPORTS = ("hung", "ground")
+"""Supports of an object: two strings, or the ground."""
 
 STANCES = ("lying", "upright")
-"""Orientations of an object's axis on the ground."""
+"""Orientations of an object on the ground: axis horizontal, or vertical."""
 
 TIMESTEP = 1e-3
-"""Step of the physics [s]."""
+"""Time step of the physics [s]."""
+
+LIFT = 0.20
+"""Height of the lift [m]."""
+
+ASIDE = 0.20
+"""Distance of the transport along y [m]."""
+
+PLACE_ASIDE, PLACE_RISE = 0.35, 0.08
+"""Place on the table relative to the hanging object: along y, clear of the curling trunk, and up, where the strings are
+slack [m]."""
 
 
 @final
 @dataclass(frozen=True, kw_only=True)
 class SceneOptions:
-    """Scene of a trial: its true state, and the state announced to the robot."""
+    """The scene of one trial: its true state, and the state announced to the robot."""
 
     shape: ObjectSpec = field(default_factory=lambda: parse_object(DEFAULT_OBJECT))
     """The true object."""
     announced: ObjectSpec | None = None
     """The object as announced to the robot; None announces the true one."""
-    stage: str = "hung"
-    """Support of the object: "hung" on two strings, or on the "ground"."""
+    support: str = "hung"
+    """Support of the object: "hung" on two strings, or the "ground"."""
     stance: str = "lying"
-    """Orientation: "lying", its axis horizontal, or "upright"; hung objects are lying."""
+    """Orientation of the object: "lying", its axis horizontal, or "upright"; a hung object is lying."""
     yaw: float = 0.0
-    """Announced angle of its axis about the vertical from the world's x [rad]."""
+    """Announced yaw of the object's axis from the world's x [rad]."""
     yaw_error: float = 0.0
-    """True minus announced angle [rad]."""
+    """True minus announced yaw [rad]."""
     ground: float = 0.60
-    """Height of the ground [m], reachable from above and from the side."""
+    """Height of the ground [m]; at the default, arm and trunk reach it from above and from the side."""
     position: tuple[float, float, float] = (0.45, 0.10, 0.85)
-    """Announced centre of the object, shape (3,) [m]; on the ground, its height follows from the object."""
+    """Announced centre of the object, shape (3,) [m]; on the ground, the height follows from the object."""
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """True minus announced centre, shape (3,) [m]."""
-    aside: float = 0.20
-    """Carry along y, not 0 [m]."""
-    lift: float = 0.20
-    """Height to lift by, above 0 [m]."""
     push: tuple[float, float] = (0.0, 0.0)
-    """Displacement by which it is to be pushed on the ground (x, y) [m]; zero where it is to be lifted."""
-    place_aside: float = 0.35
-    """Distance of the table's middle along y from the hung object [m], clear of the curling trunk."""
-    place_rise: float = 0.08
-    """Height of the target above the object's start [m]; the strings are slack there."""
+    """Displacement (x, y) by which the object shall be pushed on the ground [m]; 0 where it shall be lifted."""
     trunk: TrunkOptions = field(default_factory=TrunkOptions)
-    """Options of the simulated trunk."""
+    """Simulation options of the trunk."""
     sensors: SensorOptions = field(default_factory=SensorOptions)
-    """Errors of sensors and commands."""
+    """Errors and delays of sensors and commands."""
     friction_hardness: float = 1.0
-    """Ratio of friction to normal stiffness in contacts, MuJoCo's impratio [-]: soft friction lets objects creep."""
-    timestep: float = TIMESTEP
-    """Step of the physics [s]."""
+    """Impedance of friction over that of the contact, MuJoCo's ``impratio`` [-]; a low one lets held objects creep."""
 
     def __post_init__(self) -> None:
-        for name, value, known in (("stage", self.stage, STAGES), ("stance", self.stance, STANCES)):
+        for name, value, known in (("support", self.support, SUPPORTS), ("stance", self.stance, STANCES)):
             if value not in known:
                 raise UnknownName(name, value, known)
-        if self.stage == "hung" and self.stance != "lying":
+        if self.support == "hung" and self.stance != "lying":
             raise DesignError("scene.stance", got=self.stance, allowed='"lying" for a hung object')
-        if self.stage == "hung" and any(self.push):
+        if self.support == "hung" and any(self.push):
             raise DesignError("scene.push", got=self.push, allowed="(0, 0) for a hung object")
-        check_number("scene.lift", self.lift, above=0.0)
-        check_number("scene.timestep", self.timestep, above=0.0, below=0.0101)
-        if self.aside == 0 or math.isnan(self.aside):
-            raise DesignError("scene.aside", got=self.aside, allowed="any distance but 0")

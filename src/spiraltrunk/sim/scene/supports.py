@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from spiraltrunk.control.messages import Task
-from spiraltrunk.sim.objects.catalogue import add_object
+from spiraltrunk.sim.objects.catalogue import ObjectSpec, add_object
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 
 if TYPE_CHECKING:
@@ -22,20 +21,20 @@ SLOT = 0.06
 """Half the width of the slot in the table, through which the trunk withdraws from the object [m] (ours)."""
 
 TABLE_DEPTH = 0.30
-"""Depth of the table in the direction of the carry [m] (ours)."""
+"""Depth of the table in the direction of the transport [m] (ours)."""
 
 GROOVE = math.radians(8.0)
-"""Slope of the table towards its middle [rad] (ours), without which round objects roll off."""
+"""Slope of the table towards its middle [rad] (ours); from a flat table a round object rolls off at release."""
 
 ROLLING_FRICTION = 1e-3
-"""Rolling resistance of the table's felt [m] (ours)."""
+"""Coefficient of rolling friction of the table's felt [m] (ours)."""
 
 GROUND_NEAR, GROUND_FAR, GROUND_HALF_WIDTH = 0.20, 1.30, 1.00
-"""Near and far end of the ground from the arm's base, and half its width [m] (ours)."""
+"""Extent of the ground along x from the arm's base, and half its width [m] (ours)."""
 
 
 def object_quat_wxyz(options: SceneOptions) -> np.ndarray:
-    """Orientation of the object at the start: its axis horizontal or up, then its true yaw, shape (4,) [-]."""
+    """Initial orientation of the object: axis horizontal or vertical, then rotated by the true yaw, shape (4,) [-]."""
     half = (options.yaw + options.yaw_error) / 2
     turn = np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
     if options.stance == "upright":
@@ -45,7 +44,7 @@ def object_quat_wxyz(options: SceneOptions) -> np.ndarray:
 
 
 def add_hung_object(spec: mujoco.MjSpec, options: SceneOptions) -> None:
-    """The object on two strings that pull and never push: tendons with a longest length."""
+    """Add the object on two strings, tendons with an upper limit of the length, which only pull."""
     body = add_object(spec, options.shape)
     center = np.array(options.position) + np.array(options.offset)
     body.pos, body.quat = center, object_quat_wxyz(options)
@@ -61,12 +60,12 @@ def add_hung_object(spec: mujoco.MjSpec, options: SceneOptions) -> None:
         string.wrap_site(f"object_{side}")
 
 
-def add_table(spec: mujoco.MjSpec, options: SceneOptions, task: Task) -> None:
-    """A felt-covered table with a shallow groove, in two halves with a slot between.
+def add_table(spec: mujoco.MjSpec, options: SceneOptions, place: np.ndarray) -> None:
+    """Add a felt-covered table with a shallow groove, in two halves with a slot between, at ``place`` [m], shape (3,).
 
-    The groove keeps a round object from rolling off; the object bridges the slot, in which the trunk withdraws.
+    The groove keeps a round object from rolling off. The object bridges the slot, through which the trunk withdraws.
     """
-    place, half = task.goal.place, options.shape.size[0] / 2
+    half = options.shape.size[0] / 2
     slot = max(0.0, min(SLOT, half - 0.035))
     wide = (half + 0.02 - slot) / 2
     bottom = float(place[2]) - options.shape.size[2] / 2 / math.cos(GROOVE)
@@ -92,7 +91,7 @@ def add_table(spec: mujoco.MjSpec, options: SceneOptions, task: Task) -> None:
 
 
 def add_ground(spec: mujoco.MjSpec, options: SceneOptions) -> None:
-    """A wide platform in front of the arm, and the object on it."""
+    """Add a platform before the arm, and the object on it."""
     spec.worldbody.add_geom(
         name="ground", type=mujoco.mjtGeom.mjGEOM_BOX, material="tiles",
         size=[(GROUND_FAR - GROUND_NEAR) / 2, GROUND_HALF_WIDTH, options.ground / 2],
@@ -101,12 +100,11 @@ def add_ground(spec: mujoco.MjSpec, options: SceneOptions) -> None:
     body = add_object(spec, options.shape)
     if options.shape.kind != "box":
         for geom in body.geoms:
-            geom.condim = 6  # Rolling friction, without which objects would roll for ever.
+            geom.condim = 6  # With rolling friction; without it, a cylinder never stops rolling.
     center = np.array(options.position) + np.array(options.offset)
-    body.pos, body.quat = [*center[:2], rest_height(options)], object_quat_wxyz(options)
+    body.pos, body.quat = [*center[:2], rest_height(options, options.shape)], object_quat_wxyz(options)
 
 
-def rest_height(options: SceneOptions) -> float:
-    """Height of the centre of an object on the ground [m]."""
-    shape = options.shape
+def rest_height(options: SceneOptions, shape: ObjectSpec) -> float:
+    """Height of an object's centre at rest on the ground [m]."""
     return options.ground + shape.size[0 if options.stance == "upright" else 2] / 2

@@ -142,7 +142,7 @@ def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
         OSError: where the file cannot be written.
     """
     captions, samples = zip(*find_moments(trial), strict=True)
-    frames = list(render_frames(trial.plant.model, [sample.qpos for sample in samples], _VIEWS[trial.options.stage]))
+    frames = list(render_frames(trial.plant.model, [sample.qpos for sample in samples], _VIEWS[trial.options.support]))
     write_filmstrip(path, frames, captions, title=title)
 
 
@@ -151,7 +151,7 @@ def _write_video(trial: Trial, path: Path, workers: int, progress: Progress) -> 
     shown = [sample.qpos for sample in trial.plant.trace[::step]]
 
     def frames() -> Iterator[np.ndarray]:
-        view = replace(_VIEWS[trial.options.stage], has_shadows=False)
+        view = replace(_VIEWS[trial.options.support], has_shadows=False)
         for i, frame in enumerate(render_frames(trial.plant.model, shown, view, workers=workers)):
             progress("video", i, len(shown))
             yield frame

@@ -102,7 +102,7 @@ def draw_scene(
     drawn = SceneOptions(
         shape=replace(scaled(shape, size), mass=shape.mass * mass, friction=friction),
         announced=shape,
-        stage=chosen.support,
+        support=chosen.support,
         stance=chosen.stance,
         yaw=turned,
         yaw_error=yaw_error,

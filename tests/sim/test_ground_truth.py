@@ -7,7 +7,7 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.control.loop import run
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.sim import SimPlant, contact_kernels
+from spiraltrunk.sim import SimPlant, ground_truth
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.sensors import SensorOptions, Sensors
 from spiraltrunk.workflows.grasp.world import draw_scene
@@ -73,20 +73,20 @@ def test_bends_are_the_angles_between_the_sections_axes(plant):
 @pytest.mark.parametrize(
     ("pair", "seen"),
     [
-        ((contact_kernels.OBJECT, contact_kernels.ROBOT), (True, False, False)),
-        ((contact_kernels.GROUND, contact_kernels.OBJECT), (False, True, False)),
-        ((contact_kernels.ROBOT, contact_kernels.GROUND), (False, False, True)),
-        ((contact_kernels.TRUNK, contact_kernels.GROUND), (False, False, False)),
-        ((contact_kernels.OBJECT, contact_kernels.TRUNK), (False, False, False)),
-        ((contact_kernels.ROBOT, contact_kernels.TRUNK), (False, False, False)),
-        ((contact_kernels.OTHER, contact_kernels.OBJECT), (False, False, False)),
+        ((ground_truth.OBJECT, ground_truth.ROBOT), (True, False, False)),
+        ((ground_truth.GROUND, ground_truth.OBJECT), (False, True, False)),
+        ((ground_truth.ROBOT, ground_truth.GROUND), (False, False, True)),
+        ((ground_truth.TRUNK, ground_truth.GROUND), (False, False, False)),
+        ((ground_truth.OBJECT, ground_truth.TRUNK), (False, False, False)),
+        ((ground_truth.ROBOT, ground_truth.TRUNK), (False, False, False)),
+        ((ground_truth.OTHER, ground_truth.OBJECT), (False, False, False)),
     ],
 )
 def test_a_pair_is_told_by_its_two_kinds(pair, seen):
-    kind = np.array([contact_kernels.OTHER, *pair])
+    kind = np.array([ground_truth.OTHER, *pair])
     for count in (1, 2):
         geom = np.tile(np.array([1, 2], np.int32), (count, 1))
-        assert contact_kernels.read_contacts(geom, np.full(count, -1e-3), kind) == (1e-3, *seen)
+        assert ground_truth.read_contacts(geom, np.full(count, -1e-3), kind) == (1e-3, *seen)
 
 
 def test_readings_without_error_are_copies_and_draw_nothing():
