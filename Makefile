@@ -47,7 +47,7 @@ check: $(STAMP)  ## lint, format, types, import contracts
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	PYTHONUTF8=1 $(BIN)/lint-imports
 
 format: $(STAMP)  ## put the code into the house's format
 	$(BIN)/ruff check --fix
