@@ -22,7 +22,7 @@ from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.gripper import GROUPS
 from spiraltrunk.sim.scene.build import build_model, build_task
-from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
 from spiraltrunk.sim.sensors import Sensors
 
 CONTROL_PERIOD = 0.02
@@ -67,16 +67,11 @@ class SimPlant(Plant):
         self._friction = CableFriction(self.model, self.design, self.options.trunk)
         self._truth = TruthRecorder(self.model, self.design, names)
         self._arm_motors = _actuators_of(self.model, names)
-        self._substeps = max(1, round(EXTREMES_PERIOD / self.model.opt.timestep))
-        self._n_extreme = max(1, round(CONTROL_PERIOD / self.model.opt.timestep / self._substeps))
         self._sensors = Sensors(self.options.sensors)
         self._object = self.model.body("object").id
         self._pending: deque[Command] = deque()
         gain, gear = self.model.actuator_gainprm[self._arm_motors, 0], self.model.actuator_gear[self._arm_motors, 0]
         self._arm_stiffness = gain * gear**2
-        self._arm_command, self._servo_offset = np.zeros(len(names)), np.zeros(len(names))
-        self._tension_limit = np.zeros(self.design.n_cable)
-        self._grip = 0.0
         self._grippers = [self.model.actuator(name).id for name in GROUPS] if self.design.gripper else []
 
     @property
@@ -125,8 +120,8 @@ class SimPlant(Plant):
         self._arm_command = self._reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD)
         self.data.ctrl[self._arm_motors] = self._arm_command + self._servo_offset
         self._pull(command)
-        for _ in range(self._n_extreme):
-            self._friction.step(self.data, self._substeps)
+        for _ in range(round(CONTROL_PERIOD / EXTREMES_PERIOD)):
+            self._friction.step(self.data, round(EXTREMES_PERIOD / TIMESTEP))
             self._truth.update_extremes(self.data)
         if self._has_diverged():
             raise RunError(f"the simulation diverged after {self.trace[-1].time:.2f} s; reset it, and ask for less")
