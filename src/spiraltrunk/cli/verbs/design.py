@@ -33,7 +33,8 @@ def add_verb(verbs: Any) -> None:
         "turns": "turns of the spiral (default 1.5)",
     }
     for wish, option in _WISHES.items():
-        parser.add_argument(option, dest=wish, type=read_number, help=help_of[wish])
+        metavar = {"deg": "DEG", "mm": "MM"}.get(option.rpartition("-")[2], "N")
+        parser.add_argument(option, dest=wish, type=read_number, metavar=metavar, help=help_of[wish])
     parser.add_argument("--preset", type=read_text, metavar="NAME", help="a preset instead of the rules")
     parser.add_argument("--out", type=read_text, metavar="FILE", help="write the design there as TOML")
 
