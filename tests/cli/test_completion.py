@@ -11,8 +11,6 @@ import pytest
 from spiraltrunk import cli
 from spiraltrunk.cli.verbs.completion import SHELLS
 
-pytest.importorskip("shtab")
-
 COMPLETE = """
 {script}
 spec=$(complete -p spiraltrunk); function=${{spec##*-F }}; function=${{function%% *}}

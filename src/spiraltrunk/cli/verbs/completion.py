@@ -19,7 +19,7 @@ def add_verb(verbs: Any) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
-    import shtab  # type: ignore[import-not-found,unused-ignore]
+    import shtab
 
     script = shtab.complete(arguments.parser, shell=arguments.shell)
     return DONE, format_json({"shell": arguments.shell, "script": script}) if arguments.json else script
