@@ -48,6 +48,11 @@ class Room(NamedTuple):
     matrix: np.ndarray
     right: np.ndarray
     step: np.ndarray
+    damped: np.ndarray
+    wish: np.ndarray
+    held: np.ndarray
+    best: np.ndarray
+    place: np.ndarray
     columns: np.ndarray
     state: np.ndarray
     """Cost [m^2], damping [-], norm of the residuals [m], part of the cost last gained [-]."""
@@ -62,11 +67,12 @@ def room_for_search(n_joint, n_cable, nd):
         np.zeros((n_section, 3)), np.zeros((n_section, 3)), np.zeros((n_section, 3)), np.zeros((n_section, 3)),
         np.zeros((n_cable, n_joint * nd)), np.zeros(parts), np.zeros((n_cable, parts)),
         np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable),
+        np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable, np.bool_), np.zeros(n_cable), np.zeros(3),
         np.zeros((n_joint * nd, 4 * (n_cable // 4 + 1))), np.zeros(4),
     )  # fmt: skip
 
 
-@owning
+@compiled
 def search(b, rounds, enough, case, aim, work, system, room):
     """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q``, ``kept``."""
     most = case.control.most
@@ -83,7 +89,7 @@ def search(b, rounds, enough, case, aim, work, system, room):
         propose(case.trunk, most, system, room)
 
 
-@owning
+@compiled
 def judge(b, is_balanced, enough, aim, case, work, system, room):
     """Keep the shape on trial if it is nearer than the best one, with slopes there if need be; else damp more."""
     cost, most = 1e300, case.control.most
@@ -129,16 +135,15 @@ def normal_equations(room, most):
         room.matrix[c, c] += light
 
 
-@owning
+@compiled
 def bounded_step(room, most):
     """Damped step that leaves every tension within 0 and the largest; what meets a bound is held there."""
-    count, step, kept = most.shape[0], room.step, room.kept
-    held = np.zeros(count, np.bool_)
+    count, step, kept, held, wish = most.shape[0], room.step, room.kept, room.held, room.wish
     for c in range(count):
         step[c] = 0.0
         held[c] = (kept[c] <= 0.0 and room.right[c] > 0) or (kept[c] >= most[c] and room.right[c] < 0)
     for _ in range(count):
-        wish = free_step(room, held)
+        free_step(room)
         again = False
         for c in range(count):
             if not held[c]:
@@ -149,11 +154,10 @@ def bounded_step(room, most):
             return
 
 
-@owning
-def free_step(room, held):
-    """Damped step of the tensions that are not held, the held ones moving as they do."""
-    count = held.shape[0]
-    system, wish = np.empty((count, count)), np.empty(count)
+@compiled
+def free_step(room):
+    """Damped step of the tensions that are not held, the held ones moving as they do, into ``room.wish``."""
+    system, wish, held, count = room.damped, room.wish, room.held, room.held.shape[0]
     copy_rows(room.matrix, system)
     for c in range(count):
         wish[c] = -room.right[c]
@@ -166,7 +170,6 @@ def free_step(room, held):
                 system[c, d], system[d, c] = 0.0, 0.0
             wish[c], system[c, c] = room.step[c], 1.0
     solve_small(system, wish, count)
-    return wish
 
 
 @compiled

@@ -11,9 +11,11 @@ from spiraltrunk.model.inverse.kernels import compiled, owning
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import room_for_search, search
 from spiraltrunk.model.inverse.kernels.simultaneous_newton import comes_to, dash
 from spiraltrunk.model.inverse.kernels.target_residual import miss, see
+from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.batch import NUDGE, build_case, room_for_rows, write_row
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows
-from spiraltrunk.model.statics.kernels.projected_newton import solve_safely
+from spiraltrunk.model.statics.kernels.energy import Work
+from spiraltrunk.model.statics.kernels.projected_newton import System, solve_safely
 
 
 class Known(NamedTuple):
@@ -50,6 +52,25 @@ class Limits(NamedTuple):
     """Tension up to which a cable hardly pulls against the others [N]."""
 
 
+class Spare(NamedTuple):
+    """More room: for a second way to a shape, and for the ranks of the known equilibria."""
+
+    work: Work
+    system: System
+    score: np.ndarray
+    order: np.ndarray
+    other: np.ndarray
+    is_free: np.ndarray
+
+
+@owning
+def room_for_ranks(count, nd, trunk):
+    """`Spare` for a trunk and so many known equilibria."""
+    work, system = room_for_rows(nd, trunk)
+    order, other = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    return Spare(work, system, np.zeros(count), order, other, np.zeros(count, np.bool_))
+
+
 @owning
 def seek_rows(rows, limits, is_bare, trunk, problem, aim, known, turn, solution):
     """Tensions for the targets ``rows`` of one stand, and their equilibria from the straight trunk, into ``solution``.
@@ -59,44 +80,52 @@ def seek_rows(rows, limits, is_bare, trunk, problem, aim, known, turn, solution)
     """
     work, system = room_for_rows(limits.nd, trunk)
     room = room_for_search(trunk.before.shape[0], trunk.before.shape[1], limits.nd)
-    score = np.empty(known.effort.shape[0])
+    spare = room_for_ranks(known.effort.shape[0], limits.nd, trunk)
     for r in range(rows.shape[0]):
-        b = rows[r]
-        case = build_case(b, trunk, problem, solution)
-        if limits.tries > 0:
-            rank(b, aim, known, turn, limits.close, score)
-            seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room)
-        else:
-            copy(solution.tension[b], room.kept)
-            solve_anew(b, case, problem, solution, work, system, room)
-        write_row(b, case, work, system, problem, solution)
+        case = build_case(rows[r], trunk, problem, solution)
+        seek_row(rows[r], limits, is_bare, case, problem, aim, known, turn, solution, work, system, room, spare)
 
 
-@owning
-def seek(b, limits, is_bare, case, problem, aim, known, score, solution, work, system, room):
+@compiled
+def seek_row(b, limits, is_bare, case, problem, aim, known, turn, solution, work, system, room, spare):
+    """Row ``b``."""
+    case, problem, aim, known = by_address(case), by_address(problem), by_address(aim), by_address(known)
+    limits, solution, work, system = by_address(limits), by_address(solution), by_address(work), by_address(system)
+    room, spare = by_address(room), by_address(spare)
+    if limits.tries > 0:
+        rank(b, aim, known, turn, limits.close, spare.score, room)
+        seek(b, limits, is_bare, case, problem, aim, known, solution, work, system, room, spare)
+    else:
+        copy(solution.tension[b], room.kept)
+        solve_anew(b, case, problem, solution, work, system, room)
+    write_row(b, case, problem, solution, work, system)
+
+
+@compiled
+def seek(b, limits, is_bare, case, problem, aim, known, solution, work, system, room, spare):
     """One target from the best ranked start on, until it is met or there are no more to try."""
-    best, tension, norm, tolerance = 1e300, np.zeros(room.kept.shape[0]), 1e300, problem.friction[2]
-    order, start = np.empty(score.shape[0], np.int64), least(score)
+    best, norm, tolerance, score, order = 1e300, 1e300, problem.friction[2], spare.score, spare.order
+    start = least(score)
     for attempt in range(min(limits.tries, score.shape[0])):
         if attempt == 1:
-            sort(score, order)
+            sort(score, order, spare.other)
         if attempt > 0:
-            start = pick(order, attempt, limits.apart, known.points)
+            start = pick(order, attempt, limits.apart, known.points, spare.is_free)
         begin(start, known, room)
         is_there, left = dash(b, limits.enough, tolerance, case, aim, work, system, room)
         if not is_there:
             begin(start, known, room)
             search(b, limits.rounds, limits.enough, case, aim, work, system, room)
-        if not (is_there and is_found(b, left, limits, is_bare, case, solution, room)):
+        if not (is_there and is_found(b, left, limits, is_bare, case, solution, room, spare)):
             solve_anew(b, case, problem, solution, work, system, room)
         norm = look_at(b, case, aim, work, room)
         if norm < best:
             best = norm
-            copy(room.kept, tension)
+            copy(room.kept, room.best)
         if best <= limits.enough:
             break
     if norm != best:  # The last attempt was not the best one.
-        copy(tension, room.kept)
+        copy(room.best, room.kept)
         solve_anew(b, case, problem, solution, work, system, room)
 
 
@@ -114,20 +143,21 @@ def look_at(b, case, aim, work, room):
     return math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
 
 
-@owning
-def is_found(b, left, limits, is_bare, case, solution, room):
+@compiled
+def is_found(b, left, limits, is_bare, case, solution, room, spare):
     """Whether the equilibrium in ``room`` is what the iteration from the straight trunk goes to; if so, row ``b``."""
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
     _make_straight(q)
     copy(room.kept, tension)
-    if not (is_bare and is_sole(limits, case, room)) and not comes_to(room.q, q, tension, case, limits.nd):
+    is_clear = is_bare and is_sole(limits, case, room)
+    if not is_clear and not comes_to(room.q, q, tension, case, spare.work, spare.system):
         return False
     copy_rows(room.q, q)
     figures[0], figures[1], figures[2] = left, 0.0, 0.0
     return True
 
 
-@owning
+@compiled
 def is_sole(limits, case, room):
     """Whether the trunk, bare, is one that balances in one shape alone, at the tensions in ``room.kept``.
 
@@ -140,7 +170,7 @@ def is_sole(limits, case, room):
     return down >= 0.0 and room.kept[least(room.kept)] <= limits.slack
 
 
-@owning
+@compiled
 def solve_anew(b, case, problem, solution, work, system, room):
     """Row ``b`` of the solution: the equilibrium at the tensions ``room.kept``, from the straight trunk."""
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
@@ -159,20 +189,20 @@ def _make_straight(q):
 
 
 @compiled
-def rank(b, aim, known, turn, close, score):
+def rank(b, aim, known, turn, close, score, room):
     """Norm of target ``b``'s residuals at every start, turned to this stand, with its effort, into ``score`` [m]."""
     if aim.deep == 0.0:
-        _rank_places(b, aim, known, turn, score)
+        _rank_places(b, aim, known, turn, score, room.place)
     else:
-        _rank_curls(b, aim, known, turn, score)
+        _rank_curls(b, aim, known, turn, score, room)
     for s in range(score.shape[0]):
         score[s] += min(score[s], close) * known.effort[s]
 
 
-@owning
-def _rank_places(b, aim, known, turn, score):
+@compiled
+def _rank_places(b, aim, known, turn, score, place):
     """The norms for a target without a circle, which is turned to the starts instead of them to it."""
-    last, place = known.points.shape[1] - 1, np.empty(3)
+    last = known.points.shape[1] - 1
     for s in range(score.shape[0]):
         score[s] = 0.0
     for n in range(last + 1):
@@ -193,15 +223,14 @@ def _add_squares(weight, vectors, wanted, score):
         score[s] += weight * weight * (x * x + y * y + z * z)
 
 
-@owning
-def _rank_curls(b, aim, known, turn, score):
-    places, axes = known.points, known.heads
-    residual, points, heads = np.zeros(5 * places.shape[1] + 3), np.zeros(places.shape[1:]), np.zeros(places.shape[1:])
+@compiled
+def _rank_curls(b, aim, known, turn, score, room):
+    places, axes, points, heads = known.points, known.heads, room.points, room.heads
     for s in range(score.shape[0]):
         for n in range(places.shape[1]):
             _turn(turn, places[s, n], points[n])
             _turn(turn, axes[s, n], heads[n])
-        score[s] = math.sqrt(2 * miss(b, points, heads, aim, residual))
+        score[s] = math.sqrt(2 * miss(b, points, heads, aim, room.residual))
 
 
 @compiled
@@ -226,10 +255,10 @@ def least(values):
     return best
 
 
-@owning
-def sort(values, order):
+@compiled
+def sort(values, order, other):
     """Write the order that sorts ``values``, equal ones kept in order, into ``order`` (merge sort)."""
-    count, run, other = values.shape[0], 1, np.empty(values.shape[0], np.int64)
+    count, run = values.shape[0], 1
     for k in range(count):
         order[k] = k
     while run < count:
@@ -244,12 +273,14 @@ def sort(values, order):
         run *= 2
 
 
-@owning
-def pick(order, attempt, apart, points):
+@compiled
+def pick(order, attempt, apart, points, is_free):
     """Start of an attempt: in turns the next in the order, and the next whose tip is ``apart`` from those before."""
     if attempt % 2 == 0:
         return order[attempt // 2]
-    last, is_free, chosen = points.shape[1] - 1, np.ones(order.size, np.bool_), 0
+    last, chosen = points.shape[1] - 1, 0
+    for k in range(order.size):
+        is_free[k] = True
     for _ in range(attempt // 2 + 1):
         is_any, first = False, 0
         for k in range(order.size):

@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from spiraltrunk.model.inverse.kernels import compiled, owning
+from spiraltrunk.model.inverse.kernels import compiled
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import BALANCED, bounded_step, normal_equations
 from spiraltrunk.model.inverse.kernels.target_residual import chain_rates, miss, miss_rates, see, turn_back
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, factorise, solve_columns
-from spiraltrunk.model.statics.kernels.energy import place, room_for_work
+from spiraltrunk.model.statics.kernels.energy import place
 from spiraltrunk.model.statics.kernels.joint_limits import move, press_outward
 from spiraltrunk.model.statics.kernels.projected_newton import (
     PENALTY,
@@ -25,7 +23,6 @@ from spiraltrunk.model.statics.kernels.projected_newton import (
     largest_turn,
     look,
     pursue_step,
-    room_for_steps,
 )
 
 DASHES = 10
@@ -44,7 +41,7 @@ RETRACED = 40
 """Steps from the straight trunk after which it is not followed any further."""
 
 
-@owning
+@compiled
 def dash(b, enough, tolerance, case, aim, work, system, room):
     """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q`` and ``kept``.
 
@@ -71,7 +68,7 @@ def dash(b, enough, tolerance, case, aim, work, system, room):
     return False, left
 
 
-@owning
+@compiled
 def dash_step(b, is_met, case, aim, work, system, room):
     """One step of bends and tensions from the equations in ``system``, whose factor is in ``work``.
 
@@ -134,14 +131,12 @@ def aim_step(b, case, aim, work, system, room):
             step[row] += room.step[c] * room.rates[c, row]
 
 
-@owning
-def comes_to(near, q, tension, case, nd):
+@compiled
+def comes_to(near, q, tension, case, work, system):
     """Whether the iteration from ``q`` at these tensions, all given, comes as near as `SAME` to the shape ``near``."""
-    n_joint, n_cable, pulls = q.shape[0], tension.shape[0], np.empty(tension.shape[0])
-    work, system = room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, case.trunk.stiffness)
     place(q, case.base, case.trunk, work)
     for _ in range(RETRACED):
-        look(q, tension, pulls, case, 0.0, work, system)
+        look(q, tension, system.pulls, case, 0.0, work, system)
         guarded_factor(work, system.weight)
         descend(q, case.trunk, work, system)
         if not pursue_step(q, tension, case, case, PENALTY, work, system):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.inverse.kernels import compiled, owning
+from spiraltrunk.model.inverse.kernels import compiled
 from spiraltrunk.model.statics.kernels.cholesky import solve_factored
 from spiraltrunk.model.statics.kernels.gravity_load import spin
 
@@ -43,11 +43,10 @@ class Aim(NamedTuple):
 
 
 @compiled
-def circle_gap(n, b, points, heads, aim, view):
+def circle_gap(n, b, points, heads, aim):
     """Gap between section n's outer surface and the circle [m]; negative inside.
 
-    ``view`` receives the gap's slopes by the centre's place along the axis, and by its distance from the axis, and that
-    place and distance.
+    Also its slopes by the centre's place along the axis and by its distance from the axis, and that place and distance.
     """
     radius, start, end = aim.hull[n]
     along, square = 0.0, 0.0
@@ -58,19 +57,15 @@ def circle_gap(n, b, points, heads, aim, view):
     across = math.sqrt(max(square - along * along, 1e-18))
     beside = along - min(max(along, start), end)
     above = across - radius
-    view[2], view[3] = along, across
     if beside == 0.0 or above <= 0.0:
-        view[0], view[1] = 0.0, 1.0
         if above <= 0.0 and abs(beside) > -above:  # Beside the section, not in it.
-            view[0], view[1] = (1.0 if beside > 0 else -1.0), 0.0
-            return abs(beside) - aim.circle[b, 6]
-        return above - aim.circle[b, 6]
+            return abs(beside) - aim.circle[b, 6], (1.0 if beside > 0 else -1.0), 0.0, along, across
+        return above - aim.circle[b, 6], 0.0, 1.0, along, across
     away = math.sqrt(above * above + beside * beside)
-    view[0], view[1] = beside / away, above / away
-    return away - aim.circle[b, 6]
+    return away - aim.circle[b, 6], beside / away, above / away, along, across
 
 
-@owning
+@compiled
 def miss(b, points, heads, aim, out):
     """Residuals of target b into ``out``; returns half the sum of their squares [m^2]."""
     count, total = points.shape[0], 0.0
@@ -84,9 +79,8 @@ def miss(b, points, heads, aim, out):
             out[3 * count + x] = aim.turn * (heads[count - 1, x] - aim.heading[b, x])
             total += out[3 * count + x] * out[3 * count + x]
     if aim.deep != 0.0:
-        view = np.empty(4)
         for n in range(count):
-            gap, off = circle_gap(n, b, points, heads, aim, view), 0.0
+            gap, off = circle_gap(n, b, points, heads, aim)[0], 0.0
             for x in range(3):
                 off += (points[n, x] - aim.circle[b, x]) * aim.circle[b, 3 + x]
             out[3 * count + 3 + n] = gap * (aim.deep if gap < 0 else aim.touch[n])
@@ -95,42 +89,41 @@ def miss(b, points, heads, aim, out):
     return 0.5 * total
 
 
-@owning
+@compiled
 def miss_rates(b, points, heads, ends, turns, aim, out):
     """Rates of the residuals into ``out``, with the section ends moving at ``ends`` and the sections at ``turns``."""
     count = points.shape[0]
-    view, swing = np.empty(4), np.empty(3)
     for n in range(count):
         if aim.weight[n] != 0.0:
             for x in range(3):
                 out[3 * n + x] = aim.weight[n] * ends[n, x]
     if aim.turn != 0.0:
-        turn_head(turns[count - 1], heads[count - 1], swing)
+        swing = turn_head(turns[count - 1], heads[count - 1])
         for x in range(3):
             out[3 * count + x] = aim.turn * swing[x]
     if aim.deep != 0.0:
         for n in range(count):
-            gap = circle_gap(n, b, points, heads, aim, view)
-            turn_head(turns[n], heads[n], swing)
-            along, square, off = 0.0, 0.0, 0.0
+            gap, by_along, by_across, place, distance = circle_gap(n, b, points, heads, aim)
+            swing, along, square, off = turn_head(turns[n], heads[n]), 0.0, 0.0, 0.0
             for x in range(3):
                 to = aim.circle[b, x] - (points[n - 1, x] if n > 0 else 0.0)
                 back = ends[n - 1, x] if n > 0 else 0.0
                 along += to * swing[x] - back * heads[n, x]
                 square -= to * back
                 off += ends[n, x] * aim.circle[b, 3 + x]
-            across = (square - view[2] * along) / view[3]
+            across = (square - place * along) / distance
             share = aim.deep if gap < 0 else aim.touch[n]
-            out[3 * count + 3 + n] = share * (view[0] * along + view[1] * across)
+            out[3 * count + 3 + n] = share * (by_along * along + by_across * across)
             out[4 * count + 3 + n] = (FLAT if aim.touch[n] != 0.0 else NEAR_FLAT) * off
 
 
 @compiled
-def turn_head(turn, head, out):
+def turn_head(turn, head):
     """Rate of a unit vector that turns: the cross product."""
-    out[0] = turn[1] * head[2] - turn[2] * head[1]
-    out[1] = turn[2] * head[0] - turn[0] * head[2]
-    out[2] = turn[0] * head[1] - turn[1] * head[0]
+    return (
+        turn[1] * head[2] - turn[2] * head[1], turn[2] * head[0] - turn[0] * head[2],
+        turn[0] * head[1] - turn[1] * head[0],
+    )  # fmt: skip
 
 
 @compiled
@@ -180,15 +173,14 @@ def chain_rates(rates, work, length, ends, turns):
                 spun = spin(work.first[i, a], work.rotation[i], work.frames[i])
                 for x in range(3):
                     turns[i + 1, x] += rate * spun[x]
-        turn_head(turns[i + 1], work.frames[i + 1, :, 0], ends[i + 1])
+        swing = turn_head(turns[i + 1], work.frames[i + 1, :, 0])
         for x in range(3):
-            ends[i + 1, x] = ends[i, x] + length[i + 1] * ends[i + 1, x]
+            ends[i + 1, x] = ends[i, x] + length[i + 1] * swing[x]
 
 
-@owning
+@compiled
 def gap_rows(points, heads, aim, out):
     """Gap between every section's outer surface and the circle of its row, into ``out`` (b, n_section) [m]."""
-    view = np.empty(4)
     for b in range(out.shape[0]):
         for n in range(out.shape[1]):
-            out[b, n] = circle_gap(n, b, points[b], heads[b], aim, view)
+            out[b, n] = circle_gap(n, b, points[b], heads[b], aim)[0]

@@ -8,12 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
+from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.capstan_friction import COARSER, follow, load_at_once, release
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, room_for_work
 from spiraltrunk.model.statics.kernels.joint_limits import is_shut
 from spiraltrunk.model.statics.kernels.projected_newton import TIGHT, room_for_steps
-from spiraltrunk.model.statics.kernels.quasi_static import creep
+from spiraltrunk.model.statics.kernels.quasi_static import creep, room_for_creep
 from spiraltrunk.model.statics.kernels.tip_compliance import tip_compliance
 
 CONVERGED, ALL_SHUT, STALLED, NOT_CONVERGED = range(4)
@@ -79,10 +80,7 @@ def solve_rows(first, last, nd, trunk, problem, solution):
     """Equilibria ``first`` to ``last`` without friction; bend, tension and anchor hold where each starts."""
     work, system = room_for_rows(nd, trunk)
     for b in range(first, last):
-        case, most = build_case(b, trunk, problem, solution), int(problem.friction[3])
-        q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
-        note(b, load_at_once(q, tension, case, start, tolerance, most, work, system), solution)
-        write_row(b, case, work, system, problem, solution)
+        solve_row(b, build_case(b, trunk, problem, solution), problem, solution, work, system)
 
 
 @owning
@@ -90,28 +88,59 @@ def follow_rows(first, last, nd, trunk, problem, solution):
     """The same with friction."""
     work, system = room_for_rows(nd, trunk)
     for b in range(first, last):
-        case, most, parts = build_case(b, trunk, problem, solution), int(problem.friction[3]), problem.increments[b]
-        q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
-        mu = problem.friction[0]
-        note(b, follow(q, tension, case, mu, start, parts, tolerance, most, work, system), solution)
-        write_row(b, case, work, system, problem, solution)
+        follow_row(b, build_case(b, trunk, problem, solution), problem, solution, work, system)
 
 
 @owning
 def creep_rows(first, last, nd, trunk, problem, solution):
     """The same with friction or without, the trunks creeping, or at once where that takes no time."""
-    work, system = room_for_rows(nd, trunk)
+    (work, system), slow = room_for_rows(nd, trunk), room_for_creep(trunk)
     for b in range(first, last):
-        case, most, motion = build_case(b, trunk, problem, solution), int(problem.friction[3]), problem.motion[b]
-        q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
-        mu = problem.friction[0]
-        if motion[1] > 0.0:
-            note(b, creep(q, tension, case, mu, start, motion, tolerance, most, work, system), solution)
-        else:
-            note(b, load_at_once(q, tension, case, start, tolerance, most, work, system), solution)
+        creep_row(b, build_case(b, trunk, problem, solution), slow, problem, solution, work, system)
+
+
+@compiled
+def solve_row(b, case, problem, solution, work, system):
+    """Row ``b`` without friction."""
+    case, problem, solution = by_address(case), by_address(problem), by_address(solution)
+    work, system = by_address(work), by_address(system)
+    load_row(b, case, problem, solution, work, system)
+    write_row(b, case, problem, solution, work, system)
+
+
+@compiled
+def follow_row(b, case, problem, solution, work, system):
+    """Row ``b`` with friction."""
+    case, problem, solution = by_address(case), by_address(problem), by_address(solution)
+    work, system, mu = by_address(work), by_address(system), problem.friction[0]
+    q, tension, start, parts = solution.bend[b], solution.tension[b], problem.start[b], problem.increments[b]
+    tolerance, most = problem.friction[2], int(problem.friction[3])
+    note(b, follow(q, tension, case, mu, start, parts, tolerance, most, work, system), solution)
+    write_row(b, case, problem, solution, work, system)
+
+
+@compiled
+def creep_row(b, case, slow, problem, solution, work, system):
+    """Row ``b``, the trunk creeping."""
+    case, slow, problem, solution = by_address(case), by_address(slow), by_address(problem), by_address(solution)
+    work, system, mu, motion = by_address(work), by_address(system), problem.friction[0], problem.motion[b]
+    q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
+    if motion[1] > 0.0:
+        most = int(problem.friction[3])
+        found = creep(q, tension, case, mu, start, motion, tolerance, most, slow, work, system)
+        note(b, found, solution)
         if mu == 0.0:
             release(work.gap, solution.anchor[b])
-        write_row(b, case, work, system, problem, solution)
+    else:
+        load_row(b, case, problem, solution, work, system)
+    write_row(b, case, problem, solution, work, system)
+
+
+@compiled
+def load_row(b, case, problem, solution, work, system):
+    """Bends and tensions of row ``b`` without friction."""
+    q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
+    note(b, load_at_once(q, tension, case, start, tolerance, int(problem.friction[3]), work, system), solution)
 
 
 @owning
@@ -139,7 +168,7 @@ def note(b, found, solution):
 
 
 @compiled
-def write_row(b, case, work, system, problem, solution):
+def write_row(b, case, problem, solution, work, system):
     """What follows from the bends and tensions of row ``b``, just found."""
     trunk = case.trunk
     for i in range(work.rotation.shape[0]):

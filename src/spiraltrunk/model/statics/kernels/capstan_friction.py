@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
+from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.cable_gaps import hole_turns
 from spiraltrunk.model.statics.kernels.capstan_law import ratio, slip_forces
 from spiraltrunk.model.statics.kernels.cholesky import column_sum, copy
@@ -34,10 +35,10 @@ def find_hole_turns(rotation, before, beyond, at_before, at_beyond):
             at_before[i, c], at_beyond[i, c] = turns[0], turns[1]
 
 
-@owning
-def measure_turns(trunk, work, turns):
-    """Turn w_k of every cable before each gap [rad], shape (n_joint, n_cable)."""
-    v = np.empty(3)
+@compiled
+def measure_turns(trunk, work):
+    """Turn w_k of every cable before each gap into ``work.turn`` [rad]."""
+    turns, v = work.turn, work.vectors[0]
     for c in range(turns.shape[1]):
         last = 0.0
         for i in range(turns.shape[0]):
@@ -47,13 +48,13 @@ def measure_turns(trunk, work, turns):
 
 
 @compiled
-def update_forces(mu, share, trunk, pulls, work, turns, friction):
+def update_forces(mu, share, trunk, pulls, work, friction):
     """Move what each hole can hold by ``share`` towards what tensions and turns of the shape make of it.
 
     Returns the largest change that the whole way would be, as a moment [N m].
     """
-    measure_turns(trunk, work, turns)
-    worst = 0.0
+    measure_turns(trunk, work)
+    turns, worst = work.turn, 0.0
     for c in range(turns.shape[1]):
         tension = pulls[c]
         for i in range(turns.shape[0]):
@@ -69,11 +70,11 @@ def update_forces(mu, share, trunk, pulls, work, turns, friction):
 
 
 @compiled
-def recall_forces(q, pulls, case, mu, work, turns):
+def recall_forces(q, pulls, case, mu, work):
     """What each hole can hold in the shape from which the loading goes on, whose anchors tell what it holds there."""
-    trunk, friction = case.trunk, case.friction
+    trunk, friction, turns = case.trunk, case.friction, work.turn
     place(q, case.base, trunk, work)
-    measure_turns(trunk, work, turns)
+    measure_turns(trunk, work)
     for c in range(turns.shape[1]):
         tension, beyond = pulls[c], column_sum(work.gap, c)
         for i in range(turns.shape[0]):
@@ -95,49 +96,52 @@ def move_anchors(work, friction):
             friction.anchor[i, c] = beyond - held / friction.stiffness
 
 
-@owning
+@compiled
 def load_at_once(q, tension, case, start, tolerance, most, work, system):
     """Go from the lengths and tensions in ``start`` (2, n_cable) to those of the case in one step, without friction.
 
     ``q`` and ``tension`` are brought up to date in place, and the holes hold nothing. Returns the residual [N m], the
     violation [m] and the number of steps.
     """
-    length, goal, control = np.zeros(tension.shape[0]), np.zeros(tension.shape[0]), case.control
-    stage = Control(control.by_tension, length, control.most, control.compliance)
-    copy(tension, goal)
-    advance(1.0, length, tension, control, start, goal)
-    at_end = Case(case.base, case.trunk, case.field, stage, case.friction)
-    residual, violation, count = solve_safely(q, tension, at_end, tolerance, most, work, system)
+    control, stage = case.control, by_address(stage_case(case, system))
+    copy(tension, system.final)
+    advance(1.0, system.length, tension, control, start, system.final)
+    residual, violation, count = solve_safely(q, tension, stage, tolerance, most, work, system)
     release(work.gap, case.friction.anchor)
     return residual, violation, count
 
 
-@owning
+@compiled
+def stage_case(case, system):
+    """The case with the lengths in ``system.length``, which change on the way to its own."""
+    control = case.control
+    on_way = Control(control.by_tension, system.length, control.most, control.compliance)
+    return Case(case.base, case.trunk, case.field, on_way, case.friction)
+
+
+@compiled
 def follow(q, tension, case, mu, start, increments, tolerance, most, work, system):
     """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case in equal increments.
 
     In each, shape, tensions and friction forces are found together. ``q``, ``tension`` and the friction's anchors are
     brought up to date in place. Returns the last residual [N m], the last violation [m] and the number of steps.
     """
-    turns, length, control = np.zeros(work.gap.shape), np.zeros(tension.shape[0]), case.control
-    stage = Control(control.by_tension, length, control.most, control.compliance)
-    part_way = Case(case.base, case.trunk, case.field, stage, case.friction)
+    control, stage = case.control, by_address(stage_case(case, system))
     total, residual, violation = 0, 0.0, 0.0
-    goal = np.zeros(tension.shape[0])
-    copy(tension, goal)
+    copy(tension, system.final)
     if case.friction.stiffness > 0.0:
-        recall_forces(q, start[1], case, mu, work, turns)
+        recall_forces(q, start[1], case, mu, work)
     for step in range(increments):
-        advance((step + 1) / increments, length, tension, control, start, goal)
-        residual, violation, count = settle(q, tension, part_way, mu, turns, tolerance, most, work, system)
+        advance((step + 1) / increments, system.length, tension, control, start, system.final)
+        residual, violation, count = settle(q, tension, stage, mu, tolerance, most, work, system)
         total += count
     if case.friction.stiffness == 0.0:
         release(work.gap, case.friction.anchor)
     return residual, violation, total
 
 
-@owning
-def settle(q, tension, case, mu, turns, tolerance, most, work, system):
+@compiled
+def settle(q, tension, case, mu, tolerance, most, work, system):
     """Shape, tensions and friction forces of one increment together, and the anchors that the cables then have.
 
     Returns the residual [N m], the violation [m] and the number of steps.
@@ -148,7 +152,7 @@ def settle(q, tension, case, mu, turns, tolerance, most, work, system):
         spent += count
         if friction.stiffness == 0.0:
             break
-        change = update_forces(mu, share, case.trunk, tension, work, turns, friction)
+        change = update_forces(mu, share, case.trunk, tension, work, friction)
         if again > 3 and change > (1 - 0.5 * share) * before:  # Some hole goes to and fro.
             share = max(0.5 * share, SMALLEST_SHARE)
         before = change

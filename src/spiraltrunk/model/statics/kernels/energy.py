@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
+from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.cable_gaps import differentiate_gap, gap_length
 from spiraltrunk.model.statics.kernels.gravity_load import add_weight, chain, weight_energy
 from spiraltrunk.model.statics.kernels.joint_rotation import differentiate, rotate
@@ -94,6 +95,7 @@ class Work(NamedTuple):
     slope: np.ndarray
     curve: np.ndarray
     tension: np.ndarray
+    turn: np.ndarray
     bow: np.ndarray
     gradient: np.ndarray
     hessian: np.ndarray
@@ -111,7 +113,8 @@ def room_for_work(n_joint, n_cable, nd):
         np.zeros((n_joint + 1, 3, 3)), np.zeros((n_joint, 3, 3)), np.zeros((n_joint, nd, 3, 3)),
         np.zeros((n_joint, nd, nd, 3, 3)), np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable, nd)),
         np.zeros((n_joint, n_cable, nd, nd)), np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable)),
-        np.zeros((n_joint, nd)), np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, 3)),
+        np.zeros((n_joint, n_cable)), np.zeros((n_joint, nd)), np.zeros((size, size)), np.zeros((size, size)),
+        np.zeros((size, 3)),
         np.zeros((size, 3)), np.zeros((3, 3)),
     )  # fmt: skip
 
@@ -193,6 +196,7 @@ def linearise(q, case, pulls, work):
 
     ``work.tension`` receives the tension of every gap, ``work.bow`` the stiffness of every hole.
     """
+    case, work = by_address(case), by_address(work)
     place(q, case.base, case.trunk, work)
     linearise_placed(q, case, pulls, work)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from spiraltrunk.model.statics.kernels import compiled
+from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.joint_rotation import bend_size
 
 NEARLY = 5e-4
@@ -58,6 +59,7 @@ def _is_bent(q, i, limit):
 @compiled
 def reduce(q, trunk, work, system):
     """Copy the equations of ``work`` to ``system`` and reduce those of the joints pressed against their limit."""
+    trunk, work, system = by_address(trunk), by_address(work), by_address(system)
     nd, rim = work.first.shape[1], system.rim
     for i in range(q.shape[0]):
         for a in range(nd):

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
+from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.cholesky import (
     column_sum,
     copy,
@@ -63,6 +64,17 @@ class System(NamedTuple):
     trial: np.ndarray
     normal: np.ndarray
     rim: np.ndarray
+    pulls: np.ndarray
+    aimed: np.ndarray
+    length: np.ndarray
+    final: np.ndarray
+    now: np.ndarray
+    more: np.ndarray
+    matrix: np.ndarray
+    copied: np.ndarray
+    chosen: np.ndarray
+    motion: np.ndarray
+    columns: np.ndarray
 
 
 @owning
@@ -76,6 +88,9 @@ def room_for_steps(n_joint, n_cable, nd, stiffness):
         np.zeros(size), np.zeros((n_cable, size)), np.zeros(n_joint, np.bool_), np.zeros(n_joint), weight,
         np.zeros(size), np.zeros((n_cable, size)), np.zeros(n_cable, np.bool_), np.zeros(n_cable), np.zeros(n_cable),
         np.zeros(n_cable), np.zeros((n_joint, 3)), np.zeros((n_joint, 2)), np.zeros(3),
+        np.zeros(n_cable), np.zeros(n_cable), np.zeros(n_cable), np.zeros(n_cable), np.zeros(n_cable),
+        np.zeros(n_cable), np.zeros((n_cable, n_cable)), np.zeros((n_cable, n_cable)), np.zeros(n_cable, np.int64),
+        np.zeros((3, size)), np.zeros((size, 4)),
     )  # fmt: skip
 
 
@@ -141,12 +156,10 @@ def largest_turn(step, n_joint):
     return math.sqrt(worst)
 
 
-@owning
+@compiled
 def pursue(control, pulls, penalty, system, work):
     """Add the change of tension that shortens the working cables to ``system.step``; wished tensions, goal lengths."""
-    n_cable = pulls.shape[0]
-    matrix, again, index = np.zeros((n_cable, n_cable)), np.zeros((n_cable, n_cable)), np.zeros(n_cable, np.int64)
-    now, more = np.zeros(n_cable), np.zeros(n_cable)
+    n_cable, matrix, index, now, more = pulls.shape[0], system.matrix, system.chosen, system.now, system.more
     count = NONE
     for c in range(n_cable):
         if system.works[c]:
@@ -162,9 +175,9 @@ def pursue(control, pulls, penalty, system, work):
         matrix[a, a] = matrix[a, a] * (1 + 1e-12) + give / (1 - stiff * give) + 1e-15
         now[a] = dot(system.slopes[c], system.step)
         more[a] = system.excess[c] / (1 - stiff * give)
-    copy_rows(matrix, again)
+    copy_rows(matrix, system.copied)
     solve_small(matrix, now, count)
-    solve_small(again, more, count)
+    solve_small(system.copied, more, count)
     share = limit_share(system, now, more, count)
     for c in range(n_cable):
         system.wish[c], system.goal[c] = pulls[c], control.length[c]
@@ -228,11 +241,11 @@ def search(q, case, multiplier, penalty, slope, work, system):
     return 0.0
 
 
-@owning
+@compiled
 def pursue_step(q, tension, case, goal, penalty, work, system):
     """One step of shape and tensions together; whether the merit fell."""
     pursue(case.control, tension, penalty, system, work)
-    pulls = np.zeros(tension.shape[0])
+    pulls = system.aimed
     tensions_at(work.gap, goal.control, system.wish, penalty, pulls)
     slope = dot(system.gradient, system.step)
     for c in range(tension.shape[0]):
@@ -273,7 +286,7 @@ def does_work(system):
     return False
 
 
-@owning
+@compiled
 def solve(q, tension, case, tolerance, most, work, system):
     """Bring ``q`` (n_joint, 3) and ``tension`` (n_cable) to equilibrium, in place.
 
@@ -281,9 +294,9 @@ def solve(q, tension, case, tolerance, most, work, system):
     moments of the closed faces [N m], ``work.tension`` the tensions of all gaps [N].
     """
     control = case.control
-    aim = Control(control.by_tension, system.goal, control.most, control.compliance)
-    goal = Case(case.base, case.trunk, case.field, aim, case.friction)
-    pulls = np.zeros(tension.shape[0])
+    aim = by_address(Control(control.by_tension, system.goal, control.most, control.compliance))
+    goal = by_address(Case(case.base, case.trunk, case.field, aim, case.friction))
+    pulls = system.pulls
     pull_inside(q, case.trunk, system.rim)
     penalty, tries, is_pursuing, before, is_placed = PENALTY, 3, True, 1e300, False
     for count in range(most + 1):
@@ -321,7 +334,7 @@ def solve(q, tension, case, tolerance, most, work, system):
     return residual, violation, count
 
 
-@owning
+@compiled
 def _with_shut(trunk, shut):
     return Trunk(
         trunk.kind, trunk.stiffness, trunk.natural, trunk.limit, trunk.length, trunk.before, trunk.beyond,
@@ -329,7 +342,7 @@ def _with_shut(trunk, shut):
     )  # fmt: skip
 
 
-@owning
+@compiled
 def solve_safely(q, tension, case, tolerance, most, work, system):
     """`solve`; where it does not end well, once more with gaps that shut softly at first, then as hard as asked.
 
@@ -340,9 +353,9 @@ def solve_safely(q, tension, case, tolerance, most, work, system):
     shut = SOFTEST
     while (residual > tolerance or violation > TIGHT) and total < most:
         shut = max(shut / 3, trunk.shut)
-        soft = _with_shut(trunk, shut)
+        soft = by_address(_with_shut(trunk, shut))
         enough = tolerance if shut == trunk.shut else 1e-4
-        softened = Case(case.base, soft, case.field, case.control, case.friction)
+        softened = by_address(Case(case.base, soft, case.field, case.control, case.friction))
         residual, violation, count = solve(q, tension, softened, enough, min(3 * FIRST, most - total), work, system)
         total += count + 1
         if shut > trunk.shut:

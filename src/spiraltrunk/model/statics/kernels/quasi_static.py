@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
+from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.capstan_friction import (
     COARSER,
     advance,
@@ -47,23 +48,22 @@ TRIES = np.int64(200)
 
 
 @owning
-def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):  # noqa: PLR0915
+def creep(q, tension, case, mu, start, motion, tolerance, most, slow, work, system):
     """Load from the lengths and tensions in ``start`` (2, n_cable) to those of the case, and wait until it rests.
 
     ``motion`` is the time that the loading takes and the damping time [s]. ``q`` and ``tension`` are brought up to date
-    in place. Returns the last residual [N m], the last violation [m] and the number of Newton's steps.
+    in place; ``slow`` is of `room_for_creep`. Returns the last residual [N m], the last violation [m] and the number of
+    Newton's steps.
     """
     seconds, delay = motion
     control, trial, now, pace, total, friction = case.control, np.zeros(q.shape), 0.0, FIRST * delay, 0, case.friction
-    n_cable, slow = tension.shape[0], _slow_trunk(case.trunk)
-    length, goal, kept = np.zeros(n_cable), np.zeros(n_cable), np.zeros(n_cable)
-    copy(tension, goal)
+    kept, residual, violation = np.zeros(tension.shape[0]), 0.0, 0.0
+    copy(tension, system.final)
     copy(start[1], kept)
-    stage = Control(control.by_tension, length, control.most, control.compliance)
-    under_way, residual, violation = Case(case.base, slow, case.field, stage, friction), 0.0, 0.0
-    turns = np.zeros(work.gap.shape)
+    stage = by_address(Control(control.by_tension, system.length, control.most, control.compliance))
+    under_way = by_address(Case(case.base, slow, case.field, stage, friction))
     if friction.stiffness > 0.0:
-        recall_forces(q, kept, case, mu, work, turns)
+        recall_forces(q, kept, case, mu, work)
     for _ in range(most):
         step, left, part = pace, seconds - now, 1.0
         if left > 0.0:
@@ -72,7 +72,7 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):  
             step = max(left, SHORTEST * delay) if is_last else step
             part = 1.0 if is_last else (now + step) / seconds
         copy(kept, tension)
-        advance(part, length, tension, control, start, goal)
+        advance(part, system.length, tension, control, start, system.final)
         _hold_back(q, delay / step, case.trunk, slow)
         copy_rows(q, trial)
         residual, violation, count = solve_safely(trial, tension, under_way, tolerance, TRIES, work, system)
@@ -88,18 +88,18 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, work, system):  
         copy_rows(trial, q)
         copy(tension, kept)
         if friction.stiffness > 0.0:
-            update_forces(mu, 1.0, case.trunk, tension, work, turns, friction)
+            update_forces(mu, 1.0, case.trunk, tension, work, friction)
             move_anchors(work, friction)
         if turn < 0.4 * TURN:
             pace = 1.6 * step
         if part == 1.0 and step > LONGEST * delay:
-            residual, violation, count = settle(q, tension, case, mu, turns, tolerance, most, work, system)
+            residual, violation, count = settle(q, tension, case, mu, tolerance, most, work, system)
             return residual, violation, total + count
     return max(residual, 2 * COARSER * tolerance), violation, total
 
 
 @owning
-def _slow_trunk(trunk):
+def room_for_creep(trunk):
     """A trunk whose stiffness and natural bends are its own, yet to be filled."""
     return Trunk(
         trunk.kind, np.zeros(trunk.stiffness.shape), np.zeros(trunk.natural.shape), trunk.limit, trunk.length,

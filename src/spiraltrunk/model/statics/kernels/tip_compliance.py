@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from spiraltrunk.model.statics.kernels import compiled, owning
+from spiraltrunk.model.statics.kernels import compiled
 from spiraltrunk.model.statics.kernels.cholesky import dot, solve_columns, solve_factored, solve_small
 from spiraltrunk.model.statics.kernels.energy import linearise
 from spiraltrunk.model.statics.kernels.gravity_load import spin
@@ -43,7 +41,7 @@ def hold_pressed(motion, nd, system):
                 motion[x, y] = 0.0
 
 
-@owning
+@compiled
 def tip_compliance(q, tension, case, work, system, out):
     """Displacement of the tip per force on it into ``out`` (3, 3) [m/N], at a solution just found; holes stick."""
     nd, n_cable, control = work.first.shape[1], tension.shape[0], case.control
@@ -51,7 +49,7 @@ def tip_compliance(q, tension, case, work, system, out):
     if case.friction.stiffness > 0:  # The holes' forces have been brought up to date since.
         linearise(q, case, tension, work)
         reduce(q, case.trunk, work, system)
-    motion, columns = np.empty((3, size)), np.zeros((size, 4))
+    motion, columns = system.motion, system.columns
     tip_motion(work, case.trunk.length, motion)
     hold_pressed(motion, nd, system)
     find_excess(work.gap, control, tension, system)
@@ -60,6 +58,7 @@ def tip_compliance(q, tension, case, work, system, out):
     for row in range(size):
         for x in range(3):
             columns[row, x] = motion[x, row]
+        columns[row, 3] = 0.0
     solve_columns(work.factor, columns)
     for x in range(3):
         for y in range(3):
@@ -67,10 +66,10 @@ def tip_compliance(q, tension, case, work, system, out):
     _hold_cables(n_cable, motion, control, work, system, out)
 
 
-@owning
+@compiled
 def _hold_cables(n_cable, motion, control, work, system, out):
     """Take out what would lengthen the working cables, by their Schur complement."""
-    matrix, right, index, count = np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable, np.int64), NONE
+    matrix, right, index, count = system.matrix, system.now, system.chosen, NONE
     for c in range(n_cable):
         if system.works[c]:
             solve_factored(work.factor, system.slopes[c], system.response[count])

@@ -1,0 +1,87 @@
+"""Named tuples by their address, which is one argument of a call instead of hundreds.
+
+Numba hands a tuple over number by number, and an array as seven or more; most of a kernel's machine code would be that.
+"""
+
+from __future__ import annotations
+
+from typing import Any, final
+
+from numba.core import cgutils, types
+from numba.core.datamodel import models, register_default  # type: ignore[attr-defined]
+from numba.core.imputils import impl_ret_borrowed, lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate, infer_getattr, signature
+from numba.extending import intrinsic
+
+
+@final
+class Address(types.Type):
+    """The type of a named tuple's address; its fields are read where they are used."""
+
+    def __init__(self, content: types.BaseNamedTuple) -> None:
+        self.content = content
+        super().__init__(f"Address({content.name})")
+
+
+@final
+@register_default(Address)
+class _Pointer(models.PrimitiveModel):
+    def __init__(self, manager: Any, address: Address) -> None:
+        super().__init__(manager, address, manager.lookup(address.content).get_value_type().as_pointer())
+
+    def from_argument(self, builder: Any, value: Any) -> Any:
+        """An argument, through which nobody writes: what is read need not be read again after an array is written."""
+        value.add_attribute("noalias")
+        value.add_attribute("nonnull")
+        return value
+
+
+@final
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = Address
+
+    def generic_resolve(self, address: Any, name: str) -> Any:  # type: ignore[override]
+        """Type of a field, None where there is none of this name."""
+        fields = address.content.fields
+        return address.content.types[fields.index(name)] if name in fields else None
+
+
+@lower_getattr_generic(Address)  # type: ignore[untyped-decorator]
+def _read(context: Any, builder: Any, address: Any, value: Any, name: str) -> Any:
+    index = address.content.fields.index(name)
+    field = builder.load(cgutils.gep_inbounds(builder, value, 0, index))
+    return impl_ret_borrowed(context, builder, address.content.types[index], field)
+
+
+def _take_address(typing: Any, content: Any) -> Any:
+    """The address of a named tuple and of those in it; of an address itself.
+
+    It holds while the function runs that asks for it, which must not return it, and whose caller must keep the arrays:
+    so they have to be those of arguments.
+    """
+    if isinstance(content, Address):
+        return signature(content, content), lambda context, builder, call, values: values[0]
+    return signature(_address(content), content), _store
+
+
+by_address: Any = intrinsic(_take_address)
+"""`_take_address` as kernels call it, with the tuple alone."""
+
+
+def _address(content: Any) -> Address:
+    parts = [_address(part) if isinstance(part, types.BaseNamedTuple) else part for part in content.types]
+    return Address(types.BaseTuple.from_types(parts, content.instance_class))
+
+
+def _store(context: Any, builder: Any, call: Any, values: Any) -> Any:
+    return _keep(builder, context, call.args[0], values[0])
+
+
+def _keep(builder: Any, context: Any, content: Any, value: Any) -> Any:
+    parts = []
+    for index, part in enumerate(content.types):
+        field = builder.extract_value(value, index)
+        parts.append(_keep(builder, context, part, field) if isinstance(part, types.BaseNamedTuple) else field)
+    kept = cgutils.make_anonymous_struct(builder, parts, context.get_value_type(_address(content).content))
+    return cgutils.alloca_once_value(builder, kept)
