@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spiraltrunk.cad.checks.self_collision import check_curl, compute_play, find_overlap
+from spiraltrunk.cad.checks.self_collision import check_curl, compute_allowed_overlap, find_overlap
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.housing.winder import find_arm, find_drum
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts, check_groups
@@ -150,7 +150,7 @@ def test_a_curled_preset_has_room(name):
     """Turns touch where sections fill a turn; else corners stand into sides by what their chords leave out."""
     design = presets.get(name)
     worst = check_curl(design)
-    play = compute_play(design, worst.sections[1])
+    play = compute_allowed_overlap(design, worst.sections[1])
     assert worst.depth <= play + 1e-6
     assert (play == 0) == (abs(2 * math.pi / design.delta_theta % 1 - 0) < 1e-9)
 

@@ -19,7 +19,7 @@ import spiraltrunk.workflows.bench
 import spiraltrunk.workflows.grasp.artifacts
 import spiraltrunk.workflows.grasp.trial
 from spiraltrunk import cli
-from spiraltrunk.control.arm_limits import find_unjudged
+from spiraltrunk.control.arm_limits import find_missing_limits
 from spiraltrunk.design import ArmDesign, load_design, presets, write_design
 from spiraltrunk.errors import MissingPackage, RunError
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
@@ -129,7 +129,7 @@ def test_an_arm_that_states_no_limits_is_not_passed_in_silence(
       </mujoco>""")
     design = replace(presets.PAPER, arm=ArmDesign(model="slide.xml", mount_site="tool"))
     write_design(design, tmp_path / "trunk.toml")
-    unjudged = find_unjudged(arm_limits(load_design(tmp_path / "trunk.toml").arm))
+    unjudged = find_missing_limits(arm_limits(load_design(tmp_path / "trunk.toml").arm))
     told = replace(trial, verdict=replace(trial.verdict, unjudged=unjudged))
     monkeypatch.setattr(spiraltrunk.workflows.grasp.trial, "run_trial", lambda *args, **options: told)
     cli.main(["grasp", "--json", "--design", str(tmp_path / "trunk.toml")])

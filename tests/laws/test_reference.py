@@ -12,7 +12,7 @@ from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.model import reference
 from spiraltrunk.model.kinematics import cables
 from spiraltrunk.model.kinematics.shape import Status
-from spiraltrunk.model.reference.constants import rest_stiffness, rest_weight
+from spiraltrunk.model.reference.constants import gravity_moment_term, rest_stiffness
 
 HANGING = math.pi / 2
 SHARE = st.floats(0.0, 1.0)
@@ -47,7 +47,7 @@ def test_rest_balances_every_joint_or_presses_it_on_its_stop(design, theta_0):
     shape = reference.rest(design, theta_0, as_authors=False)
     assert shape.status == Status.CONVERGED
     sag = -bends(shape)
-    weight, stiffness = rest_weight(design), rest_stiffness(design)
+    weight, stiffness = gravity_moment_term(design), rest_stiffness(design)
     load = np.cumsum((weight * np.cos(theta_0 + np.cumsum(sag)))[::-1])[::-1]
     excess = load - stiffness * sag
     held = np.abs(sag) >= design.joint_limit * (1 - 1e-12)
@@ -59,7 +59,7 @@ def test_rest_balances_every_joint_or_presses_it_on_its_stop(design, theta_0):
 @given(designs(), TILT)
 def test_rest_is_a_minimum_of_the_energy(design, theta_0):
     sag = -bends(reference.rest(design, theta_0, as_authors=False))
-    weight, stiffness = rest_weight(design), rest_stiffness(design)
+    weight, stiffness = gravity_moment_term(design), rest_stiffness(design)
 
     def energy(q):
         return (0.5 * stiffness * q**2 - weight * np.sin(theta_0 + np.cumsum(q, axis=-1))).sum(axis=-1)

@@ -1,1 +1,1 @@
-"""The maker: every part of the robot as a solid, checked for printing."""
+"""CAD: every part of the robot as a solid, checked for printing."""

@@ -1,1 +1,1 @@
-"""Calibration: which trunk one has, fitted to recordings and to joints on a bench."""
+"""Calibration: parameters of one real trunk, fitted to recordings and to joints on a bench."""

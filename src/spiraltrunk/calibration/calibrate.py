@@ -203,7 +203,7 @@ def _check(design: TrunkDesign, shapes: MeasuredShapes, chosen: np.ndarray) -> N
 def _build_problem(
     trunk: TrunkDesign, shapes: MeasuredShapes, chosen: np.ndarray, known: tuple[tuple[State, ...], np.ndarray]
 ) -> FitProblem:
-    """Mean of the repeats of every state that is fitted, and the states that lead there."""
+    """Least-squares problem: mean measured points of each fitted state, with the states on the loading path to it."""
     states, of_shape = known
     seen = np.isfinite(shapes.points).all(axis=-1)
     count = np.zeros((len(states), trunk.n_section), int)

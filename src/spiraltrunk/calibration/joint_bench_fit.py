@@ -132,8 +132,8 @@ def fit_static(bend: ArrayLike, mass: ArrayLike, lever_arm: ArrayLike) -> Static
     alike = [best, *(law for law in laws if law.names == best.names and law.error**2 <= worse * best.error**2)]
     starts = [law.contact for law in alike]
     return StaticFit(
-        beam=beam.interval("beam"), stiffness=_envelop(alike, "beam"), onset=_envelop(alike, "onset"),
-        faces=_envelop(alike, "faces"),
+        beam=beam.interval("beam"), stiffness=_union_interval(alike, "beam"), onset=_union_interval(alike, "onset"),
+        faces=_union_interval(alike, "faces"),
         faces_from=Interval(value=best.contact, low=min(starts) - step / 40, high=max(starts) + step / 40),
         beam_error=beam.error, error=best.error,
     )  # fmt: skip
@@ -222,8 +222,8 @@ def _fit_law(q: np.ndarray, moment: np.ndarray, names: tuple[str, ...], contact:
     )  # fmt: skip
 
 
-def _envelop(laws: list[_Law], name: str) -> Interval:
-    """A factor of the first law with the union of its intervals by all; 0 where they have no such term."""
+def _union_interval(laws: list[_Law], name: str) -> Interval:
+    """Coefficient of the first law, with the union of its intervals over all laws; 0 where the term is absent."""
     if name not in laws[0].names:
         return _ZERO
     each = [law.interval(name) for law in laws]

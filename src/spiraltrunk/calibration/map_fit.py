@@ -246,7 +246,7 @@ class _Search:
         self.jacobian = self.problem.differentiate(self.values, self.equilibria, softness)
 
     def descend(self) -> float:
-        """Steps along soft Jacobians and then along the true ones; returns the decrease of the misfit."""
+        """Levenberg-Marquardt steps, first with soft, then with exact Jacobians; returns the decrease of the misfit."""
         before = self.misfit()
         for softness in _SOFTNESS:
             self._damping = 1e-3

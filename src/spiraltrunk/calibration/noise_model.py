@@ -95,7 +95,7 @@ def factorise(block: Block, model: NoiseModel) -> np.ndarray:
 
 
 def whiten(factor: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Residuals or Jacobian, shape (3 m, ...) [m], as independent ones of variance 1 [-]."""
+    """Whitened residuals or Jacobian L^-1 r, of unit covariance [-]; ``rows`` has shape (3 m, ...) [m]."""
     return solve_triangular(factor, rows, lower=True, check_finite=False)
 
 
@@ -106,7 +106,7 @@ def fit_noise_model(
     covariance: np.ndarray,
     first: NoiseModel,
 ) -> NoiseModel:
-    """Standard deviations of noise and discrepancy of greatest marginal likelihood, the parameters integrated out.
+    """Maximum marginal likelihood estimate of the standard deviations, the parameters integrated out.
 
     Args:
         blocks: chains of states.

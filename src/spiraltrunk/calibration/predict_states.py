@@ -1,4 +1,4 @@
-"""States that the cables were brought into, and where the models say that the trunk then is.
+"""Cable states of the measured shapes, and the marker positions that the models predict for them.
 
 Takes that repeat the same commands share their states, so that each state is solved once. With friction a state is
 reached from the one before it, as it was when it was recorded.
@@ -51,7 +51,7 @@ class State:
 
 
 def find_states(shapes: MeasuredShapes) -> tuple[tuple[State, ...], np.ndarray]:
-    """The different states of the measured shapes, each before those that go on from it; state of each shape, (n,)."""
+    """Distinct cable states, predecessors first, and the index of each shape's state, shape (n,)."""
     known: dict[tuple[object, ...], int] = {}
     states: list[State] = []
     of_shape: list[int] = []

@@ -1,4 +1,4 @@
-"""Control: the messages between strategy and plant, what each of them is, and the loop that joins them."""
+"""Control: messages, the interfaces of strategy and plant, and the control loop."""
 
 from spiraltrunk.control.loop import RunLog, run
 from spiraltrunk.control.messages import CameraObservation, Command, Goal, Observation, Target, Task

@@ -1,4 +1,4 @@
-"""What an arm may do, and which of it is known; nothing here depends on the simulator."""
+"""Limits of an arm: joint position, velocity, acceleration, jerk and torque, independent of the simulator."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def standstill_margin(limits: ArmLimits) -> np.ndarray | float:
     return offset**2 / (2 * deceleration)
 
 
-def find_unjudged(limits: ArmLimits) -> tuple[str, ...]:
+def find_missing_limits(limits: ArmLimits) -> tuple[str, ...]:
     """Quantities of which a limit is missing, such as "velocity", or "torque of 2 of 6 joints"."""
     return tuple(name + missing for name in QUANTITIES if (missing := _missing(getattr(limits, name))) is not None)
 

@@ -1,4 +1,4 @@
-"""Where the robot is: shapes and cable lengths from joint bends, pulls and gravity.
+"""Models of the trunk: kinematics, the paper's forward model, static equilibrium and inverse.
 
 The models that compile their kernels load Numba, so they are loaded when used.
 """

@@ -1,4 +1,4 @@
-"""How the model's laws are compiled and shared among the cores."""
+"""JIT compilation of the model kernels with Numba, and their parallel execution."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 
 @final
 class _Notice(event.Listener):
-    """Logs once why nothing comes; what is found on disc is not compiled and not told.
+    """Log once that kernels are being compiled; kernels loaded from the disc cache are not logged.
 
     Meanwhile Python does not look for garbage, of which the compiler makes little: that takes a fifth of the time.
     """

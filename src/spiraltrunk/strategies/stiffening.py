@@ -1,4 +1,4 @@
-"""A grasp made stiff for transport: winders that hold lengths, and a dorsal cable against the ventral ones.
+"""Stiffening of a grasp for transport: length control of the winders, and co-contraction of opposing cables.
 
 "Grasping by Spiraling" (Results, transport) stiffens the trunk by opposing tensions of dorsal and ventral cables. The
 equilibrium and the simulation find (docs/validation/stiffness.md): cables held by tension without friction soften the

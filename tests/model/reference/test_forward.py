@@ -16,7 +16,7 @@ from spiraltrunk.model.kinematics.cables import hole_positions
 from spiraltrunk.model.kinematics.shape import Status
 from spiraltrunk.model.reference import constants, forward, gravity_rest
 from spiraltrunk.model.reference.algorithm_1 import arcsine
-from spiraltrunk.model.reference.constants import prepare, read_table, rest_stiffness, rest_weight
+from spiraltrunk.model.reference.constants import gravity_moment_term, prepare, read_table, rest_stiffness
 
 HANGING = math.pi / 2
 FIELDS = ("points", "joint_rotation", "joint_angle", "gap", "cable_change", "is_shut", "status")
@@ -186,7 +186,7 @@ def test_an_upright_trunk_falls_and_a_stiff_one_stands():
 def straight_stiffness(design):
     """Second derivatives of the energy of the trunk that stands straight, shape (n_joint, n_joint) [N m/rad]."""
     before = np.tril(np.ones((design.n_joint, design.n_joint)))
-    return np.diag(rest_stiffness(design)) - before.T @ np.diag(rest_weight(design)) @ before
+    return np.diag(rest_stiffness(design)) - before.T @ np.diag(gravity_moment_term(design)) @ before
 
 
 @pytest.mark.parametrize("lean", [0.0, 1e-9, 1e-6, 1e-3])
@@ -198,7 +198,7 @@ def test_a_trunk_that_hardly_stands_or_hardly_falls_comes_to_rest(excess, lean):
     shape = reference.rest(design, lean - HANGING, as_authors=False)
     assert shape.status == Status.CONVERGED
     sag = -bends(shape)
-    weight, stiffness = rest_weight(design), rest_stiffness(design)
+    weight, stiffness = gravity_moment_term(design), rest_stiffness(design)
     before = np.tril(np.ones((design.n_joint, design.n_joint)))
     axis = lean - HANGING + before @ sag
     moment = stiffness * sag - before.T @ (weight * np.cos(axis))

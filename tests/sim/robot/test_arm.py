@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from spiraltrunk.control.arm_limits import find_unjudged, standstill_margin, velocity_bounds
+from spiraltrunk.control.arm_limits import find_missing_limits, standstill_margin, velocity_bounds
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design import ArmDesign
 from spiraltrunk.design.presets import PAPER
@@ -151,7 +151,7 @@ def test_limits_are_the_published_ones(name, published):
     np.testing.assert_allclose(limits.position, [published["low"], published["high"]])
     for quantity in ("velocity", "acceleration", "jerk", "torque"):
         np.testing.assert_allclose(getattr(limits, quantity), published[quantity])
-    assert find_unjudged(limits) == ()
+    assert find_missing_limits(limits) == ()
 
 
 def test_the_arm_weighs_what_was_identified(arm, published):
@@ -496,9 +496,9 @@ def test_a_users_arm_has_the_limits_that_its_file_states(named, changes, positio
         np.testing.assert_allclose(limits.position, [np.negative(position), position])
     np.testing.assert_equal(limits.torque, None if torque is None else np.array(torque, float))
     assert limits.velocity is limits.acceleration is limits.jerk is None
-    assert find_unjudged(limits) == unjudged
+    assert find_missing_limits(limits) == unjudged
 
 
 def test_the_plant_tells_the_limits_of_its_arm(named, robot):
-    assert find_unjudged(SimPlant(named(_mjcf())).arm_limits) == (*RATES, "torque")
+    assert find_missing_limits(SimPlant(named(_mjcf())).arm_limits) == (*RATES, "torque")
     assert SimPlant(robot).arm_limits is ARMS[robot.arm.model].limits

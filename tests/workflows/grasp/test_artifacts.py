@@ -13,7 +13,7 @@ from spiraltrunk.control.strategy import Milestone, Status
 from spiraltrunk.files.atomic import atomic_folder
 from spiraltrunk.files.results import format_json
 from spiraltrunk.workflows.grasp.artifacts import FILES
-from spiraltrunk.workflows.grasp.filmstrip import find_moments
+from spiraltrunk.workflows.grasp.film_moments import find_moments
 
 
 def test_files_move_in_at_the_end(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ _HOUSED = ("adapter", "housing", "lid", "neck", "trunk_1")
 
 
 def check_hardware(design: TrunkDesign, options: MakeOptions, parts: Sequence[Part]) -> int:
-    """Check screws, nuts, motors and drums against the parts that are made.
+    """Check screws, nuts, motors and drums against the selected parts.
 
     Returns:
         The number of screws checked.

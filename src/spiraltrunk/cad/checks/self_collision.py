@@ -50,7 +50,7 @@ def check_curl(design: TrunkDesign) -> Overlap:
     """
     worst = find_overlap(design)
     first, second = worst.sections
-    allowed = TOUCH + compute_play(design, second)
+    allowed = TOUCH + compute_allowed_overlap(design, second)
     if worst.depth > allowed:
         raise DesignError(
             f"part trunk: overlap of sections {first} and {second} with all joints bent "
@@ -61,8 +61,8 @@ def check_curl(design: TrunkDesign) -> Overlap:
     return worst
 
 
-def compute_play(design: TrunkDesign, section: int) -> float:
-    """Depth by which corners of one turn enter the sides of the next one though the spiral is compact [m].
+def compute_allowed_overlap(design: TrunkDesign, section: int) -> float:
+    """Allowed overlap [m]: depth by which corners of one turn enter the sides of the next in a compact spiral.
 
     Corners lie on the spiral; sides are its chords, which lie inside it by up to r (1 - cos(delta_theta / 2)). With an
     integer number of sections in a turn, corner meets corner. Else a corner meets a side at the fraction p of its

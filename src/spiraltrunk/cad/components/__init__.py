@@ -1,1 +1,1 @@
-"""What is bought and how parts are made: fasteners, and the options of the printer."""
+"""Purchased components and manufacturing options: fasteners, motors, printer."""

@@ -133,10 +133,10 @@ def _check_mass(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec,
 
 def _warn_unchecked(design: TrunkDesign) -> None:
     """Warn of limits of the arm that are unknown, and so not checked."""
-    from spiraltrunk.control.arm_limits import find_unjudged
+    from spiraltrunk.control.arm_limits import find_missing_limits
     from spiraltrunk.sim.robot.arm import arm_limits
 
-    unjudged = find_unjudged(arm_limits(design.arm))
+    unjudged = find_missing_limits(arm_limits(design.arm))
     if unjudged:
         complain(f"the arm {quote(design.arm.model, 200)} states no limit of {', '.join(unjudged)}: not judged", DONE)
 

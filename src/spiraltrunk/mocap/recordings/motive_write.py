@@ -16,7 +16,7 @@ _BODY = (("Rotation", "XYZW"), ("Position", "XYZ"), ("Mean Marker Error", " "))
 
 
 def write_motive(take: Take, path: str | Path) -> Path:
-    """Write a take atomically; read back with ``axes="y-up"`` it is equal to 1 um.
+    """Write a take atomically; positions read back with ``axes="y-up"`` agree within 1 um.
 
     Raises:
         OSError: where the file cannot be written.

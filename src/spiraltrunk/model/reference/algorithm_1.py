@@ -18,7 +18,7 @@ def rest_gap(t: Table, sag: np.ndarray, gap: np.ndarray) -> None:
 
 @compiled
 def shorten(pull: float, t: Table, gap: np.ndarray) -> float:
-    """Take ``pull`` [m] out of the dorsal gaps from the tip to the base; what does not fit comes back [m].
+    """Shorten the dorsal gaps by ``pull`` [m] in total, tip first (paper, Algorithm 1); returns the unused pull [m].
 
     A gap takes its portion; what it cannot take is shared by the joints nearer to the base in proportion to theirs
     (paper, Algorithm 1). What even joint 1 cannot take goes to the joints that are still open, on which the paper is
@@ -47,7 +47,7 @@ def shorten(pull: float, t: Table, gap: np.ndarray) -> float:
 
 @compiled
 def lengthen(pull: float, t: Table, gap: np.ndarray) -> float:
-    """Let ``pull`` [m] into the dorsal gaps from the tip to the base; what does not fit comes back [m].
+    """Lengthen the dorsal gaps by ``pull`` [m] in total, tip first (paper, Algorithm 1); returns the unused pull [m].
 
     The mirror of `shorten`, up to the gap at the ventral limit. The authors' code measures what overflows from the
     straight gap and not from the gap at rest: followed with ``as_authors``.

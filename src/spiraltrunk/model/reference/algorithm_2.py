@@ -17,7 +17,7 @@ _NOTHING = 1e-12
 
 @compiled
 def wind(pull: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float:
-    """Rotations of the joints once cable 2 is pulled in by ``pull`` [m]; what does not fit comes back [m].
+    """Joint rotations after cable 2 is pulled in by ``pull`` [m] (paper, Algorithm 2); returns the unused pull [m].
 
     The joints nearer to the base than the first that cable 1 has shut turn about the line through their centre and the
     hole of cable 1 before them, which keeps the gap of cable 1; the others stay as cable 1 left them. Limits and shares

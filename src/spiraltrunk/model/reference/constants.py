@@ -96,7 +96,7 @@ class Prepared:
     """Whether the cables are the paper's three, 120 deg apart."""
 
     def build_desk(self) -> tuple[np.ndarray, np.ndarray]:
-        """What a single shape asks, shape (1, 3), and the desk of `reference_solve.solve`, set to one shape."""
+        """Input array, shape (1, 3), and workspace of `dispatch.solve` for a single shape."""
         desk = np.full(4 + 12 * self.n_joint, math.nan)
         desk[:2] = 0.0, 1.0
         return np.zeros((1, 3)), desk
@@ -139,8 +139,8 @@ def rest_mass(design: TrunkDesign) -> np.ndarray:
     return mass
 
 
-def rest_weight(design: TrunkDesign, ratio: float = 1.0) -> np.ndarray:
-    """Moment at joint n per cos of the inclination, (m_n K_c + sum of m_i beyond n) g a_n, shape (n_joint,) [N m].
+def gravity_moment_term(design: TrunkDesign, ratio: float = 1.0) -> np.ndarray:
+    """Gravity moment per cos of inclination, (m_n K_c + sum m_i) g a_n, to be summed from the tip, (n_joint,) [N m].
 
     Paper, equation of rest under gravity, without its second K_c; m_n and a_n belong to the section after joint n,
     a_n is its length. ``ratio`` scales that length by ratio^n [-].
@@ -271,7 +271,7 @@ def _fields(design: TrunkDesign, as_authors: bool) -> Table:
         limit=design.joint_limit,
         as_authors=as_authors,
         total=design.cable_stroke,
-        weight=rest_weight(design, ratio),
+        weight=gravity_moment_term(design, ratio),
         stiffness=rest_stiffness(design, ratio),
         diameter=2 * radius,
         straight=straight,

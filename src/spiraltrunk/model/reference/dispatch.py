@@ -1,4 +1,4 @@
-"""Compiled: one law for one trunk or for many, and the shape that its joints make."""
+"""Compiled entry point of the reference model: rest, dorsal, ventral or twist, single or batched."""
 
 from __future__ import annotations
 
@@ -105,14 +105,14 @@ def _bend(law: int, pull: float, t: Table, work: np.ndarray) -> float:
 
 @compiled
 def _twist(first: float, second: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float:
-    """Rotations after both cables; the cable left over [m]."""
+    """Algorithm 2: joint rotations after cable 1, then cable 2; returns the larger unused pull [m]."""
     left = _bend(DORSAL, first, t, work)
     return max(left, wind(second, t, work, rotation))
 
 
 @compiled
 def _finish_in_plane(theta_0: float, t: Table, work: np.ndarray, slots: Slots, k: int) -> None:
-    """Everything of shape ``k`` that follows from its bends in the plane."""
+    """Forward kinematics of planar shape ``k``: section ends, rotations, angles, contacts and cable lengths."""
     bend, cos, sin = work[2], work[3], work[4]
     points, rotation = slots.points[k], slots.rotation[k]
     c, s = math.cos(theta_0), -math.sin(theta_0)

@@ -63,7 +63,7 @@ def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: flo
     body.mass = mass
     body.ipos = [length / 2, 0, 0]
     body.inertia = [mass * radius**2 / 2] + [mass * (3 * radius**2 + length**2) / 12] * 2
-    middle, half = length / 2, _half_core(gripper, j)
+    middle, half = length / 2, _capsule_half_length(gripper, j)
     body.add_geom(
         name=body.name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[radius, 0, 0],
         fromto=[middle - half, 0, 0, middle + half, 0, 0], rgba=[0.85, 0.45, 0.40, 1],
@@ -71,7 +71,7 @@ def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: flo
     )  # fmt: skip
 
 
-def _half_core(gripper: GripperDesign, j: int) -> float:
+def _capsule_half_length(gripper: GripperDesign, j: int) -> float:
     """Half the length of a phalanx's capsule without its caps [m]; with them, it reaches from joint to joint."""
     length, width = float(gripper.phalanx_length[j]), float(gripper.phalanx_width[j])
     return max(length - width, 0.05 * width) / 2
@@ -97,7 +97,7 @@ def _exclude_overlaps(spec: mujoco.MjSpec, gripper: GripperDesign, finger: int) 
     """
     ends = np.cumsum(gripper.phalanx_length)
     middle = ends - gripper.phalanx_length / 2
-    reach = gripper.phalanx_width / 2 + [_half_core(gripper, j) for j in range(gripper.n_phalanx)]
+    reach = gripper.phalanx_width / 2 + [_capsule_half_length(gripper, j) for j in range(gripper.n_phalanx)]
     for j in range(gripper.n_phalanx):
         for k in range(j + 2, gripper.n_phalanx):
             if middle[j] + reach[j] > middle[k] - reach[k]:

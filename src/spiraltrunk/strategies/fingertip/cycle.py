@@ -108,7 +108,7 @@ class TipStrategy(MoveStrategy[TipState]):
         return None
 
     def widths(self, design: TrunkDesign) -> tuple[float, float]:
-        """Least and greatest width that it can take [m]: fingers that close upon each other take anything thin."""
+        """Smallest and largest graspable width [m]; 0 at least, as the fingers close completely."""
         return (0.0, 0.0 if design.gripper is None else design.gripper.grasp_width)
 
     def init(self, observation: Observation) -> TipState:
@@ -201,7 +201,7 @@ def _try_again(state: TipState, observation: Observation) -> TipState:
 
 
 def _put(state: TipState, observation: Observation) -> TipState:
-    """Plan the lowering to the height at which the object, hanging as low as observed, just stands."""
+    """Plan the lowering of the base to the height at which the object, by its observed offset, touches its support."""
     brought, task = state.sequence.move, observation.task
     base, length = gripping_base(task, brought.position), gripper_of(task).finger_length
     if state.seen.count and state.rest is not None:

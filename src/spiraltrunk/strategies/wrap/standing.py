@@ -51,7 +51,7 @@ from spiraltrunk.strategies.moves import (
 )
 from spiraltrunk.strategies.sensing import load_fraction, seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
-from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, plan_moves, side_of
+from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, lateral_direction, plan_moves
 from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
 # All of these are ours, tuned in simulated trials.
@@ -116,7 +116,7 @@ class StandingWrap(MoveStrategy[StandingState]):
         """
         moves = plan_moves(observation, self.plane)
         return StandingState(
-            sequence=begin(moves, observation), side=side_of(observation), weight=weight(observation),
+            sequence=begin(moves, observation), side=lateral_direction(observation), weight=weight(observation),
             lean=_lean(observation), pull=observation.cable_pull, seen=seen_position(observation),
             tight=next(move.tension for move in moves if move.action == "tighten"),
         )  # fmt: skip

@@ -112,8 +112,8 @@ class _Step:
     """Position of the base as it opens, shape (3,) [m]: a wrapped object lies deeper in the curl."""
 
 
-def side_of(observation: Observation) -> np.ndarray:
-    """Horizontal direction in which a hanging trunk will curl, to the right of its ventral side, shape (3,) [-]."""
+def lateral_direction(observation: Observation) -> np.ndarray:
+    """Horizontal unit vector of the lateral curl of a hanging trunk, to the right of ventral, shape (3,) [-]."""
     left = np.array([*observation.T_world_base[:2, 2], 0.0])
     return -left / np.linalg.norm(left)
 
@@ -136,7 +136,7 @@ def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step
     """Steps of the curl, and the final distance of the object from the base, level [m]."""
     design, width = observation.task.design, _equivalent_width(observation.task.target)
     shut = float(shut_pull(design)[0])
-    side = side_of(observation)
+    side = lateral_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     tilts = _base_tilts(design, width, plane)
     tensions, slackening = (
@@ -165,7 +165,7 @@ def _moves(
 ) -> tuple[Move, ...]:
     design, goal, target = observation.task.design, observation.task.goal, observation.task.target
     ground = float(target.position[2] - target.length / 2) if goal.ground is None else goal.ground
-    side, open_, last = side_of(observation), steps[0], steps[-1]
+    side, open_, last = lateral_direction(observation), steps[0], steps[-1]
     start, place = (np.array([*where[:2], ground]) for where in (seen_position(observation), goal.place))
     clear, beyond = -CLEARANCE * design.length * side, OVERSHOOT * design.length * side
     high, test = goal.lift * _UP, TEST * _UP

@@ -19,7 +19,7 @@ from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_filmstrip, write_plots, write_video
 from spiraltrunk.sim.render import View, render_frames
 from spiraltrunk.strategies.moves import PHASES
-from spiraltrunk.workflows.grasp.filmstrip import find_moments
+from spiraltrunk.workflows.grasp.film_moments import find_moments
 from spiraltrunk.workflows.grasp.trial import Trial
 
 FPS = 10

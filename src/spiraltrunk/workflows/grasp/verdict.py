@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.control.arm_limits import ArmLimits, find_unjudged, velocity_bounds
+from spiraltrunk.control.arm_limits import ArmLimits, find_missing_limits, velocity_bounds
 from spiraltrunk.control.loop import RunLog
 from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Milestone
@@ -149,7 +149,7 @@ def decide(
     return Verdict(
         success=reason == "success", reason=reason, lift=lift, carry=carry, hold=hold, place_error=place_error,
         penetration=max(s.penetration for s in evidence.trace), bend=max(s.bend_most for s in evidence.trace),
-        unjudged=find_unjudged(evidence.limits),
+        unjudged=find_missing_limits(evidence.limits),
     )  # fmt: skip
 
 
@@ -172,7 +172,7 @@ def arm_conditions(evidence: Evidence) -> list[Condition]:
     """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands.
 
     A torque at its limit counts as passed, as simulated actuators, like real ones, give no more. What has no limit
-    yields no condition: `find_unjudged` names it.
+    yields no condition: `find_missing_limits` names it.
     """
     trace, limits = evidence.trace, evidence.limits
     if len(trace) < 2:

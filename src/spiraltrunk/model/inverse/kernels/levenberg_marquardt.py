@@ -12,7 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from spiraltrunk.model.inverse.kernels import compiled, owning
-from spiraltrunk.model.inverse.kernels.target_residual import chain_rates, give_way, miss, miss_rates, see
+from spiraltrunk.model.inverse.kernels.target_residual import (
+    chain_rates,
+    miss,
+    residual_jacobian,
+    see,
+    tension_sensitivity,
+)
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, dot, solve_small
 from spiraltrunk.model.statics.kernels.joint_limits import move
 from spiraltrunk.model.statics.kernels.projected_newton import STEP, guarded_factor, largest_turn, solve_safely
@@ -109,10 +115,10 @@ def judge(b, is_balanced, enough, aim, case, work, system, room):
     if is_over(enough, room):
         return
     guarded_factor(work, system.weight)
-    give_way(work, system, room.rates)
+    tension_sensitivity(work, system, room.rates)
     for c in range(room.rates.shape[0]):
         chain_rates(room.rates[c], work, case.trunk.length, room.ends, room.turns)
-        miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
+        residual_jacobian(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
     normal_equations(room, most)
 
 

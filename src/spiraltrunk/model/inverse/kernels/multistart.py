@@ -1,4 +1,4 @@
-"""From known equilibria to a target: which are tried, and what their answers are worth from the straight trunk."""
+"""Multistart search: rank known equilibria as starts, search from each, and re-solve from the straight trunk."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from spiraltrunk.model.inverse.kernels import compiled, owning
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import room_for_search, search
-from spiraltrunk.model.inverse.kernels.simultaneous_newton import comes_to, dash
+from spiraltrunk.model.inverse.kernels.simultaneous_newton import converges_to, dash
 from spiraltrunk.model.inverse.kernels.target_residual import miss, see
 from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.batch import NUDGE, build_case, room_for_rows, write_row
@@ -34,7 +34,7 @@ class Known(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """How long and how closely is sought."""
+    """Limits and tolerances of the search."""
 
     tries: int
     """Starts at most."""
@@ -149,8 +149,8 @@ def is_found(b, left, limits, is_bare, case, solution, room, spare):
     q, tension, figures = solution.bend[b], solution.tension[b], solution.figures[b]
     _make_straight(q)
     copy(room.kept, tension)
-    is_clear = is_bare and is_sole(limits, case, room)
-    if not is_clear and not comes_to(room.q, q, tension, case, spare.work, spare.system):
+    is_clear = is_bare and is_unique(limits, case, room)
+    if not is_clear and not converges_to(room.q, q, tension, case, spare.work, spare.system):
         return False
     copy_rows(room.q, q)
     figures[0], figures[1], figures[2] = left, 0.0, 0.0
@@ -158,8 +158,8 @@ def is_found(b, left, limits, is_bare, case, solution, room, spare):
 
 
 @compiled
-def is_sole(limits, case, room):
-    """Whether the trunk, bare, is one that balances in one shape alone, at the tensions in ``room.kept``.
+def is_unique(limits, case, room):
+    """Whether the equilibrium of the unloaded trunk at the tensions ``room.kept`` is unique (empirical criterion).
 
     Several shapes need cables that pull against each other, a load, or a trunk that stands up and may topple; without
     these none was found in tens of thousands of draws (`benchmarks/statics_ways.py`).

@@ -1,4 +1,4 @@
-"""The short way to a target: shape and tensions in one Newton iteration, where that converges at once.
+"""Simultaneous Newton iteration in shape and tensions; a fast path, used where it converges.
 
 A step takes away what the bends are out of balance by, and moves the tensions by what the target is then still missed
 by, both from one factor of the energy's Hessian. Nothing guards it but a count: where it does not converge quickly, the
@@ -11,7 +11,7 @@ import math
 
 from spiraltrunk.model.inverse.kernels import compiled
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import BALANCED, bounded_step, normal_equations
-from spiraltrunk.model.inverse.kernels.target_residual import chain_rates, miss, miss_rates, see, turn_back
+from spiraltrunk.model.inverse.kernels.target_residual import chain_rates, miss, residual_jacobian, see, turn_back
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, factorise, solve_columns
 from spiraltrunk.model.statics.kernels.energy import place
 from spiraltrunk.model.statics.kernels.joint_limits import move, press_outward
@@ -64,12 +64,12 @@ def dash(b, enough, tolerance, case, aim, work, system, room):
         before = now
         if failures > FAILURES or not factorise(work.hessian, work.factor, system.weight, 0.0):
             return False, left
-        dash_step(b, left <= BALANCED and norm <= 0.5 * enough, case, aim, work, system, room)
+        simultaneous_step(b, left <= BALANCED and norm <= 0.5 * enough, case, aim, work, system, room)
     return False, left
 
 
 @compiled
-def dash_step(b, is_met, case, aim, work, system, room):
+def simultaneous_step(b, is_met, case, aim, work, system, room):
     """One step of bends and tensions from the equations in ``system``, whose factor is in ``work``.
 
     Where the target is met already the bends alone move, to balance at these tensions.
@@ -91,7 +91,7 @@ def dash_step(b, is_met, case, aim, work, system, room):
 def respond(q, trunk, work, system, room):
     """Newton's step at held tensions, into ``system.step``, and the bends per tension of each cable, ``room.rates``.
 
-    As `descend` and `give_way`, at once; the Hessian's factor is in ``work``.
+    As `descend` and `tension_sensitivity`, at once; the Hessian's factor is in ``work``.
     """
     step, rates, columns, nd = system.step, room.rates, room.columns, work.first.shape[1]
     for turn in range(4):
@@ -118,12 +118,12 @@ def aim_step(b, case, aim, work, system, room):
     """Tensions' step towards the target, into ``room.step``, and what it moves the bends by, added to their step."""
     trunk, most, step = case.trunk, case.control.most, system.step
     chain_rates(step, work, trunk.length, room.ends, room.turns)
-    miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[0])
+    residual_jacobian(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[0])
     for row in range(room.residual.shape[0]):
         room.residual[row] += room.slopes[0, row]
     for c in range(most.shape[0]):
         chain_rates(room.rates[c], work, trunk.length, room.ends, room.turns)
-        miss_rates(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
+        residual_jacobian(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
     normal_equations(room, most)
     bounded_step(room, most)
     for c in range(most.shape[0]):
@@ -132,7 +132,7 @@ def aim_step(b, case, aim, work, system, room):
 
 
 @compiled
-def comes_to(near, q, tension, case, work, system):
+def converges_to(near, q, tension, case, work, system):
     """Whether the iteration from ``q`` at these tensions, all given, comes as near as `SAME` to the shape ``near``."""
     place(q, case.base, case.trunk, work)
     for _ in range(RETRACED):

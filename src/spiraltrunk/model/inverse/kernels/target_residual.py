@@ -1,4 +1,4 @@
-"""How far a shape is from what is wanted of it, with rates: section ends, the tip's direction, a circle to touch.
+"""Residuals of a shape against its target, with Jacobian: section ends, tip direction, a circle to touch.
 
 Residuals in metres, in this order: the section ends' distances in x, y, z; the tip's direction; and per section the gap
 between its outer surface and the circle, and the distance of its end from the circle's plane.
@@ -90,7 +90,7 @@ def miss(b, points, heads, aim, out):
 
 
 @compiled
-def miss_rates(b, points, heads, ends, turns, aim, out):
+def residual_jacobian(b, points, heads, ends, turns, aim, out):
     """Rates of the residuals into ``out``, with the section ends moving at ``ends`` and the sections at ``turns``."""
     count = points.shape[0]
     for n in range(count):
@@ -138,8 +138,8 @@ def see(work, length, points, heads):
 
 
 @compiled
-def give_way(work, system, rates):
-    """Bends per tension of each cable, pressed joints on their rims, into ``rates`` (n_cable, n_joint x nd)."""
+def tension_sensitivity(work, system, rates):
+    """Sensitivity -H^-1 dg/dT of the bends to each tension (H reduced), into ``rates`` (n_cable, n_joint x nd)."""
     nd = work.first.shape[1]
     for c in range(rates.shape[0]):
         solve_factored(work.factor, system.slopes[c], rates[c])

@@ -27,7 +27,7 @@ SMALLEST_SHARE = 1 / 32
 
 @owning
 def find_hole_turns(rotation, before, beyond, at_before, at_beyond):
-    """`hole_turns` of every joint and cable into ``at_before`` and ``at_beyond`` [rad], shape (n_joint, n_cable)."""
+    """Evaluate `hole_turns` for all joints and cables into ``at_before``, ``at_beyond`` (n_joint, n_cable) [rad]."""
     v = np.empty(3)
     for i in range(at_before.shape[0]):
         for c in range(at_before.shape[1]):
@@ -49,7 +49,7 @@ def measure_turns(trunk, work):
 
 @compiled
 def update_forces(mu, share, trunk, pulls, work, friction):
-    """Move what each hole can hold by ``share`` towards what tensions and turns of the shape make of it.
+    """Relax the slip force of each hole by ``share`` towards the capstan law at the present tensions and turns.
 
     Returns the largest change that the whole way would be, as a moment [N m].
     """
@@ -70,8 +70,8 @@ def update_forces(mu, share, trunk, pulls, work, friction):
 
 
 @compiled
-def recall_forces(q, pulls, case, mu, work):
-    """What each hole can hold in the shape from which the loading goes on, whose anchors tell what it holds there."""
+def reconstruct_slip_forces(q, pulls, case, mu, work):
+    """Slip forces of the holes in the initial shape, reconstructed from its anchors."""
     trunk, friction, turns = case.trunk, case.friction, work.turn
     place(q, case.base, trunk, work)
     measure_turns(trunk, work)
@@ -130,7 +130,7 @@ def follow(q, tension, case, mu, start, increments, tolerance, most, work, syste
     total, residual, violation = 0, 0.0, 0.0
     copy(tension, system.final)
     if case.friction.stiffness > 0.0:
-        recall_forces(q, start[1], case, mu, work)
+        reconstruct_slip_forces(q, start[1], case, mu, work)
     for step in range(increments):
         advance((step + 1) / increments, system.length, tension, control, start, system.final)
         residual, violation, count = settle(q, tension, stage, mu, tolerance, most, work, system)

@@ -92,9 +92,9 @@ def solve_factored(factor, right, out):
 
 @compiled
 def solve_columns(factor, columns):
-    """Solve for every column of ``columns`` (size, m) in place, m a multiple of four; to the bit as `solve_factored`.
+    """Solve for the columns of ``columns`` (size, m) in place, m a multiple of four; bitwise equal to `solve_factored`.
 
-    Four at a time, of which each would wait for its own last sum.
+    Four columns are interleaved, as one alone is bound by the latency of its running sum.
     """
     size = factor.shape[0]
     for k in range(0, columns.shape[1], 4):

@@ -1,4 +1,4 @@
-"""How a joint turns by its bends, with first and second derivatives as matrices.
+"""Rotation matrix of a joint from its bends, with first and second derivatives.
 
 Three kinds of joint: ``VECTOR`` turns by the vector (0, q_y, q_z) without torsion, by Rodrigues' formula
 R = C I + S [b] + D b b^T, whose coefficients are smooth functions of u = |b|^2: C = cos(sqrt u), S = sin(sqrt u) /

@@ -96,7 +96,7 @@ def room_for_steps(n_joint, n_cable, nd, stiffness):
 
 @compiled
 def find_excess(gap, control, pulls, system):
-    """Excess length of each cable at its tension; which cables take part; the largest violation [m]."""
+    """Constraint residual of each cable and the active set of cables; returns the largest violation [m]."""
     worst = 0.0
     for c in range(pulls.shape[0]):
         system.works[c], system.excess[c] = False, 0.0
@@ -158,7 +158,7 @@ def largest_turn(step, n_joint):
 
 @compiled
 def pursue(control, pulls, penalty, system, work):
-    """Add the change of tension that shortens the working cables to ``system.step``; wished tensions, goal lengths."""
+    """Schur complement step of the active cables' tensions, added to ``system.step``; fills ``wish`` and ``goal``."""
     n_cable, matrix, index, now, more = pulls.shape[0], system.matrix, system.chosen, system.now, system.more
     count = NONE
     for c in range(n_cable):
@@ -260,7 +260,7 @@ def pursue_step(q, tension, case, goal, penalty, work, system):
 
 @compiled
 def look(q, tension, pulls, case, penalty, work, system):
-    """Equations at ``q``, where ``work`` is placed, reduced to what the joints' limits leave; residual and violation.
+    """Linearise at ``q``, where ``work`` is placed, and reduce to the active set; returns residual and violation.
 
     Without a penalty the winders hold ``tension``, with one what the augmented Lagrangian makes of it.
     """

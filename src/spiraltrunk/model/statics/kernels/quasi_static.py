@@ -1,4 +1,4 @@
-"""A trunk whose joints are damped and that has no inertia: how it moves as its cables are pulled, and where it ends.
+"""Quasi-static loading with overdamped joints, by the implicit Euler method, until the trunk is at rest.
 
 Every joint's damping is its stiffness times one time tau, so that the bends follow tau K dq/dt = -dE/dq within their
 cones. A step of the implicit Euler method is the minimum of E + tau / (2 h) |q - q_before|_K^2: an equilibrium of a
@@ -19,7 +19,7 @@ from spiraltrunk.model.statics.kernels.capstan_friction import (
     COARSER,
     advance,
     move_anchors,
-    recall_forces,
+    reconstruct_slip_forces,
     settle,
     update_forces,
 )
@@ -63,7 +63,7 @@ def creep(q, tension, case, mu, start, motion, tolerance, most, slow, work, syst
     stage = by_address(Control(control.by_tension, system.length, control.most, control.compliance))
     under_way = by_address(Case(case.base, slow, case.field, stage, friction))
     if friction.stiffness > 0.0:
-        recall_forces(q, kept, case, mu, work)
+        reconstruct_slip_forces(q, kept, case, mu, work)
     for _ in range(most):
         step, left, part = pace, seconds - now, 1.0
         if left > 0.0:

@@ -1,4 +1,4 @@
-"""How far the tip gives way to a small force, cables and pressed joints held as they are."""
+"""Compliance matrix of the tip, with cable lengths and the active set of joints held."""
 
 from __future__ import annotations
 
