@@ -1,5 +1,6 @@
 """Design files are written whole or not at all."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 
 
-@pytest.mark.parametrize("step", ["replace", "write_bytes"])
+@pytest.mark.parametrize("step", [(Path, "replace"), (os, "fsync")])
 @pytest.mark.parametrize("failure", [OSError(28, "No space left on device"), KeyboardInterrupt()])
 def test_a_failed_write_leaves_everything_as_it_was(tmp_path, monkeypatch, step, failure):
     path = tmp_path / "trunk.toml"
@@ -18,7 +19,7 @@ def test_a_failed_write_leaves_everything_as_it_was(tmp_path, monkeypatch, step,
     def fail(*_, **__):
         raise failure
 
-    monkeypatch.setattr(Path, step, fail)
+    monkeypatch.setattr(*step, fail)
     expected = DesignError if isinstance(failure, OSError) else KeyboardInterrupt
     with pytest.raises(expected, match="No space left" if expected is DesignError else None):
         write_design(PAPER, path)
@@ -61,7 +62,7 @@ def test_missing_folders_are_made_and_go_again_when_the_write_fails(tmp_path, mo
     def fail(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Path, "write_bytes", fail)
+    monkeypatch.setattr(os, "fsync", fail)
     with pytest.raises(KeyboardInterrupt):
         write_design(PAPER, tmp_path / "deep" / "other" / "way" / "trunk.toml")
     assert sorted(tmp_path.rglob("*")) == [tmp_path / "deep", tmp_path / "deep" / "down", path]

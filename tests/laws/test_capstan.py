@@ -24,7 +24,7 @@ def test_slip_takes_the_tension_to_the_ratio_on_either_side(tension, mu, turn):
     towards, away = slip_forces(tension, ratio(mu, turn), ratio(-mu, turn))
     assert tension - towards == pytest.approx(tension * math.exp(-mu * turn), rel=1e-12, abs=1e-300)
     assert tension + away == pytest.approx(tension * math.exp(mu * turn), rel=1e-12, abs=1e-300)
-    assert 0.0 <= towards <= away
+    assert 0.0 <= towards <= away + 2.0**-52 * tension  # Each ratio, near 1, is rounded.
 
 
 @given(mu=COEFFICIENT, turns=st.lists(TURN, min_size=2, max_size=6))

@@ -104,13 +104,13 @@ def test_the_turns_are_those_of_the_equilibrium(design):
     model, data, friction = _bent(design, TrunkOptions(hole_set_back=0.0), 5)
     gap, _, turn = _measure(friction, data.qpos)
     rotation = _rotation(model, data, design, data.qpos.copy())
-    work, compiled = room_for_work(design.n_joint, design.n_cable, 2), np.empty((design.n_joint, design.n_cable))
+    work = room_for_work(design.n_joint, design.n_cable, 2)
     work.rotation[:] = rotation
-    measure_turns(build_trunk(design, StaticsOptions()), work, compiled)
+    measure_turns(build_trunk(design, StaticsOptions()), work)
     is_open = gap.T > 5 * NARROW
     is_open[1:] &= is_open[:-1].copy()
     assert is_open.mean() > 0.8
-    np.testing.assert_allclose(turn.T[is_open], compiled[is_open], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(turn.T[is_open], work.turn[is_open], rtol=0, atol=1e-6)
 
 
 def test_friction_grows_with_the_coefficient_alone(design):
