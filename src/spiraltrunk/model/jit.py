@@ -85,7 +85,7 @@ class _Whole(JITCodeLibrary):
     """Code of a kernel that Python calls, with that of all kernels below it, optimised once."""
 
     def finalize(self) -> None:
-        """Link the parts as functions that nobody else calls, then all that Numba does."""
+        """Link the parts, which go where nothing calls them any more, then all that Numba does."""
         module, linked = self._final_module, list(dict.fromkeys(self._linking_libraries))
         own = {function.name for function in module.functions if not function.is_declaration}
         for library in linked:  # Grows on the way.
@@ -94,7 +94,7 @@ class _Whole(JITCodeLibrary):
                 linked += [further for further in dict.fromkeys(library._linking_libraries) if further not in linked]
         for function in module.functions:
             if function.name not in own and not function.is_declaration:
-                function.linkage = "internal"
+                function.linkage = "linkonce_odr"
         self._linking_libraries = [library for library in linked if not isinstance(library, _Part)]
         super().finalize()  # type: ignore[no-untyped-call]
 
