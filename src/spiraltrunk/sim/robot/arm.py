@@ -244,4 +244,8 @@ def _load_spec(arm: ArmDesign) -> mujoco.MjSpec:
             and (model.actuator_gainprm[:, 0] > 0).all()):  # fmt: skip
         allowed = "an arm of hinges and slides with one position actuator on each joint"
         raise DesignError("arm.model", got=f"{arm.model}: {model.nu} actuators, {model.nv} joints", allowed=allowed)
+    mount, compiled = spec.site(arm.mount_site), model.site(arm.mount_site)
+    # The file may give the orientation as Euler angles or axes, which only the compiler turns into a quaternion.
+    mount.alt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
+    mount.pos, mount.quat = compiled.pos, compiled.quat
     return spec
