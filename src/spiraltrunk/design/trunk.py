@@ -43,7 +43,7 @@ class TrunkDesign:
     delta_theta: float = math.pi / 6
     """Angle of the spiral per section [rad] (paper: 30 deg); also the gap between neighbouring faces."""
     n_section: int = 18
-    """Number of sections (paper: 18 over 1.5 turns); there is one joint fewer."""
+    """Number of sections, 18 over 1.5 turns in the paper; there is one joint fewer."""
     theta_tip: float = math.pi / 2
     """Angle of the spiral at the end of the tip [rad] (paper: pi / 2)."""
     joint: JointDesign = field(default_factory=lambda: JointDesign(radius=3.825e-3, length=2.10e-3))
