@@ -58,6 +58,7 @@ def _prepare_log() -> None:
         log.addHandler(_LineHandler())
         log.setLevel(logging.INFO)
         log.propagate = False
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # It warns of a home folder that cannot be written.
 
 
 def _prepare_environment() -> None:

@@ -13,8 +13,10 @@ from typing import Any, TypeVar, final
 
 from numba import njit
 from numba.core import event
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, Flags
+
+from spiraltrunk.model import linking
+from spiraltrunk.model.kernel_cache import keep
+from spiraltrunk.model.linking import LINKED_WHOLE, PART
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -48,7 +50,7 @@ event.register("numba:compile", _Notice())  # type: ignore[no-untyped-call]
 
 
 def hash_files(files: Iterable[Path]) -> str:
-    """SHA-256 of the files' contents, in the order of their paths, and of this file, which says how they are compiled.
+    """SHA-256 of the files' contents, in the order of their paths, and of the two files that say how to compile them.
 
     Raises:
         FileNotFoundError: where there is no file, since a digest of nothing would never change.
@@ -56,77 +58,9 @@ def hash_files(files: Iterable[Path]) -> str:
     found = sorted(files)
     if not found:
         raise FileNotFoundError("no source file to hash: the digest would not change with the code")
-    return hashlib.sha256(b"".join(file.read_bytes() for file in (*found, Path(__file__)))).hexdigest()
-
-
-@final
-class _Part(JITCodeLibrary):
-    """Code of a kernel that is called by others: it is optimised and made machine code where it is linked."""
-
-    @property
-    def codegen(self) -> _Part:
-        """What `set_env` is called on."""
-        return self
-
-    def set_env(self, name: str, env: object) -> None:
-        """There is no code in memory yet that could have an environment."""
-
-    def finalize(self) -> None:
-        """Leave it as it is."""
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        """None."""
-        return 0
-
-
-@final
-class _Whole(JITCodeLibrary):
-    """Code of a kernel that Python calls, with that of all kernels below it, optimised once."""
-
-    def finalize(self) -> None:
-        """Link the parts, which go where nothing calls them any more, then all that Numba does."""
-        module, linked = self._final_module, list(dict.fromkeys(self._linking_libraries))
-        own = {function.name for function in module.functions if not function.is_declaration}
-        for library in linked:  # Grows on the way.
-            if isinstance(library, _Part):
-                module.link_in(library._final_module, preserve=True)
-                linked += [further for further in dict.fromkeys(library._linking_libraries) if further not in linked]
-        for function in module.functions:
-            if function.name not in own and not function.is_declaration:
-                function.linkage = "linkonce_odr"
-        self._linking_libraries = [library for library in linked if not isinstance(library, _Part)]
-        super().finalize()  # type: ignore[no-untyped-call]
-
-
-@final
-class _Flags(Flags):
-    """Numba's options of one function, sooner told from others: that is asked for a hundred thousand times."""
-
-    def __hash__(self) -> int:
-        return len(self._values)
-
-    def __eq__(self, other: object) -> bool:
-        return self is other or (isinstance(other, _Flags) and bool(self._values == other._values))
-
-
-def _pipeline(kind: type[_Part | _Whole]) -> type[Compiler]:
-    """Numba's compiler, with libraries of this kind."""
-
-    class Pipeline(Compiler):
-        def __init__(self, *scene: Any) -> None:
-            super().__init__(*scene)  # type: ignore[no-untyped-call]
-            self.state.flags = _Flags(self.state.flags)  # type: ignore[no-untyped-call]
-
-        def define_pipelines(self) -> Any:
-            self.state.library = kind(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
-            self.state.library.enable_object_caching()
-            return super().define_pipelines()  # type: ignore[no-untyped-call]
-
-    return Pipeline
-
-
-_PART, _WHOLE = _pipeline(_Part), _pipeline(_Whole)
+    return hashlib.sha256(
+        b"".join(file.read_bytes() for file in (*found, Path(__file__), Path(linking.__file__)))
+    ).hexdigest()
 
 
 def compiler(stamp: str, *, owns_arrays: bool = True, is_alone: bool = False) -> Callable[[_F], _F]:
@@ -152,12 +86,12 @@ def compiler(stamp: str, *, owns_arrays: bool = True, is_alone: bool = False) ->
     compile_function: Any = njit
 
     def compiled(function: _F) -> _F:
-        law: Any = compile_function(**options, cache=True, pipeline_class=_WHOLE)(function)
-        stored = getattr(getattr(law, "_cache", None), "_cache_file", None)
-        if stored is not None:  # With NUMBA_DISABLE_JIT there is none.
-            stored._source_stamp = stamp
-        if stored is not None and not is_alone:
-            part = compile_function(**options, no_cpython_wrapper=True, pipeline_class=_PART)(function)
+        law: Any = compile_function(**options, pipeline_class=LINKED_WHOLE)(function)
+        if law is function:  # With NUMBA_DISABLE_JIT.
+            return function
+        keep(law, stamp)
+        if not is_alone:
+            part: Any = compile_function(**options, no_cpython_wrapper=True, pipeline_class=PART)(function)
             law.get_call_template, law.get_overload = part.get_call_template, part.get_overload
         return law
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
-from numba import njit
+
+from spiraltrunk.model.jit import compiler, hash_files
 
 
-@njit(cache=True)
+@compiler(hash_files([Path(__file__)]), is_alone=True)
 def rasterise(corners: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray]:
     """Depth and index of the visible triangle at each pixel.
 
