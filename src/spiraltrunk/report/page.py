@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import final
 
 from spiraltrunk.files.atomic import atomic_file
 
@@ -25,86 +23,50 @@ ul { padding-left: 1.2em; overflow-wrap: anywhere; } p.note { color: #555; }
 """
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class Heading:
+def build_heading(text: str) -> str:
     """A section heading."""
-
-    text: str
-    """Its text."""
+    return f"<h2>{escape(text)}</h2>"
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class Paragraphs:
-    """Paragraphs, or items of a list."""
-
-    texts: tuple[str, ...]
-    """Text of each."""
-    is_list: bool = False
-    """Whether they are items of a list."""
+def build_paragraphs(texts: Sequence[str]) -> str:
+    """One paragraph for each text."""
+    return "\n".join(f"<p>{escape(text)}</p>" for text in texts)
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class Table:
-    """A table; all rows are as long as the header."""
-
-    header: tuple[str, ...]
-    """Names of the columns."""
-    rows: tuple[tuple[str, ...], ...]
-    """Cells."""
-    caption: str = ""
-    """Its caption."""
+def build_list(texts: Sequence[str]) -> str:
+    """A list with one item for each text."""
+    return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in texts) + "</ul>"
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class Picture:
-    """A PNG that is embedded in the page."""
-
-    path: Path
-    """Its file."""
-    text: str
-    """Alternative text."""
+def build_table(header: Sequence[str], rows: Sequence[Sequence[str]], caption: str) -> str:
+    """A table with a caption; all rows are as long as the header."""
+    head = "".join(f"<th>{escape(cell)}</th>" for cell in header)
+    lines = "\n".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f'<div class="table"><table><caption>{escape(caption)}</caption>\n<tr>{head}</tr>\n{lines}\n</table></div>'
 
 
-Block = Heading | Paragraphs | Table | Picture
-
-
-def write_page(path: str | Path, title: str, blocks: Sequence[Block]) -> Path:
-    """Write the page atomically.
+def build_picture(path: Path, text: str) -> str:
+    """A PNG embedded in the page, with its alternative text.
 
     Raises:
-        OSError: where it cannot be written or a picture not be read.
+        OSError: where it cannot be read.
     """
-    text = format_page(title, blocks)
+    data = base64.b64encode(path.read_bytes()).decode()
+    return f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'
+
+
+def write_page(path: str | Path, title: str, blocks: Sequence[str]) -> Path:
+    """Write a page of built blocks atomically; all texts in it are escaped.
+
+    Raises:
+        OSError: where it cannot be written.
+    """
+    body = "\n".join(blocks)
     with atomic_file(path) as draft:
-        draft.write_text(text, encoding="utf-8")
+        draft.write_text(
+            f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
+            f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<style>{_STYLE}</style>\n</head>\n'
+            f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n",
+            encoding="utf-8",
+        )
     return Path(path)
-
-
-def format_page(title: str, blocks: Sequence[Block]) -> str:
-    """The page as text; all texts are escaped."""
-    body = "\n".join(_format(block) for block in blocks)
-    return (
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
-        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<style>{_STYLE}</style>\n</head>\n'
-        f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n"
-    )
-
-
-def _format(block: Block) -> str:
-    if isinstance(block, Heading):
-        return f"<h2>{escape(block.text)}</h2>"
-    if isinstance(block, Paragraphs):
-        if block.is_list:
-            return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in block.texts) + "</ul>"
-        return "\n".join(f"<p>{escape(text)}</p>" for text in block.texts)
-    if isinstance(block, Picture):
-        data = base64.b64encode(block.path.read_bytes()).decode()
-        return f'<img alt="{escape(block.text)}" src="data:image/png;base64,{data}">'
-    caption = f"<caption>{escape(block.caption)}</caption>" if block.caption else ""
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in block.header)
-    rows = "\n".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in block.rows)
-    return f'<div class="table"><table>{caption}\n<tr>{head}</tr>\n{rows}\n</table></div>'

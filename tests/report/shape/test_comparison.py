@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spiraltrunk.report.page import Heading, Paragraphs, Picture, Table, format_page, write_page
+from spiraltrunk.report.page import build_heading, build_list, build_paragraphs, build_picture, build_table, write_page
 from spiraltrunk.report.shape.box_plots import build_boxes_figure
 from spiraltrunk.report.shape.comparison import ShapeComparison
 from spiraltrunk.report.shape.overlay import MOST_SHAPES, build_overlay_figure, choose_shapes
@@ -72,12 +72,11 @@ def test_pictures_are_written(tmp_path):
 def test_a_page_holds_all_and_no_markup_of_others(tmp_path):
     picture = write_figure(build_boxes_figure(judged(2)), tmp_path / "a.png")
     evil = '<script>alert("1")</script> & co'
-    words = [Paragraphs(texts=(evil,)), Paragraphs(texts=(evil,), is_list=True)]
-    grid = Table(header=(evil, "b"), rows=((evil, "1"),), caption=evil)
-    blocks = [Heading(text=evil), *words, grid, Picture(path=picture, text=evil)]
-    path = write_page(tmp_path / "page.html", evil, blocks)
-    text = path.read_text()
-    assert text == format_page(evil, blocks)
+    blocks = [
+        build_heading(evil), build_paragraphs([evil]), build_list([evil]), build_picture(picture, evil),
+        build_table([evil, "b"], [(evil, "1")], evil),
+    ]  # fmt: skip
+    text = write_page(tmp_path / "page.html", evil, blocks).read_text()
     assert "<script" not in text
     assert text.count("&lt;script&gt;") == 9
     assert text.count("data:image/png;base64,") == 1

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk.mocap.signal.deviation import PAPER
-from spiraltrunk.report.page import Block, Heading, Paragraphs, Picture, Table
+from spiraltrunk.report.page import build_heading, build_list, build_paragraphs, build_picture, build_table
 
 
-def build_page(result: dict[str, Any], plots: Mapping[Path, str]) -> list[Block]:
+def build_page(result: dict[str, Any], plots: Mapping[Path, str]) -> list[str]:
     """Blocks of the page: the figures of a result, and its plots with their titles."""
     friction = "" if result["friction"] is None else f" with friction {result['friction']:g}"
     intro = (
@@ -20,15 +20,15 @@ def build_page(result: dict[str, Any], plots: Mapping[Path, str]) -> list[Block]
         "shapes."
     )
     warnings = tuple(note for note in result["notes"] if note.startswith("not a measurement"))
-    blocks: list[Block] = [Paragraphs(texts=(*warnings, intro)), Heading(text="RMSE by run")]
+    blocks = [build_paragraphs([*warnings, intro]), build_heading("RMSE by run")]
     blocks += [_build_runs(result), _build_paper(result)]
-    blocks += [Heading(text="Effect of the alignment"), _build_alignments(result)]
+    blocks += [build_heading("Effect of the alignment"), _build_alignments(result)]
     for path, title in plots.items():
         kind = path.name.partition("-")[0]
-        blocks += [Heading(text=title)] if kind == "overlay" else []
-        blocks.append(Picture(path=path, text=f"{title}, {kind}"))
+        blocks += [build_heading(title)] if kind == "overlay" else []
+        blocks.append(build_picture(path, f"{title}, {kind}"))
     if len(result["notes"]) > len(warnings):
-        blocks += [Heading(text="Notes"), Paragraphs(texts=tuple(result["notes"][len(warnings) :]), is_list=True)]
+        blocks += [build_heading("Notes"), build_list(result["notes"][len(warnings) :])]
     return blocks
 
 
@@ -39,18 +39,18 @@ def format_run(run: Mapping[str, Any]) -> tuple[str, ...]:
     return (*map(str, counts), *(_mm(run[key]) for key in keys))
 
 
-def _build_runs(result: dict[str, Any]) -> Table:
+def _build_runs(result: dict[str, Any]) -> str:
     names = ("mean RMSE [mm]", "max RMSE [mm]", "largest [mm]", "takes differ [mm]")
-    return Table(
+    return build_table(
         header=("run", "shapes", "takes", "sections", *names),
         rows=tuple((name, *format_run(run)) for name, run in result["runs"].items()),
         caption="largest: the largest distance of one section; takes differ: RMS distance of the takes from their mean",
     )  # fmt: skip
 
 
-def _build_paper(result: dict[str, Any]) -> Table:
+def _build_paper(result: dict[str, Any]) -> str:
     ours = "synthetic recordings [mm]" if result["is_made_up"] else "recordings [mm]"
-    return Table(
+    return build_table(
         header=("figure", ours, "the paper [mm]"), rows=tuple(pair_with_paper(result)),
         caption=f"The paper's column is {PAPER['what']} ({PAPER['source']}); it says nothing about this robot",
     )  # fmt: skip
@@ -70,9 +70,9 @@ def pair_with_paper(result: dict[str, Any]) -> list[tuple[str, str, str]]:
     return rows
 
 
-def _build_alignments(result: dict[str, Any]) -> Table:
+def _build_alignments(result: dict[str, Any]) -> str:
     by_kind = result["mean_rmse_by_alignment_m"]
-    return Table(
+    return build_table(
         header=("mean RMSE [mm]", *(f"alignment {kind}" for kind in by_kind)),
         rows=tuple((name, *(_mm(of_runs[name]) for of_runs in by_kind.values())) for name in result["runs"]),
         caption="base: by the rigid body at the base; run: one motion a take; shape: one for each shape",
