@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from spiraltrunk.report.style import COLORS, INK, LIMIT, add_legend_below, build_figure, style_axes
+from spiraltrunk.report.style import COLORS, INK, LIMIT, add_legend_below, build_grid, style_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,22 +51,15 @@ class RingDown:
 
 def build_loads_figure(joints: Sequence[LoadedJoint | RingDown]) -> Figure:
     """Moment over bend, or signal over time: one panel for each joint, four in a row."""
-    across = min(4, max(1, len(joints)))
-    down = -(-len(joints) // across)
-    figure = build_figure(3.3 * across, 3.0 * down + 0.5, "Joints on the bench")
-    panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, joint in zip(panels, joints, strict=False):
+    figure, panels = build_grid(len(joints), 4, (3.3, 3.0), "Joints on the bench")
+    named: dict[str, Any] = {}
+    for axes, joint in zip(panels, joints, strict=True):
         if isinstance(joint, RingDown):
             _draw_ring(axes, joint)
         else:
             _draw(axes, joint)
-    for axes in panels[len(joints) :]:
-        axes.set_visible(False)
-    named = {
-        label: handle
-        for axes in panels[: len(joints)]
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-    }
+        handles, labels = axes.get_legend_handles_labels()
+        named |= dict(zip(labels, handles, strict=True))
     add_legend_below(figure, list(named.values()))
     return figure
 

@@ -50,6 +50,24 @@ def build_figure(width: float, height: float, title: str) -> Figure:
     return figure
 
 
+def build_grid(count: int, columns: int, size: tuple[float, float], title: str) -> tuple[Figure, list[Axes]]:
+    """A figure of ``count`` axes in rows of at most ``columns``.
+
+    Args:
+        count: number of axes; of none, one that is not drawn.
+        columns: largest number in a row.
+        size: width and height for each of them [in].
+        title: title of the figure.
+    """
+    across = max(1, min(columns, count))
+    down = max(1, -(-count // across))
+    figure = build_figure(size[0] * across, size[1] * down + 0.5, title)
+    grid = list(figure.subplots(down, across, squeeze=False).flat)
+    for axes in grid[count:]:
+        axes.set_visible(False)
+    return figure, grid[:count]
+
+
 def write_figure(figure: Figure, path: str | Path, **settings: Any) -> Path:
     """Save a figure in the format that the path's ending names; the file is replaced as a whole.
 

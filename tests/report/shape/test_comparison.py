@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from spiraltrunk.report.page import build_heading, build_list, build_paragraphs, build_picture, build_table, write_page
-from spiraltrunk.report.shape.box_plots import build_boxes_figure
-from spiraltrunk.report.shape.comparison import ShapeComparison
-from spiraltrunk.report.shape.overlay import MOST_SHAPES, build_overlay_figure, choose_shapes
+from spiraltrunk.report.shape.comparison import (
+    MOST_SHAPES,
+    ShapeComparison,
+    build_boxes_figure,
+    build_overlay_figure,
+    choose_shapes,
+)
 from spiraltrunk.report.style import write_figure
 
 

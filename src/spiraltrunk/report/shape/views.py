@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spiraltrunk.report.style import INK, NORMAL, SMALL
+from spiraltrunk.report.style import INK, NORMAL, SMALL, style_axes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,12 +38,8 @@ def add_views(figure: Figure, points: np.ndarray) -> tuple[Any, list[Any]]:
     for column, (title, right, label) in enumerate(SIDE_VIEWS, start=1):
         axes = figure.add_subplot(grid[column])
         axes.set(xlim=(low[right], high[right]), ylim=(low[1], high[1]), aspect="equal")
-        axes.set_title(title, fontsize=NORMAL, color=INK)
-        axes.set_xlabel(label, fontsize=NORMAL, color=INK)
-        axes.set_ylabel("y, up [mm]", fontsize=NORMAL, color=INK)
-        axes.tick_params(labelsize=SMALL, colors=INK)
-        axes.grid(visible=True, color="#00000018", linewidth=0.6)
-        axes.set_axisbelow(True)
+        style_axes(axes, "y, up [mm]", xlabel=label, title=title)
+        axes.spines[:].set_visible(True)
         sides.append(axes)
     return space, sides
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from spiraltrunk.report.solids.rasterise import rasterise
-from spiraltrunk.report.style import INK, LARGE, NORMAL, SMALL, build_figure, write_figure
+from spiraltrunk.report.style import INK, LARGE, NORMAL, SMALL, build_figure, build_grid, write_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -125,22 +125,18 @@ def write_exploded(solids: Sequence[DrawnSolid], paths: Sequence[Path], *, title
             write_figure(figure, path, metadata={"Date": None})
 
 
-def write_sheet(solids: Sequence[DrawnSolid], path: Path, *, title: str, columns: int = 5) -> None:
+def write_sheet(solids: Sequence[DrawnSolid], path: Path, *, title: str) -> None:
     """Draw each solid by itself, with its name and note, on one sheet.
 
     Raises:
         OSError: where the file cannot be written.
     """
-    rows = math.ceil(len(solids) / columns)
-    figure = build_figure(2.6 * columns, 2.9 * rows + 0.5, title)
-    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    figure, grid = build_grid(len(solids), 5, (2.6, 2.9), title)
     view = build_camera(-math.pi / 2 + 0.6, 0.5)
-    for axes, solid in zip(grid, solids, strict=False):
+    for axes, solid in zip(grid, solids, strict=True):
         wide, tall, _ = np.ptp(solid.mesh.vertices @ view.T, axis=0)
         draw_solids(axes, [solid], view, round(480 * min(1.0, wide / tall)))
         axes.set_box_aspect(1.0)
         axes.set_title(solid.name, fontsize=LARGE - 1, color=INK, pad=2)
         axes.text(0.5, -0.02, solid.note, transform=axes.transAxes, fontsize=SMALL, color=INK, ha="center", va="top")
-    for axes in grid[len(solids) :]:
-        axes.set_axis_off()
     write_figure(figure, path)

@@ -10,8 +10,7 @@ from typing import Any
 from spiraltrunk.checks import check_count
 from spiraltrunk.files.results import read_versions
 from spiraltrunk.report.style import write_figure
-from spiraltrunk.report.survey.heatmap import Outcomes, build_heatmap_figure
-from spiraltrunk.report.survey.rates import build_rates_figure
+from spiraltrunk.report.survey import Outcomes, build_heatmap_figure, build_rates_figure
 from spiraltrunk.workflows.survey.code_version import compute_source
 from spiraltrunk.workflows.survey.plan import Entry, SurveyPlan
 from spiraltrunk.workflows.survey.process_pool import run_jobs

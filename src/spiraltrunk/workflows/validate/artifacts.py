@@ -17,9 +17,7 @@ from spiraltrunk.files.results import format_json
 from spiraltrunk.mocap.session.session import RunShapes
 from spiraltrunk.mocap.session.shapes_json import write_shapes
 from spiraltrunk.report.page import write_page
-from spiraltrunk.report.shape.box_plots import build_boxes_figure
-from spiraltrunk.report.shape.comparison import ShapeComparison
-from spiraltrunk.report.shape.overlay import build_overlay_figure
+from spiraltrunk.report.shape.comparison import ShapeComparison, build_boxes_figure, build_overlay_figure
 from spiraltrunk.report.style import write_figure
 from spiraltrunk.workflows.validate.comparison import Comparison, compute_result, compute_tilt_deg
 from spiraltrunk.workflows.validate.page import build_page

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from spiraltrunk.report.style import write_figure
-from spiraltrunk.report.survey.heatmap import Outcomes, build_heatmap_figure, compute_cells
-from spiraltrunk.report.survey.rates import build_rates_figure
+from spiraltrunk.report.survey import Outcomes, build_heatmap_figure, build_rates_figure, compute_cells
 
 RATES = {
     "wrap-vertical": {"trials": 50, "successes": 48, "low": 0.865, "high": 0.989},
@@ -44,33 +43,33 @@ measures = st.lists(st.tuples(st.floats(0.005, 0.999), st.floats(0.001, 19.0), s
 @example([(0.0055, 1.0, False), (0.005, 1.0, False)])
 def test_every_trial_is_in_one_cell(trials: list[tuple[float, float, bool]]) -> None:
     width, mass, success = zip(*trials, strict=True)
-    cells = compute_cells(Outcomes(name="x", width=width, mass=mass, success=success))
-    assert cells.trials.sum() == len(trials)
-    assert cells.successes.sum() == sum(success)
-    assert (cells.successes <= cells.trials).all()
-    assert cells.trials.shape == (len(cells.width_mm) - 1, len(cells.mass_g) - 1)
-    assert (np.diff(cells.width_mm) > 0).all()
+    width_mm, mass_g, count, successes = compute_cells(Outcomes(name="x", width=width, mass=mass, success=success))
+    assert count.sum() == len(trials)
+    assert successes.sum() == sum(success)
+    assert (successes <= count).all()
+    assert count.shape == (len(width_mm) - 1, len(mass_g) - 1)
+    assert (np.diff(width_mm) > 0).all()
 
 
 def test_cells_lie_where_their_trials_are() -> None:
     outcomes = Outcomes(name="x", width=[0.031, 0.119, 0.118], mass=[0.11, 0.49, 0.48], success=[True, False, True])
-    cells = compute_cells(outcomes)
-    assert (cells.trials[0, 0], cells.successes[0, 0]) == (1, 1)
-    assert (cells.trials[-1, -1], cells.successes[-1, -1]) == (2, 1)
+    _, _, trials, successes = compute_cells(outcomes)
+    assert (trials[0, 0], successes[0, 0]) == (1, 1)
+    assert (trials[-1, -1], successes[-1, -1]) == (2, 1)
 
 
 def test_the_sheet_has_a_map_for_each_and_its_counts(tmp_path: Path) -> None:
     sheet = [build_outcomes(name) for name in ("a", "b", "c")] + [Outcomes(name="none", width=[], mass=[], success=[])]
     figure = build_heatmap_figure(sheet)
     maps = figure.axes[:4]
-    cells = compute_cells(sheet[0])
+    _, _, trials, successes = compute_cells(sheet[0])
     assert [axes.get_title() for axes in maps] == [
         f"{one.name}: {sum(one.success)} of {len(one.success)}" for one in sheet
     ]
     told = sorted(text.get_text() for text in maps[0].texts)
-    assert told == sorted(f"{cells.successes[i, j]}/{cells.trials[i, j]}" for i, j in np.argwhere(cells.trials))
+    assert told == sorted(f"{successes[i, j]}/{trials[i, j]}" for i, j in np.argwhere(trials))
     drawn = maps[0].collections[0].get_array()
-    assert np.ma.count_masked(drawn) == (cells.trials == 0).sum()
+    assert np.ma.count_masked(drawn) == (trials == 0).sum()
     assert not maps[3].collections
     with Image.open(write_figure(figure, tmp_path / "heatmap.png")) as picture:
         assert picture.width > 1000

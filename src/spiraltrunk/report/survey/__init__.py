@@ -1,1 +1,0 @@
-"""Pictures of a survey: rates with intervals, and the map over size and mass."""
