@@ -13,8 +13,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference
 from spiraltrunk.model.kinematics.shape import Shape
-from spiraltrunk.report.shape.sections_3d import build_solids
-from spiraltrunk.report.shape.shape_plot import _size_dots, build_shape_figure
+from spiraltrunk.report.shape.shape_plot import _size_dots, build_shape_figure, build_solids
 from spiraltrunk.report.style import write_figure
 
 SHAPES = {

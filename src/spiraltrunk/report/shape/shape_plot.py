@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
 from spiraltrunk.model.kinematics.shape import Shape
-from spiraltrunk.report.shape.sections_3d import Solids, build_solids
+from spiraltrunk.model.statics.pull_sequences import find_shut
 from spiraltrunk.report.shape.views import SIDE_VIEWS, add_views
 from spiraltrunk.report.style import COLORS, INK, NORMAL, add_legend_below, build_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_FACETS = 24
+"""Facets round a section."""
 
 _BODY, _EDGE, _SHUT, _SHUT_MARK = "#B8C4D0", "#5F6F80", "#CC79A7", "#8E2A6B"
 """Colours of sections, their outlines, faces that touch, and shut joints."""
@@ -30,6 +35,60 @@ _DOT, _SPAN = (1.8, 4.0), 230.0
 
 _DEPTHS = ((2, 1), (0, -1))
 """Coordinate towards the viewer in each of `SIDE_VIEWS`, and its sign."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Solids:
+    """Sections, cables and joints in space, in the frame of `Shape`."""
+
+    outline: np.ndarray
+    """Rings of each section base to tip: proximal joint centre, two rims, distal joint centre; shape (n_section, 4,
+    n_facet, 3) [mm]."""
+    cable: np.ndarray
+    """Holes that each cable passes, base to tip, shape (n_cable, 2 n_section, 3) [mm]."""
+    center: np.ndarray
+    """Joint centres, shape (n_joint, 3) [mm]."""
+    is_shut: np.ndarray
+    """Whether each joint is at its limit, shape (n_joint,) [bool]."""
+    axis: np.ndarray
+    """Direction of the base axis, shape (3,) [-]."""
+
+    @property
+    def bands(self) -> np.ndarray:
+        """Quadrilaterals of the proximal face, the outside and the distal face, shape (n_section, 3, n_facet, 4, 3)."""
+        ring, beside = self.outline, np.roll(self.outline, -1, axis=2)
+        return np.stack([ring[:, :-1], ring[:, 1:], beside[:, 1:], beside[:, :-1]], axis=3)
+
+    @property
+    def gaps(self) -> np.ndarray:
+        """Cable segments across the gaps, shape (n_cable, n_joint, 2, 3) [mm]."""
+        return np.stack([self.cable[:, 1:-1:2], self.cable[:, 2::2]], axis=2)
+
+
+def build_solids(design: TrunkDesign, shape: Shape, theta_0: float) -> Solids:
+    """Geometry of one shape with the base axis ``theta_0`` below the horizontal [rad]."""
+    base = base_orientation(theta_0)
+    frames = section_frames(design, shape.joint_rotation)
+    turn, origin = base @ frames[:, :3, :3], frames[:, :3, 3] @ base.T
+
+    def place(axial: np.ndarray, radial: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Points of cylindrical coordinates (n_section, k) along directions (m, 3), shape (n_section, k, m, 3) [mm]."""
+        local = axial[..., None, None] * np.array([1.0, 0.0, 0.0]) + radial[..., None, None] * direction
+        return 1e3 * (np.einsum("nij,nabj->nabi", turn, local) + origin[:, None, None])
+
+    solid, scale = design.solid, design.scale[:, None]
+    angle = np.linspace(0.0, 2 * np.pi, _FACETS, endpoint=False)
+    around = np.stack([np.zeros(_FACETS), np.cos(angle), np.sin(angle)], axis=-1)
+    holes = place(design.hole_position[..., 0], design.hole_position[..., 1], design.cable_direction)
+    return Solids(
+        outline=place(
+            scale * [0.0, solid.rim_start, solid.rim_end, solid.length],
+            scale * [0.0, solid.radius, solid.radius, 0.0], around,
+        ),
+        cable=np.moveaxis(holes, 2, 0).reshape(design.n_cable, -1, 3), center=1e3 * origin[1:],
+        is_shut=find_shut(design, shape), axis=base[:, 0],
+    )  # fmt: skip
 
 
 def build_shape_figure(design: TrunkDesign, shape: Shape, theta_0: float, *, title: str = "") -> Figure:
