@@ -13,7 +13,7 @@ import numpy as np
 
 from spiraltrunk.cad.components.fasteners import Bolt
 from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
-from spiraltrunk.cad.geometry.csg import Form, Revolved, compute_bounds, contains, polar, rod, shifted
+from spiraltrunk.cad.geometry.csg import Form, compute_bounds, contains, polar, rod, shifted, tube
 from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.housing.housing import list_housing_bolts
 from spiraltrunk.cad.housing.test_stand import list_wedge_bolts
@@ -131,9 +131,8 @@ def build_motors(design: TrunkDesign, options: MakeOptions) -> list[tuple[str, F
     for axis in motor_angles(design):
         at = polar(motor_ring(design, options), axis, floor)
         top = motor.height
-        outline = ((0.0, top), (drum.flange, top), (drum.flange, top + drum.height), (0.0, top + drum.height))
         bodies.append(("motor", shifted(rod(motor.diameter / 2, (0, 0, 0), (0, 0, top)), at)))
-        bodies.append(("drum", shifted(Revolved(profile=outline), at)))
+        bodies.append(("drum", shifted(tube(0.0, drum.flange, top, top + drum.height), at)))
     return bodies
 
 

@@ -91,12 +91,20 @@ class Common:
 Form = Revolved | Prism | Moved | Union | Cut | Common
 
 
+QUARTERS = tuple(math.pi / 4 + k * math.pi / 2 for k in range(4))
+"""Angles of four screws on a circle, half-way between the axes [rad]."""
+
+
+def tube(inner: float, outer: float, low: float, high: float, *, start: float = 0.0, arc: float = 2 * math.pi) -> Form:
+    """A tube about z between two radii and two heights, or its sector of ``arc`` from ``start`` on [rad]."""
+    return Revolved(profile=((inner, low), (outer, low), (outer, high), (inner, high)), start=start, arc=arc)
+
+
 def rod(radius: float, start: Sequence[float] | np.ndarray, end: Sequence[float] | np.ndarray) -> Form:
     """A cylinder between two points."""
     along = np.subtract(end, start)
     length = float(np.linalg.norm(along))
-    form = Revolved(profile=((0.0, 0.0), (radius, 0.0), (radius, length), (0.0, length)))
-    return Moved(form=form, T=_frame(along / length, start))
+    return Moved(form=tube(0.0, radius, 0.0, length), T=_frame(along / length, start))
 
 
 def rods(radius: float, ring: float, angles: Iterable[float], low: float, high: float) -> list[Form]:

@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.cad.geometry.csg import Form
+from spiraltrunk.errors import DesignError, Unquoted
 
 
 @final
@@ -57,7 +58,7 @@ class Part:
     """Origin of its frame in that of the straight trunk, whose base joint is at 0 [mm]."""
     turn: float = 0.0
     """Rotation about x into the frame of the straight trunk [rad]."""
-    thinnest: str = ""
+    thinnest: str = "a finer --nozzle-mm"
     """Which setting makes its thinnest wall thicker, for the error message."""
     checks_walls: bool = True
     """Whether its walls must be two nozzles thick; cast parts have no such limit."""
@@ -75,3 +76,10 @@ class Part:
         x, y, z = (np.asarray(points, float) - np.array(self.at)).T
         c, s = math.cos(self.turn), math.sin(self.turn)
         return np.stack([x, c * y + s * z, c * z - s * y], axis=-1)
+
+
+def too_small(what: str, got: float, least: float, hint: str) -> DesignError:
+    """The error for a dimension [mm] below the least that a part needs, with the reason or the remedy."""
+    return DesignError(
+        f"part {what}", got=Unquoted(f"{round(got, 2)} mm"), allowed=f"at least {round(least, 2)} mm: {hint}"
+    )

@@ -9,9 +9,9 @@ from typing import final
 from spiraltrunk.cad.components.fasteners import THREADS
 from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
 from spiraltrunk.cad.geometry.csg import polar
+from spiraltrunk.cad.geometry.part import too_small
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Unquoted
 
 FOOT, FOOT_WIDE = 5.0, 10.0
 """Thickness and overhang of the neck's foot [mm] (ours)."""
@@ -56,17 +56,16 @@ def find_layout(design: TrunkDesign, options: MakeOptions) -> HousingLayout:
     radius, ring = 1e3 * housing.radius, motor_ring(design, options)
     need = ring + motor.diameter / 2 + options.clearance + options.rim
     if radius < need:
-        raise too_small(
-            "housing.radius_mm", radius, need, f"{design.n_cable} motors of {motor.diameter:g} mm side by side"
-        )
+        why = f"{design.n_cable} motors of {motor.diameter:g} mm side by side"
+        raise too_small("housing: housing.radius_mm", radius, need, why)
     height = 1e3 * housing.length - ADAPTER - options.plate
     stack = options.plate + motor.height + find_drum(design, options).height + 2.0
     if height < stack:
         need = stack + ADAPTER + options.plate
-        raise too_small("housing.length_mm", 1e3 * housing.length, need, "floor, motor, drum, lid and adapter")
+        raise too_small("housing: housing.length_mm", 1e3 * housing.length, need, "floor, motor, drum, lid and adapter")
     posts = tuple(angle + math.pi / design.n_cable for angle in motor_angles(design))
     if 1e3 * design.solid.radius + FOOT_WIDE > radius:
-        raise too_small("housing.radius_mm", radius, 1e3 * design.solid.radius + FOOT_WIDE, "the foot of the neck")
+        raise too_small("housing: housing.radius_mm", radius, 1e3 * design.solid.radius + FOOT_WIDE, "the neck's foot")
     drum, post = find_drum(design, options), radius - options.rim - 3.5
     bases = posts if design.n_cable > 2 else tuple(angle + side for angle in posts for side in (-0.35, 0.35))
     return HousingLayout(
@@ -90,18 +89,10 @@ def _find_base(design: TrunkDesign, options: MakeOptions, angles: tuple[float, .
         )
         if apart >= motor.diameter / 2 + head:
             return radius
-    raise too_small(
-        "housing.radius_mm", 1e3 * design.housing.radius, low + post - high + 5.0, "screws beside the motors"
-    )
+    need = low + post - high + 5.0
+    raise too_small("housing: housing.radius_mm", 1e3 * design.housing.radius, need, "screws beside the motors")
 
 
 def foot_circle(design: TrunkDesign) -> float:
     """Radius of the circle of screws through the neck's foot [mm]."""
     return 1e3 * design.solid.radius + FOOT_WIDE / 2 + 0.5
-
-
-def too_small(name: str, got: float, least: float, why: str) -> DesignError:
-    """The error for a dimension that is too small."""
-    return DesignError(
-        f"part housing: {name}", got=Unquoted(f"{got:.1f} mm"), allowed=f"at least {least:.1f} mm, for {why}"
-    )

@@ -9,7 +9,7 @@ import math
 
 from spiraltrunk.cad.components.fasteners import M6, THREADS, Bolt
 from spiraltrunk.cad.components.options import MakeOptions
-from spiraltrunk.cad.geometry.csg import Cut, Form, Prism, Union, box, polar, rod, shifted, turned
+from spiraltrunk.cad.geometry.csg import QUARTERS, Cut, Form, Prism, Union, box, polar, rod, rods, shifted, turned
 from spiraltrunk.cad.geometry.part import PLA, Part
 from spiraltrunk.design.trunk import TrunkDesign
 
@@ -34,9 +34,7 @@ def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
     It is mounted between flange (or bench) and adapter, or on another wedge, and tilts motors, cables and trunk.
     """
-    flange = options.flange
-    reach = max(flange.outer / 2 + 12.0, flange.pitch_circle / 2 + 8.0 + WEB)
-    middle = reach + KEY  # From the hinge line to the middle of each plate.
+    flange, (reach, middle) = options.flange, _find_plates(options)
     far, near = middle + reach, middle - reach
     plate = box((2 * reach, 2 * reach, PLATE), (middle, 0, PLATE / 2))
     upper = turned(box((2 * reach, 2 * reach, PLATE), (middle, 0, -PLATE / 2)), "y", -TILT)
@@ -47,27 +45,26 @@ def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     wall = turned(Prism(corners=tuple((x, -z) for x, z in side), bottom=0.0, top=WEB), "x", -math.pi / 2)
     walls = [shifted(wall, (0, y, 0)) for y in (-reach, reach - WEB)]
     holes: list[Form] = [rod(flange.pilot / 2 + options.clearance / 2, (0, 0, -1.0), (0, 0, PLATE + 1))]
-    for x, y, _ in (polar(flange.pitch_circle / 2, math.pi / 4 + k * math.pi / 2, 0.0) for k in range(4)):
-        holes.append(rod(M6 / 2, (x, y, -1.0), (x, y, PLATE + 1)))
-    x, y, _ = polar(flange.pitch_circle / 2, 0.0, 0.0)
-    holes.append(rod((flange.dowel + 0.1) / 2, (x, y, -1.0), (x, y, PLATE + 1)))
+    holes += rods(M6 / 2, flange.pitch_circle / 2, QUARTERS, -1.0, PLATE + 1)
+    holes += rods((flange.dowel + 0.1) / 2, flange.pitch_circle / 2, [0.0], -1.0, PLATE + 1)
     tools = [shifted(hole, (middle, 0, 0)) for hole in holes]
     tools += [turned(shifted(hole, (middle, 0, -PLATE)), "y", -TILT) for hole in holes]
     form = Cut(form=Union(forms=(plate, upper, *walls)), tools=tuple(tools))
-    part = Part(
-        name="wedge", group="wedge", what="wedge of 45 deg between flange and adapter", material=PLA, form=form,
-        count=3, at=(0.0, 0.0, 0.0), thinnest="a finer --nozzle-mm",
-    )  # fmt: skip
-    return (part,)
+    what = "wedge of 45 deg between flange and adapter"
+    return (Part(name="wedge", group="wedge", what=what, material=PLA, form=form, count=3),)
+
+
+def _find_plates(options: MakeOptions) -> tuple[float, float]:
+    """Half the width of the plates, and distance of their middles from the line of intersection [mm]."""
+    reach = max(options.flange.outer / 2 + 12.0, options.flange.pitch_circle / 2 + 8.0 + WEB)
+    return reach, reach + KEY
 
 
 def list_wedge_bolts(options: MakeOptions) -> list[Bolt]:
     """Screws of a wedge in its own frame: four into its support, four that hold the adapter or the next wedge."""
-    flange, m6 = options.flange, THREADS["M6"]
-    reach = max(flange.outer / 2 + 12.0, flange.pitch_circle / 2 + 8.0 + WEB)
-    middle, c, s = reach + KEY, math.cos(TILT), math.sin(TILT)
+    m6, (_, middle), c, s = THREADS["M6"], _find_plates(options), math.cos(TILT), math.sin(TILT)
     bolts = []
-    for x, y, _ in (polar(flange.pitch_circle / 2, math.pi / 4 + k * math.pi / 2, 0.0) for k in range(4)):
+    for x, y, _ in (polar(options.flange.pitch_circle / 2, quarter, 0.0) for quarter in QUARTERS):
         bolts.append(
             Bolt(what="wedge to flange or bench", parts=("wedge",), thread=m6, length=16.0,
                  seat=(middle + x, y, PLATE), along=(0.0, 0.0, -1.0), way=16.0)
@@ -96,6 +93,6 @@ def build_markers(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
         place = (radius, 0.0, 1e3 * float(design.section_length[:n].sum()))
         parts.append(
             Part(name=f"marker_seat_{n + 1:02d}", group="markers", what=f"marker seat of section {n + 1}", material=PLA,
-                 form=shifted(form, (-radius, 0, 0)), count=PER_SECTION, at=place, thinnest="a finer --nozzle-mm")
+                 form=shifted(form, (-radius, 0, 0)), count=PER_SECTION, at=place)
         )  # fmt: skip
     return tuple(parts)

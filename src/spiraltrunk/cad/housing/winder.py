@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
-from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, box, polar, rod, rods
-from spiraltrunk.cad.geometry.part import PLA, Part
+from spiraltrunk.cad.geometry.csg import QUARTERS, Cut, Form, Revolved, Union, box, polar, rod, rods
+from spiraltrunk.cad.geometry.part import PLA, Part, too_small
 from spiraltrunk.cad.trunk.gripper import strand_travel
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
@@ -69,10 +69,8 @@ def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
     radius = min(distance - 2.0, rim - 2.5 * options.cable)
     least = motor.rotor_circle / 2 + ROTOR_SCREW / 2 + options.wall
     if radius < 5.0:
-        raise DesignError(
-            "part drum: radius", got=Unquoted(f"{radius:.2f} mm"),
-            allowed="at least 5 mm: the cable holes at the base lie too near to the motors' axes; take another base",
-        )  # fmt: skip
+        hint = "the cable holes at the base lie too near to the motors' axes; take another base"
+        raise too_small("drum: radius", radius, 5.0, hint)
     if motor.torque / (1e-3 * radius) < design.cable.tension_max:
         raise DesignError(
             "part drum: tension", got=Unquoted(f"{motor.torque / (1e-3 * radius):.0f} N at most on {radius:.1f} mm"),
@@ -98,18 +96,13 @@ def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
         (0.0, 0.0), (drum.flange, 0.0), (drum.flange, drum.wall), (core, drum.wall), (core, top), (drum.rim, top),
         (drum.rim, drum.height), (0.0, drum.height),
     )  # fmt: skip
-    screws = [math.pi / 4 + k * math.pi / 2 for k in range(4)]
-    ring = options.motor.rotor_circle / 2
-    holes = rods(ROTOR_SCREW / 2, ring, screws, -1, drum.wall + 1)
+    holes = rods(ROTOR_SCREW / 2, options.motor.rotor_circle / 2, QUARTERS, -1, drum.wall + 1)
     tie: Form = rod(TIE / 2, (0.0, 0.0, drum.wall + TIE), (drum.rim + 1, 0.0, drum.wall + TIE))
     bore = rod(max(2.0, core / 3), (0, 0, -1), (0, 0, drum.height + 1))
     form = Cut(form=Revolved(profile=profile), tools=(bore, *holes, tie))
     at = polar(motor_ring(design, options), motor_angles(design)[0], _drum_height(design, options))
-    part = Part(
-        name="drum", group="drums", count=design.n_cable, material=PLA, form=form, at=at,
-        what=f"winder drum, {2 * drum.radius:.1f} mm, {drum.turns:.1f} turns", thinnest="a finer --nozzle-mm",
-    )  # fmt: skip
-    return (part,)
+    what = f"winder drum, {2 * drum.radius:.1f} mm, {drum.turns:.1f} turns"
+    return (Part(name="drum", group="drums", what=what, count=design.n_cable, material=PLA, form=form, at=at),)
 
 
 def find_arm(design: TrunkDesign, options: MakeOptions) -> float:
@@ -132,12 +125,11 @@ def build_horn(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     ties = [rod(TIE / 2, (x, 0, -1), (x, 0, thick + 1)) for x in (arm, -arm)]
     screws = [rod(0.6, (0, y, -1), (0, y, thick + 1)) for y in (0.42 * hub, -0.42 * hub)]
     shaft = rod(1.2, (0, 0, -1), (0, 0, thick + 1))
-    part = Part(
-        name="horn", group="horn", what=f"double arm of the servo, {arm:.1f} mm to each cable", material=PLA,
-        form=Cut(form=body, tools=(shaft, *ties, *screws)), thinnest="a finer --nozzle-mm",
-        at=(0.0, -options.servo.width, _drum_height(design, options) + 20.0), turn=math.pi / 2,
+    return (
+        Part(name="horn", group="horn", what=f"double arm of the servo, {arm:.1f} mm to each cable", material=PLA,
+             form=Cut(form=body, tools=(shaft, *ties, *screws)), turn=math.pi / 2,
+             at=(0.0, -options.servo.width, _drum_height(design, options) + 20.0)),
     )  # fmt: skip
-    return (part,)
 
 
 def motor_ring(design: TrunkDesign, options: MakeOptions) -> float:

@@ -9,7 +9,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from spiraltrunk.cad.components.options import MakeOptions
-from spiraltrunk.cad.trunk.gripper_socket import TipSeat, find_seat
+from spiraltrunk.cad.trunk.gripper import TipSeat, find_seat
 from spiraltrunk.design.trunk import TrunkDesign
 
 RIM = 0.08

@@ -1,8 +1,9 @@
-"""The gripper in one piece: plate with tenon, and fingers of phalanges with elastic joints and cable holes.
+"""The gripper in one piece, plate with tenon and fingers with elastic joints and cable holes, and its seat in the tip.
 
-Each finger is a spiral of its own (b, angle per phalanx); its phalanges are sections whose faces open by that angle.
-Strands pass each joint at `STRAND_LEVER` of the phalanx's width, on the inner (ventral) side to close and on the outer
-(dorsal) side to open.
+A bayonet joins it to the trunk: a socket in the last section, a tenon with two lugs. Its plate replaces the end of that
+section, so that the fingers are where the design has them. Each finger is a spiral of its own (b, angle per phalanx);
+its phalanges are sections whose faces open by that angle. Strands pass each joint at `STRAND_LEVER` of the phalanx's
+width, on the inner (ventral) side to close and on the outer (dorsal) side to open.
 """
 
 from __future__ import annotations
@@ -12,15 +13,98 @@ from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.cad.components.options import MakeOptions
-from spiraltrunk.cad.geometry.csg import Common, Cut, Form, Revolved, Union, rod, shifted, turned
-from spiraltrunk.cad.geometry.part import TPU, Part
-from spiraltrunk.cad.trunk.gripper_socket import build_tenon, find_seat
+from spiraltrunk.cad.geometry.csg import Common, Cut, Form, Revolved, Union, rod, shifted, tube, turned
+from spiraltrunk.cad.geometry.part import TPU, Part, too_small
 from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Unquoted
 
 STRAND = 0.6
 """Diameter of a strand's hole over that of a cable's [-]; a cable is unbraided into one strand a finger (ours)."""
+
+LUG_ARC, ENTRY_ARC = math.radians(50.0), math.radians(60.0)
+"""Angles of a lug and of its entry slot [rad]."""
+
+TURN = math.pi / 2
+"""Rotation from entry to lock [rad]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class TipSeat:
+    """Dimensions that socket and tenon share, in mm."""
+
+    radius: float
+    """Radius of the last section."""
+    plate: float
+    """Thickness of the gripper's plate."""
+    knot: float
+    """Depth of the groove under the plate for the knots of the trunk's cables."""
+    ring: float
+    """Radius of the circle of the cables."""
+    inner: float
+    """Radius of the socket's mouth."""
+    outer: float
+    """Radius of the undercut for the lugs."""
+    lip: float
+    """Thickness of the socket's lip."""
+    lug: float
+    """Height of a lug."""
+    clearance: float
+    """Clearance all round."""
+    bore: float
+    """Radius of the hole for the gripper's cables through the tenon."""
+
+    @property
+    def undercut(self) -> float:
+        """Depth of the undercut's floor below the section's end."""
+        return self.lip + self.lug + self.clearance
+
+    @property
+    def depth(self) -> float:
+        """Depth of the socket, with room for the cables below the tenon."""
+        return self.undercut + self.lip / 2
+
+
+def find_seat(design: TrunkDesign, options: MakeOptions) -> TipSeat:
+    """Size the joint to fit inside the circle of the last section's cable holes.
+
+    Raises:
+        DesignError: where the tip is too small for it.
+    """
+    ring = 1e3 * float(design.hole_position[-1, 0, 1])
+    outer = ring - options.hole / 2 - options.wall
+    inner = 0.7 * outer
+    bore = inner - options.clearance - options.wall
+    knot = 4 * options.cable
+    seat = TipSeat(
+        radius=1e3 * float(design.section_radius[-1]), plate=knot + options.hole + 2.2 * options.wall, knot=knot,
+        ring=ring, inner=inner, outer=outer, lip=1.5 * options.wall, lug=1.5 * options.wall,
+        clearance=options.clearance, bore=bore,
+    )  # fmt: skip
+    _check_socket(design, seat, options)
+    return seat
+
+
+def add_socket(seat: TipSeat, end: float) -> list[Form]:
+    """Cuts of the last section, which ends at ``end`` on the axis [mm]."""
+    tools: list[Form] = [rod(seat.inner, (0, 0, end - seat.depth), (0, 0, end + 1.0))]
+    floor, roof, top = end - seat.undercut, end - seat.lip, end + 1.0
+    for k in range(2):
+        entry = math.pi / 2 + math.pi * k - ENTRY_ARC / 2
+        tools.append(tube(seat.inner - 0.5, seat.outer, floor, roof, start=entry, arc=ENTRY_ARC + TURN))
+        tools.append(tube(seat.inner - 0.5, seat.outer, roof - 0.5, top, start=entry, arc=ENTRY_ARC))
+    return tools
+
+
+def _build_tenon(seat: TipSeat) -> list[Form]:
+    """The tenon in its locked position, below z = 0; the first form reaches into the plate."""
+    neck, bottom = seat.inner - seat.clearance, -(seat.lip + seat.lug)
+    forms: list[Form] = [rod(neck, (0, 0, bottom), (0, 0, seat.knot / 2))]
+    roof = -seat.lip - seat.clearance / 2
+    for k in range(2):
+        start = math.pi / 2 + math.pi * k + TURN - LUG_ARC / 2
+        forms.append(tube(neck - 0.5, seat.outer - seat.clearance, bottom, roof, start=start, arc=LUG_ARC))
+    return forms
 
 
 @final
@@ -82,12 +166,10 @@ def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     mount, turn = 1e3 * gripper.mount_radius, 2 * math.pi / gripper.n_finger
     top = seat.plate - finger.joints[0] * finger.slopes[1]
     widest = max(seat.radius, mount + finger.lever(0) + finger.bead)
-    disc = Revolved(profile=((0.0, 0.0), (widest, 0.0), (widest, top), (0.0, top)))
-    bodies, spoke = [disc, *build_tenon(seat)], top - options.wall - options.hole / 2
-    inner, outer = seat.ring - 2.5 * options.cable, seat.ring + 2.5 * options.cable
+    bodies, spoke = [tube(0.0, widest, 0.0, top), *_build_tenon(seat)], top - options.wall - options.hole / 2
     tools: list[Form] = [
         rod(seat.bore, (0, 0, -seat.lip - seat.lug - 1.0), (0, 0, spoke)),  # Through the tenon up to the spokes.
-        Revolved(profile=((inner, -1.0), (outer, -1.0), (outer, seat.knot), (inner, seat.knot))),  # For knots.
+        tube(seat.ring - 2.5 * options.cable, seat.ring + 2.5 * options.cable, -1.0, seat.knot),  # For knots.
     ]
     straight, strands = _finger_forms(finger, top - seat.plate)
     for f in range(gripper.n_finger):
@@ -144,13 +226,21 @@ def _check_room(design: GripperDesign, finger: Finger) -> None:
     for j, length in enumerate(finger.lengths):
         rim = length - finger.reach(j) * sum(finger.slopes)
         if rim < 0.05 * length:
-            raise DesignError(
-                f"part gripper, phalanx {j + 1}: length of its outer surface", got=Unquoted(f"{rim:.2f} mm"),
-                allowed=f"at least {0.05 * length:.2f} mm: a longer gripper.finger_length_mm or a narrower finger",
-            )  # fmt: skip
+            hint = "a longer gripper.finger_length_mm or a narrower finger"
+            raise too_small(f"gripper, phalanx {j + 1}: length of its outer surface", rim, 0.05 * length, hint)
     apart = 2e3 * design.mount_radius * math.sin(math.pi / design.n_finger)
     if apart < 2 * finger.reach(0):
-        raise DesignError(
-            "part gripper: distance between fingers", got=Unquoted(f"{apart:.2f} mm"),
-            allowed=f"at least {2 * finger.reach(0):.2f} mm, with their cable beads: a larger gripper.mount_radius_mm",
-        )  # fmt: skip
+        hint = "their width with cable beads; a larger gripper.mount_radius_mm"
+        raise too_small("gripper: distance between fingers", apart, 2 * finger.reach(0), hint)
+
+
+def _check_socket(design: TrunkDesign, seat: TipSeat, options: MakeOptions) -> None:
+    if seat.bore < options.hole / 2:
+        hint = "a wider tip, a finer --nozzle-mm or no [gripper]"
+        raise too_small("gripper: radius of the hole in its tenon", seat.bore, options.hole / 2, hint)
+    solid, scale = design.solid, 1e3 * float(design.scale[-1])
+    cone = seat.outer * math.tan(solid.lean_proximal)
+    left = scale * solid.length - seat.plate - seat.depth - cone
+    if left < options.wall:
+        what = f"trunk, section {design.n_section}: floor under the gripper's socket"
+        raise too_small(what, left, options.wall, "a longer tip section, a finer --nozzle-mm or no [gripper]")

@@ -15,7 +15,7 @@ from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, compute_bounds, polar, rod, shifted, turned
 from spiraltrunk.cad.geometry.part import TPU, Part
 from spiraltrunk.cad.trunk.body import Body, _tidy, build_body
-from spiraltrunk.cad.trunk.gripper_socket import add_socket
+from spiraltrunk.cad.trunk.gripper import add_socket
 from spiraltrunk.cad.trunk.neck_screws import cut_neck_screws
 from spiraltrunk.cad.trunk.pins import find_pins
 from spiraltrunk.design.trunk import TrunkDesign

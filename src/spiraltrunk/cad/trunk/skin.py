@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from spiraltrunk.cad.components.options import MakeOptions
-from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, shifted
+from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, shifted, tube
 from spiraltrunk.cad.geometry.part import PLA, SILICONE, Part
 from spiraltrunk.cad.trunk.body import ShellSeat, build_body
 from spiraltrunk.design.trunk import TrunkDesign
@@ -67,7 +67,7 @@ def _seats(design: TrunkDesign, options: MakeOptions) -> list[tuple[int, ShellSe
 
 def _build_shell(n: int, seat: ShellSeat, options: MakeOptions) -> Part:
     inner, outer, begin, end = _shrunk(seat, options)
-    ring = Revolved(profile=((inner, 0.0), (outer, 0.0), (outer, end - begin), (inner, end - begin)))
+    ring = tube(inner, outer, 0.0, end - begin)
     form = Cut(form=ring, tools=draw_wrinkles(n, inner, outer, end - begin, options))
     return Part(
         name=f"shell_{n + 1:02d}", group="shells", what=f"wrinkled shell of section {n + 1}, cast", material=SILICONE,
@@ -85,16 +85,15 @@ def _build_mould(n: int, seat: ShellSeat, options: MakeOptions) -> tuple[Part, P
             (outer - options.clearance, 0.0), (inner, 0.0), (inner, height), (0.0, height),
         )
     )  # fmt: skip
-    wall = Revolved(profile=((outer, -STEP), (wide, -STEP), (wide, height), (outer, height)))
+    wall = tube(outer, wide, -STEP, height)
     ridges: tuple[Form, ...] = draw_wrinkles(n, inner, outer, height, options)
     at = (0.0, 0.0, begin)
-    hint = "a finer --nozzle-mm"
     common = f"of the mould of shell {n + 1}"
     return (
         Part(name=f"mould_core_{n + 1:02d}", group="moulds", what=f"core and floor {common}", material=PLA,
-             form=shifted(core, (0, 0, MOULD_WALL + STEP)), at=at, thinnest=hint),
+             form=shifted(core, (0, 0, MOULD_WALL + STEP)), at=at),
         Part(name=f"mould_ring_{n + 1:02d}", group="moulds", what=f"ring with ridges {common}", material=PLA,
-             form=shifted(Union(forms=(wall, *ridges)), (0, 0, STEP)), at=at, thinnest=hint),
+             form=shifted(Union(forms=(wall, *ridges)), (0, 0, STEP)), at=at),
     )  # fmt: skip
 
 
