@@ -77,24 +77,16 @@ def compute_allowed_overlap(design: TrunkDesign, section: int) -> float:
 
 def _place(design: TrunkDesign, n: int, angle: float) -> np.ndarray:
     """Outline of section ``n`` in the plane of the curl, shape (6, 2) [m]."""
-    solid, scale = design.solid, float(design.scale[n])
-    local = scale * np.array(
-        [
-            (0.0, 0.0), (solid.rim_start, -solid.radius), (solid.rim_end, -solid.radius), (solid.length, 0.0),
-            (solid.rim_end, solid.radius), (solid.rim_start, solid.radius),
-        ]
-    )  # fmt: skip
-    turns = angle * np.arange(n)
-    steps = design.section_length[:n, None] * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    c, s = math.cos(angle * n), math.sin(angle * n)
-    return np.asarray(local @ np.array([[c, s], [-s, c]]) + steps.sum(axis=0))
+    solid = design.solid
+    ends = np.array([solid.rim_start - 1j * solid.radius, solid.rim_end - 1j * solid.radius])
+    outline = float(design.scale[n]) * np.array([0.0, *ends, solid.length, *ends[::-1].conj()])
+    joint = (design.section_length[:n] * np.exp(1j * angle * np.arange(n))).sum()
+    placed = joint + outline * np.exp(1j * angle * n)
+    return np.stack([placed.real, placed.imag], axis=-1)
 
 
 def _depth(one: np.ndarray, other: np.ndarray) -> float:
-    """Penetration depth of two convex polygons, negative where they are apart (separating axis theorem)."""
-    sides = np.concatenate([np.roll(one, -1, axis=0) - one, np.roll(other, -1, axis=0) - other])
-    normals = np.stack([sides[:, 1], -sides[:, 0]], axis=-1)
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    a, b = one @ normals.T, other @ normals.T
-    room = np.maximum(a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0))
-    return float(-room.max())
+    """Penetration depth of two convex polygons: distance of the origin from the faces of their Minkowski difference."""
+    from scipy.spatial import ConvexHull
+
+    return float(-ConvexHull((one[:, None] - other).reshape(-1, 2)).equations[:, -1].max())

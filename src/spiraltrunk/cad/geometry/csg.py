@@ -131,7 +131,7 @@ def turned(form: Form, axis: str, angle: float) -> Form:
     j, k = (i + 1) % 3, (i + 2) % 3
     T[j, j] = T[k, k] = math.cos(angle)
     T[k, j], T[j, k] = math.sin(angle), -math.sin(angle)
-    return Moved(form=form, T=tuple(tuple(float(value) for value in row) for row in T))
+    return Moved(form=form, T=tuple(map(tuple, T.tolist())))
 
 
 def polar(radius: float, angle: float, z: float) -> tuple[float, float, float]:
@@ -215,9 +215,8 @@ def compute_volume(form: Form) -> float:
 def _compute_taken(form: Form, whole: float, tools: tuple[Form, ...], i: int) -> float:
     """Volume that tool ``i``, and no tool before it, takes from a form of volume ``whole`` [mm^3]."""
     size = compute_volume(tools[i])
-    if size < whole:
-        return size * _share(tools[i], lambda points: contains(form, points) & ~_in_any(tools[:i], points))
-    return whole * _share(form, lambda points: contains(tools[i], points) & ~_in_any(tools[:i], points))
+    small, large = (tools[i], form) if size < whole else (form, tools[i])
+    return min(size, whole) * _share(small, lambda points: contains(large, points) & ~_in_any(tools[:i], points))
 
 
 def _share(form: Form, test: Callable[[np.ndarray], np.ndarray]) -> float:
@@ -260,5 +259,5 @@ def _frame(direction: np.ndarray, origin: Sequence[float] | np.ndarray) -> tuple
     other = np.array([1.0, 0.0, 0.0]) if abs(direction[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     x = np.cross(other, direction)
     x /= np.linalg.norm(x)
-    rows = np.column_stack([x, np.cross(direction, x), direction, np.asarray(origin, float)])
-    return (*(tuple(float(value) for value in row) for row in rows), (0.0, 0.0, 0.0, 1.0))
+    rows = np.column_stack([x, np.cross(direction, x), direction, origin])
+    return (*map(tuple, rows.tolist()), (0.0, 0.0, 0.0, 1.0))

@@ -81,7 +81,15 @@ def find_seat(design: TrunkDesign, options: MakeOptions) -> TipSeat:
         ring=ring, inner=inner, outer=outer, lip=1.5 * options.wall, lug=1.5 * options.wall,
         clearance=options.clearance, bore=bore,
     )  # fmt: skip
-    _check_socket(design, seat, options)
+    if seat.bore < options.hole / 2:
+        hint = "a wider tip, a finer --nozzle-mm or no [gripper]"
+        raise too_small("gripper: radius of the hole in its tenon", seat.bore, options.hole / 2, hint)
+    solid, scale = design.solid, 1e3 * float(design.scale[-1])
+    cone = seat.outer * math.tan(solid.lean_proximal)
+    left = scale * solid.length - seat.plate - seat.depth - cone
+    if left < options.wall:
+        what = f"trunk, section {design.n_section}: floor under the gripper's socket"
+        raise too_small(what, left, options.wall, "a longer tip section, a finer --nozzle-mm or no [gripper]")
     return seat
 
 
@@ -152,7 +160,15 @@ def build_finger(design: GripperDesign, modulus: float, options: MakeOptions) ->
         ),
         slopes=slopes, strand=strand, bead=strand + options.wall,
     )  # fmt: skip
-    _check_room(design, finger)
+    for j, length in enumerate(finger.lengths):
+        rim = length - finger.reach(j) * sum(finger.slopes)
+        if rim < 0.05 * length:
+            hint = "a longer gripper.finger_length_mm or a narrower finger"
+            raise too_small(f"gripper, phalanx {j + 1}: length of its outer surface", rim, 0.05 * length, hint)
+    apart = 2e3 * design.mount_radius * math.sin(math.pi / design.n_finger)
+    if apart < 2 * finger.reach(0):
+        hint = "their width with cable beads; a larger gripper.mount_radius_mm"
+        raise too_small("gripper: distance between fingers", apart, 2 * finger.reach(0), hint)
     return finger
 
 
@@ -220,27 +236,3 @@ def _finger_forms(finger: Finger, floor: float) -> tuple[list[Form], list[Form]]
         holes += [rod(finger.strand, (x, 0, low), (x, 0, high)) for x in (-finger.lever(j), finger.lever(j))]
         z += length
     return forms, holes
-
-
-def _check_room(design: GripperDesign, finger: Finger) -> None:
-    for j, length in enumerate(finger.lengths):
-        rim = length - finger.reach(j) * sum(finger.slopes)
-        if rim < 0.05 * length:
-            hint = "a longer gripper.finger_length_mm or a narrower finger"
-            raise too_small(f"gripper, phalanx {j + 1}: length of its outer surface", rim, 0.05 * length, hint)
-    apart = 2e3 * design.mount_radius * math.sin(math.pi / design.n_finger)
-    if apart < 2 * finger.reach(0):
-        hint = "their width with cable beads; a larger gripper.mount_radius_mm"
-        raise too_small("gripper: distance between fingers", apart, 2 * finger.reach(0), hint)
-
-
-def _check_socket(design: TrunkDesign, seat: TipSeat, options: MakeOptions) -> None:
-    if seat.bore < options.hole / 2:
-        hint = "a wider tip, a finer --nozzle-mm or no [gripper]"
-        raise too_small("gripper: radius of the hole in its tenon", seat.bore, options.hole / 2, hint)
-    solid, scale = design.solid, 1e3 * float(design.scale[-1])
-    cone = seat.outer * math.tan(solid.lean_proximal)
-    left = scale * solid.length - seat.plate - seat.depth - cone
-    if left < options.wall:
-        what = f"trunk, section {design.n_section}: floor under the gripper's socket"
-        raise too_small(what, left, options.wall, "a longer tip section, a finer --nozzle-mm or no [gripper]")
