@@ -32,7 +32,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
 from spiraltrunk.files.atomic import atomic_folder, check_foreign_files
 from spiraltrunk.files.results import Progress, format_json, ignore_progress
-from spiraltrunk.report.solids.exploded import PlacedPart, write_pictures
+from spiraltrunk.report.solids.pictures import PlacedPart, write_pictures
 from spiraltrunk.workflows.export.agreement import compute_agreement
 
 MODEL_FORMATS = ("mjcf", "urdf")

@@ -1,8 +1,9 @@
-"""Shaded pictures of meshes with a depth buffer: an exploded view, and a sheet of single parts."""
+"""Pictures of the printed robot: its exploded view, and a sheet with one part of each kind; shaded, with edges."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from PIL.Image import Image
     from trimesh import Trimesh
+
+_COLORS = {
+    "trunk": (0.62, 0.67, 0.74), "gripper": (0.86, 0.47, 0.41), "shells": (0.93, 0.78, 0.66),
+    "moulds": (0.80, 0.80, 0.84), "housing": (0.42, 0.47, 0.55), "drums": (0.90, 0.72, 0.30),
+    "horn": (0.90, 0.72, 0.30), "adapter": (0.55, 0.62, 0.55),
+    "wedge": (0.66, 0.62, 0.74), "markers": (0.55, 0.72, 0.70),
+}  # fmt: skip
+
+_APART = 45.0
+"""Gap between neighbours in the exploded view [mm]."""
+
+_ORDER = ("adapter", "housing", "drum", "horn", "lid", "neck")
+"""Parts before the trunk, from the arm on."""
 
 _LIGHT = np.array([-0.45, 0.6, 0.66]) / np.linalg.norm([-0.45, 0.6, 0.66])
 """Direction of the light in the camera's frame: from the left, above and behind the camera."""
@@ -39,8 +53,77 @@ class DrawnSolid:
     """Surface in the frame of the picture [mm]."""
     color: tuple[float, float, float]
     """Red, green and blue [-]."""
-    note: str = ""
-    """A second line of text."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class PlacedPart:
+    """One part and its place in the robot."""
+
+    name: str
+    """Its name."""
+    group: str
+    """Its group, which gives the colour."""
+    count: int
+    """How many the robot needs."""
+    mesh: Trimesh
+    """Surface in its own frame [mm]."""
+    at: tuple[float, float, float]
+    """Origin of its frame in that of the straight trunk [mm]."""
+    turn: float
+    """Rotation about x into the frame of the straight trunk [rad]."""
+
+    def assembled(self) -> Trimesh:
+        """Its surface in the frame of the straight trunk [mm]."""
+        return _turn(self.mesh, self.turn, (1.0, 0.0, 0.0)).apply_translation(self.at)
+
+
+def write_pictures(parts: Sequence[PlacedPart], folder: Path, *, title: str, n_cable: int) -> None:
+    """Write ``parts.png``, and ``exploded.png`` and ``exploded.svg`` where more than one part can be exploded.
+
+    Raises:
+        OSError: where a file cannot be written.
+    """
+    kinds: dict[str, PlacedPart] = {}
+    for part in parts:
+        kinds.setdefault(part.name if part.group == "trunk" else re.sub(r"_\d+$", "", part.name), part)
+    _write_sheet(list(kinds.values()), folder / "parts.png", f"{title}: parts")
+    apart = explode(parts, n_cable)
+    if len(apart) > 1:
+        _write_exploded(apart, folder, f"{title}: taken apart")
+
+
+def explode(parts: Sequence[PlacedPart], n_cable: int) -> list[DrawnSolid]:
+    """The robot's parts pulled apart along its axis; shells lifted off their sections, a drum for each cable."""
+    by_name = {part.name: part for part in parts}
+    chain = [by_name[name] for name in _ORDER if name in by_name]
+    chain += [part for part in parts if part.group in ("trunk", "gripper")]
+    solids: list[DrawnSolid] = []
+    shift, end = 0.0, -math.inf
+    for part in chain:
+        mesh = part.assembled()
+        low, high = (float(z) for z in mesh.bounds[:, 2])
+        shift = max(shift, end + _APART - low) if solids else shift
+        count, plural = (n_cable, "s") if part.group == "drums" else (1, "")
+        for k in range(count):
+            copy = _turn(mesh, 2 * math.pi * k / count, (0.0, 0.0, 1.0))
+            name = "" if k else part.name + plural
+            solids.append(DrawnSolid(name=name, mesh=copy.apply_translation((0, 0, shift)), color=_COLORS[part.group]))
+        for shell in parts if part.group == "trunk" else ():
+            if shell.group == "shells" and low <= shell.at[2] < high:
+                lifted = shell.assembled()
+                lifted.apply_translation((1.9 * float(lifted.bounds[1, 0]) + 25.0, 0, shift))
+                name = "" if any(solid.name == "shells" for solid in solids) else "shells"
+                solids.append(DrawnSolid(name=name, mesh=lifted, color=_COLORS["shells"]))
+        end = high + shift
+    return solids
+
+
+def _turn(mesh: Trimesh, angle: float, axis: tuple[float, float, float]) -> Trimesh:
+    """A copy rotated about an axis through the origin by an angle [rad]."""
+    from trimesh.transformations import rotation_matrix
+
+    return mesh.copy().apply_transform(rotation_matrix(angle, axis))  # type: ignore[no-untyped-call]
 
 
 def build_camera(azimuth: float, elevation: float) -> np.ndarray:
@@ -94,12 +177,10 @@ def _shade(corners: np.ndarray, colors: np.ndarray, size: tuple[int, int]) -> Im
     return Image.fromarray(pixels[::-1]).reduce(_FINE)
 
 
-def write_exploded(solids: Sequence[DrawnSolid], paths: Sequence[Path], *, title: str) -> None:
-    """Draw an exploded view with labels, z from left to right; each path's ending names its format.
+def _write_exploded(solids: Sequence[DrawnSolid], folder: Path, title: str) -> None:
+    """Draw the exploded view with labels, z from left to right, as PNG and SVG."""
+    from matplotlib import rc_context
 
-    Raises:
-        OSError: where a file cannot be written.
-    """
     lying = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
     view = build_camera(-math.pi / 2 + 0.5, 0.45) @ lying
     points = [solid.mesh.vertices @ view.T for solid in solids]
@@ -118,25 +199,22 @@ def write_exploded(solids: Sequence[DrawnSolid], paths: Sequence[Path], *, title
             arrowprops={"arrowstyle": "-", "color": "#777777", "linewidth": 0.7, "shrinkB": 0},
         )  # fmt: skip
     axes.set(xlim=(left - 0.03 * width, right + 0.03 * width), ylim=(low - 0.15 * height, high + 0.15 * height))
-    from matplotlib import rc_context
-
-    for path in paths:
+    for ending in ("png", "svg"):
         with rc_context({"svg.hashsalt": "spiraltrunk"}):  # The same figure gives the same file.
-            write_figure(figure, path, metadata={"Date": None})
+            write_figure(figure, folder / f"exploded.{ending}", metadata={"Date": None})
 
 
-def write_sheet(solids: Sequence[DrawnSolid], path: Path, *, title: str) -> None:
-    """Draw each solid by itself, with its name and note, on one sheet.
-
-    Raises:
-        OSError: where the file cannot be written.
-    """
-    figure, grid = build_grid(len(solids), 5, (2.6, 2.9), title)
+def _write_sheet(parts: Sequence[PlacedPart], path: Path, title: str) -> None:
+    """Draw each part by itself, with its name, size and number, on one sheet."""
+    figure, grid = build_grid(len(parts), 5, (2.6, 2.9), title)
     view = build_camera(-math.pi / 2 + 0.6, 0.5)
-    for axes, solid in zip(grid, solids, strict=True):
-        wide, tall, _ = np.ptp(solid.mesh.vertices @ view.T, axis=0)
+    for axes, part in zip(grid, parts, strict=True):
+        wide, tall, _ = np.ptp(part.mesh.vertices @ view.T, axis=0)
+        solid = DrawnSolid(name=part.name, mesh=part.mesh, color=_COLORS[part.group])
         draw_solids(axes, [solid], view, round(480 * min(1.0, wide / tall)))
         axes.set_box_aspect(1.0)
-        axes.set_title(solid.name, fontsize=LARGE - 1, color=INK, pad=2)
-        axes.text(0.5, -0.02, solid.note, transform=axes.transAxes, fontsize=SMALL, color=INK, ha="center", va="top")
+        axes.set_title(part.name, fontsize=LARGE - 1, color=INK, pad=2)
+        size = " x ".join(f"{value:.0f}" for value in part.mesh.extents) + " mm"
+        note = f"{size}, {part.count} needed" if part.count > 1 else size
+        axes.text(0.5, -0.02, note, transform=axes.transAxes, fontsize=SMALL, color=INK, ha="center", va="top")
     write_figure(figure, path)

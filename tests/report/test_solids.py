@@ -10,9 +10,15 @@ import pytest
 import trimesh
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from spiraltrunk.report.solids.exploded import PlacedPart, explode, write_pictures
+from spiraltrunk.report.solids.pictures import (
+    DrawnSolid,
+    PlacedPart,
+    build_camera,
+    draw_solids,
+    explode,
+    write_pictures,
+)
 from spiraltrunk.report.solids.rasterise import rasterise
-from spiraltrunk.report.solids.solids_picture import DrawnSolid, build_camera, draw_solids
 from spiraltrunk.report.style import build_figure
 
 RED, BLUE = (1.0, 0.2, 0.2), (0.2, 0.2, 1.0)
