@@ -51,14 +51,7 @@ def build_figure(width: float, height: float, title: str) -> Figure:
 
 
 def build_grid(count: int, columns: int, size: tuple[float, float], title: str) -> tuple[Figure, list[Axes]]:
-    """A figure of ``count`` axes in rows of at most ``columns``.
-
-    Args:
-        count: number of axes; of none, one that is not drawn.
-        columns: largest number in a row.
-        size: width and height for each of them [in].
-        title: title of the figure.
-    """
+    """A figure of ``count`` axes of one size [in] in rows of at most ``columns``; of none, it is blank."""
     across = max(1, min(columns, count))
     down = max(1, -(-count // across))
     figure = build_figure(size[0] * across, size[1] * down + 0.5, title)
@@ -69,12 +62,7 @@ def build_grid(count: int, columns: int, size: tuple[float, float], title: str) 
 
 
 def write_figure(figure: Figure, path: str | Path, **settings: Any) -> Path:
-    """Save a figure in the format that the path's ending names; the file is replaced as a whole.
-
-    Args:
-        figure: what to save.
-        path: file to write.
-        settings: passed on to ``Figure.savefig``.
+    """Save a figure with settings of ``Figure.savefig``; the path's ending names the format.
 
     Raises:
         OSError: where the file cannot be written.

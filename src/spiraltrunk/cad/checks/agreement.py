@@ -44,7 +44,7 @@ class MeasuredTrunk:
 
 
 def place_faces(part: Part, cones: np.ndarray, cylinders: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Height, cones and holes of a piece as it stands in the robot, for `measure_trunk`."""
+    """A piece as it stands in the robot: height on the axis [mm], `occ.measure_cones`, `occ.measure_cylinders`."""
     if math.cos(part.turn) > 0.0:
         return part.at[2], cones, cylinders
     x, y, low, high = cylinders.T
@@ -56,8 +56,7 @@ def measure_trunk(design: TrunkDesign, pieces: Sequence[tuple[float, np.ndarray,
 
     Args:
         design: gives the places at which faces and holes are looked for.
-        pieces: of each printed piece the height of its bottom on the axis [mm], its cones and its cable holes, as
-            `kernel.measure_cones` and `kernel.measure_cylinders` give them.
+        pieces: height, cones and cable holes of each printed piece, as `place_faces` gives them.
     """
     cones = np.concatenate([faces + np.array([at, 0.0]) for at, faces, _ in pieces])
     joints = 1e3 * np.concatenate([[0.0], np.cumsum(design.section_length)])

@@ -1,7 +1,6 @@
-"""Assembly check: screws, nuts, motors and drums against the parts, by their definitions in the assembled robot.
+"""Assembly check by definitions: no screw or nut intersects a part, a motor, a drum or another screw.
 
-No screw or nut may intersect a part, a motor, a drum or another screw; there is material under each head and nut, and
-a straight path for the key.
+There is material under each head and nut, and a straight path for the key.
 """
 
 from __future__ import annotations
@@ -63,13 +62,7 @@ def list_bolts(design: TrunkDesign, options: MakeOptions, names: Collection[str]
 
 
 def find_faults(bolts: Sequence[Bolt], parts: Sequence[Part], bodies: Sequence[tuple[str, Form]]) -> list[str]:
-    """Messages of what does not fit.
-
-    Args:
-        bolts: screws.
-        parts: parts that they join or pass.
-        bodies: names and volumes of other components in the assembled robot.
-    """
+    """Messages of screws that do not fit the parts, or ``bodies``: names and volumes of other components."""
     faults = []
     for i, bolt in enumerate(bolts):
         points = np.concatenate([_fill(form) for form in bolt.forms()])
@@ -137,7 +130,7 @@ def build_motors(design: TrunkDesign, options: MakeOptions) -> list[tuple[str, F
 
 
 def _fill(form: Form) -> np.ndarray:
-    """Test points in a cylinder of `forms.rod`, near its surface and inside, shape (n, 3) [mm]."""
+    """Test points in a cylinder of `csg.rod`, near its surface and inside, shape (n, 3) [mm]."""
     _, high = compute_bounds(form.form)  # type: ignore[union-attr]
     radius, length = float(high[0]) - SKIN, float(high[2])
     heights = np.linspace(SKIN, length - SKIN, max(3, int(length)))

@@ -1,8 +1,7 @@
 """Constructive solid geometry: a part is a tree of revolved polygons, prisms and Boolean operations, in plain numbers.
 
-The geometry kernel builds the tree (`kernel.build_solid`). Volume and membership are computed here from the definition
-alone, as an independent check of the kernel. Lengths are in mm, angles in rad. The axis of the trunk is z, towards the
-tip; x is dorsal.
+The kernel builds the tree (`occ.build_solid`); volume and membership are computed here from the definition alone, as an
+independent check. Lengths are in mm, angles in rad. The axis of the trunk is z, towards the tip; x is dorsal.
 """
 
 from __future__ import annotations

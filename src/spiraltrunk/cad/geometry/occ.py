@@ -42,8 +42,7 @@ def check_packages() -> None:
 def build_solid(form: Form) -> Shape[Any]:
     """The form as the kernel's boundary representation, in mm.
 
-    Where two seams of round faces touch, the kernel may leave a face without area. Then the solid is built again with
-    other seams.
+    Where seams of round faces touch, the kernel may leave a face without area: then other seams are tried.
     """
     for seam in SEAMS:
         solid = _build(form, seam)
@@ -80,9 +79,9 @@ def _build(form: Form, seam: float) -> Shape[Any]:
 def build_mesh(solid: Shape[Any], tolerance: float) -> Trimesh:
     """Triangulate the surface to within ``tolerance`` [mm].
 
-    On long thin faces the kernel's mesher sometimes spans chords far wider than the tolerance, and sometimes leaves a
-    face without triangles. So the deviation is measured, and the solid is meshed again with other tolerances until the
-    mesh is whole and deviates by less than twice the tolerance; else the best mesh is taken.
+    On long thin faces the kernel's mesher may exceed the tolerance or leave a face without triangles. Other tolerances
+    are tried until every face has triangles and the largest deviation is below twice the tolerance; else the best mesh
+    is taken.
 
     Raises:
         PartError: where a face has no triangles at any tolerance.

@@ -50,7 +50,7 @@ def find_layout(design: TrunkDesign, options: MakeOptions) -> HousingLayout:
     """Compute the layout.
 
     Raises:
-        DesignError: where motors, drums or servo do not fit.
+        DesignError: where motors, drums or screws do not fit.
     """
     housing, motor = design.housing, options.motor
     radius, ring = 1e3 * housing.radius, motor_ring(design, options)
@@ -75,11 +75,7 @@ def find_layout(design: TrunkDesign, options: MakeOptions) -> HousingLayout:
 
 
 def _find_base(design: TrunkDesign, options: MakeOptions, angles: tuple[float, ...], post: float) -> float:
-    """Radius of the circle of the screws into the adapter, outside the flange and clear of the motors.
-
-    Raises:
-        DesignError: where there is no room between motors and posts.
-    """
+    """Radius of the circle of the screws into the adapter, outside the flange and clear of the motors."""
     head, motor, ring = THREADS["M4"].head / 2 + 0.5, options.motor, motor_ring(design, options)
     low, high = options.flange.outer / 2 + 6.0, post - POST - head
     for k in range(int(2 * (high - low)) + 1):

@@ -1,7 +1,4 @@
-"""Parts for measurements: a wedge that tilts the base by 45 deg, and seats for motion-capture markers.
-
-None to three wedges give the four tilts of the paper's measurement: 0, 45, 90 and 135 deg.
-"""
+"""Parts for measurements: wedges between flange (or bench) and adapter, and seats for motion-capture markers."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ from spiraltrunk.cad.geometry.part import PLA, Part
 from spiraltrunk.design.trunk import TrunkDesign
 
 TILT = math.pi / 4
-"""Tilt of one wedge [rad] (paper: 0, 45, 90 and 135 deg)."""
+"""Tilt of one wedge [rad]: none to three give the paper's 0, 45, 90 and 135 deg."""
 
 PLATE, WEB = 6.0, 6.0
 """Thickness of the wedge's plates and side walls [mm] (ours)."""
@@ -30,10 +27,7 @@ MARKER_SCREW = 2.5
 
 
 def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """Two plates at 45 deg with the flange's holes in both, between two walls; open at the front for the key.
-
-    It is mounted between flange (or bench) and adapter, or on another wedge, and tilts motors, cables and trunk.
-    """
+    """Two plates at 45 deg with the flange's holes in both, between two walls; open at the front for the key."""
     flange, (reach, middle) = options.flange, _find_plates(options)
     far, near = middle + reach, middle - reach
     plate = box((2 * reach, 2 * reach, PLATE), (middle, 0, PLATE / 2))

@@ -68,9 +68,9 @@ def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder
     Args:
         part: its definition.
         options: how it is made.
-        formats: of `FORMATS`.
+        formats: selected from `FORMATS`.
         folder: an existing folder, or None for checks only.
-        design: name of the design that it comes from.
+        design: name of the design, for the JSON.
 
     Raises:
         OSError: where a file cannot be written.

@@ -135,8 +135,3 @@ def _find_shell(design: TrunkDesign, n: int, options: MakeOptions, start: float)
     if is_last or inner - hole < options.wall or rim < options.wall or end - begin < 4 * options.wall:
         return None
     return ShellSeat(inner, radius, begin, end)
-
-
-def _tidy(profile: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    """The polygon without repeated corners."""
-    return tuple(point for i, point in enumerate(profile) if i == 0 or math.dist(point, profile[i - 1]) > 1e-9)

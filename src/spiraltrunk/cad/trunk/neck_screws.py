@@ -1,7 +1,6 @@
 """Screws between neck and section 1: heads on flat bosses inside the neck, nuts in pockets of section 1.
 
-They end below the faces of the first gap, so that the joint can close. Heights are along the axis from the base joint,
-in mm.
+They end below the faces of the first gap, so that the joint can close. Heights are from the base joint, in mm.
 """
 
 from __future__ import annotations

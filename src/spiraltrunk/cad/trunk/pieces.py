@@ -14,7 +14,7 @@ import numpy as np
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, compute_bounds, polar, rod, shifted, turned
 from spiraltrunk.cad.geometry.part import TPU, Part
-from spiraltrunk.cad.trunk.body import Body, _tidy, build_body
+from spiraltrunk.cad.trunk.body import Body, build_body
 from spiraltrunk.cad.trunk.gripper import add_socket
 from spiraltrunk.cad.trunk.neck_screws import cut_neck_screws
 from spiraltrunk.cad.trunk.pins import find_pins
@@ -144,8 +144,9 @@ def _piece(body: Body, tools: list[Form], low: float, high: float) -> Cut:
     is_end = high >= body.end
     last = [(r, z) for r, z in body.profile if z == high] if is_end else [(radius[1], high)]
     profile = (*first, *inside, *last, *([(0.0, high)] if last and last[-1][0] > 0 else []))
+    corners = [p for i, p in enumerate(profile) if i == 0 or math.dist(p, profile[i - 1]) > 1e-9]  # None twice.
     near = [tool for tool in tools if compute_bounds(tool)[1, 2] > low and compute_bounds(tool)[0, 2] < high]
-    return Cut(form=Revolved(profile=_tidy(profile)), tools=tuple(near))
+    return Cut(form=Revolved(profile=tuple(corners)), tools=tuple(near))
 
 
 def _span(body: Body, low: float, high: float) -> str:

@@ -31,12 +31,12 @@ _ARCS = (math.radians(40.0), math.radians(150.0))
 
 def build_shells(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     """One shell for each section that has a seat."""
-    return tuple(_build_shell(n, seat, options) for n, seat in _seats(design, options))
+    return tuple(_build_shell(n, shell, options) for n, shell in _list_shells(design, options))
 
 
 def build_moulds(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     """Core and ring of each shell's mould."""
-    return tuple(part for n, seat in _seats(design, options) for part in _build_mould(n, seat, options))
+    return tuple(part for n, shell in _list_shells(design, options) for part in _build_mould(n, shell, options))
 
 
 def draw_wrinkles(n: int, inner: float, outer: float, height: float, options: MakeOptions) -> tuple[Revolved, ...]:
@@ -61,12 +61,18 @@ def draw_wrinkles(n: int, inner: float, outer: float, height: float, options: Ma
     return tuple(cuts)
 
 
-def _seats(design: TrunkDesign, options: MakeOptions) -> list[tuple[int, ShellSeat]]:
-    return [(n, seat) for n, seat in enumerate(build_body(design, options).seats) if seat is not None]
+def _list_shells(design: TrunkDesign, options: MakeOptions) -> list[tuple[int, ShellSeat]]:
+    """Section (from 0) and dimensions of each shell: a little narrower than its seat, so that it grips."""
+    grip, half = 1 - options.shell_grip, options.clearance / 2
+    return [
+        (n, ShellSeat(seat.inner * grip, seat.outer, seat.begin + half, seat.end - half))
+        for n, seat in enumerate(build_body(design, options).seats)
+        if seat is not None
+    ]
 
 
-def _build_shell(n: int, seat: ShellSeat, options: MakeOptions) -> Part:
-    inner, outer, begin, end = _shrunk(seat, options)
+def _build_shell(n: int, shell: ShellSeat, options: MakeOptions) -> Part:
+    inner, outer, begin, end = shell
     ring = tube(inner, outer, 0.0, end - begin)
     form = Cut(form=ring, tools=draw_wrinkles(n, inner, outer, end - begin, options))
     return Part(
@@ -75,8 +81,8 @@ def _build_shell(n: int, seat: ShellSeat, options: MakeOptions) -> Part:
     )  # fmt: skip
 
 
-def _build_mould(n: int, seat: ShellSeat, options: MakeOptions) -> tuple[Part, Part]:
-    inner, outer, begin, end = _shrunk(seat, options)
+def _build_mould(n: int, shell: ShellSeat, options: MakeOptions) -> tuple[Part, Part]:
+    inner, outer, begin, end = shell
     height, wide = end - begin, outer + MOULD_WALL
     # The step has the shell's outline and centres the ring.
     core = Revolved(
@@ -95,9 +101,3 @@ def _build_mould(n: int, seat: ShellSeat, options: MakeOptions) -> tuple[Part, P
         Part(name=f"mould_ring_{n + 1:02d}", group="moulds", what=f"ring with ridges {common}", material=PLA,
              form=shifted(Union(forms=(wall, *ridges)), (0, 0, STEP)), at=at),
     )  # fmt: skip
-
-
-def _shrunk(seat: ShellSeat, options: MakeOptions) -> ShellSeat:
-    """Dimensions of the shell for a seat: a little narrower, so that it grips."""
-    inner, half = seat.inner * (1 - options.shell_grip), options.clearance / 2
-    return ShellSeat(inner, seat.outer, seat.begin + half, seat.end - half)

@@ -55,12 +55,6 @@ class Solids:
     """Direction of the base axis, shape (3,) [-]."""
 
     @property
-    def bands(self) -> np.ndarray:
-        """Quadrilaterals of the proximal face, the outside and the distal face, shape (n_section, 3, n_facet, 4, 3)."""
-        ring, beside = self.outline, np.roll(self.outline, -1, axis=2)
-        return np.stack([ring[:, :-1], ring[:, 1:], beside[:, 1:], beside[:, :-1]], axis=3)
-
-    @property
     def gaps(self) -> np.ndarray:
         """Cable segments across the gaps, shape (n_cable, n_joint, 2, 3) [mm]."""
         return np.stack([self.cable[:, 1:-1:2], self.cable[:, 2::2]], axis=2)
@@ -159,11 +153,11 @@ def _draw_gravity(axes: Any, place: float) -> None:
 
 def _faces(solids: Solids) -> list[tuple[np.ndarray, str]]:
     """Quadrilaterals and their colour: both faces at a shut joint are marked."""
-    bands, shut = solids.bands, solids.is_shut
-    proximal, distal = np.append(False, shut), np.append(shut, False)
-    body = [bands[:, 1], bands[~proximal, 0], bands[~distal, 2]]
-    marked = [bands[proximal, 0], bands[distal, 2]]
-    return [(np.concatenate(quads).reshape(-1, 4, 3), color) for quads, color in ((body, _BODY), (marked, _SHUT))]
+    ring, beside = solids.outline, np.roll(solids.outline, -1, axis=2)
+    quads = np.stack([ring[:, :-1], ring[:, 1:], beside[:, 1:], beside[:, :-1]], axis=3)
+    is_marked = np.zeros(quads.shape[:2], dtype=bool)  # Proximal face, outside and distal face of each section.
+    is_marked[1:, 0] = is_marked[:-1, 2] = solids.is_shut
+    return [(quads[~is_marked].reshape(-1, 4, 3), _BODY), (quads[is_marked].reshape(-1, 4, 3), _SHUT)]
 
 
 def _handles(solids: Solids) -> list[Any]:

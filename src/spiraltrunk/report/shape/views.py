@@ -18,14 +18,8 @@ SIDE_VIEWS = (("side view", 0, "x [mm]"), ("end view", 2, "z [mm]"))
 def add_views(figure: Figure, points: np.ndarray) -> tuple[Any, list[Any]]:
     """Add one axes in space and two side views that show the same cube round all points.
 
-    The frame's y is up. It takes the place of matplotlib's z, and z points towards the viewer.
-
-    Args:
-        figure: to add them to.
-        points: in the frame of `Shape`, NaN where unknown, shape (..., 3) [mm].
-
-    Returns:
-        The axes in space, which take x, z, y, and those of `SIDE_VIEWS`.
+    ``points`` are in the frame of `Shape`, NaN where unknown, shape (..., 3) [mm]. Its y is up and its z points towards
+    the viewer, so the axes in space take x, z, y. They are returned first, then those of `SIDE_VIEWS`.
     """
     points = points.reshape(-1, 3)
     least, most = np.nanmin(points, axis=0), np.nanmax(points, axis=0)

@@ -129,22 +129,16 @@ def _turn(mesh: Trimesh, angle: float, axis: tuple[float, float, float]) -> Trim
 def build_camera(azimuth: float, elevation: float) -> np.ndarray:
     """Rotation into the camera's frame (right, up, towards the camera), shape (3, 3).
 
-    Args:
-        azimuth: direction of the camera about z from x [rad].
-        elevation: angle of the camera above the xy plane [rad].
+    ``azimuth`` is the camera's direction about z from x, ``elevation`` its angle above the xy plane [rad].
     """
     ca, sa, ce, se = math.cos(azimuth), math.sin(azimuth), math.cos(elevation), math.sin(elevation)
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
 def draw_solids(axes: Axes, solids: Sequence[DrawnSolid], view: np.ndarray, width: int) -> None:
-    """Draw solids in parallel projection; the coordinates of the axes are those of the camera [mm].
+    """Draw solids in parallel projection on axes in the camera's coordinates [mm].
 
-    Args:
-        axes: where to.
-        solids: what to draw.
-        view: rotation into the camera's frame, shape (3, 3).
-        width: of the picture [px].
+    ``view`` is the rotation into the camera's frame, shape (3, 3); ``width`` is that of the picture [px].
     """
     corners = np.concatenate([solid.mesh.triangles for solid in solids]) @ view.T
     colors = np.repeat([solid.color for solid in solids], [len(solid.mesh.faces) for solid in solids], axis=0)

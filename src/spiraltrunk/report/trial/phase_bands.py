@@ -11,7 +11,6 @@ from spiraltrunk.report.style import INK, OTHER_PHASE_COLOR, PHASE_COLORS, SMALL
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.transforms import Transform
 
 Spans = Sequence[tuple[str, float, float]]
 
@@ -40,16 +39,20 @@ def add_bands(axes: Axes, spans: Spans, *, is_opaque: bool = False) -> None:
 def add_strip(axes: Axes, spans: Spans) -> None:
     """Draw coloured phases with their names above the axes, whose time limits must be set."""
     from matplotlib.patches import Rectangle
+    from matplotlib.transforms import ScaledTranslation, blended_transform_factory
 
     left, right = axes.get_xlim()
     seen = [(phase, max(begin, left), min(end, right)) for phase, begin, end in sorted(spans, key=lambda span: span[1])]
     seen = [(phase, begin, end) for phase, begin, end in seen if begin <= end]
-    place = _over(axes)
+    figure = axes.figure.get_figure(root=True)
+    # Time, and inches above the axes. Any transform works here, though matplotlib's types ask for an affine one.
+    upwards = figure.dpi_scale_trans + ScaledTranslation(0.0, 1.0, axes.transAxes)  # type: ignore[arg-type]
+    place = blended_transform_factory(axes.transData, upwards)
     for phase, begin, end in seen:
         axes.add_patch(
             Rectangle((begin, _FOOT), end - begin, _STRIP, transform=place, clip_on=False, color=_color(phase), lw=0.0)
         )
-    width = _AXES_SHARE * axes.figure.get_figure(root=True).get_figwidth()
+    width = _AXES_SHARE * figure.get_figwidth()
     labels = place_labels(seen, letter=_LETTER * (right - left) / width, left=left, right=right)
     low, high = _FOOT + _STRIP, _FOOT + _STRIP + 0.02
     if any(at != center for _, center, at in labels):
@@ -90,13 +93,3 @@ def place_labels(spans: Spans, *, letter: float, left: float, right: float) -> l
 
 def _color(phase: str) -> str:
     return PHASE_COLORS.get(phase, OTHER_PHASE_COLOR)
-
-
-def _over(axes: Axes) -> Transform:
-    """Transform of (time, inches above the axes), independent of the size of the axes."""
-    from matplotlib.transforms import ScaledTranslation, blended_transform_factory
-
-    inches = axes.figure.get_figure(root=True).dpi_scale_trans
-    # Any transform works here, though matplotlib's types ask for an affine one.
-    upwards = inches + ScaledTranslation(0.0, 1.0, axes.transAxes)  # type: ignore[arg-type]
-    return blended_transform_factory(axes.transData, upwards)

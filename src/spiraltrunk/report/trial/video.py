@@ -52,8 +52,13 @@ def write_video(path: str | Path, frames: Iterable[np.ndarray], fps: int = 25) -
     options = {"movflags": "+faststart"}
     with atomic_file(path) as draft, av.open(str(draft), "w", format="mp4", options=options) as container:
         stream = _add_stream(container, first.shape, fps)
-        for i, frame in enumerate(chain([first], frames)):
-            _add_frame(container, stream, frame, i)
+        for i, picture in enumerate(chain([first], frames)):
+            even = np.ascontiguousarray(picture[: stream.height, : stream.width])
+            frame = av.VideoFrame.from_ndarray(even, format="rgb24").reformat(
+                format="yuv420p", dst_colorspace=_BT709, dst_color_range=_LIMITED
+            )
+            frame.pts, frame.time_base = i, 1 / Fraction(fps)
+            container.mux(stream.encode(frame))
         container.mux(stream.encode(None))
     return Path(path)
 
@@ -71,14 +76,3 @@ def _add_stream(container: OutputContainer, shape: tuple[int, ...], fps: int) ->
     context.colorspace, context.color_primaries, context.color_trc = _BT709, _BT709, _BT709
     context.color_range = _LIMITED
     return stream
-
-
-def _add_frame(container: OutputContainer, stream: VideoStream, picture: np.ndarray, index: int) -> None:
-    import av
-
-    even = np.ascontiguousarray(picture[: stream.height, : stream.width])
-    frame = av.VideoFrame.from_ndarray(even, format="rgb24").reformat(
-        format="yuv420p", dst_colorspace=_BT709, dst_color_range=_LIMITED
-    )
-    frame.pts, frame.time_base = index, 1 / Fraction(stream.average_rate or 1)
-    container.mux(stream.encode(frame))
