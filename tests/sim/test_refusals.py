@@ -64,7 +64,7 @@ def test_a_seed_of_numpy_is_a_seed():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"support": "wall"}, {"stance": "upright"}, {"push": (0.1, 0.0)},
+        {"support": "wall"}, {"orientation": "upright"}, {"push": (0.1, 0.0)},
     ],
 )  # fmt: skip
 def test_a_world_is_checked_when_it_is_made(changes):

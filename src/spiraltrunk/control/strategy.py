@@ -66,9 +66,9 @@ class Strategy(ABC, Generic[State]):
     """Number in the paper's figure of nine strategies."""
     support: str = "hung"
     """What supports its objects: "hung" for strings, or "ground"."""
-    stance: str = "lying"
-    """Pose of its objects: "lying", their axis horizontal, or "upright"."""
-    looks: bool = False
+    orientation: str = "lying"
+    """Orientation of its objects: "lying", their axis horizontal, or "upright"."""
+    needs_camera: bool = False
     """Whether it needs a camera; otherwise it works with the announced position."""
     holds: str = "trunk"
     """What holds the object: "trunk", "fingers" at its tip, or "nothing" where the object is only pushed."""

@@ -187,7 +187,7 @@ class SimPlant(Plant):
             cable_tension=sensors.read_tension(truth.cable_tension),
             base_force=wrench[:3],
             base_torque=wrench[3:],
-            camera=sensors.look(float(data.time), data.xpos[self._object], data.xquat[self._object]),
+            camera=sensors.read_camera(float(data.time), data.xpos[self._object], data.xquat[self._object]),
         )
 
 

@@ -32,11 +32,11 @@ class SensorOptions:
     """Standard deviation of each measured torque of the arm's joints [N m]."""
     delay: float = 0.0
     """Time from a command to its effect, rounded to control periods [s]."""
-    looks: bool = False
+    has_camera: bool = False
     """Whether a camera observes the object."""
-    look_error: float = 0.0
+    camera_error: float = 0.0
     """Largest error of the observed position [m]."""
-    look_turn: float = 0.0
+    camera_turn: float = 0.0
     """Largest error of the observed yaw [rad]."""
     seed: int = 0
     """Seed of the random errors."""
@@ -53,9 +53,9 @@ class Sensors:
     def reset(self) -> None:
         """Reset the random generator and the camera."""
         self._rng = np.random.default_rng(self.options.seed)
-        self._bias = _draw_in_ball(self._rng) * self.options.look_error * (1 - _JITTER)
-        self._bias_turn = float(self._rng.uniform(-1, 1)) * self.options.look_turn
-        self._look: CameraObservation | None = None
+        self._bias = _draw_in_ball(self._rng) * self.options.camera_error * (1 - _JITTER)
+        self._bias_turn = float(self._rng.uniform(-1, 1)) * self.options.camera_turn
+        self._camera: CameraObservation | None = None
 
     def read_pull(self, pull: np.ndarray) -> np.ndarray:
         """Measured length of cable pulled in, from motor angles, shape (n_cable,) [m]."""
@@ -69,18 +69,18 @@ class Sensors:
         """Measured torques of the arm's joints, shape (n_arm,) [N m]."""
         return self._add_noise(torque, self.options.torque_noise)
 
-    def look(self, time: float, position: np.ndarray, quat_wxyz: np.ndarray) -> CameraObservation | None:
+    def read_camera(self, time: float, position: np.ndarray, quat_wxyz: np.ndarray) -> CameraObservation | None:
         """The camera's latest observation, None without a camera."""
-        if not self.options.looks:
+        if not self.options.has_camera:
             return None
-        if self._look is None or time >= self._look.time + CAMERA_PERIOD - 1e-9:
-            jitter = _draw_in_ball(self._rng) * self.options.look_error * _JITTER
+        if self._camera is None or time >= self._camera.time + CAMERA_PERIOD - 1e-9:
+            jitter = _draw_in_ball(self._rng) * self.options.camera_error * _JITTER
             axis = np.zeros(3)
             mujoco.mju_rotVecQuat(axis, np.array([1.0, 0.0, 0.0]), quat_wxyz)
             axis = _rotate_yaw(axis, self._bias_turn)
             position = position + self._bias + jitter
-            self._look = CameraObservation(time=time, position=position, axis=axis)
-        return self._look
+            self._camera = CameraObservation(time=time, position=position, axis=axis)
+        return self._camera
 
     def _add_noise(self, truth: np.ndarray, deviation: float | np.ndarray) -> np.ndarray:
         """Gaussian noise added to ``truth``, shape (n,); without deviation a copy, and nothing is drawn."""

@@ -168,7 +168,7 @@ def test_a_cylinder_on_the_ground_comes_to_rest_too():
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.timestep = 1e-3
     spec.add_material(name="tiles")
-    add_ground(spec, SceneOptions(shape=shape, support="ground", stance="lying"))
+    add_ground(spec, SceneOptions(shape=shape, support="ground", orientation="lying"))
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

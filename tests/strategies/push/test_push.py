@@ -27,7 +27,7 @@ HOME = np.array([[0.0, 0.0, -1.0, 0.307], [0.0, -1.0, 0.0, 0.0], [-1.0, 0.0, 0.0
 
 def _task(name="cylinder-60", strategy=Sweep, push=None):
     options = SceneOptions(
-        shape=parse_object(name), support="ground", stance="upright", position=(*strategy.position, 0.0),
+        shape=parse_object(name), support="ground", orientation="upright", position=(*strategy.position, 0.0),
         push=strategy.push if push is None else push,
     )  # fmt: skip
     return build_task(PAPER, options)

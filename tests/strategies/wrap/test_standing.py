@@ -26,7 +26,7 @@ STRATEGY = WrapHorizontal()
 @functools.cache
 def first_seen(name: str = "cylinder-60") -> Observation:
     """What is seen at the start, beside a standing object."""
-    scene = SceneOptions(support="ground", stance="upright", shape=parse_object(name), position=(0.43, 0.14, 0.0))
+    scene = SceneOptions(support="ground", orientation="upright", shape=parse_object(name), position=(0.43, 0.14, 0.0))
     return SimPlant(PAPER, scene).reset()
 
 

@@ -23,7 +23,7 @@ PLANE = WrapHorizontal.plane
 def held() -> tuple[MoveSequence, Observation]:
     """A cylinder held in the air, at the end of the hold."""
     shape = parse_object("cylinder-60")
-    scene = SceneOptions(support="ground", stance="upright", shape=shape, position=(0.43, 0.14, 0.0))
+    scene = SceneOptions(support="ground", orientation="upright", shape=shape, position=(0.43, 0.14, 0.0))
     seen = SimPlant(presets.PAPER, scene).reset()
     moves = plan_moves(seen, PLANE)
     at = next(i for i, move in enumerate(moves) if move.action == "hold")

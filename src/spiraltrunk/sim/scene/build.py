@@ -24,7 +24,7 @@ from spiraltrunk.sim.scene.supports import add_ground, add_hung_object, add_tabl
 def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
     """The task as announced to the robot."""
     shape = options.announced or options.shape
-    is_hung, is_upright = options.support == "hung", options.stance == "upright"
+    is_hung, is_upright = options.support == "hung", options.orientation == "upright"
     position = np.array(options.position)
     if not is_hung:
         position[2] = rest_height(options, shape)

@@ -13,7 +13,7 @@ from spiraltrunk.sim.sensors import SensorOptions
 SUPPORTS = ("hung", "ground")
 """Supports of an object: two strings, or the ground."""
 
-STANCES = ("lying", "upright")
+ORIENTATIONS = ("lying", "upright")
 """Orientations of an object on the ground: axis horizontal, or vertical."""
 
 TIMESTEP = 1e-3
@@ -41,7 +41,7 @@ class SceneOptions:
     """The object as announced to the robot; None announces the true one."""
     support: str = "hung"
     """Support of the object: "hung" on two strings, or the "ground"."""
-    stance: str = "lying"
+    orientation: str = "lying"
     """Orientation of the object: "lying", its axis horizontal, or "upright"; a hung object is lying."""
     yaw: float = 0.0
     """Announced yaw of the object's axis from the world's x [rad]."""
@@ -63,10 +63,10 @@ class SceneOptions:
     """Impedance of friction over that of the contact, MuJoCo's ``impratio`` [-]; a low one lets held objects creep."""
 
     def __post_init__(self) -> None:
-        for name, value, known in (("support", self.support, SUPPORTS), ("stance", self.stance, STANCES)):
-            if value not in known:
-                raise UnknownName(name, value, known)
-        if self.support == "hung" and self.stance != "lying":
-            raise DesignError("scene.stance", got=self.stance, allowed='"lying" for a hung object')
+        for name, known in (("support", SUPPORTS), ("orientation", ORIENTATIONS)):
+            if getattr(self, name) not in known:
+                raise UnknownName(name, getattr(self, name), known)
+        if self.support == "hung" and self.orientation != "lying":
+            raise DesignError("scene.orientation", got=self.orientation, allowed='"lying" for a hung object')
         if self.support == "hung" and any(self.push):
             raise DesignError("scene.push", got=self.push, allowed="(0, 0) for a hung object")

@@ -37,7 +37,7 @@ def object_quat_wxyz(options: SceneOptions) -> np.ndarray:
     """Initial orientation of the object: axis horizontal or vertical, then rotated by the true yaw, shape (4,) [-]."""
     half = (options.yaw + options.yaw_error) / 2
     turn = np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
-    if options.stance == "upright":
+    if options.orientation == "upright":
         up = np.array([math.sqrt(0.5), 0.0, -math.sqrt(0.5), 0.0])
         mujoco.mju_mulQuat(turn, turn.copy(), up)
     return turn
@@ -107,4 +107,4 @@ def add_ground(spec: mujoco.MjSpec, options: SceneOptions) -> None:
 
 def rest_height(options: SceneOptions, shape: ObjectSpec) -> float:
     """Height of an object's centre at rest on the ground [m]."""
-    return options.ground + shape.size[0 if options.stance == "upright" else 2] / 2
+    return options.ground + shape.size[0 if options.orientation == "upright" else 2] / 2

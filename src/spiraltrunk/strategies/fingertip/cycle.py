@@ -100,7 +100,7 @@ class TipStrategy(MoveStrategy[TipState]):
     """Grip with the fingers from above; the trunk hangs straight meanwhile."""
 
     support = "ground"
-    looks = True
+    needs_camera = True
     holds = "fingers"
 
     def curl(self, observation: Observation) -> Curl | None:

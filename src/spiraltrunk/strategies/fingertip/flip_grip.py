@@ -38,7 +38,7 @@ class FlipGrip(TipStrategy):
 
     name = "flip-grip"
     number = 7
-    stance = "upright"
+    orientation = "upright"
     objects = ("ball-30", "cube-28", "cylinder-32")
 
     def curl(self, observation: Observation) -> Curl | None:

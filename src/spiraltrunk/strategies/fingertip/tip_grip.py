@@ -22,5 +22,5 @@ class TipGrip(TipStrategy):
 
     name = "tip-grip"
     number = 3
-    stance = "upright"
+    orientation = "upright"
     objects = ("ball-30", "cube-28", "cylinder-32", "cone-35")

@@ -34,8 +34,8 @@ class PushStrategy(MoveStrategy[State]):
     """A push with the rolled trunk."""
 
     support = "ground"
-    stance = "upright"
-    looks = True
+    orientation = "upright"
+    needs_camera = True
     gap: float
     """Gap between the object and the rolled trunk behind it before the push [m]."""
 

@@ -102,8 +102,8 @@ class StandingWrap(MoveStrategy[StandingState]):
     """Wrap of a standing object; the members of the family differ in their plane alone."""
 
     support = "ground"
-    stance = "upright"
-    looks = True
+    orientation = "upright"
+    needs_camera = True
     objects = ("cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
     position = (0.46, 0.12)
     plane: WrapPlane

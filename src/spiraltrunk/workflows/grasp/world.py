@@ -19,8 +19,8 @@ from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.workflows.grasp.jobs import JOBS
 
 NOISE = SensorOptions(
-    pull_noise=0.2e-3, tension_noise=0.2, tension_share=0.02, torque_noise=0.02, delay=0.020, look_error=0.003,
-    look_turn=math.radians(3.0),
+    pull_noise=0.2e-3, tension_noise=0.2, tension_share=0.02, torque_noise=0.02, delay=0.020, camera_error=0.003,
+    camera_turn=math.radians(3.0),
 )  # fmt: skip
 """Errors of the real robot's sensors (ours): cable lengths 0.2 mm, tensions from motor currents 0.2 N and 2 %, torques
 of the arm 0.02 N m, commands 20 ms late, camera 3 mm and 3 deg."""
@@ -98,12 +98,12 @@ def draw_scene(
     size, mass = (float(rng.uniform(1 - part, 1 + part)) for part in (spread.size, spread.mass))
     yaw_error = float(rng.uniform(-1, 1)) * spread.yaw
     turned = float(rng.uniform(-math.pi / 2, math.pi / 2)) if chosen.support == "ground" and spread.yaw > 0 else 0.0
-    sensors = replace(spread.sensors, looks=chosen.looks, seed=int(rng.integers(2**32)))
+    sensors = replace(spread.sensors, has_camera=chosen.needs_camera, seed=int(rng.integers(2**32)))
     drawn = SceneOptions(
         shape=replace(scaled(shape, size), mass=shape.mass * mass, friction=friction),
         announced=shape,
         support=chosen.support,
-        stance=chosen.stance,
+        orientation=chosen.orientation,
         yaw=turned,
         yaw_error=yaw_error,
         offset=(x, y, z),
