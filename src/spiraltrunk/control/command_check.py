@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-
 import numpy as np
 
 from spiraltrunk.checks import read_array, read_numbers
@@ -32,17 +29,12 @@ def read_command(command: Command, n_cable: int) -> Command:
     """
     if not isinstance(command, Command):
         raise RunError(f"command is {describe(command)}; allowed: a Command")
-    given = command.T_world_base, command.cable_tension, command.cable_pull, command.gripper
-    frame = read_numbers("command.T_world_base", given[0], shape=(4, 4), error=RunError)
+    frame = read_numbers("command.T_world_base", command.T_world_base, shape=(4, 4), error=RunError)
     _check_frame(frame)
-    tension = read_numbers("command.cable_tension", given[1], shape=(n_cable,), error=RunError)
-    pull = None if given[2] is None else _read_pull(given[2], n_cable)
-    gripper = given[3]
-    if not (type(gripper) is float and math.isfinite(gripper)):
-        gripper = float(read_numbers("command.gripper", gripper, shape=(), error=RunError))
-    if frame is given[0] and tension is given[1] and pull is given[2] and gripper is given[3]:
-        return command
-    return replace(command, T_world_base=frame, cable_tension=tension, cable_pull=pull, gripper=gripper)
+    tension = read_numbers("command.cable_tension", command.cable_tension, shape=(n_cable,), error=RunError)
+    pull = None if command.cable_pull is None else _read_pull(command.cable_pull, n_cable)
+    gripper = float(read_numbers("command.gripper", command.gripper, shape=(), error=RunError))
+    return Command(T_world_base=frame, cable_tension=tension, cable_pull=pull, gripper=gripper)
 
 
 def _read_pull(value: np.ndarray, n_cable: int) -> np.ndarray:
@@ -55,15 +47,14 @@ def _read_pull(value: np.ndarray, n_cable: int) -> np.ndarray:
 
 
 def _check_frame(frame: np.ndarray) -> None:
-    (a, b, c, x), (d, e, f, y), (g, h, i, z), last = frame.tolist()
+    rotation, (x, y, z) = frame[:3, :3], frame[:3, 3].tolist()
     if max(abs(x), abs(y), abs(z)) > FARTHEST:
         raise RunError(f"command.T_world_base is at ({x:g}, {y:g}, {z:g}) m; allowed: within {FARTHEST:g} m")
-    if last != [0.0, 0.0, 0.0, 1.0]:
+    if frame[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
         raise RunError("command.T_world_base ends in another row than 0, 0, 0, 1; allowed: a frame in the world")
-    lengths = a * a + d * d + g * g, b * b + e * e + h * h, c * c + f * f + i * i
-    products = a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i
-    volume = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
-    misfit = max(*(abs(length - 1.0) for length in lengths), *map(abs, products))
-    if not (misfit <= _SQUARE and volume > 0.0):
-        error = f"off by up to {misfit:.2g}" if volume > 0.0 else "left-handed"
+    with np.errstate(over="ignore", invalid="ignore"):
+        misfit = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
+        is_right_handed = np.linalg.det(rotation) > 0.0
+    if not (misfit <= _SQUARE and is_right_handed):
+        error = f"off by up to {misfit:.2g}" if is_right_handed else "left-handed"
         raise RunError(f"command.T_world_base has axes that are {error}; allowed: a rotation matrix")

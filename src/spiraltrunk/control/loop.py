@@ -88,33 +88,34 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
 
 
 def _check_arguments(plant: object, strategy: object, watch: object) -> None:
-    _check_has("plant", plant, ("reset", "step"), "a Plant, such as spiraltrunk.sim.SimPlant()")
+    _check(_has(plant, "reset", "step"), "plant is", plant, "a Plant, such as spiraltrunk.sim.SimPlant()")
     allowed = "a Strategy, such as spiraltrunk.strategies.get('wrap-vertical')"
-    _check_has("strategy", strategy, ("init", "step", "status"), allowed)
-    if watch is not None and not callable(watch):
-        raise RunError(f"watch is {describe(watch)}; allowed: a function of an observation and a status")
+    _check(_has(strategy, "init", "step", "status"), "strategy is", strategy, allowed)
+    _check(watch is None or callable(watch), "watch is", watch, "a function of an observation and a status")
 
 
 def _read_observation(value: Observation, call: str) -> Observation:
-    if not isinstance(getattr(value, "time", None), Real):
-        raise RunError(f"plant.{call} returned {describe(value)}; allowed: an Observation")
+    _check(isinstance(getattr(value, "time", None), Real), f"plant.{call} returned", value, "an Observation")
     return value
 
 
 def _read_step(value: tuple[Any, Command]) -> tuple[Any, Command]:
-    if not (isinstance(value, tuple) and len(value) == 2):
-        raise RunError(f"strategy.step returned {describe(value)}; allowed: a pair of a state and a Command")
+    is_pair = isinstance(value, tuple) and len(value) == 2
+    _check(is_pair, "strategy.step returned", value, "a pair of a state and a Command")
     return value
 
 
 def _read_status(value: Status) -> Status:
-    if not isinstance(value, Status):
-        raise RunError(f"strategy.status returned {describe(value)}; allowed: a Status")
-    if not isinstance(value.milestone, Milestone | None):
-        raise RunError(f"status.milestone is {describe(value.milestone)}; allowed: a Milestone, or None")
+    _check(isinstance(value, Status), "strategy.status returned", value, "a Status")
+    has_milestone = isinstance(value.milestone, Milestone | None)
+    _check(has_milestone, "status.milestone is", value.milestone, "a Milestone, or None")
     return value
 
 
-def _check_has(name: str, value: object, methods: tuple[str, ...], allowed: str) -> None:
-    if isinstance(value, type) or not all(callable(getattr(value, method, None)) for method in methods):
-        raise RunError(f"{name} is {describe(value)}; allowed: {allowed}")
+def _has(value: object, *methods: str) -> bool:
+    return not isinstance(value, type) and all(callable(getattr(value, method, None)) for method in methods)
+
+
+def _check(is_right: bool, what: str, value: object, allowed: str) -> None:
+    if not is_right:
+        raise RunError(f"{what} {describe(value)}; allowed: {allowed}")
