@@ -5,24 +5,16 @@ from typing import Any
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.strategies.fingertip.flip_grip import FlipGrip
-from spiraltrunk.strategies.fingertip.pinch import Pinch
-from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
+from spiraltrunk.strategies.fingertip.tip_grip import Pinch, TipGrip
 from spiraltrunk.strategies.push.kick import Kick
 from spiraltrunk.strategies.push.sweep import Sweep
 from spiraltrunk.strategies.wrap.hung import WrapVertical
 from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal, WrapOblique, WrapObliqueLow
 
-_STRATEGIES: dict[str, type[Strategy[Any]]] = {
-    WrapVertical.name: WrapVertical,
-    WrapObliqueLow.name: WrapObliqueLow,
-    WrapOblique.name: WrapOblique,
-    WrapHorizontal.name: WrapHorizontal,
-    Pinch.name: Pinch,
-    TipGrip.name: TipGrip,
-    FlipGrip.name: FlipGrip,
-    Kick.name: Kick,
-    Sweep.name: Sweep,
-}
+_ALL: tuple[type[Strategy[Any]], ...] = (
+    WrapVertical, WrapObliqueLow, WrapOblique, WrapHorizontal, Pinch, TipGrip, FlipGrip, Kick, Sweep,
+)  # fmt: skip
+_STRATEGIES = {strategy.name: strategy for strategy in _ALL}
 
 NAMES = tuple(_STRATEGIES)
 """Names of the strategies."""

@@ -5,6 +5,7 @@ Source of the phases: "Grasping by Spiraling", figure 1e and Results, after Dage
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import final
@@ -142,6 +143,16 @@ def raise_tension(sequence: MoveSequence, factor: float, ceiling: float) -> Move
     return edit_moves(
         sequence, sequence.index, lambda move: replace(move, tension=np.minimum(move.tension * factor, ceiling))
     )
+
+
+def tilted_base(way: np.ndarray, tilt: float) -> np.ndarray:
+    """Orientation of a base tilted by ``tilt`` [rad] from hanging towards a level unit vector, shape (3, 3) [-].
+
+    The trunk's axis x points down and along ``way``; ventral, -y, points level to its right.
+    """
+    along = math.sin(tilt) * np.array([way[0], way[1], 0.0]) - np.array([0.0, 0.0, math.cos(tilt)])
+    dorsal = np.array([-way[1], way[0], 0.0])
+    return np.stack([along, dorsal, np.cross(along, dorsal)], axis=1)
 
 
 def _rotate(start: np.ndarray, end: np.ndarray, s: float) -> np.ndarray:

@@ -8,7 +8,20 @@ import numpy as np
 
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.design.trunk import ventral_cables
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
+from spiraltrunk.errors import ModelError
+
+
+def find_ventral(design: TrunkDesign) -> np.ndarray:
+    """Which cables pull ventral, shape (n_cable,).
+
+    Raises:
+        ModelError: where none does.
+    """
+    ventral = ventral_cables(design)
+    if not ventral.any():
+        raise ModelError("no cable pulls ventral; allowed: a design with a cable more than 90 deg from dorsal")
+    return ventral
 
 
 def base_directions(observation: Observation) -> tuple[np.ndarray, np.ndarray]:

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.model import statics
-from spiraltrunk.strategies.push.rolled_model import predict_rolled_trunk, push_orientation
+from spiraltrunk.strategies.moves import tilted_base
+from spiraltrunk.strategies.push.rolled_model import predict_rolled_trunk
 
 
 @pytest.mark.parametrize("tilt", [30.0, 60.0, 75.0])
@@ -47,14 +47,8 @@ def test_a_trunk_twice_as_large_has_a_roll_twice_as_large():
 @pytest.mark.parametrize("heading", [0.0, 1.0, 2.5, -0.7])
 def test_the_base_points_down_and_ahead_and_curls_to_the_right(heading):
     way, tilt = np.array([math.cos(heading), math.sin(heading), 0.0]), 1.1
-    R = push_orientation(way, tilt)
+    R = tilted_base(way, tilt)
     np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(R) == pytest.approx(1.0)
     np.testing.assert_allclose(R[:, 0], math.sin(tilt) * way - [0, 0, math.cos(tilt)], atol=1e-12)
     np.testing.assert_allclose(-R[:, 1], np.cross(way, [0.0, 0.0, 1.0]), atol=1e-12)
-
-
-@pytest.mark.parametrize("tilt", [-0.1, 4.0, math.nan])
-def test_a_tilt_that_is_none_is_refused(tilt):
-    with pytest.raises(SpiralTrunkError, match="tilt"):
-        predict_rolled_trunk(PAPER, tilt)

@@ -7,7 +7,9 @@ of what it holds: the camera measures the object's height, and the arm's torques
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import final
+from functools import reduce
+from operator import add
+from typing import TypeVar, final
 
 import numpy as np
 
@@ -53,27 +55,7 @@ _SMOOTHING = 0.1
 """Weight of a new reading in the exponential mean of the weight, at 50 readings a second [-]."""
 
 
-@final
-@dataclass(frozen=True, kw_only=True)
-class Mean:
-    """Mean of readings over one move."""
-
-    total: np.ndarray
-    """Sum of the readings."""
-    count: int = 0
-    """Number of readings."""
-
-    @property
-    def value(self) -> np.ndarray:
-        """The mean; 0 before the first reading."""
-        return self.total / max(self.count, 1)
-
-    def with_reading(self, reading: np.ndarray) -> Mean:
-        """The mean with one more reading."""
-        return Mean(total=self.total + reading, count=self.count + 1)
-
-
-_UNSEEN, _UNWEIGHED = Mean(total=np.zeros(7)), Mean(total=np.zeros(()))
+Reading = TypeVar("Reading", float, np.ndarray)
 
 
 @final
@@ -83,13 +65,13 @@ class TipState(LoadState):
 
     start: np.ndarray
     """Orientation of the base at the start, shape (3, 3) [-]."""
-    seen: Mean = _UNSEEN
+    seen: tuple[np.ndarray, ...] = ()
     """Camera observations of the present move: position and axis of the object, and the height of the base above it,
-    shape (7,) [m, -]."""
+    each of shape (7,) [m, -]."""
     looked: float = -1.0
     """Time of the last camera observation [s]."""
-    weights: Mean = _UNWEIGHED
-    """Mean weight of the present move, shape () [N]."""
+    weights: tuple[float, ...] = ()
+    """Weights of the present move [N]."""
     weight_held: float = 0.0
     """Weight with the object [N]."""
     rest: np.ndarray | None = None
@@ -129,19 +111,19 @@ class TipStrategy(MoveStrategy[TipState]):
         now, look, seen = weight(observation), observation.camera, state.seen
         state = replace(
             state,
-            weights=state.weights.with_reading(np.asarray(now)),
+            weights=(*state.weights, now),
             weight=state.weight + _SMOOTHING * (now - state.weight),
         )
         if look is None or look.time <= state.looked:
             return state
         below = observation.T_world_base[2, 3] - look.position[2]
         reading = np.array([*look.position, *look.axis, below])
-        state = replace(state, looked=look.time, seen=seen.with_reading(reading))
-        if seen.count < 2 or state.sequence.move.action not in ("carry", "hold"):
+        state = replace(state, looked=look.time, seen=(*seen, reading))
+        if len(seen) < 2 or state.sequence.move.action not in ("carry", "hold"):
             return state
-        if below - seen.value[6] <= SLIP * gripper_of(observation.task).finger_length:
+        if below - _mean(seen)[6] <= SLIP * gripper_of(observation.task).finger_length:
             return state
-        return replace(state, sequence=_tighten(state.sequence), seen=_UNSEEN)
+        return replace(state, sequence=_tighten(state.sequence), seen=())
 
     def has_ended(self, state: TipState, observation: Observation) -> bool:
         """Whether the present move has ended: the lowering where the ground bears the object."""
@@ -162,33 +144,34 @@ class TipStrategy(MoveStrategy[TipState]):
         if state.sequence.is_last or state.gave_up is not None:
             return replace(state, is_done=True)
         sequence = advance(state.sequence, observation.time)
-        return replace(state, sequence=sequence, seen=_UNSEEN, weights=_UNWEIGHED)
+        return replace(state, sequence=sequence, seen=(), weights=())
 
     def _carry(self, state: TipState, observation: Observation) -> TipState:
         """Plan the carry; the object keeps the observed offset from the base."""
         task, checked = observation.task, state.sequence.move
-        offset = state.seen.value[:2] - checked.position[:2] if state.seen.count else np.zeros(2)
+        offset = _mean(state.seen)[:2] - checked.position[:2] if state.seen else np.zeros(2)
         place = np.array([*(task.goal.place[:2] - offset), checked.position[2]])
         moves = carry(checked, observation, self.curl(observation), place)
         sequence = insert_next(state.sequence, moves)
-        return replace(state, sequence=sequence, weight_held=float(state.weights.value))
+        return replace(state, sequence=sequence, weight_held=_mean(state.weights))
 
 
 def _grip(state: TipState, observation: Observation) -> TipState:
     """Plan the grip of the object as observed, or as announced where it was not."""
-    task, seen = observation.task, state.seen.value
-    place, axis = (seen[:3], seen[3:6]) if state.seen.count else (task.target.position, task.target.axis)
+    task, place, axis = observation.task, observation.task.target.position, observation.task.target.axis
+    if state.seen:
+        place, axis, _ = np.split(_mean(state.seen), [3, 6])
     rotation = turned_across(state.start, axis, gripper_of(task).n_finger)
     hold = min(1.0, FIRMER**state.retries * closing(task))
     moves = grip(state.sequence.move, gripping_base(task, place), rotation, task.goal.lift, hold)
     sequence = insert_next(state.sequence, moves)
-    return replace(state, sequence=sequence, rest=place, weight_empty=float(state.weights.value))
+    return replace(state, sequence=sequence, rest=place, weight_empty=_mean(state.weights))
 
 
 def _is_held(state: TipState, observation: Observation) -> bool:
-    if state.seen.count and state.rest is not None:
-        return bool(state.seen.value[2] - state.rest[2] > RISEN * observation.task.goal.lift)
-    return load_fraction(observation, float(state.weights.value), state.weight_empty) > RISEN
+    if state.seen and state.rest is not None:
+        return bool(_mean(state.seen)[2] - state.rest[2] > RISEN * observation.task.goal.lift)
+    return load_fraction(observation, _mean(state.weights), state.weight_empty) > RISEN
 
 
 def _try_again(state: TipState, observation: Observation) -> TipState:
@@ -204,8 +187,8 @@ def _put(state: TipState, observation: Observation) -> TipState:
     """Plan the lowering of the base to the height at which the object, by its observed offset, touches its support."""
     brought, task = state.sequence.move, observation.task
     base, length = gripping_base(task, brought.position), gripper_of(task).finger_length
-    if state.seen.count and state.rest is not None:
-        low = state.rest[2] + state.seen.value[6] - base[2]
+    if state.seen and state.rest is not None:
+        low = state.rest[2] + _mean(state.seen)[6] - base[2]
         base[2] += max(-2 * CLEARANCE * length, min(low, length))
     return replace(state, sequence=insert_next(state.sequence, put(brought, base, opening(task))))
 
@@ -213,9 +196,14 @@ def _put(state: TipState, observation: Observation) -> TipState:
 def _stay(state: TipState, observation: Observation) -> TipState:
     """Open where the ground was met, not deeper."""
     sequence, here = state.sequence, base_position(state.sequence, observation.time)
-    i = sequence.index + 1
-    moves = (*sequence.moves[:i], replace(sequence.moves[i], position=here), *sequence.moves[i + 1 :])
-    return replace(state, sequence=replace(sequence, moves=moves))
+    moves = list(sequence.moves)
+    moves[sequence.index + 1] = replace(moves[sequence.index + 1], position=here)
+    return replace(state, sequence=replace(sequence, moves=tuple(moves)))
+
+
+def _mean(readings: tuple[Reading, ...]) -> Reading:
+    """Mean of at least one reading, summed in order."""
+    return reduce(add, readings) / len(readings)
 
 
 def _tighten(sequence: MoveSequence) -> MoveSequence:

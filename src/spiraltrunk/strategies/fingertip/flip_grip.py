@@ -19,17 +19,27 @@ import math
 from typing import final
 
 import numpy as np
+from scipy.optimize import brentq
 
 from spiraltrunk.control.messages import Observation
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.model import statics
+from spiraltrunk.model.kinematics.shape import Shape
+from spiraltrunk.model.statics.loads import Loads
+from spiraltrunk.model.statics.pull_sequences import carry_gripper
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
-from spiraltrunk.strategies.fingertip.flip_model import find_flip
 from spiraltrunk.strategies.fingertip.moves import Curl
+from spiraltrunk.strategies.sensing import find_ventral
 
 TURN = math.radians(200.0)
 """Turn of the tip by the flip (ours) [rad]: past straight up, towards the trunk."""
 
 RESERVE = 1.5
 """Tension ceiling over the tension that the design needs [-] (ours): for stiffer joints and heavier objects."""
+
+_CLOSE = 0.01
+"""Tolerance of the tension [N]."""
 
 
 @final
@@ -47,7 +57,34 @@ class FlipGrip(TipStrategy):
         Raises:
             ModelError: where no cable pulls ventral, or none pulls hard enough.
         """
-        task = observation.task
-        flip = find_flip(task.design, task.target.mass, TURN)
-        tension = np.minimum(RESERVE * flip.tension, task.design.cable.tension_max)
-        return Curl(tension=tension, pull=np.where(flip.tension > 0, flip.pull, task.design.cable_stroke))
+        design = observation.task.design
+        tension, shape = find_flip(design, observation.task.target.mass, TURN)
+        pull = np.where(tension > 0, shape.cable_change, design.cable_stroke)
+        return Curl(tension=np.minimum(RESERVE * tension, design.cable.tension_max), pull=pull)
+
+
+def find_flip(design: TrunkDesign, mass: float, turn: float) -> tuple[np.ndarray, Shape]:
+    """Ventral tensions at which the hanging trunk's tip, ``mass`` [kg] in its gripper, has turned by ``turn`` [rad].
+
+    Returns:
+        Tension of the cables, 0 for those that do not pull ventral, shape (n_cable,) [N]; the shape of the trunk.
+
+    Raises:
+        ModelError: where no cable pulls ventral, or none pulls hard enough.
+    """
+    ventral, trunk = find_ventral(design).astype(float), carry_gripper(design)
+
+    def curl(tension: float) -> Shape:
+        return statics.solve(trunk, tension=tension * ventral, loads=Loads(mass=mass), friction=0.0)
+
+    def lack(tension: float) -> float:
+        return turn - float(curl(tension).joint_angle.sum())
+
+    most = design.cable.tension_max
+    if lack(most) > 0:
+        widest = float(np.degrees(turn - lack(most)))
+        raise ModelError(
+            f"the tip turns by {widest:.0f} deg at {most:g} N, not by {np.degrees(turn):.0f}; try a lighter object"
+        )
+    tension = float(brentq(lack, 0.0, most, xtol=_CLOSE))
+    return tension * ventral, curl(tension)

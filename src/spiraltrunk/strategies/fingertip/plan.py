@@ -131,14 +131,10 @@ def closing(task: Task) -> float:
     gripper, target = gripper_of(task), task.target
     slope = math.atan2(target.width / 2, target.length) if target.kind == "cone" else 0.0
     lifting = target.friction / SAFETY * math.cos(slope) - math.sin(slope)
-    most, weight = fingertip_force_max(gripper), target.mass * GRAVITY
+    most = gripper.tension_max / closing_tension(gripper, gripper.mount_radius, 1.0)  # Of a straight finger's tip.
+    weight = target.mass * GRAVITY
     needed = min(most, weight / (gripper.n_finger * lifting)) if lifting > 0 else most
     return closing_tension(gripper, target.width / 2, max(needed, PRESS_LEAST * most)) / gripper.tension_max
-
-
-def fingertip_force_max(gripper: GripperDesign) -> float:
-    """Force of a straight finger's tip at the gripper's largest tension [N]."""
-    return gripper.tension_max / closing_tension(gripper, gripper.mount_radius, 1.0)
 
 
 def gripping_base(task: Task, place: np.ndarray) -> np.ndarray:

@@ -14,10 +14,10 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Observation, Target, Task
-from spiraltrunk.design.trunk import ventral_cables
 from spiraltrunk.errors import ModelError
-from spiraltrunk.strategies.moves import Move
-from spiraltrunk.strategies.push.rolled_model import RolledTrunk, predict_rolled_trunk, push_orientation
+from spiraltrunk.strategies.moves import Move, tilted_base
+from spiraltrunk.strategies.push.rolled_model import RolledTrunk, predict_rolled_trunk
+from spiraltrunk.strategies.sensing import find_ventral
 
 TILT = math.radians(60.0)
 """Tilt of the trunk's base from hanging towards the push [rad] (ours): flat enough for a low front, and the housing
@@ -84,9 +84,7 @@ def plan_pose(task: Task, contact: float) -> ApproachPose:
         ModelError: where no cable pulls ventral, the task has no ground, or the object is at its goal already.
     """
     design, target, goal = task.design, task.target, task.goal
-    ventral = ventral_cables(design)
-    if not ventral.any():
-        raise ModelError("no cable pulls ventral; allowed: a design with a cable more than 90 deg from dorsal")
+    ventral = find_ventral(design)
     if goal.ground is None:
         raise ModelError("the object hangs; allowed: an object on the ground, which can be pushed")
     way = (goal.place - target.position) * [1.0, 1.0, 0.0]
@@ -98,7 +96,7 @@ def plan_pose(task: Task, contact: float) -> ApproachPose:
     middle = contact * 2 * (float(target.position[2]) - goal.ground)
     wanted = goal.ground + (0.0 if target.kind == "sphere" else middle) + trunk.below
     return ApproachPose(
-        way=way / distance, rotation=push_orientation(way / distance, TILT), trunk=trunk, height=max(lowest, wanted),
+        way=way / distance, rotation=tilted_base(way / distance, TILT), trunk=trunk, height=max(lowest, wanted),
         tension=TENSION * design.cable.tension_max * ventral,
     )  # fmt: skip
 

@@ -22,8 +22,8 @@ import numpy as np
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.strategies.moves import Move, advance, begin, insert_next
-from spiraltrunk.strategies.push.approach_pose import ApproachPose, go_down, plan_pose, roll_up
+from spiraltrunk.strategies.moves import Move, advance, insert_next
+from spiraltrunk.strategies.push.approach_pose import ApproachPose, go_down, plan_pose
 from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy
 from spiraltrunk.strategies.sensing import seen_position
 
@@ -69,8 +69,7 @@ class Kick(PushStrategy[PushState]):
             ModelError: where no cable pulls ventral, or the object cannot be pushed.
         """
         pose = plan_pose(observation.task, CONTACT)
-        moves = roll_up(observation, pose, self.base_behind(pose, observation))
-        return PushState(sequence=begin(moves, observation), pose=pose)
+        return PushState(sequence=self.roll_up(pose, observation), pose=pose)
 
     def next_move(self, state: PushState, observation: Observation) -> PushState:
         """Aim by the last camera observation before the stroke; observe the result after it."""

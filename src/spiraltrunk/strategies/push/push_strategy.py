@@ -11,8 +11,8 @@ from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.move_strategy import MoveState, MoveStrategy
-from spiraltrunk.strategies.moves import MoveSequence, fraction
-from spiraltrunk.strategies.push.approach_pose import ApproachPose, reach_of
+from spiraltrunk.strategies.moves import MoveSequence, begin, fraction
+from spiraltrunk.strategies.push.approach_pose import ApproachPose, reach_of, roll_up
 from spiraltrunk.strategies.sensing import limit_ventral_lead, seen_position
 
 LEAD = 0.02
@@ -46,6 +46,10 @@ class PushStrategy(MoveStrategy[State]):
     def command(self, state: State, observation: Observation) -> Command:
         """Command of the present move, the ventral cables kept together."""
         return keep_together(super().command(state, observation), state.sequence, observation)
+
+    def roll_up(self, pose: ApproachPose, observation: Observation) -> MoveSequence:
+        """Moves from the observed frame of the base that roll the trunk up and turn it into its pose."""
+        return begin(roll_up(observation, pose, self.base_behind(pose, observation)), observation)
 
     def base_behind(self, pose: ApproachPose, observation: Observation) -> np.ndarray:
         """Position of the base behind the object as observed, shape (3,) [m]."""

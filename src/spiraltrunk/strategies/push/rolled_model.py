@@ -14,7 +14,6 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 
 
@@ -41,11 +40,7 @@ def predict_rolled_trunk(design: TrunkDesign, tilt: float) -> RolledTrunk:
     """The rolled trunk, its base tilted by ``tilt`` [rad] from hanging towards the push, its curl sideways.
 
     A section's surface is a cylinder about its axis; the section whose surface reaches farthest ahead is the front.
-
-    Raises:
-        DesignError: for a tilt that is negative, or not below pi.
     """
-    check_number("tilt", tilt, least=0.0, below=math.pi)
     down, aside = _section_middles(design)
     ahead = down * math.sin(tilt) + design.section_radius
     front = int(np.argmax(ahead))
@@ -58,17 +53,6 @@ def predict_rolled_trunk(design: TrunkDesign, tilt: float) -> RolledTrunk:
         radius=float(design.section_radius[front]),
         curve=_curvature_radius(design, ahead, aside, front),
     )
-
-
-def push_orientation(way: np.ndarray, tilt: float) -> np.ndarray:
-    """Orientation of the base for a push along the horizontal unit vector ``way``, shape (3, 3) [-].
-
-    The trunk's axis x points down and ahead; ventral, -y, points level to the right of the push.
-    """
-    ahead = np.array([way[0], way[1], 0.0])
-    along = math.sin(tilt) * ahead - np.array([0.0, 0.0, math.cos(tilt)])
-    dorsal = np.array([-way[1], way[0], 0.0])
-    return np.stack([along, dorsal, np.cross(along, dorsal)], axis=1)
 
 
 def _section_middles(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:

@@ -29,7 +29,7 @@ from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
 from spiraltrunk.strategies.moves import Move, MoveSequence, advance, base_position, begin, insert_next
-from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose, roll_up
+from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
 from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, keep_together
 from spiraltrunk.strategies.push.steering import Steering, SteerPlan, command_of, is_over, steer
 from spiraltrunk.strategies.sensing import seen_position
@@ -102,8 +102,7 @@ class Sweep(PushStrategy[SweepState]):
             ModelError: where no cable pulls ventral, or the object cannot be pushed.
         """
         pose = plan_pose(observation.task, CONTACT)
-        moves = roll_up(observation, pose, self.base_behind(pose, observation))
-        return SweepState(sequence=begin(moves, observation), pose=pose, T_home=observation.T_world_base)
+        return SweepState(sequence=self.roll_up(pose, observation), pose=pose, T_home=observation.T_world_base)
 
     def step(self, state: SweepState, observation: Observation) -> tuple[SweepState, Command]:
         """Follow the moves, steer the push by camera observations, and hand over to the grasp."""
@@ -154,8 +153,7 @@ class Sweep(PushStrategy[SweepState]):
         goal, left = observation.task.goal, observation.task.goal.place - seen_position(observation)
         distance, is_short = float(np.linalg.norm(left[:2])), float(np.dot(left, state.pose.way)) > MARGIN * goal.zone
         if distance > MARGIN * goal.zone and state.retries < RETRIES and is_short:
-            moves = roll_up(observation, state.pose, self.base_behind(state.pose, observation))
-            return replace(state, sequence=begin(moves, observation), retries=state.retries + 1)
+            return replace(state, sequence=self.roll_up(state.pose, observation), retries=state.retries + 1)
         if distance <= goal.zone:
             task = task_to_grasp(observation)
             return replace(state, task=task, grasp=self._grasp(task).init(with_task(observation, task)))

@@ -8,7 +8,7 @@ import pytest
 
 from spiraltrunk.design.presets import PAPER, get
 from spiraltrunk.errors import ModelError
-from spiraltrunk.strategies.fingertip.flip_model import find_flip
+from spiraltrunk.strategies.fingertip.flip_grip import find_flip
 
 
 @pytest.fixture(scope="module")
@@ -17,23 +17,25 @@ def flip():
 
 
 def test_the_tip_turns_by_what_is_asked(flip):
-    assert math.degrees(flip.bend.sum()) == pytest.approx(200.0, abs=1.0)
+    assert math.degrees(flip[1].joint_angle.sum()) == pytest.approx(200.0, abs=1.0)
 
 
 def test_the_curl_begins_at_the_tip(flip):
-    assert (np.diff(flip.bend) > -1e-6).all()
-    assert flip.bend[-1] == pytest.approx(PAPER.joint_limit, rel=1e-3)
-    assert flip.bend[0] < 0.1 * PAPER.joint_limit
+    bend = flip[1].joint_angle
+    assert (np.diff(bend) > -1e-6).all()
+    assert bend[-1] == pytest.approx(PAPER.joint_limit, rel=1e-3)
+    assert bend[0] < 0.1 * PAPER.joint_limit
 
 
 def test_only_ventral_cables_pull_and_the_dorsal_one_pays_out(flip):
-    np.testing.assert_allclose(flip.tension, [0.0, flip.tension[1], flip.tension[1]])
-    assert flip.pull[1] == pytest.approx(flip.pull[2], abs=1e-6)
-    assert flip.pull[1] > 0 > flip.pull[0]
+    tension, pull = flip[0], flip[1].cable_change
+    np.testing.assert_allclose(tension, [0.0, tension[1], tension[1]])
+    assert pull[1] == pytest.approx(pull[2], abs=1e-6)
+    assert pull[1] > 0 > pull[0]
 
 
 def test_a_heavier_object_takes_more_tension(flip):
-    assert find_flip(PAPER, 0.04, math.radians(200.0)).tension[1] > flip.tension[1] + 0.02
+    assert find_flip(PAPER, 0.04, math.radians(200.0))[0][1] > flip[0][1] + 0.02
 
 
 def test_what_cannot_be_flipped_is_refused():
