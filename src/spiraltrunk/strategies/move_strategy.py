@@ -9,6 +9,10 @@ from typing import TypeVar
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.strategies.moves import MoveSequence, command_at, fraction
+from spiraltrunk.strategies.sensing import load_fraction
+
+BORNE = 0.5
+"""Measured load over the object's weight above which the object counts as carried [-] (ours)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +37,10 @@ class LoadState(MoveState):
     """Weight on the trunk's base, smoothed [N]."""
     weight_empty: float = 0.0
     """The same before the object was touched [N]."""
+
+    def is_carried(self, observation: Observation) -> bool:
+        """Whether the trunk bears more than `BORNE` of the object's announced weight."""
+        return load_fraction(observation, self.weight, self.weight_empty) > BORNE
 
 
 State = TypeVar("State", bound=MoveState)

@@ -18,6 +18,9 @@ from spiraltrunk.model.kinematics.cables import planar_lever
 CEILING = 0.95
 """Tension over the largest one that a winder may take to hold its length [-] (ours): the rest is left to move."""
 
+COMPLIANCE = 5e-5
+"""Cable that a winder pays out over its tension while it holds a length [m/N], of the simulated winder."""
+
 
 def co_contraction(design: TrunkDesign, ventral: float, dorsal: float, bend: float = 0.0) -> np.ndarray:
     """Tensions of opposing cables that bend the trunk as the ventral ones alone do, shape (n_cable,) [N].
@@ -57,7 +60,7 @@ def co_contraction(design: TrunkDesign, ventral: float, dorsal: float, bend: flo
 
 
 def hold_lengths(
-    design: TrunkDesign, pull: np.ndarray, tension: np.ndarray, *, dorsal: float = 0.0, compliance: float = 5e-5
+    design: TrunkDesign, pull: np.ndarray, tension: np.ndarray, *, dorsal: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds of pulls and tensions with which the ventral winders keep their present lengths.
 
@@ -67,18 +70,12 @@ def hold_lengths(
         design: the trunk.
         pull: present cable pulls, shape (n_cable,) [m].
         tension: present tensions, shape (n_cable,) [N].
-        dorsal: tension of the dorsal cables from now on [N].
-        compliance: of a winder that holds its length [m/N]; 5e-5 is the simulated one's.
+        dorsal: tension of the dorsal cables from now on, at most the motors' largest [N].
 
     Returns:
         ``cable_pull`` and ``cable_tension`` of the commands to come, shapes (n_cable,) [m], [N].
-
-    Raises:
-        DesignError: for a dorsal tension or a compliance out of its range.
     """
-    check_number("dorsal", dorsal, least=0.0, most=design.cable.tension_max)
-    check_number("compliance", compliance, least=0.0, below=1e-2)
     ventral = ventral_cables(design)
     ceiling = np.where(ventral, CEILING * design.cable.tension_max, dorsal)
     ceiling[~ventral & (design.cable_direction[:, 1] <= 1e-6)] = 0.0
-    return np.where(ventral, np.asarray(pull) + compliance * np.asarray(tension), np.inf), ceiling
+    return np.where(ventral, pull + COMPLIANCE * tension, np.inf), ceiling

@@ -48,7 +48,6 @@ from spiraltrunk.strategies.sensing import (
     base_directions,
     lever,
     limit_ventral_lead,
-    load_fraction,
     tipping_displacement,
     ventral_pull,
     ventral_tension,
@@ -73,8 +72,6 @@ CONTACT_SHARE = 0.15
 """Cable that stays out, over the pull of free curl at the same tension, that counts as contact [-]."""
 SLIP = 0.04
 """Cable that pays out while carrying, over the stroke, that counts as slip [-]."""
-BORNE = 0.5
-"""Measured load over the object's weight above which the object counts as carried [-]."""
 RETRIES = 2
 """Number of further attempts [-]."""
 REACH_ON = 0.08
@@ -163,7 +160,7 @@ class WrapVertical(MoveStrategy[WrapState]):
             return _sense_contact(state, observation)
         if action in _CARRYING:
             return _answer_slip(state, observation)
-        if action == "lower" and not _is_carried(state, observation):
+        if action == "lower" and not state.is_carried(observation):
             return _set_down(state, observation)
         return state
 
@@ -175,7 +172,7 @@ class WrapVertical(MoveStrategy[WrapState]):
         if action in ("heft", "rise on"):
             decide = _decide if _hangs_freely(state, observation) else _rise_on
             return decide(state, observation)
-        if action == "lift" and not _is_carried(state, observation):
+        if action == "lift" and not state.is_carried(observation):
             return replace(state, is_done=True, gave_up="nothing was lifted: the arm feels no load")
         if action == "hold":
             state = _correct_position(state, observation)
@@ -218,10 +215,6 @@ def _is_slipping(state: WrapState, observation: Observation) -> bool:
     return state.pull_held - ventral_pull(observation) > SLIP * observation.task.design.cable_stroke
 
 
-def _is_carried(state: WrapState, observation: Observation) -> bool:
-    return load_fraction(observation, state.weight, state.weight_empty) > BORNE
-
-
 def _hangs_freely(state: WrapState, observation: Observation) -> bool:
     """Whether the load and its lever are measured well enough to decide.
 
@@ -243,7 +236,7 @@ def _rise_on(state: WrapState, observation: Observation) -> WrapState:
 def _decide(state: WrapState, observation: Observation) -> WrapState:
     """Lift an object that is held near its middle; otherwise try again, as often as allowed."""
     may_retry = state.retries < RETRIES
-    if not _is_carried(state, observation):
+    if not state.is_carried(observation):
         return _try_ahead(state, observation) if may_retry else _go_on(state, observation)
     offset = _load_offset(state, observation)
     most = min(_light_lever(observation), _friction_lever(state, observation))

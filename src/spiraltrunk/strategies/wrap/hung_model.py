@@ -8,6 +8,7 @@ has neither friction nor contact forces; tests compare its predictions with the 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
@@ -67,7 +68,6 @@ def unrolled_center(design: TrunkDesign, width: float, pull: float) -> np.ndarra
     Returns:
         The object's centre (down, ahead) from the base, shape (2,) [m].
     """
-    check_number("width", width, above=0.0)
     snug, ventral = snug_bend(design, width), ventral_cables(design)
     pulls, centers = np.zeros(design.n_joint + 1), np.zeros((design.n_joint + 1, 2))
     for straight in range(design.n_joint + 1):
@@ -83,13 +83,8 @@ def free_curl(design: TrunkDesign, tension: ArrayLike) -> np.ndarray:
     Args:
         design: the trunk.
         tension: of each ventral cable, shape (...) [N].
-
-    Raises:
-        DesignError: for a tension that is negative or not finite.
     """
     tensions = np.asarray(tension, float)
-    for extreme in (tensions.min(), tensions.max()):
-        check_number("tension", float(extreme), least=0.0)
     bend = np.zeros((*tensions.shape, design.n_joint))
     for _ in range(_ROUNDS):
         bend += 0.5 * (_balance(design, bend, tensions[..., None], 0.0, np.zeros(2)) - bend)
@@ -99,15 +94,18 @@ def free_curl(design: TrunkDesign, tension: ArrayLike) -> np.ndarray:
 def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: float) -> float:
     """Tension of each ventral cable at which joint 1 bends by ``base_bend`` [rad] under trunk and object [N].
 
-    At most the motors' largest tension. ``width`` and ``mass`` are the object's [m], [kg]. Bisection.
+    At most the motors' largest tension. ``width`` and ``mass`` are the object's [m], [kg].
     """
-    low, high = 0.0, design.cable.tension_max
+    return bisect(
+        lambda tension: predict_wrap(design, width, mass, tension).bend[0] < base_bend, 0.0, design.cable.tension_max
+    )
+
+
+def bisect(is_below: Callable[[float], bool], low: float, high: float) -> float:
+    """Least value that `is_below` does not hold for, to 1/4096 of the interval."""
     for _ in range(12):
         middle = (low + high) / 2
-        if predict_wrap(design, width, mass, middle).bend[0] < base_bend:
-            low = middle
-        else:
-            high = middle
+        low, high = (middle, high) if is_below(middle) else (low, middle)
     return high
 
 

@@ -11,10 +11,9 @@ import numpy as np
 
 from spiraltrunk.control.messages import Observation, Target
 from spiraltrunk.control.strategy import Milestone
-from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
-from spiraltrunk.errors import ModelError
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, insert_next
-from spiraltrunk.strategies.sensing import base_directions
+from spiraltrunk.strategies.sensing import base_directions, find_ventral
 from spiraltrunk.strategies.wrap.hung_model import Wrap, predict_wrap, wrap_tension
 
 # All of these are ours, tuned in simulated trials.
@@ -48,15 +47,22 @@ LOWERING_SPEED = 0.05
 RISING_SPEED = 0.1
 """Mean speed at which an object is put back onto its strings [m/s]."""
 
-WRAP_MILESTONES = {
+_PHASES = {
+    "reach": ("approach", "turn", "descend", "touch"),
+    "prehension": ("curl", "settle", "heft", "tighten", "try"),
+    "transport": ("level", "steady", "lift", "carry", "hold"),
+    "release": ("bring", "lower", "draw up", "uncurl", "open", "draw off", "leave", "rest"),
+}
+_PHASE = {action: phase for phase, actions in _PHASES.items() for action in actions}
+
+_MILESTONES = {
     "touch": Milestone.TOUCHED,
     "lift": Milestone.LIFTED,
     "carry": Milestone.CARRIED,
     "hold": Milestone.HELD,
     "lower": Milestone.SET_DOWN,
-    **dict.fromkeys(("draw up", "uncurl", "open", "draw off", "leave", "rest"), Milestone.RELEASED),
+    **dict.fromkeys(_PHASES["release"][2:], Milestone.RELEASED),
 }
-"""Milestones of the actions of a wrap."""
 
 
 def plan_wrap(observation: Observation) -> tuple[Move, ...]:
@@ -65,9 +71,7 @@ def plan_wrap(observation: Observation) -> tuple[Move, ...]:
     Raises:
         ModelError: where no cable pulls ventral.
     """
-    ventral = ventral_cables(observation.task.design)
-    if not ventral.any():
-        raise ModelError("no cable pulls ventral; allowed: a design with a cable more than 90 deg from dorsal")
+    ventral = find_ventral(observation.task.design)
     tension, wrap = plan_grip(observation)
     return _moves(observation, tension * ventral, wrap)
 
@@ -77,6 +81,16 @@ def plan_grip(observation: Observation) -> tuple[float, Wrap]:
     design, target = observation.task.design, observation.task.target
     tension = wrap_tension(design, target.width, target.mass, BASE_BEND * design.joint_limit)
     return tension, predict_wrap(design, target.width, target.mass, tension)
+
+
+def wrap_move(
+    action: str, duration: float, position: np.ndarray, tension: np.ndarray, rotation: np.ndarray | None = None
+) -> Move:
+    """A move of a hung or a standing wrap, which its action assigns to a phase and a milestone."""
+    return Move(
+        phase=_PHASE[action], action=action, milestone=_MILESTONES.get(action), duration=duration, position=position,
+        tension=tension, rotation=rotation,
+    )  # fmt: skip
 
 
 def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move, ...]:
@@ -97,27 +111,20 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
     clear = placing - BACK_OFF * length * ahead
     opened = clear + np.dot(goal.place + from_object - clear, down) * down
     away = opened - CLEARANCE * length * ahead
-
-    def move(phase: str, action: str, duration: float, position: np.ndarray, tension: np.ndarray) -> Move:
-        return Move(
-            phase=phase, action=action, milestone=WRAP_MILESTONES.get(action), duration=duration, position=position,
-            tension=tension,
-        )  # fmt: skip
-
     return (
-        move("reach", "approach", 2.0, beside - CLEARANCE * length * ahead, slack),
-        move("reach", "touch", 1.5, touching, slack),
-        move("prehension", "curl", CURL_TIME, wrapped, pull),
-        move("prehension", "settle", 1.0, wrapped, pull),
-        move("prehension", "heft", 1.5, hefted, pull),
-        move("transport", "lift", 2.0, lifted, pull),
-        move("transport", "carry", 2.0, over, pull),
-        move("transport", "hold", goal.hold, over, pull),
-        move("release", "bring", 1.5, above, pull),
-        move("release", "lower", lowering_time(above, low), low, pull),
-        move("release", "draw up", 2.0, opened, slack),
-        move("release", "leave", 2.0, away, slack),
-        move("release", "rest", 2.5, away, slack),
+        wrap_move("approach", 2.0, beside - CLEARANCE * length * ahead, slack),
+        wrap_move("touch", 1.5, touching, slack),
+        wrap_move("curl", CURL_TIME, wrapped, pull),
+        wrap_move("settle", 1.0, wrapped, pull),
+        wrap_move("heft", 1.5, hefted, pull),
+        wrap_move("lift", 2.0, lifted, pull),
+        wrap_move("carry", 2.0, over, pull),
+        wrap_move("hold", goal.hold, over, pull),
+        wrap_move("bring", 1.5, above, pull),
+        wrap_move("lower", lowering_time(above, low), low, pull),
+        wrap_move("draw up", 2.0, opened, slack),
+        wrap_move("leave", 2.0, away, slack),
+        wrap_move("rest", 2.5, away, slack),
     )
 
 

@@ -49,7 +49,7 @@ from spiraltrunk.strategies.moves import (
     insert_next,
     shift_later,
 )
-from spiraltrunk.strategies.sensing import load_fraction, seen_position, ventral_tension, weight
+from spiraltrunk.strategies.sensing import seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
 from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, lateral_direction, plan_moves
 from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
@@ -62,8 +62,6 @@ TOUCH = 0.012
 """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
 RELIEF = 0.02
 """Retreat of the arm from the touch, over the trunk's length [-]: an object that is pressed on is dragged."""
-BORNE = 0.5
-"""Measured load over the object's weight below which the object is not carried [-]."""
 RETRIES = 1
 """Number of further attempts [-]."""
 
@@ -134,7 +132,7 @@ class StandingWrap(MoveStrategy[StandingState]):
             return _sense_touch(state, observation)
         if action in _STIFF:
             return replace(state, sequence=_take_in(state, observation))
-        if action == "lower" and not _is_carried(state, observation):
+        if action == "lower" and not state.is_carried(observation):
             return replace(state, sequence=_stay(state.sequence, observation))
         return state
 
@@ -143,7 +141,7 @@ class StandingWrap(MoveStrategy[StandingState]):
         action, sequence = state.sequence.move.action, state.sequence
         if action == "descend":
             state = replace(state, weight_empty=state.weight)
-        if action in ("try", "lift") and not _is_carried(state, observation):
+        if action in ("try", "lift") and not state.is_carried(observation):
             if action == "lift" or state.retries >= RETRIES:
                 return replace(state, is_done=True, gave_up="nothing was lifted: the arm feels no load")
             sequence = advance(insert_next(sequence, _try_again(sequence)), observation.time)
@@ -173,10 +171,6 @@ def _lean(observation: Observation) -> float:
     direction = observation.task.design.cable_direction[:, 1]
     pull = observation.cable_pull
     return float(pull[direction > 0].mean() - pull[direction < 0].mean())
-
-
-def _is_carried(state: StandingState, observation: Observation) -> bool:
-    return load_fraction(observation, state.weight, state.weight_empty) >= BORNE
 
 
 def _sense_touch(state: StandingState, observation: Observation) -> StandingState:

@@ -14,12 +14,11 @@ import math
 import numpy as np
 from scipy.optimize import nnls
 
-from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.cables import planar_lever
-from spiraltrunk.strategies.wrap.hung_model import predict_wrap
+from spiraltrunk.strategies.wrap.hung_model import bisect, predict_wrap
 
 _TILT_RANGE = math.radians(30.0), math.radians(150.0)
 """Range of the tilts sought [rad]: beyond it the trunk topples over or hangs."""
@@ -65,7 +64,6 @@ def object_center(
         tension: of the cables, shape (n_cable,) [N].
         section: which one, counted from 0 at the base; None is the first of a wrap.
     """
-    check_number("width", width, above=0.0)
     ends = _ends(design, tilt, tension)
     first = wrap_start(design, width) if section is None else section
     heading = (ends[first + 1] - ends[first])[:2]
@@ -76,14 +74,7 @@ def object_center(
 def curl_tilt(design: TrunkDesign, width: float, tension: np.ndarray, slope: float) -> float:
     """Tilt of the base at which the curled trunk's plane falls ahead by ``slope`` [rad], 0 for level [rad]."""
     first = wrap_start(design, width)
-    low, high = _TILT_RANGE
-    for _ in range(12):
-        middle = (low + high) / 2
-        if _fall_ahead(_ends(design, middle, tension)[first:]) > slope:
-            low = middle
-        else:
-            high = middle
-    return high
+    return bisect(lambda tilt: _fall_ahead(_ends(design, tilt, tension)[first:]) > slope, *_TILT_RANGE)
 
 
 def _ends(design: TrunkDesign, tilt: float, tension: np.ndarray) -> np.ndarray:

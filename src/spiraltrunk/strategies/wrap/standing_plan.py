@@ -15,9 +15,9 @@ from spiraltrunk.control.messages import Observation, Target
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.strategies.moves import Move
+from spiraltrunk.strategies.moves import Move, tilted_base
 from spiraltrunk.strategies.sensing import seen_position
-from spiraltrunk.strategies.wrap.hung_plan import WRAP_MILESTONES
+from spiraltrunk.strategies.wrap.hung_plan import wrap_move
 from spiraltrunk.strategies.wrap.standing_model import cable_pulls, curl_tilt, object_center, shut_pull
 
 # All of these are ours, tuned in simulated trials.
@@ -62,16 +62,7 @@ OPEN_TIME = 0.06
 SETTLE_TIME = 0.8
 """Time in which it then comes to rest [s]."""
 
-_UP = np.array([0.0, 0.0, 1.0])
-
-_PHASES = {
-    "reach": ("turn", "descend", "touch"),
-    "prehension": ("curl", "tighten", "try"),
-    "transport": ("level", "steady", "lift", "carry", "hold"),
-    "release": ("bring", "lower", "uncurl", "open", "draw off", "leave", "rest"),
-}
-_PHASE = {action: phase for phase, actions in _PHASES.items() for action in actions}
-"""Phase of each action."""
+_AHEAD, _UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 
 @final
@@ -152,7 +143,7 @@ def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step
     off = -BACK_OFF * design.length * frame[:, 0]
     steps = tuple(
         _Step(
-            pull=pull, tension=tensions[i], slackening=slackening[i], rotation=frame @ _base_axes(tilts[i]),
+            pull=pull, tension=tensions[i], slackening=slackening[i], rotation=frame @ tilted_base(_AHEAD, tilts[i]),
             closing=closing[i], opening=opening[i] + max(0.0, 1.0 - pull / TAIL_END) * off,
         )
         for i, pull in enumerate(STEPS)
@@ -173,10 +164,7 @@ def _moves(
     lifted, lowered = wrapped + test + high, place + last.closing
 
     def move(action: str, duration: float, position: np.ndarray, tension: np.ndarray, step: _Step = last) -> Move:
-        return Move(
-            phase=_PHASE[action], action=action, milestone=WRAP_MILESTONES.get(action), duration=duration,
-            position=position, tension=tension, rotation=step.rotation,
-        )  # fmt: skip
+        return wrap_move(action, duration, position, tension, step.rotation)
 
     slack, eased = open_.tension, [step for step in steps if step.pull >= SPRING]
     return (
@@ -251,10 +239,3 @@ def housing_sink(design: TrunkDesign, tilt: float) -> float:
     housing = design.housing
     end = housing.neck_length + (housing.length if tilt > math.pi / 2 else 0.0)
     return housing.radius * math.sin(tilt) - end * math.cos(tilt)
-
-
-def _base_axes(tilt: float) -> np.ndarray:
-    """Axes of the trunk's base in the level frame (aside, ahead, up), shape (3, 3) [-]."""
-    along = np.array([0.0, math.sin(tilt), -math.cos(tilt)])
-    dorsal = np.array([-1.0, 0.0, 0.0])
-    return np.column_stack([along, dorsal, np.cross(along, dorsal)])
