@@ -74,7 +74,7 @@ def write_models(design: TrunkDesign, folder: Path, formats: tuple[str, ...]) ->
             _add_keyframe(spec, model, design, kind)
             compile_spec(spec)
             path = folder / f"{kind}.xml"
-            path.write_text(_to_portable(spec.to_xml()))
+            path.write_text(re.sub(r'file="[^"]*/([^"/]+)"', rf'file="{ASSETS}/\1"', spec.to_xml()))
             written.append(path)
         if "urdf" in formats:
             path = folder / f"{kind}.urdf"
@@ -130,8 +130,3 @@ def _write_meshes(spec: mujoco.MjSpec, folder: Path) -> list[Path]:
         mesh.file = str(path)
         written.append(path)
     return written
-
-
-def _to_portable(text: str) -> str:
-    """The text with each mesh's path relative to the folder of the models."""
-    return re.sub(r'file="[^"]*/([^"/]+)"', rf'file="{ASSETS}/\1"', text)

@@ -9,7 +9,7 @@ from spiraltrunk.strategies.fingertip.tip_grip import Pinch, TipGrip
 from spiraltrunk.strategies.push.kick import Kick
 from spiraltrunk.strategies.push.sweep import Sweep
 from spiraltrunk.strategies.wrap.hung import WrapVertical
-from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal, WrapOblique, WrapObliqueLow
+from spiraltrunk.strategies.wrap.standing import WrapHorizontal, WrapOblique, WrapObliqueLow
 
 _ALL: tuple[type[Strategy[Any]], ...] = (
     WrapVertical, WrapObliqueLow, WrapOblique, WrapHorizontal, Pinch, TipGrip, FlipGrip, Kick, Sweep,

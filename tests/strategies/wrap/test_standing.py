@@ -14,9 +14,14 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.wrap import standing, standing_plan
-from spiraltrunk.strategies.wrap.standing import StandingState, StandingWrap
+from spiraltrunk.strategies.wrap.standing import (
+    StandingState,
+    StandingWrap,
+    WrapHorizontal,
+    WrapOblique,
+    WrapObliqueLow,
+)
 from spiraltrunk.strategies.wrap.standing_model import object_center, shut_pull
-from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal, WrapOblique, WrapObliqueLow
 from spiraltrunk.workflows.grasp.trial import run_trial
 
 PAPER = presets.PAPER

@@ -12,8 +12,8 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import MoveSequence, begin, command_at
+from spiraltrunk.strategies.wrap.standing import WrapHorizontal
 from spiraltrunk.strategies.wrap.standing_plan import housing_sink, plan_moves
-from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal
 from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
 PLANE = WrapHorizontal.plane

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, final
 
 import mujoco
@@ -19,11 +19,8 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.sim.relaxation.clamped_trunk import add_point_mass, clamped_spec, read_shape
-from spiraltrunk.sim.relaxation.options import RelaxationOptions
 from spiraltrunk.sim.robot.cable_friction import CableFriction
-from spiraltrunk.sim.robot.trunk import cable_name, hinge_names, section_name, tune_joint_limits
-
-__all__ = ["LoadStep", "RelaxationOptions", "RelaxationRig", "Relaxed"]
+from spiraltrunk.sim.robot.trunk import TrunkOptions, cable_name, hinge_names, section_name, tune_joint_limits
 
 _CHECK_STEPS = 10
 """Time steps between two evaluations of the rest criterion."""
@@ -33,6 +30,42 @@ _SLOW = 1000.0
 
 _STILL_TIME = 0.05
 """Time for which the rest criterion must hold [s]; at the turning point of an oscillation it holds for less."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class RelaxationOptions:
+    """Options of the dynamic relaxation of a trunk with a clamped base."""
+
+    timestep: float = 1e-3
+    """Time step of the physics [s]."""
+    pull_speed: float = 0.005
+    """Speed of the winders [m/s]; infinite for a jump. With friction the shape depends on it, by 0.3 mm at this speed
+    and by 2 mm at 0.02 (ours, friction 0.15); without friction it does not."""
+    has_smooth_ramps: bool = False
+    """Whether winders follow a minimum-jerk polynomial of the same mean speed instead of a linear ramp. A sudden start
+    or stop makes the trunk oscillate, which releases sticking cables."""
+    tension_speed: float = 1.0
+    """Rate of change of the tensions [N/s]; infinite for a jump."""
+    damping_factor: float = 3.0
+    """Joint damping over the design's [-]; changes the time to rest and not the equilibrium."""
+    brake_factor: float = 1.0
+    """Further factor of the joint damping while winders turn, and after it until every hinge is slower than 1000 times
+    ``still`` [-]. A large factor removes the influence of inertia on which of several equilibria is reached."""
+    armature_factor: float = 1.0
+    """Armature of the joints over that of the grasp simulation [-]; changes the time to rest and not the
+    equilibrium."""
+    limit_factor: float = 1.0
+    """Stiffness of the joint limits over that of the grasp simulation [-]; the overshoot is inversely proportional to
+    it. At time steps of 1 ms, 1000 is stable with an armature factor of 100."""
+    still: float = 1e-5
+    """Rest criterion: largest speed of a hinge [rad/s]."""
+    time_most: float = 60.0
+    """Time limit for reaching rest after the end of a ramp [s]."""
+    has_gripper: bool = True
+    """Whether the tip carries the gripper's mass, with straight, rigid fingers."""
+    trunk: TrunkOptions = field(default_factory=TrunkOptions)
+    """Simulation options of the trunk."""
 
 
 @final
@@ -156,7 +189,10 @@ class RelaxationRig:
         self._force = read_numbers("force", force, shape=(3,))
         self._apply_force()
         if hold is not None:
-            self._hold(hold == "length")
+            self._forward()
+            tension, is_length = self._tension(), hold == "length"
+            pull = self._pull() + tension / self.options.trunk.cable_gain if is_length else self._straight
+            self._command(pull, np.where((tension > 0) & is_length, self.design.cable.tension_max, tension))
         return self._wait_for_rest(np.array(math.nan))
 
     def _build(self, theta_0: float, roll: float) -> mujoco.MjModel:
@@ -227,12 +263,6 @@ class RelaxationRig:
     def _apply_force(self) -> None:
         arm = self._tip_end.xpos - self.data.xipos[self._tip]
         self.data.xfrc_applied[self._tip] = *self._force, *np.cross(arm, self._force)
-
-    def _hold(self, is_length: bool) -> None:
-        self._forward()
-        tension = self._tension()
-        pull = self._pull() + tension / self.options.trunk.cable_gain if is_length else self._straight
-        self._command(pull, np.where((tension > 0) & is_length, self.design.cable.tension_max, tension))
 
     def _forward(self) -> None:
         self.friction.apply(self.data)

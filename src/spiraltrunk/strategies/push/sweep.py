@@ -33,7 +33,7 @@ from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
 from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, keep_together
 from spiraltrunk.strategies.push.steering import Steering, SteerPlan, command_of, is_over, steer
 from spiraltrunk.strategies.sensing import seen_position
-from spiraltrunk.strategies.wrap.standing_variants import WrapHorizontal
+from spiraltrunk.strategies.wrap.standing import WrapHorizontal
 
 # All of these are ours, tuned in simulated trials.
 GAP = 0.03

@@ -113,13 +113,9 @@ def _balance(
     design: TrunkDesign, bend: np.ndarray, tension: float | np.ndarray, mass: float, center: np.ndarray
 ) -> np.ndarray:
     """Bends at equilibrium of each joint's moments, within the limits, shape (..., n_joint) [rad]."""
-    moment = tension * _ventral_lever(design, bend) - _weight_moment(design, bend, mass, center)
+    lever = -planar_lever(design, -bend)[..., ventral_cables(design)].sum(axis=-1)
+    moment = tension * lever - _weight_moment(design, bend, mass, center)
     return clip_bend(moment / design.joint_stiffness, design.joint_limit)
-
-
-def _ventral_lever(design: TrunkDesign, bend: np.ndarray) -> np.ndarray:
-    """Sum of the ventral cables' levers at each joint, shape (..., n_joint) [m]."""
-    return np.asarray(-planar_lever(design, -bend)[..., ventral_cables(design)].sum(axis=-1))
 
 
 def _weight_moment(design: TrunkDesign, bend: np.ndarray, mass: float, center: np.ndarray) -> np.ndarray:

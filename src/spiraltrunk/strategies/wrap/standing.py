@@ -31,6 +31,7 @@ cables and wrench.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -165,6 +166,39 @@ class StandingWrap(MoveStrategy[StandingState]):
             tension = np.maximum(observation.cable_tension, 0.0)
             sequence = replace(sequence, start=replace(sequence.start, cable_tension=tension))
         return replace(state, sequence=sequence)
+
+
+@final
+class WrapObliqueLow(StandingWrap):
+    """Wrap in a plane that falls ahead, as near the ground as the housing allows; ventral cables unequal."""
+
+    name = "wrap-oblique-low"
+    number = 4
+    plane = WrapPlane(
+        slope=math.radians(7.0), reach_slope=math.radians(-8.0), differential=-0.12, height=0.3, slender_height=0.62,
+        ground_gap=0.022,
+    )  # fmt: skip
+
+
+@final
+class WrapOblique(StandingWrap):
+    """Wrap in a plane that falls ahead, at half the height; ventral cables unequal."""
+
+    name = "wrap-oblique"
+    number = 5
+    plane = WrapPlane(
+        slope=math.radians(8.0), reach_slope=math.radians(-8.0), differential=-0.14, height=0.5, slender_height=0.62,
+        ground_gap=0.022,
+    )  # fmt: skip
+
+
+@final
+class WrapHorizontal(StandingWrap):
+    """Wrap in a plane that rises ahead and that the load makes level, at half the height; ventral cables equal."""
+
+    name = "wrap-horizontal"
+    number = 6
+    plane = WrapPlane(slope=math.radians(-12.0), differential=0.0, height=0.55)
 
 
 def _lean(observation: Observation) -> float:

@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.control.messages import Observation, Target
+from spiraltrunk.control.messages import Observation
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
@@ -125,11 +125,14 @@ def plan_moves(observation: Observation, plane: WrapPlane) -> tuple[Move, ...]:
 
 def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step, ...], float]:
     """Steps of the curl, and the final distance of the object from the base, level [m]."""
-    design, width = observation.task.design, _equivalent_width(observation.task.target)
+    design, target = observation.task.design, observation.task.target
+    width = target.width * (4 / math.pi if target.kind == "box" else 1.0)  # Of the cylinder of the same girth.
     shut = float(shut_pull(design)[0])
     side = lateral_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
-    tilts = _base_tilts(design, width, plane)
+    full = cable_pulls(design, STEPS[-1] * shut, 0.0)
+    ends = [curl_tilt(design, width, full, slope) for slope in (plane.reach_slope, plane.slope)]
+    tilts = np.interp(STEPS, TURNING, ends)
     tensions, slackening = (
         [_tension(design, differential, pull * shut) for pull in STEPS] for differential in (plane.differential, 0.0)
     )
@@ -190,13 +193,6 @@ def _moves(
     )
 
 
-def _base_tilts(design: TrunkDesign, width: float, plane: WrapPlane) -> np.ndarray:
-    """Tilt of the base at each step, from the plane of the reach to that of the wrap, shape (n_step,) [rad]."""
-    full = cable_pulls(design, float(STEPS[-1] * shut_pull(design)[0]), 0.0)
-    ends = [curl_tilt(design, width, full, slope) for slope in (plane.reach_slope, plane.slope)]
-    return np.interp(STEPS, TURNING, ends)
-
-
 def _tension(design: TrunkDesign, differential: float, ventral: float) -> np.ndarray:
     """Cable tensions for a ventral pull [N]: small ones lift the tail, larger ones curl in the wanted plane."""
     shut = shut_pull(design)
@@ -204,11 +200,6 @@ def _tension(design: TrunkDesign, differential: float, ventral: float) -> np.nda
     turn = float(np.interp(ventral / shut[0], TURNING, (0.0, differential)))
     tension = cable_pulls(design, ventral, float(tail) + turn * ventral)
     return tension * min(1.0, 0.95 * design.cable.tension_max / max(float(tension.max()), 1e-9))
-
-
-def _equivalent_width(target: Target) -> float:
-    """Diameter of the cylinder of the object's girth [m]: pi d = 4 w for a square."""
-    return target.width * (4 / math.pi if target.kind == "box" else 1.0)
 
 
 def _wrap_height(observation: Observation, plane: WrapPlane, tilts: np.ndarray, first: np.ndarray) -> float:
