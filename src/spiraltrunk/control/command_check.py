@@ -16,13 +16,9 @@ _SQUARE = 1e-6
 
 
 def read_command(command: Command, n_cable: int) -> Command:
-    """The command in arrays of floats, as every plant reads it before anything moves.
+    """The command of a strategy in arrays of floats, for a trunk of ``n_cable`` cables.
 
     Tensions and gripper may exceed what the motors can do; the plant limits them.
-
-    Args:
-        command: what a strategy returned.
-        n_cable: number of cables of the trunk.
 
     Raises:
         RunError: where a value is not a number, not finite or of another shape, or the frame is not a rigid transform.

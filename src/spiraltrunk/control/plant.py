@@ -1,8 +1,7 @@
-"""Plant: the interface of simulator and hardware, which take commands and return observations.
+"""Plant: the interface of simulator and hardware.
 
-A strategy sees nothing else. An observation holds the task and what the real robot measures: motor angles as cable
-lengths, motor currents as tension estimates, arm joints. Ground truth, such as the object's pose, is known to the
-simulator only.
+A strategy sees nothing else. Observations hold what the real robot measures. Ground truth, such as the object's pose,
+is known to the simulator only.
 """
 
 from __future__ import annotations

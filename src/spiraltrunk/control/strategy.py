@@ -18,10 +18,9 @@ State = TypeVar("State")
 class Milestone(Enum):
     """What a strategy achieves with the object; the value is its name in reports.
 
-    A step carries the milestone that it works towards, from the first step of the attempt to the step at which the
-    milestone is reached. The first and the last step that carry LIFTED are thus the begin and the end of the lift. The
-    verdict on a grasp needs LIFTED, CARRIED and HELD; the verdict on a sweep also needs PUSHED. Film strips show
-    every milestone.
+    Every step of an attempt carries the milestone that it works towards: the first and the last step that carry LIFTED
+    are the begin and the end of the lift. The verdict on a grasp needs LIFTED, CARRIED and HELD; on a sweep also
+    PUSHED.
     """
 
     PUSHED = "pushed"
@@ -88,7 +87,11 @@ class Strategy(ABC, Generic[State]):
 
     @abstractmethod
     def init(self, observation: Observation) -> State:
-        """First state, planned from the first observation."""
+        """First state, planned from the first observation.
+
+        Raises:
+            ModelError: where the robot cannot do what the task asks.
+        """
 
     @abstractmethod
     def step(self, state: State, observation: Observation) -> tuple[State, Command]:

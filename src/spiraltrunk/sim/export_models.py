@@ -1,8 +1,8 @@
 """Export of the robot for other simulators: MJCF with its meshes, and URDF of the same compiled model.
 
-The files have the bodies of the simulation with other joint limits. In the simulation a limit is the length of a tendon
-through two sites, with a softness tuned after compilation, which a file cannot contain. In the files a limit is a
-polygon of `N_SIDES` sides in the plane of a joint's two angles, around the same limit.
+The bodies are those of the simulation. The simulated joint limits, tendons through sites with a softness tuned after
+compilation, cannot be written to a file: here a limit is a polygon of `N_SIDES` sides in the plane of a joint's two
+angles.
 """
 
 from __future__ import annotations

@@ -59,13 +59,7 @@ class Sample:
 
 @final
 class TruthRecorder:
-    """Reads samples from a model's state; it holds the indices and the extremes of the period.
-
-    Args:
-        model: the model of a scene.
-        design: the trunk in it.
-        arm_joints: names of the arm's joints.
-    """
+    """Reads samples from the state of a scene's ``model``; it holds the indices and the extremes of the period."""
 
     def __init__(self, model: mujoco.MjModel, design: TrunkDesign, arm_joints: tuple[str, ...]) -> None:
         self._kind = _geom_kinds(model)
@@ -140,13 +134,11 @@ class TruthRecorder:
 
 
 def joint_bends(qpos: np.ndarray, hinges: np.ndarray) -> np.ndarray:
-    """Angle between neighbouring axes, shape (n_joint,) [rad].
-
-    cos(angle) = cos(q_1) cos(q_2) for the joint's two perpendicular hinges, in either order.
+    """Angle between neighbouring axes, cos(angle) = cos(q_1) cos(q_2), shape (n_joint,) [rad].
 
     Args:
         qpos: generalised positions, shape (n_q,).
-        hinges: addresses of the two hinges of each joint, shape (2, n_joint).
+        hinges: addresses of the two perpendicular hinges of each joint, in either order, shape (2, n_joint).
     """
     first, second = np.cos(qpos[hinges])
     return np.asarray(np.arccos(first * second))

@@ -107,9 +107,7 @@ class SimPlant(Plant):
         return self._observe()
 
     def step(self, command: Command) -> Observation:
-        """Advance by one control period.
-
-        The arm follows by inverse kinematics; winders pull to their length with at most their tension.
+        """Advance by one control period: the arm by inverse kinematics, the winders with at most their tension.
 
         Raises:
             RunError: before the first reset, for a command that is not finite, and where the simulation diverged.
@@ -136,8 +134,7 @@ class SimPlant(Plant):
     def _find_servo_offset(self) -> np.ndarray:
         """Offset of the servos' targets by which they hold the trunk's weight at rest, shape (n_arm,) [rad].
 
-        The arm's controller compensates a known load (Franka: set_load). Without the offset the arm would sink at the
-        start.
+        The arm's controller compensates a known load (Franka: set_load).
         """
         data = self.data
         data.ctrl[self._arm_motors] = self._arm_command

@@ -108,9 +108,9 @@ def base_position(sequence: MoveSequence, time: float) -> np.ndarray:
 
 
 def advance(sequence: MoveSequence, time: float) -> MoveSequence:
-    """Begin the next move at ``time`` [s], continuous in position, velocity, tension and gripper.
+    """Begin the next move at ``time`` [s], which may cut the present one short.
 
-    The present move may be cut short.
+    Position, velocity, tension and gripper are continuous.
     """
     now, step, velocity = command_at(sequence, time), 1e-4, np.zeros(3)
     if fraction(sequence, time) < 1.0:

@@ -37,8 +37,7 @@ def seen_position(observation: Observation) -> np.ndarray:
 def limit_ventral_lead(observation: Observation, lead: float) -> np.ndarray:
     """Upper bounds of the cable pulls that keep the ventral cables together, shape (n_cable,) [m].
 
-    No ventral cable may lead the least pulled one by more than ``lead`` times the cable stroke [-]. The other cables
-    are not bounded.
+    No ventral cable may lead the least pulled one by more than ``lead`` times the cable stroke [-].
     """
     design = observation.task.design
     ventral = ventral_cables(design)
@@ -82,13 +81,11 @@ def ventral_tension(observation: Observation) -> float:
 def tipping_displacement(length: float, width: float, height: float, offset: float = math.inf) -> float:
     """Horizontal displacement of an object's centre while it tips flat about the end that touched first [m].
 
-    A rectangle of half length l and half width r is tilted by t on its low corner. Its centre is l sin t + r cos t
+    A rectangle of half length l and half width r is tilted by t on its low corner: its centre is l sin t + r cos t
     above the table and l cos t - r sin t beside the corner. Flat, it is r above and l beside. The heights give the
-    tilt, and the tilt gives the displacement l - l cos t + r sin t. It is 0 where the object touched at the level
-    height or lower.
-
-    A loaded trunk sags, so that wide objects seem to touch higher than any tilt allows. The tilt is then bounded by the
-    offset of the centre from the loop that carries the object, at most r sin t.
+    tilt, and the tilt the displacement l - l cos t + r sin t; it is 0 at the level height or lower. A loaded trunk
+    sags, so that wide objects seem to touch higher than any tilt allows: the offset of the centre then bounds the tilt,
+    at most r sin t.
 
     Args:
         length: extent along the object's axis [m].

@@ -29,10 +29,9 @@ def co_contraction(design: TrunkDesign, ventral: float, dorsal: float, bend: flo
 
         dT_ventral = T_dorsal * sum lever_dorsal(bend) / -sum lever_ventral(bend),
 
-    which is the same at every joint of that bend, as the trunk's sections are similar. The shape is kept where all
-    joints bend alike. Elsewhere it shifts: by 13 mm at 5 N in the half curled trunk of the paper, without friction.
-    With friction the order of loading matters: bend, hold the ventral lengths, then pull dorsal. These are the tensions
-    that result. Pulled together from slack, the cables bend the trunk less.
+    which is the same at every joint of that bend, as the sections are similar. The shape is kept where all joints bend
+    alike; the half curled trunk of the paper shifts by 13 mm at 5 N, without friction. With friction these are the
+    tensions that result from bending, holding the ventral lengths and then pulling dorsal, in this order.
 
     Args:
         design: trunk with cables on both sides.
@@ -64,13 +63,11 @@ def hold_lengths(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds of pulls and tensions with which the ventral winders keep their present lengths.
 
-    The dorsal cables keep a tension, whatever their length.
-
     Args:
         design: the trunk.
         pull: present cable pulls, shape (n_cable,) [m].
         tension: present tensions, shape (n_cable,) [N].
-        dorsal: tension of the dorsal cables from now on, at most the motors' largest [N].
+        dorsal: tension of the dorsal cables from now on, whatever their length, at most the motors' largest [N].
 
     Returns:
         ``cable_pull`` and ``cable_tension`` of the commands to come, shapes (n_cable,) [m], [N].

@@ -21,11 +21,7 @@ _RADIUS = 1e-3
 def clamped_spec(design: TrunkDesign, options: TrunkOptions, *, theta_0: float, roll: float) -> mujoco.MjSpec:
     """The trunk with a clamped base; gravity along -y.
 
-    Args:
-        design: the trunk.
-        options: simulation options of the trunk.
-        theta_0: angle of the base axis below +x [rad].
-        roll: rotation of the trunk about its base axis [rad].
+    The base axis points ``theta_0`` [rad] below +x; the trunk is rotated about it by ``roll`` [rad].
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False

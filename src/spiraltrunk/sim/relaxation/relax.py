@@ -1,7 +1,4 @@
-"""Dynamic relaxation of the trunk alone in MuJoCo, its base clamped at any orientation, under quasi-static loading.
-
-The equilibrium models are compared with it: the same joints, masses and cables, integrated in time until at rest.
-"""
+"""Dynamic relaxation of the trunk alone in MuJoCo, its base clamped at any orientation, under quasi-static loading."""
 
 from __future__ import annotations
 
@@ -40,8 +37,8 @@ class RelaxationOptions:
     timestep: float = 1e-3
     """Time step of the physics [s]."""
     pull_speed: float = 0.005
-    """Speed of the winders [m/s]; infinite for a jump. With friction the shape depends on it, by 0.3 mm at this speed
-    and by 2 mm at 0.02 (ours, friction 0.15); without friction it does not."""
+    """Speed of the winders [m/s]; infinite for a jump. With friction (0.15, ours) the shape depends on it: by 0.3 mm at
+    0.005 and by 2 mm at 0.02."""
     has_smooth_ramps: bool = False
     """Whether winders follow a minimum-jerk polynomial of the same mean speed instead of a linear ramp. A sudden start
     or stop makes the trunk oscillate, which releases sticking cables."""
@@ -53,8 +50,7 @@ class RelaxationOptions:
     """Further factor of the joint damping while winders turn, and after it until every hinge is slower than 1000 times
     ``still`` [-]. A large factor removes the influence of inertia on which of several equilibria is reached."""
     armature_factor: float = 1.0
-    """Armature of the joints over that of the grasp simulation [-]; changes the time to rest and not the
-    equilibrium."""
+    """Armature of the joints over that of the grasp simulation [-]; changes the time to rest alone."""
     limit_factor: float = 1.0
     """Stiffness of the joint limits over that of the grasp simulation [-]; the overshoot is inversely proportional to
     it. At time steps of 1 ms, 1000 is stable with an armature factor of 100."""
@@ -179,9 +175,8 @@ class RelaxationRig:
         """Relax from the present state under a force on the tip.
 
         Args:
-            force: force at the end of the last section until the next call, in the frame of `Shape`, shape (3,) [N].
-            hold: what the winders of taut cables keep from now on at its present value, a length up to the largest
-                tension; None for what they kept before.
+            force: at the end of the last section until the next call, in the frame of `Shape`, shape (3,) [N].
+            hold: what winders of taut cables keep, a length up to the largest tension; None for what they kept before.
 
         Raises:
             ModelError: where the force is not three finite numbers.

@@ -1,15 +1,14 @@
 """Capstan friction of the cables at every hole of the simulated trunk, as an elastic force that yields.
 
-The wrap angle w_k of a cable between gap k - 1 and gap k is the sum of two: at the proximal hole of section k, between
-the gap's direction and the section's axis (0 for k = 1), and at its distal hole, between the axis and the next gap's
-direction. The tensions T_(k-1) and T_k obey `model.statics.kernels.capstan_law`. The generalised force
--sum T_k grad L_k of the gaps L_k equals that of the motor's T_0 on the whole cable and of F_k = T_(k-1) - T_k on S_k,
-the cable beyond hole k. The friction is therefore a force on the hinges: each F_k is elastic and yields at the slip
-forces of the law, with the largest stiffness that the time step allows. It holds at rest without creep. The dry
+Section k turns a cable by the wrap angle w_k: at its proximal hole between the direction of gap k - 1 and its axis (0
+for k = 1), and at its distal hole between its axis and the direction of gap k. The tensions T_(k-1) and T_k obey
+`model.statics.kernels.capstan_law`. The generalised force -sum T_k grad L_k of the gaps L_k equals that of the motor's
+T_0 on the whole cable and of F_k = T_(k-1) - T_k on S_k, the cable beyond hole k. Each F_k is elastic, with the largest
+stiffness that the time step allows, and yields at the slip forces of the law. It holds at rest without creep; the dry
 friction of MuJoCo's solver, one row per hole, creeps and costs three times as much.
 
-Wrap angles are computed at the true holes. Lengths and their gradients are computed at the simulated holes, which are
-set back (`TrunkOptions`), as a gap that is exactly shut has no direction.
+Wrap angles are those at the true holes. Lengths and their gradients are those of the simulated holes, which are set
+back (`TrunkOptions`): a gap that is exactly shut has no direction.
 """
 
 from __future__ import annotations

@@ -26,8 +26,7 @@ class CableGeometry(NamedTuple):
     beyond: np.ndarray
     """True hole beyond each joint in the distal section's frame, (axial, radial), shape (n_joint, 2) [m]."""
     before: np.ndarray
-    """True hole before each joint in the proximal section's frame, its origin in the joint, (axial, radial), shape
-    (n_joint, 2) [m]."""
+    """The same before it in the proximal section's frame, its origin in the joint, shape (n_joint, 2) [m]."""
     back: np.ndarray
     """Distance of the simulated holes behind the true ones, beyond and before, shape (n_joint, 2) [m]."""
     direction: np.ndarray
@@ -118,9 +117,9 @@ def measure_gaps(geometry: CableGeometry, qpos: Any, gap: Any, gradient: Any, tu
     Args:
         geometry: geometry of the cables.
         qpos: generalised positions.
-        gap: written, lengths, shape (n_cable, n_joint) [m].
-        gradient: written, derivatives with respect to both hinges, shape (n_cable, n_joint, 2) [m/rad].
-        turn: written, wrap angles, shape (n_cable, n_joint) [rad].
+        gap: lengths, shape (n_cable, n_joint) [m].
+        gradient: derivatives with respect to both hinges, shape (n_cable, n_joint, 2) [m/rad].
+        turn: wrap angles, shape (n_cable, n_joint) [rad].
     """
     count = geometry.before.shape[0]
     for j in range(count):
@@ -157,11 +156,7 @@ def motor_tension(actuator: int, length: float, motors: Any) -> float:
 
 @_compiled
 def pass_holes(c: int, mu: float, stiffness: float, slid: Any, state: FrictionState) -> None:
-    """Friction at each hole and tension from gap to gap.
-
-    The friction is an elastic force that yields at the slip forces of `capstan_law`. A change of the tension without
-    displacement changes no friction force within these bounds.
-    """
+    """Friction at each hole, which yields at the slip forces of `capstan_law`, and tension from gap to gap."""
     tension = state.tension[c, 0]
     for k in range(slid.shape[0]):
         kept = ratio(mu, state.turn[c, k])

@@ -1,13 +1,11 @@
 """Franka Research 3 (FR3).
 
 Kinematics and limits: Franka, "Control Interface Specification and Robot Limits", edition with position-based velocity
-limits (earlier editions of the table give narrower joint ranges). Inertias: franka_description, robot fr3. Rotor
-inertias: MuJoCo Menagerie, model franka_fr3, identified there under torque control. Payload: data sheet of Franka
-Research 3.
+limits (earlier editions give narrower joint ranges). Inertias: franka_description, robot fr3. Rotor inertias: MuJoCo
+Menagerie, model franka_fr3, identified there under torque control. Payload: data sheet of Franka Research 3.
 
-No dependency contains the FR3's meshes. The arm is drawn and collides as the capsules of Franka's self-collision check
-(franka_description, self-collision geometries, the same for all of Franka's arms). They have the axes and thickness of
-the links, not their outlines: pictures and contacts of the arm are coarse.
+No dependency contains the FR3's meshes. The arm is drawn and collides as the capsules of Franka's self-collision check,
+which have the axes and thickness of the links, not their outlines: pictures and contacts of the arm are coarse.
 """
 
 from __future__ import annotations

@@ -91,10 +91,7 @@ def _add_group(spec: mujoco.MjSpec, gripper: GripperDesign, group: str, side: fl
 
 
 def _exclude_overlaps(spec: mujoco.MjSpec, gripper: GripperDesign, finger: int) -> None:
-    """Exclude collisions of phalanges that overlap in the straight finger, as those between them are short.
-
-    All other pairs collide: fingers with each other and with the trunk. MuJoCo excludes parent and child by itself.
-    """
+    """Exclude collisions of phalanges that overlap in the straight finger; MuJoCo excludes parent and child."""
     ends = np.cumsum(gripper.phalanx_length)
     middle = ends - gripper.phalanx_length / 2
     reach = gripper.phalanx_width / 2 + [_capsule_half_length(gripper, j) for j in range(gripper.n_phalanx)]

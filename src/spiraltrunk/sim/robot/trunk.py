@@ -29,8 +29,7 @@ NEIGHBOURS = 4
 """Bodies of the chain up to this far apart do not collide; the joint limits represent the contact of their faces."""
 
 LIMIT_ARM = 0.075
-"""Distance from a joint to the two sites whose distance limits its angle [m] (ours); it sets only the softness of the
-limit."""
+"""Distance from a joint to the two sites whose distance limits its angle [m] (ours); sets the limit's softness."""
 
 
 @final
@@ -39,8 +38,7 @@ class TrunkOptions:
     """Parameters of the simulated trunk that are not in the design."""
 
     hole_set_back: float = 0.08
-    """Distance of the holes behind the face over the face's half-width [-]; with holes in the face, a cable chatters
-    when a gap shuts."""
+    """Distance of the holes behind the face over its half-width [-]; at 0, cables chatter when a gap shuts."""
     cable_gain: float = 2e4
     """Stiffness of the winder's position control [N/m]."""
     stiffness_factor: float = 1.0
@@ -172,8 +170,8 @@ def _add_section(
 def _add_skin(spec: mujoco.MjSpec, body: mujoco.MjsBody, design: TrunkDesign, n: int) -> None:
     """Add the section's mesh, which is drawn, and a capsule through its outer surface, which collides.
 
-    The capsule's round ends bridge the open side of the gaps, as the silicone shell does. It costs half as much as the
-    sharp-edged prism and chatters less. The last section collides as its mesh, as the palm of the gripper.
+    The capsule's round ends bridge the open side of the gaps, as the silicone shell does. The last section collides as
+    its mesh, as the palm of the gripper.
     """
     mesh = spec.add_mesh(name=section_name(n), uservert=_section_vertices(design, n).ravel())
     is_last = n == design.n_section - 1

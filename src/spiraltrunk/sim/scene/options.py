@@ -26,8 +26,7 @@ ASIDE = 0.20
 """Distance of the transport along y [m]."""
 
 PLACE_ASIDE, PLACE_RISE = 0.35, 0.08
-"""Place on the table relative to the hanging object: along y, clear of the curling trunk, and up, where the strings are
-slack [m]."""
+"""Place on the table relative to the hanging object: along y, clear of the trunk, and up, with slack strings [m]."""
 
 
 @final

@@ -61,9 +61,9 @@ def add_hung_object(spec: mujoco.MjSpec, options: SceneOptions) -> None:
 
 
 def add_table(spec: mujoco.MjSpec, options: SceneOptions, place: np.ndarray) -> None:
-    """Add a felt-covered table with a shallow groove, in two halves with a slot between, at ``place`` [m], shape (3,).
+    """Add a felt-covered table in two halves, with a slot between and a shallow groove, at ``place``, shape (3,) [m].
 
-    The groove keeps a round object from rolling off. The object bridges the slot, through which the trunk withdraws.
+    The groove keeps a round object from rolling off. The trunk withdraws through the slot, which the object bridges.
     """
     half = options.shape.size[0] / 2
     slot = max(0.0, min(SLOT, half - 0.035))

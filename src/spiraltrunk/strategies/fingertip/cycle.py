@@ -1,7 +1,7 @@
 """Cycle of the strategies that grip with the fingers at the trunk's tip: observe, grip, lift, check, carry, set down.
 
-Source: "Grasping by Spiraling", figure 5, strategies 2, 3 and 7, and Methods (tip gripper). The gripper has no sensor
-of what it holds: the camera measures the object's height, and the arm's torques its weight.
+Source: "Grasping by Spiraling", figure 5, strategies 2, 3 and 7, and Methods (tip gripper). The gripper has no sensor:
+the camera measures the object's height, and the arm's torques its weight.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ class TipState(LoadState):
     start: np.ndarray
     """Orientation of the base at the start, shape (3, 3) [-]."""
     seen: tuple[np.ndarray, ...] = ()
-    """Camera observations of the present move: position and axis of the object, and the height of the base above it,
-    each of shape (7,) [m, -]."""
+    """Position and axis of the object, and height of the base above it, by the move's camera observations, each (7,).
+    """
     looked: float = -1.0
     """Time of the last camera observation [s]."""
     weights: tuple[float, ...] = ()
@@ -94,20 +94,13 @@ class TipStrategy(MoveStrategy[TipState]):
         return (0.0, 0.0 if design.gripper is None else design.gripper.grasp_width)
 
     def init(self, observation: Observation) -> TipState:
-        """Plan the way above the object.
-
-        Raises:
-            ModelError: where the trunk has no gripper, or one that does not open as wide as the object.
-        """
+        """Plan the way above the object."""
         moves = reach(observation, seen_position(observation))
         start = observation.T_world_base[:3, :3]
         return TipState(sequence=begin(moves, observation), start=start, weight=weight(observation))
 
     def sense(self, state: TipState, observation: Observation) -> TipState:
-        """Take a new camera observation and a new weight into account; tighten where the object slips.
-
-        Slip shows in a new observation with the object lower under the base that carries it than in those before.
-        """
+        """Take new readings into account; tighten where the object sinks under the base that carries it: it slips."""
         now, look, seen = weight(observation), observation.camera, state.seen
         state = replace(
             state,

@@ -1,7 +1,7 @@
 """Planning model of a finger of the tip gripper, bent by its cables alone.
 
-A strand passes each joint at the same part of its phalanx's width, so that one tension gives every joint a torque in
-proportion to its width, while stiffness falls with the width's cube: the last phalanx bends first, as in the trunk.
+A strand passes each joint at the same part of its phalanx's width: one tension gives torques in proportion to the
+width. Stiffness falls with the width's cube, so that the last phalanx bends first, as in the trunk.
 """
 
 from __future__ import annotations
@@ -19,14 +19,9 @@ _TENSIONS, _SAMPLES = 81, 20
 
 
 def finger_bend(gripper: GripperDesign, tension: ArrayLike) -> np.ndarray:
-    """Bend of a free finger's joints, positive inwards: torque over stiffness, up to the joints' limit.
+    """Bend of a free finger's joints: torque over stiffness, up to the limit, inwards positive, (..., n_phalanx) [rad].
 
-    Args:
-        gripper: the gripper.
-        tension: of the closing cables where positive, of the opening ones where negative, shape (...) [N].
-
-    Returns:
-        Shape (..., n_phalanx) [rad].
+    ``tension``, of any shape [N], is that of the closing cables where positive, of the opening ones where negative.
     """
     torque = STRAND_LEVER * gripper.phalanx_width * np.asarray(tension)[..., None]
     return clip_bend(torque / gripper.joint_stiffness, gripper.delta_theta)
@@ -35,12 +30,7 @@ def finger_bend(gripper: GripperDesign, tension: ArrayLike) -> np.ndarray:
 def finger_points(gripper: GripperDesign, bend: np.ndarray) -> np.ndarray:
     """Joints and tip of a finger: distance from the trunk's axis, and depth beyond the trunk's end.
 
-    Args:
-        gripper: the gripper.
-        bend: of its joints, positive inwards, shape (..., n_phalanx) [rad].
-
-    Returns:
-        Shape (..., n_phalanx + 1, 2) [m].
+    Bends of shape (..., n_phalanx) [rad] give points of shape (..., n_phalanx + 1, 2) [m].
     """
     angle = np.cumsum(bend, axis=-1)
     steps = gripper.phalanx_length[:, None] * np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
@@ -49,15 +39,10 @@ def finger_points(gripper: GripperDesign, bend: np.ndarray) -> np.ndarray:
 
 
 def opening_tension(gripper: GripperDesign, outline: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> float | None:
-    """Least tension of the opening cables at which the fingers clear a body of revolution [N].
+    """Least tension of the opening cables at which the fingers clear a body of revolution [N]; None where they cannot.
 
-    Args:
-        gripper: the gripper.
-        outline: the least distance from the axis that a ball may have at a depth beyond the trunk's end, given depth
-            and the ball's radius, of any shape [m].
-
-    Returns:
-        The tension; None where the fingers do not open so wide.
+    ``outline`` gives the least distance from the axis that a ball may have, from its depth beyond the trunk's end and
+    its radius [m].
     """
     tensions = np.linspace(0.0, gripper.tension_max, _TENSIONS)
     points = finger_points(gripper, finger_bend(gripper, -tensions))
@@ -68,15 +53,10 @@ def opening_tension(gripper: GripperDesign, outline: Callable[[np.ndarray, np.nd
 
 
 def closing_tension(gripper: GripperDesign, radius: float, force: float) -> float:
-    """Tension of the closing cables with which each fingertip presses on a circle of ``radius`` [m] [N].
+    """Tension of the closing cables with which each tip presses with ``force`` [N] on a circle of ``radius`` [m] [N].
 
     Joint 1 carries the force at a straight finger's length, and its own stiffness at the bend that brings the tip
     there; joint 2 and beyond need less.
-
-    Args:
-        gripper: the gripper.
-        radius: of the held object [m].
-        force: of each finger [N].
     """
     reach = float(np.clip((gripper.mount_radius - radius) / gripper.finger_length, -1.0, 1.0))
     torque = force * gripper.finger_length + float(gripper.joint_stiffness[0]) * float(np.arcsin(reach))

@@ -1,15 +1,15 @@
 """Strategy 7, tip grip and distal flip: the object in the fingers is carried inside the curled tip of the trunk.
 
 Source: "Grasping by Spiraling", figure 5, strategy 7, and Results: "a distal flip is frequently used to secure the
-object after lifting". The paper does not describe the flip. Our reading: once the object is lifted, the ventral cables
-curl the trunk from its tip until the tip points up. The object then lies on the fingers, inside the curl, and cannot
-fall out. The cables uncurl the trunk before the object is set down.
+object after lifting". The paper does not describe the flip. Our reading: the ventral cables curl the trunk from its tip
+until the tip points up. The object then lies on the fingers, inside the curl, and cannot fall out. The cables uncurl
+the trunk before the object is set down.
 
-The curl begins at the tip and spreads towards the base. Tension and cable length follow from the equilibrium of the
-trunk with the object's weight. The length paces and bounds the curl, so that stiffer or softer joints change the
-tension and not the shape. Paced by tension, the trunk would snap back, at up to 0.8 m/s as simulated.
+Tension and cable length follow from the equilibrium of the trunk with the object's weight. The length paces and bounds
+the curl: stiffer or softer joints change the tension and not the shape. Paced by tension, the trunk would snap back, at
+up to 0.8 m/s as simulated.
 
-Limits: as the tip grip's. Cones are left out: the flip turns them in the fingers, and set down askew they toppled and
+Limits: as the tip grip's. Cones are left out: turned in the fingers by the flip and set down askew, they toppled and
 rolled away in 2 of 6 trials. A trunk that curls by a few newtons is soft: its load sways.
 """
 
@@ -52,11 +52,7 @@ class FlipGrip(TipStrategy):
     objects = ("ball-30", "cube-28", "cylinder-32")
 
     def curl(self, observation: Observation) -> Curl | None:
-        """Ventral cables pulled in as far as turns the tip up.
-
-        Raises:
-            ModelError: where no cable pulls ventral, or none pulls hard enough.
-        """
+        """Ventral cables pulled in as far as turns the tip up."""
         design = observation.task.design
         tension, shape = find_flip(design, observation.task.target.mass, TURN)
         pull = np.where(tension > 0, shape.cable_change, design.cable_stroke)

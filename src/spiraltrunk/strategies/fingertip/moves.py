@@ -46,14 +46,9 @@ def reach(observation: Observation, place: np.ndarray) -> tuple[Move, ...]:
 
 
 def grip(above: Move, base: np.ndarray, rotation: np.ndarray, lift: float, hold: float) -> tuple[Move, ...]:
-    """Go down round the object, close, lift, and check.
+    """Go down from ``above`` round the object to ``base``, shape (3,) [m], close, lift, and check.
 
-    Args:
-        above: the move that ended above the object.
-        base: position of the base at the grip, shape (3,) [m].
-        rotation: its orientation there, shape (3, 3) [-].
-        lift: height to lift by [m].
-        hold: gripper command that holds [-].
+    ``rotation`` is the orientation there, shape (3, 3) [-], ``hold`` the gripper command that holds [-].
     """
     over = np.array([base[0], base[1], above.position[2]])
     turn = replace(above, phase="reach", action="turn", duration=1.0, position=over, rotation=rotation)
@@ -70,14 +65,7 @@ def grip(above: Move, base: np.ndarray, rotation: np.ndarray, lift: float, hold:
 
 
 def carry(checked: Move, observation: Observation, curl: Curl | None, place: np.ndarray) -> tuple[Move, ...]:
-    """Curl where there is a curl, carry aside, hold, uncurl, and bring the base over ``place``.
-
-    Args:
-        checked: the move that ended with the object lifted.
-        observation: the present one.
-        curl: command of the cables meanwhile; None for a straight trunk.
-        place: position of the base with the object over its goal, at the present height, shape (3,) [m].
-    """
+    """Curl where there is a curl, carry aside, hold, uncurl, and bring the base over ``place``, shape (3,) [m]."""
     goal, aside = observation.task.goal, checked.position + observation.task.goal.aside
     over = replace(checked, action="carry", milestone=Milestone.CARRIED, duration=2.5, position=aside)
     hold = replace(over, action="hold", milestone=Milestone.HELD, duration=goal.hold)
@@ -101,14 +89,7 @@ def put(brought: Move, base: np.ndarray, gripper: float) -> tuple[Move, ...]:
 
 
 def again(checked: Move, base: np.ndarray, above: np.ndarray, gripper: float) -> tuple[Move, ...]:
-    """Go back down, let go, rise, and observe again.
-
-    Args:
-        checked: the move that ended with nothing lifted.
-        base: position of the base at the last grip, shape (3,) [m].
-        above: position from which to observe, shape (3,) [m].
-        gripper: command that opens [-].
-    """
+    """Go down to ``base``, let go with ``gripper`` [-], rise to ``above``, and observe again; positions (3,) [m]."""
     down = replace(checked, phase="prehension", action="return", duration=2.0, position=base)
     let_go = replace(down, action="let go", duration=1.0, gripper=gripper)
     rise = replace(let_go, phase="reach", action="rise", duration=1.5, position=above)

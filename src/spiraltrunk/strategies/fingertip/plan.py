@@ -1,7 +1,6 @@
 """Position, orientation and commands of the tip gripper: geometry of the strategies that grip with the fingers.
 
-The trunk hangs straight, so that its end is where the arm puts it, to a fraction of a millimetre. Heights and openings
-follow from the gripper's fingers and the object's announced size.
+The trunk hangs straight, so that its end is where the arm puts it, to a fraction of a millimetre.
 """
 
 from __future__ import annotations
@@ -84,11 +83,7 @@ def tip_height(task: Task) -> float:
 
 
 def opening(task: Task) -> float:
-    """Gripper command that opens the fingers round the object, -1 to 0 [-].
-
-    Raises:
-        ModelError: where the trunk has no gripper, or the fingers open too little for the object.
-    """
+    """Gripper command that opens the fingers round the object, -1 to 0 [-]; raises as `tip_height`."""
     gripper, above = gripper_of(task), tip_height(task) - ground_height(task)
     tension = _opening_tension(gripper, task.target, object_height(task), above)
     return -(gripper.tension_max if tension is None else tension) / gripper.tension_max
@@ -124,9 +119,6 @@ def closing(task: Task) -> float:
 
     A finger that presses with N on a side that narrows upwards by an angle a lifts by N (mu cos a - sin a), with mu the
     announced friction over SAFETY. Where that is nothing, it presses as hard as it can.
-
-    Raises:
-        ModelError: where the trunk has no gripper.
     """
     gripper, target = gripper_of(task), task.target
     slope = math.atan2(target.width / 2, target.length) if target.kind == "cone" else 0.0

@@ -1,8 +1,8 @@
 """Approach pose of the rolled trunk behind an object, and the moves that bring the trunk there.
 
-The trunk is rolled up in the air by its ventral cables alone, then tilted and lowered to just above the ground, so that
-it meets objects low: an object pushed above about three times its half-width may topple, and a ball pushed above its
-middle jams between ground and trunk where friction is high.
+The trunk is rolled up in the air, then tilted and lowered to just above the ground, so that it meets objects low: an
+object pushed above about three times its half-width may topple, and a ball pushed above its middle jams between ground
+and trunk where friction is high.
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from spiraltrunk.strategies.push.rolled_model import RolledTrunk, predict_rolled
 from spiraltrunk.strategies.sensing import find_ventral
 
 TILT = math.radians(60.0)
-"""Tilt of the trunk's base from hanging towards the push [rad] (ours): flat enough for a low front, and the housing
-stays clear of the ground."""
+"""Tilt of the base from hanging towards the push [rad] (ours): a low front, and the housing clears the ground."""
 
 TENSION = 0.9
 """Tension of the ventral cables over the largest one [-] (ours): the more, the stiffer the rolled trunk."""

@@ -4,8 +4,8 @@ Source: "Grasping by Spiraling", Results, "Preparatory Action": objects beyond r
 grasped at once, are rolled or pushed by a kick or a sweep (strategies 8 and 9) to a more accessible place.
 
 Phases: reach (roll up, tilt, observe, come down behind the object), transport (the stroke, which meets the object at
-its greatest speed), release (rise, wait, observe whether the object went far enough; if not, once more). There is no
-prehension. A ball rolls on, so that it is struck more slowly than an object that slides.
+its greatest speed), release (rise, wait, observe; strike once more if the object did not go far enough). A ball rolls
+on, so that it is struck more slowly than an object that slides.
 
 Limits: one direction of the stroke, along which the arm reaches; a camera that sees the object before the stroke; the
 object is sent beyond a line, not to a place.
@@ -63,11 +63,7 @@ class Kick(PushStrategy[PushState]):
     gap = RUN_UP
 
     def init(self, observation: Observation) -> PushState:
-        """Plan the approach pose from design, object and goal.
-
-        Raises:
-            ModelError: where no cable pulls ventral, or the object cannot be pushed.
-        """
+        """Plan the approach pose from design, object and goal."""
         pose = plan_pose(observation.task, CONTACT)
         return PushState(sequence=self.roll_up(pose, observation), pose=pose)
 
@@ -100,9 +96,9 @@ class Kick(PushStrategy[PushState]):
 def _stroke_speed(observation: Observation) -> float:
     """Speed at which a ball rolls on as far as it shall, or at which a standing object does not fall over [m/s].
 
-    A rolling ball loses 5/7 g c / r of speed a second, with c its rolling resistance and r its radius. A standing
-    object that is stopped at its foot falls over where its energy lifts its centre over the edge: v^2 / 2 = g (d - h),
-    with h the height of its centre and d the distance of the centre from the edge.
+    A rolling ball loses 5/7 g c / r of speed a second, with rolling resistance c and radius r. A standing object that
+    is stopped at its foot falls over where its energy lifts its centre over the edge: v^2 / 2 = g (d - h), with h the
+    height of its centre and d the distance of the centre from the edge.
     """
     target, radius = observation.task.target, observation.task.target.width / 2
     if target.kind == "sphere":

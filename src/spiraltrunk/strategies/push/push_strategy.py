@@ -60,7 +60,7 @@ def keep_together(command: Command, sequence: MoveSequence, observation: Observa
     """The command with the ventral cables' pulls bounded while the trunk is rolled up.
 
     Held by tension alone, a rolled trunk yields out of its plane: one cable takes in what the other pays out. The bound
-    tightens while the trunk is turned into its pose, so that the lagging cable catches up.
+    tightens during the turn into the pose, so that the lagging cable catches up.
     """
     action = sequence.move.action
     if action in ("roll up", "unroll", "look over"):

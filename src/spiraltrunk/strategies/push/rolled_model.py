@@ -1,9 +1,8 @@
 """The rolled trunk, curled as far as it goes, as a pusher: position of its front and its height.
 
-Every joint is at its ventral limit, which is the spiral itself. Pushed on its front, the roll cannot close further; it
-opens only where the push's moment exceeds what the cables hold beyond the elastic joints' moment. The base is tilted
-towards the push, and turned about its axis until the plane of the curl is as flat as the tilt allows, so that the front
-is low.
+Every joint is at its ventral limit, which is the spiral itself. Pushed on its front, the roll opens only where the
+push's moment exceeds what the cables hold beyond the elastic joints' moment. The base is tilted towards the push, and
+turned about its axis until the plane of the curl is as flat as the tilt allows.
 """
 
 from __future__ import annotations
@@ -64,10 +63,7 @@ def _section_middles(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _curvature_radius(design: TrunkDesign, ahead: np.ndarray, aside: np.ndarray, front: int) -> float:
-    """Radius of the circle through the foremost points of the front and its neighbours, seen from above [m].
-
-    Circumradius of a triangle: a b c / (4 area).
-    """
+    """Radius of the front seen from above: of the circle through three foremost points, a b c / (4 area) [m]."""
     i = min(max(front, 1), design.n_section - 2)
     a, b, c = (complex(aside[j], ahead[j]) for j in (i - 1, i, i + 1))
     area = ((b - a) * (c - a).conjugate()).imag / 2

@@ -1,8 +1,7 @@
 """Pushing an object along the ground to a place, steered by camera observations.
 
 A single contact pushes unstably: an object a little beside the front's middle slides farther aside. So the rolled trunk
-stays behind the object as seen from the place, moves no faster than the camera can follow, and slows down near the
-place, where a ball then stops with it.
+stays behind the object as seen from the place, and slows down near the place, where a ball then stops with it.
 """
 
 from __future__ import annotations
@@ -58,8 +57,8 @@ class SteerPlan:
     reach: float
     """Half of the object's width [m]."""
     rolls: bool
-    """Whether the object rolls, in the direction in which the front faces. An object that slides, or that is lower than
-    the front's middle and pressed on the ground, goes where the trunk goes."""
+    """Whether the object rolls where the front faces; one that slides, or lies lower than the front's middle and is
+    pressed on the ground, goes where the trunk goes."""
 
 
 @final

@@ -1,19 +1,15 @@
 """Strategy 9, the trunk sweep: the rolled trunk pushes an object to a place where it can be grasped, and it is grasped.
 
-Source: "Grasping by Spiraling", Results, "Preparatory Action": objects beyond reach, or oriented so that they cannot be
-grasped at once, are rolled or pushed by a kick or a sweep (strategies 8 and 9) to a more accessible place.
-
-Phases: the whole sweep is reach (roll up, tilt, come down behind the object, push it by camera observations, withdraw,
-unroll, observe). An object that rests outside the zone before its place is pushed once more. Then the grasp takes over
-with its own four phases: the tip gripper (strategy 3) for what it can hold, a horizontal wrap (strategy 6) for larger
-objects. Any other strategy for objects on the ground may be given instead.
+Source: as of the kick. The whole sweep is reach (roll up, tilt, come down behind the object, push it by camera
+observations, withdraw, unroll, observe). An object that rests outside the zone before its place is pushed once more.
+Then the grasp takes over with its own four phases: the tip gripper (strategy 3) for what it can hold, a horizontal wrap
+(strategy 6) for larger objects, or any other strategy for objects on the ground that is given instead.
 
 Limits: one direction of the push, along which the arm reaches; no way back for what went too far; a camera throughout.
 The rolled trunk meets nothing lower than its own radius. Objects that are higher than wide and reach no higher than
 that may be pushed over where friction is high (a cylinder 32 mm wide and 40 mm high, about one time in eight). Higher
 ones slide where friction is less than the radius r of their base over the height h of the contact, 38 mm, and may fall
-over otherwise: a cylinder of 60 mm from 0.7 on, where trials draw 0.5 to 1.2. It fell in 2 of the first 7. The limits
-of the grasp are those of its own strategy.
+over otherwise: a cylinder of 60 mm from 0.7 on, where trials draw 0.5 to 1.2. It fell in 2 of the first 7.
 """
 
 from __future__ import annotations
@@ -49,8 +45,8 @@ UNROLL_TIME = 4.5
 SETTLE_TIME = 2.5
 """Time in which the unrolled trunk comes to rest before the observation [s]."""
 RENEWALS = 6
-"""Number of further approaches after the trunk has slid past the object [-]: where friction is high, small objects jam
-under it after a few centimetres."""
+"""Number of further approaches after the trunk slid past the object [-]: at high friction, small objects jam under it.
+"""
 RETRIES = 1
 """Number of further pushes after the observation [-]."""
 
@@ -77,11 +73,7 @@ class SweepState(PushState):
 
 @final
 class Sweep(PushStrategy[SweepState]):
-    """A push with the rolled trunk to a place, and the grasp there.
-
-    Args:
-        grasp: chooses the strategy of the grasp by its task; by the object's size by default.
-    """
+    """A push with the rolled trunk to a place, and the grasp there by what ``grasp`` chooses for its task."""
 
     name = "sweep"
     number = 9
@@ -96,11 +88,7 @@ class Sweep(PushStrategy[SweepState]):
         self._grasp = choose_grasp if grasp is None else grasp
 
     def init(self, observation: Observation) -> SweepState:
-        """Plan the approach pose from design, object and goal.
-
-        Raises:
-            ModelError: where no cable pulls ventral, or the object cannot be pushed.
-        """
+        """Plan the approach pose from design, object and goal."""
         pose = plan_pose(observation.task, CONTACT)
         return SweepState(sequence=self.roll_up(pose, observation), pose=pose, T_home=observation.T_world_base)
 
@@ -207,8 +195,8 @@ def choose_grasp(task: Task) -> Strategy[Any]:
 def task_to_grasp(observation: Observation) -> Task:
     """Task of grasping the object as observed: lift, carry aside and hold as before, set down there.
 
-    The axis, which has no sign, points as announced as far as possible. Unless the object has fallen over, its height
-    is kept as announced: the height of an object that stands on the ground is better known than observed.
+    The axis, which has no sign, points as announced as far as possible. The height of an object that has not fallen
+    over is kept as announced, which is more accurate than observed.
     """
     task, seen = observation.task, seen_position(observation)
     axis = task.target.axis if observation.camera is None else observation.camera.axis

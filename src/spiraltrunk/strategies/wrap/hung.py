@@ -6,18 +6,17 @@ Reach: the arm brings the hanging, straight trunk beside the object.
 
 Prehension: the ventral cables curl the trunk from its tip, and the curvature spreads towards the base as tension grows.
 Contact shows in cables that take in less than in free curl. Meanwhile the arm descends to the height at which the
-wrapped trunk just bears the object, so that the strings keep it level until the wrap is tight. A small rise measures
-the load and its lever. An object that was not touched or is not held is let go and wrapped again further ahead; one
-that is held beside its middle is wrapped again about its middle, after the trunk has damped its swing. A load that
-unrolls the trunk, or that may tilt in it, takes a second rise first.
+wrapped trunk just bears the object. A small rise measures the load and its lever; a load that unrolls the trunk, or
+that may tilt in it, takes a second rise. An object that was not touched or is not held is let go and wrapped again
+further ahead; one that is held beside its middle is wrapped again about its middle, after the trunk has damped its
+swing.
 
 Transport: the arm lifts, carries and holds. Cable that pays out is slip, answered by more tension.
 
 Release: the arm lowers the object until the table bears it. Slack cables open the trunk from its base.
 
 Limits: round or square-edged objects of one width that hang freely and are long enough not to slip out sideways. Balls
-and rings need a better known position. The trunk hangs at the start. Only the object's nominal position and size are
-announced.
+and rings need a better known position. Only the object's nominal position and size are announced.
 """
 
 from __future__ import annotations
@@ -137,11 +136,7 @@ class WrapVertical(MoveStrategy[WrapState]):
     objects = ("cylinder-33", "cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
 
     def init(self, observation: Observation) -> WrapState:
-        """Plan positions and tension from design and object.
-
-        Raises:
-            ModelError: where no cable pulls ventral.
-        """
+        """Plan positions and tension from design and object."""
         moves, design = plan_wrap(observation), observation.task.design
         tension = np.linspace(0.0, design.cable.tension_max, _N_TENSION)
         return WrapState(
@@ -218,8 +213,7 @@ def _is_slipping(state: WrapState, observation: Observation) -> bool:
 def _hangs_freely(state: WrapState, observation: Observation) -> bool:
     """Whether the load and its lever are measured well enough to decide.
 
-    A load that unrolls the trunk, or that may tilt in it, takes a second rise: the string of a low end still bears, and
-    hides the lever.
+    The string of a low end may still bear after the first rise, and hides the lever.
     """
     is_light = _friction_lever(state, observation) >= _light_lever(observation)
     return state.sequence.move.action == "rise on" or (is_light and not _is_slipping(state, observation))
@@ -299,8 +293,7 @@ def _sag_correction(observation: Observation) -> np.ndarray:
 def _set_down(state: WrapState, observation: Observation) -> WrapState:
     """Let go of an object that touches level; displace once, first, one that touches with an end.
 
-    Tipping flat about that end, the object would come to lie beside its place. The low end is on the side on which the
-    object hung beside the base.
+    Tipped flat about that end, it would lie beside its place. The end is on the side on which it hung beside the base.
     """
     sequence, design = state.sequence, observation.task.design
     way = math.copysign(TIP * _tipping_displacement(state, observation), state.offset)

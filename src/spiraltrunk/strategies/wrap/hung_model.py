@@ -1,8 +1,8 @@
 """Planning model of a trunk wrapped round a hanging object, in one vertical plane.
 
 The trunk hangs from its base and bends ventral. Beyond the first joint that touches, joints follow the object's outline
-up to their limit. Before it, each joint balances cable tension, its own elasticity and the weights beyond it. The model
-has neither friction nor contact forces; tests compare its predictions with the simulated trunk.
+up to their limit. Before it, each joint balances cable tension, its own elasticity and the weights beyond it, without
+friction and contact forces. Tests compare the predictions with the simulated trunk.
 """
 
 from __future__ import annotations
@@ -55,18 +55,10 @@ def predict_wrap(design: TrunkDesign, width: float, mass: float, tension: float)
 
 
 def unrolled_center(design: TrunkDesign, width: float, pull: float) -> np.ndarray:
-    """Position of an object whose weight has straightened joints from the base on, by the cables' remaining pull.
+    """Centre (down, ahead) of an object of ``width`` [m] whose weight has unrolled the trunk, shape (2,) [m].
 
-    These joints are taken as straight and the others as bent round the object: with too little tension for the load,
-    the trunk unrolls joint by joint.
-
-    Args:
-        design: the trunk.
-        width: extent of the object across [m].
-        pull: mean of the ventral cables, pulled in since the straight trunk [m].
-
-    Returns:
-        The object's centre (down, ahead) from the base, shape (2,) [m].
+    Joints from the base on are straight and the others bent round the object, as many as leave the ventral cables the
+    mean ``pull`` since the straight trunk [m].
     """
     snug, ventral = snug_bend(design, width), ventral_cables(design)
     pulls, centers = np.zeros(design.n_joint + 1), np.zeros((design.n_joint + 1, 2))
@@ -78,12 +70,7 @@ def unrolled_center(design: TrunkDesign, width: float, pull: float) -> np.ndarra
 
 
 def free_curl(design: TrunkDesign, tension: ArrayLike) -> np.ndarray:
-    """Mean pull of the ventral cables of a hanging trunk without contact, shape (...) [m].
-
-    Args:
-        design: the trunk.
-        tension: of each ventral cable, shape (...) [N].
-    """
+    """Mean pull of the ventral cables of a hanging trunk, each at ``tension`` [N], without contact, same shape [m]."""
     tensions = np.asarray(tension, float)
     bend = np.zeros((*tensions.shape, design.n_joint))
     for _ in range(_ROUNDS):
@@ -92,9 +79,9 @@ def free_curl(design: TrunkDesign, tension: ArrayLike) -> np.ndarray:
 
 
 def wrap_tension(design: TrunkDesign, width: float, mass: float, base_bend: float) -> float:
-    """Tension of each ventral cable at which joint 1 bends by ``base_bend`` [rad] under trunk and object [N].
+    """Tension at which joint 1 bends by ``base_bend`` [rad], of each ventral cable, at most the motors' largest [N].
 
-    At most the motors' largest tension. ``width`` and ``mass`` are the object's [m], [kg].
+    The trunk bears itself and an object of ``width`` [m] and ``mass`` [kg].
     """
     return bisect(
         lambda tension: predict_wrap(design, width, mass, tension).bend[0] < base_bend, 0.0, design.cable.tension_max

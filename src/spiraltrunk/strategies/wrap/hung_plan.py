@@ -28,8 +28,8 @@ CLEARANCE = 0.16
 PRESS = 0.04
 """Travel of the trunk beyond the nominal contact [-]: a hanging object yields, and no gap is left."""
 SINK = 0.01
-"""Depth of the base below the height at which the wrapped trunk bears the object, until the wrap is tight [-]: while
-the strings bear the object it stays level."""
+"""Depth of the base below where the wrap bears the object, until it is tight [-]: on its strings the object is level.
+"""
 HEFT = 0.20
 """Rise of each of the two tests of the load [-]."""
 BACK_OFF = 0.09
@@ -66,11 +66,7 @@ _MILESTONES = {
 
 
 def plan_wrap(observation: Observation) -> tuple[Move, ...]:
-    """Moves of the whole task.
-
-    Raises:
-        ModelError: where no cable pulls ventral.
-    """
+    """Moves of the whole task."""
     ventral = find_ventral(observation.task.design)
     tension, wrap = plan_grip(observation)
     return _moves(observation, tension * ventral, wrap)
@@ -131,12 +127,8 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
 def wrap_again(sequence: MoveSequence, shift: np.ndarray, back: np.ndarray) -> MoveSequence:
     """The sequence with the object put back onto its strings, let go and wrapped once more, displaced by ``shift``.
 
-    The place where the object is set down is kept.
-
-    Args:
-        sequence: in prehension.
-        shift: from the last wrap to the next, shape (3,) [m].
-        back: retreat of the base while the trunk opens, shape (3,) [m].
+    The place where the object is set down is kept. While the trunk opens, the base retreats by ``back``; both of shape
+    (3,) [m].
     """
     last = {move.action: i for i, move in enumerate(sequence.moves)}
     beside, curl, settle, heft = (sequence.moves[last[action]] for action in ("touch", "curl", "settle", "heft"))

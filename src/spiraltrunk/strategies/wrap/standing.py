@@ -1,32 +1,31 @@
-"""Wraps of an object that stands on the ground: strategies 4 to 6, one family.
+"""Wraps of an object that stands on the ground, strategies 4 to 6: oblique near the ground, oblique, near-horizontal.
 
-Source: "Grasping by Spiraling", figure 5 and Results, strategies 4 to 6: where the object's base is in contact with
-the ground, the plane of curvature goes from vertical through oblique to near-horizontal, by the head's tilt and by
-twisting, that is by unequal ventral cables.
+Source: "Grasping by Spiraling", figure 5 and Results, strategies 4 to 6: where the object's base is in contact with the
+ground, the plane of curvature goes from vertical through oblique to near-horizontal, by the head's tilt and by
+twisting, that is by unequal ventral cables. Angles and heights are ours, tuned in simulated trials.
 
 Reach: the arm brings the trunk beside the object, the head tilted for the wanted plane. Two cables lift the tail beyond
 the object. The arm moves sideways until the cables' lengths show a touch, and retreats by as much as the trunk pressed.
 
 Prehension: ventral tension grows, and the arm follows the model so that the curling trunk leaves the object in place. A
-loose object falls over at half a newton. An object that is pressed on is dragged along, out of a wide wrap. After
-tightening, a small rise tests the load; an object that is not held is set down, let go and grasped once more where it
-is then seen.
+loose object falls over at half a newton; one that is pressed on is dragged along, out of a wide wrap. After tightening,
+a small rise tests the load; an object that is not held is set down, let go and grasped once more where it is then seen.
 
 Transport: equal cables turn the plane of the wrap towards level. Twice, the head turns by the lean that the camera
 sees. The arm lifts, carries and holds, with the ventral lengths held and the dorsal cable taut against them. Cable is
-taken in where a settling wrap would go slack, and none is paid out. Held by lengths alone, objects wider than the tail
-can reach round slip out, as the wrap loosens in motion.
+taken in where a settling wrap would go slack, and none is paid out: the wrap of an object wider than the tail can reach
+round loosens in motion.
 
 Release: the object is set upright over its place once more. Under tension control, the arm lowers it until the ground
 bears it. Tension falls until the base's joints have opened a little; then the trunk springs open at once. Opened
-slowly, the tail, which unwinds last, would slide round the object and drag it over by friction. Joints damped in
-proportion to their stiffness open in the same time (40 ms as simulated, not measured on a real trunk), so that the
-trunk leaves the object on all sides before the object can move. The arm then retreats.
+slowly, the tail, which unwinds last, would drag the object over by friction. Joints damped in proportion to their
+stiffness open in the same time (40 ms as simulated, not measured on a real trunk), before the object can move. The arm
+then retreats.
 
-Limits: upright objects of one width up to about 1 kg, tall enough that the housing clears the ground. A box is taken
-for the cylinder of the same girth. A bottle is held at its shoulder and may slip where friction is low. The trunk's
-cables pull in every direction. A camera sees where the object stands and how it leans; everything else is sensed by
-cables and wrench.
+Limits: upright objects of one width up to about 1 kg, tall enough that the housing clears the ground. Slender objects
+are taken above their middle by the oblique wraps, where the head can turn away the whole lean. A box is taken for the
+cylinder of the same girth. A bottle is held at its shoulder and may slip where friction is low. The trunk's cables pull
+in every direction.
 """
 
 from __future__ import annotations
@@ -57,8 +56,8 @@ from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
 # All of these are ours, tuned in simulated trials.
 EARLY = 0.05
-"""Distance before the expected touch from which one is accepted, over the trunk's length [-]: a tail may brush the
-ground."""
+"""Distance before the expected touch from which one is accepted, over the trunk's length [-]: tails brush the ground.
+"""
 TOUCH = 0.012
 """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
 RELIEF = 0.02
@@ -108,11 +107,7 @@ class StandingWrap(MoveStrategy[StandingState]):
     plane: WrapPlane
 
     def init(self, observation: Observation) -> StandingState:
-        """Plan positions and tensions from design and object.
-
-        Raises:
-            ModelError: where the cables cannot pull as needed, or the object is too short.
-        """
+        """Plan positions and tensions from design and object."""
         moves = plan_moves(observation, self.plane)
         return StandingState(
             sequence=begin(moves, observation), side=lateral_direction(observation), weight=weight(observation),

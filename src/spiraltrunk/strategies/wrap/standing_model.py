@@ -1,10 +1,8 @@
 """Planning model of a trunk that curls sideways round a standing object: position of the object from the trunk's base.
 
 The base axis points ahead, at a tilt from hanging straight down; the ventral side points aside. Up to the first section
-in contact, the trunk is in free equilibrium (`statics`): the object stands loose, so that contact forces are negligible
-while the trunk closes round it. Tests compare the predictions with the simulated trunk.
-
-Vectors are level, from the base: (aside to ventral, ahead, up).
+in contact, the trunk is in free equilibrium (`statics`), as the object stands loose and contact forces are negligible.
+Vectors are level, from the base: (aside to ventral, ahead, up). Tests compare the predictions with the simulated trunk.
 """
 
 from __future__ import annotations

@@ -36,13 +36,13 @@ CARRY = 1.0
 SPRING = 0.56
 """Ventral pull from which the trunk springs open, over the one that shuts joint 1 [-]."""
 SLENDER = math.radians(15.0)
-"""Angle of toppling below which an object counts as slender [rad]: such a lean may be left where the head of an oblique
-wrap has turned as far as its housing clears the ground."""
+"""Angle of toppling below which an object counts as slender [rad]: an oblique wrap near the ground may leave it a lean.
+"""
 HIGHEST = 0.85
 """Largest height of the wrap, over the object's length [-]."""
 SAG = 0.08
-"""Further sinking of the base while a falling plane is turned back, over the trunk's length and that turn [1/rad]: the
-turn of the cables to equal tension also turns the object."""
+"""Sinking of the base while a falling plane is turned back, over the trunk's length and that turn [1/rad]: equal
+tensions also turn the object."""
 REST = 2
 """Section, from 0 at the base, at which a tightly wrapped object rests, and from which it is released."""
 CLEARANCE = 0.24

@@ -14,9 +14,9 @@ from spiraltrunk.strategies.wrap.standing_plan import SINK, housing_sink
 
 
 def carry_upright(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
-    """The sequence with the object upright in the remaining moves of the transport.
+    """The sequence with the object upright in the remaining moves of the transport; unchanged without a camera.
 
-    Without a camera it stays as it is. The housing keeps half of ``ground_gap`` [m] from the ground.
+    The housing keeps half of ``ground_gap`` [m] from the ground.
     """
     look = observation.camera
     if look is None:
@@ -32,9 +32,9 @@ def carry_upright(sequence: MoveSequence, observation: Observation, ground_gap: 
 
 
 def set_down_upright(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
-    """The sequence with the object upright over its place when it is set down, and released there.
+    """The sequence with the object set down upright over its place, and released there; unchanged without a camera.
 
-    Without a camera it stays as it is. The housing keeps half of ``ground_gap`` [m] from the ground.
+    The housing keeps half of ``ground_gap`` [m] from the ground.
     """
     look = observation.camera
     if look is None:
