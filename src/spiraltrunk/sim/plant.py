@@ -55,6 +55,8 @@ class SimPlant(Plant):
         DesignError: for a value of another type, and where MuJoCo cannot compile the scene.
     """
 
+    control_period = CONTROL_PERIOD
+
     def __init__(self, design: TrunkDesign | None = None, options: SceneOptions | None = None) -> None:
         self.design = presets.PAPER if design is None else design
         self.options = SceneOptions() if options is None else options
@@ -73,11 +75,6 @@ class SimPlant(Plant):
         gain, gear = self.model.actuator_gainprm[self._arm_motors, 0], self.model.actuator_gear[self._arm_motors, 0]
         self._arm_stiffness = gain * gear**2
         self._grippers = [self.model.actuator(name).id for name in GROUPS] if self.design.gripper else []
-
-    @property
-    def control_period(self) -> float:
-        """Time between two commands [s]."""
-        return CONTROL_PERIOD
 
     @property
     def arm_limits(self) -> ArmLimits:

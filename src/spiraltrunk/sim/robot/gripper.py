@@ -8,7 +8,6 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
-from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 
 GROUPS = ("gripper_close", "gripper_open")
@@ -18,11 +17,8 @@ SOLIMP_LIMIT = [0.95, 0.999, 0.01, 0.5, 2.0]
 """Impedance of a finger joint's limit: full within half a degree, as of the phalanges' faces."""
 
 
-def add_gripper(spec: mujoco.MjSpec, tip: mujoco.MjsBody, design: TrunkDesign) -> None:
-    """Add the design's gripper to the tip section's body."""
-    gripper = design.gripper
-    assert gripper is not None  # The caller asks.
-    end = float(design.section_length[-1])
+def add_gripper(spec: mujoco.MjSpec, tip: mujoco.MjsBody, gripper: GripperDesign, end: float) -> None:
+    """Add the gripper to the tip section's body, ``end`` beyond its joint [m]."""
     for f in range(gripper.n_finger):
         _add_finger(tip, gripper, f, end)
         _exclude_overlaps(spec, gripper, f)

@@ -78,7 +78,7 @@ def add_trunk(
     for c in range(design.n_cable):
         _add_cable(spec, design, c, options)
     if design.gripper is not None:
-        add_gripper(spec, body, design)
+        add_gripper(spec, body, design.gripper, float(design.section_length[-1]))
     _exclude_neighbours(spec, design)
 
 

@@ -66,9 +66,9 @@ class TipState(LoadState):
     start: np.ndarray
     """Orientation of the base at the start, shape (3, 3) [-]."""
     seen: tuple[np.ndarray, ...] = ()
-    """Position and axis of the object, and height of the base above it, by the move's camera observations, each (7,).
-    """
-    looked: float = -1.0
+    """Camera observations of the present move: position and axis of the object, and the height of the base above it,
+    each of shape (7,) [m, -]."""
+    seen_at: float = -1.0
     """Time of the last camera observation [s]."""
     weights: tuple[float, ...] = ()
     """Weights of the present move [N]."""
@@ -101,17 +101,17 @@ class TipStrategy(MoveStrategy[TipState]):
 
     def sense(self, state: TipState, observation: Observation) -> TipState:
         """Take new readings into account; tighten where the object sinks under the base that carries it: it slips."""
-        now, look, seen = weight(observation), observation.camera, state.seen
+        now, camera, seen = weight(observation), observation.camera, state.seen
         state = replace(
             state,
             weights=(*state.weights, now),
             weight=state.weight + _SMOOTHING * (now - state.weight),
         )
-        if look is None or look.time <= state.looked:
+        if camera is None or camera.time <= state.seen_at:
             return state
-        below = observation.T_world_base[2, 3] - look.position[2]
-        reading = np.array([*look.position, *look.axis, below])
-        state = replace(state, looked=look.time, seen=(*seen, reading))
+        below = observation.T_world_base[2, 3] - camera.position[2]
+        reading = np.array([*camera.position, *camera.axis, below])
+        state = replace(state, seen_at=camera.time, seen=(*seen, reading))
         if len(seen) < 2 or state.sequence.move.action not in ("carry", "hold"):
             return state
         if below - _mean(seen)[6] <= SLIP * gripper_of(observation.task).finger_length:

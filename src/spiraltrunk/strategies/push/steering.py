@@ -101,9 +101,9 @@ def is_over(state: Steering, observation: Observation, goal: np.ndarray, plan: S
 
     Only a present observation shows whether the trunk slid past the object.
     """
-    look, seen = observation.camera, seen_position(observation)
+    camera, seen = observation.camera, seen_position(observation)
     is_there = float(np.dot(goal - seen, plan.pose.way)) <= NEAR
-    is_fresh = look is None or look.time >= observation.time - _FRESH
+    is_fresh = camera is None or camera.time >= observation.time - _FRESH
     is_past = is_fresh and _gap(state, seen, plan) < -PASSED
     is_jammed = float(np.linalg.norm(observation.base_force - state.force)) > FORCE
     return is_there or is_past or is_jammed or state.time - state.since > LONGEST

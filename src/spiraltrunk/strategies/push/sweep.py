@@ -24,7 +24,7 @@ import numpy as np
 from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
-from spiraltrunk.strategies.moves import Move, MoveSequence, advance, base_position, begin, insert_next
+from spiraltrunk.strategies.moves import Move, advance, base_position, begin, insert_next
 from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
 from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, keep_together
 from spiraltrunk.strategies.push.steering import Steering, SteerPlan, command_of, is_over, steer
@@ -45,8 +45,7 @@ UNROLL_TIME = 4.5
 SETTLE_TIME = 2.5
 """Time in which the unrolled trunk comes to rest before the observation [s]."""
 RENEWALS = 6
-"""Number of further approaches after the trunk slid past the object [-]: at high friction, small objects jam under it.
-"""
+"""Number of further approaches after the trunk slid past the object [-]: small objects jam where friction is high."""
 RETRIES = 1
 """Number of further pushes after the observation [-]."""
 
@@ -164,21 +163,21 @@ def _withdraw(state: SweepState, steering: Steering, observation: Observation) -
         tension=0.0 * pose.tension,
     )  # fmt: skip
     moves = (still, off, rise, unroll, replace(unroll, action="look over", duration=SETTLE_TIME))
-    return replace(state, sequence=_go_on(state, steering, moves, observation), steering=None)
+    return _go_on(state, steering, moves, observation)
 
 
 def _renew(state: SweepState, steering: Steering, observation: Observation) -> SweepState:
     """Rise off an object that may be jammed under the rolled trunk, and come down behind it again."""
     up = state.pose.move("rise", 1.2, steering.base + np.array([0.0, 0.0, 0.10]))
     moves = (up, replace(up, action="aim", duration=0.8))
-    sequence = _go_on(state, steering, moves, observation)
-    return replace(state, sequence=sequence, steering=None, renewals=state.renewals + 1)
+    return replace(_go_on(state, steering, moves, observation), renewals=state.renewals + 1)
 
 
-def _go_on(state: SweepState, steering: Steering, moves: tuple[Move, ...], observation: Observation) -> MoveSequence:
-    """Moves that begin from the motion of a push."""
+def _go_on(state: SweepState, steering: Steering, moves: tuple[Move, ...], observation: Observation) -> SweepState:
+    """End the push with moves that begin from its motion."""
     start = command_of(steering, state.pose)
-    return replace(begin(moves, observation), start=start, velocity=steering.velocity)
+    sequence = replace(begin(moves, observation), start=start, velocity=steering.velocity)
+    return replace(state, sequence=sequence, steering=None)
 
 
 def _is_low(state: SweepState, observation: Observation) -> bool:
@@ -209,7 +208,7 @@ def task_to_grasp(observation: Observation) -> Task:
 
 def with_task(observation: Observation, task: Task) -> Observation:
     """The observation with another task, the observed axis pointing as in that task."""
-    look = observation.camera
-    if look is not None and float(np.dot(look.axis, task.target.axis)) < 0:
-        look = replace(look, axis=-look.axis)
-    return replace(observation, task=task, camera=look)
+    camera = observation.camera
+    if camera is not None and float(np.dot(camera.axis, task.target.axis)) < 0:
+        camera = replace(camera, axis=-camera.axis)
+    return replace(observation, task=task, camera=camera)

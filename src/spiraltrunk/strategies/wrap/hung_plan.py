@@ -28,8 +28,7 @@ CLEARANCE = 0.16
 PRESS = 0.04
 """Travel of the trunk beyond the nominal contact [-]: a hanging object yields, and no gap is left."""
 SINK = 0.01
-"""Depth of the base below where the wrap bears the object, until it is tight [-]: on its strings the object is level.
-"""
+"""Depth of the base below where the wrap bears the object, until it is tight [-]: strings keep the object level."""
 HEFT = 0.20
 """Rise of each of the two tests of the load [-]."""
 BACK_OFF = 0.09

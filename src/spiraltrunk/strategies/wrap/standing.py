@@ -56,8 +56,8 @@ from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
 # All of these are ours, tuned in simulated trials.
 EARLY = 0.05
-"""Distance before the expected touch from which one is accepted, over the trunk's length [-]: tails brush the ground.
-"""
+"""Distance before the expected touch from which one is accepted, over the trunk's length [-]: a tail may brush the
+ground."""
 TOUCH = 0.012
 """Cable by which the trunk bends back, over the stroke, that counts as a touch [-]."""
 RELIEF = 0.02

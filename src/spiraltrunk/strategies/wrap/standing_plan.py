@@ -36,8 +36,8 @@ CARRY = 1.0
 SPRING = 0.56
 """Ventral pull from which the trunk springs open, over the one that shuts joint 1 [-]."""
 SLENDER = math.radians(15.0)
-"""Angle of toppling below which an object counts as slender [rad]: an oblique wrap near the ground may leave it a lean.
-"""
+"""Angle of toppling below which an object counts as slender [rad]: the head of an oblique wrap, which turns only as far
+as its housing clears the ground, may leave it such a lean."""
 HIGHEST = 0.85
 """Largest height of the wrap, over the object's length [-]."""
 SAG = 0.08

@@ -18,11 +18,11 @@ def carry_upright(sequence: MoveSequence, observation: Observation, ground_gap: 
 
     The housing keeps half of ``ground_gap`` [m] from the ground.
     """
-    look = observation.camera
-    if look is None:
+    camera = observation.camera
+    if camera is None:
         return sequence
-    rotation, to_base = _turn_upright(sequence, observation, look, ground_gap)
-    aside = look.position + to_base - sequence.move.position
+    rotation, to_base = _turn_upright(sequence, observation, camera, ground_gap)
+    aside = camera.position + to_base - sequence.move.position
 
     def carry(move: Move) -> Move:
         is_carried = move.phase == "transport"
@@ -36,12 +36,12 @@ def set_down_upright(sequence: MoveSequence, observation: Observation, ground_ga
 
     The housing keeps half of ``ground_gap`` [m] from the ground.
     """
-    look = observation.camera
-    if look is None:
+    camera = observation.camera
+    if camera is None:
         return sequence
-    rotation, to_base = _turn_upright(sequence, observation, look, ground_gap)
+    rotation, to_base = _turn_upright(sequence, observation, camera, ground_gap)
     place = observation.task.goal.place
-    above = np.array([*place[:2], float(look.position[2])]) + to_base
+    above = np.array([*place[:2], float(camera.position[2])]) + to_base
     low = place - np.array([0.0, 0.0, SINK]) + to_base
     planned = next(move.position for move in sequence.moves if move.action == "lower")
     aside = np.array([*(low - planned)[:2], 0.0])
@@ -59,7 +59,7 @@ def set_down_upright(sequence: MoveSequence, observation: Observation, ground_ga
 
 
 def _turn_upright(
-    sequence: MoveSequence, observation: Observation, look: CameraObservation, ground_gap: float
+    sequence: MoveSequence, observation: Observation, camera: CameraObservation, ground_gap: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Orientation of the base at which the object stands, shape (3, 3) [-], and the way from its centre to the base
     [m].
@@ -67,13 +67,13 @@ def _turn_upright(
     The turn ends early where the housing would meet the ground.
     """
     task, T_world_base = observation.task, command_at(sequence, observation.time).T_world_base
-    across = np.cross(look.axis * math.copysign(1.0, look.axis[2]), np.array([0.0, 0.0, 1.0]))
+    across = np.cross(camera.axis * math.copysign(1.0, camera.axis[2]), np.array([0.0, 0.0, 1.0]))
     sine = float(np.linalg.norm(across))
     turn = across / max(sine, 1e-9) * math.asin(min(1.0, sine))
     height, gap = task.target.length / 2 - SINK, ground_gap / 2
     for part in np.linspace(1.0, 0.0, 11):
         matrix = Rotation.from_rotvec(part * turn).as_matrix()
-        rotation, to_base = matrix @ T_world_base[:3, :3], matrix @ (T_world_base[:3, 3] - look.position)
+        rotation, to_base = matrix @ T_world_base[:3, :3], matrix @ (T_world_base[:3, 3] - camera.position)
         sink = housing_sink(task.design, math.acos(max(-1.0, min(1.0, -float(rotation[2, 0])))))
         if height + float(to_base[2]) >= sink + gap:
             break
