@@ -1,7 +1,8 @@
 """Pushing an object along the ground to a place, steered by camera observations.
 
 A single contact pushes unstably: an object a little beside the front's middle slides farther aside. So the rolled trunk
-stays behind the object as seen from the place, and slows down near the place, where a ball then stops with it.
+stays behind the object as seen from the place, moves no faster than the camera can follow, and slows down near the
+place, where a ball then stops with it.
 """
 
 from __future__ import annotations

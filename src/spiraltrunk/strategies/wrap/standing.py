@@ -25,7 +25,7 @@ then retreats.
 Limits: upright objects of one width up to about 1 kg, tall enough that the housing clears the ground. Slender objects
 are taken above their middle by the oblique wraps, where the head can turn away the whole lean. A box is taken for the
 cylinder of the same girth. A bottle is held at its shoulder and may slip where friction is low. The trunk's cables pull
-in every direction.
+in every direction. A camera sees where the object stands and how it leans.
 """
 
 from __future__ import annotations
