@@ -19,13 +19,14 @@ class Unquoted(str):
 
 
 class DesignError(SpiralTrunkError, ValueError):
-    """A design value that cannot be built: its name, the value given and what is allowed."""
+    """A design value that cannot be built: its file, where it has one, its name, the value and what is allowed."""
 
-    def __init__(self, name: str, *, got: object, allowed: object) -> None:
+    def __init__(self, name: str, *, got: object, allowed: object, file: str = "") -> None:
         self.name = name
         self.got = got
         self.allowed = allowed
-        super().__init__(f"{name} is {describe(got)}; allowed: {allowed}")
+        where = f"{describe(file)}: " if file else ""
+        super().__init__(f"{where}{name} is {describe(got)}; allowed: {allowed}")
 
 
 class ShapeError(SpiralTrunkError, ValueError):

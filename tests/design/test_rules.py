@@ -224,3 +224,10 @@ def test_wishes_that_leave_no_tip_are_refused_with_the_reason():
 def test_payload_refuses_impossible_widths(width):
     with pytest.raises(DesignError, match="width"):
         payload(PAPER, width)
+
+
+@pytest.mark.parametrize("given", ["paper", None])
+def test_what_is_no_design_has_neither_range_nor_payload(given):
+    for figure in (graspable_range, payload):
+        with pytest.raises(DesignError, match=r"^design is .*; allowed: TrunkDesign$"):
+            figure(given)

@@ -11,7 +11,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from spiraltrunk.checks import Range, check_number, check_range, check_tip
+from spiraltrunk.checks import Range, check_number, check_range, check_tip, check_type
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign
 from spiraltrunk.design.spiral import Spiral, radius
@@ -114,7 +114,11 @@ def graspable_range(design: TrunkDesign) -> GraspableRange:
     The smallest is the width inside the tip's inner turn, HJ = GH / (exp(pi b) - 1) (paper, Methods). The largest is
     the diameter D of the circle round which the whole trunk makes half a turn: the integral of ds / ((D + w) / 2) over
     the backbone's arc equals pi, with w the local width; for a spiral the integral is elementary.
+
+    Raises:
+        DesignError: for what is no design.
     """
+    check_type("design", design, TrunkDesign)
     b = design.spiral.b
     minimum = design.tip_width / (math.exp(math.pi * b) - 1)
     inner = float(radius(design.spiral, design.theta_tip))
@@ -130,7 +134,11 @@ def payload(design: TrunkDesign, width: float | None = None) -> float:
     An empirical fit, as no formula is published: the moment of the largest cable tension at the base joint over the
     lever of the object's weight, (width + base width) / 2, times a factor fitted to the one published number, 4.89 kg
     at 33 mm. Measured payloads are smaller.
+
+    Raises:
+        DesignError: for what is no design, or a width that is not above 0.
     """
+    check_type("design", design, TrunkDesign)
     width = graspable_range(design).minimum if width is None else width
     check_number("width", width, above=0.0)
     moment = design.cable.tension_max * float(design.hole_to_joint[0])

@@ -1,16 +1,18 @@
-"""Values of a design file: each key, its unit and its kind, in one table that reader and writer share.
+"""TOML whose keys name their units, and the keys of a design file in one table that reader and writer share.
 
-The file holds decimals in mm, g, deg and MPa, the design floats in SI. Both directions use exact decimal arithmetic, so
+A file holds decimals in mm, g, deg and MPa, a dataclass floats in SI. Both directions use exact decimal arithmetic, so
 that a written value reads back as the same float, and 30 deg in a file is the float ``math.pi / 6``.
 """
 
 from __future__ import annotations
 
 import math
+import tomllib
+from collections.abc import Sequence
 from dataclasses import MISSING, fields
 from decimal import Context, Decimal
 from enum import Enum
-from typing import NamedTuple, final
+from typing import Any, NamedTuple, final
 
 from spiraltrunk.checks import Range
 from spiraltrunk.design.gripper import GripperDesign
@@ -18,7 +20,16 @@ from spiraltrunk.design.mount import ArmDesign, HousingDesign
 from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.errors import DesignError, Unquoted, describe
+
+SCHEMA = 1
+"""Version of the formats of designs and protocols."""
+
+MOST_BYTES = 200_000
+"""Largest TOML file [bytes]: ten times a protocol of 200 runs (ours)."""
+
+_MOST_DOTS = 250
+"""Most dots in a line: an array of 200 decimals has 200. The parser's time grows with the square of a key's dots."""
 
 _EXACT = Context(prec=60, traps=[])
 
@@ -40,7 +51,7 @@ class Kind(Enum):
 
 @final
 class Key(NamedTuple):
-    """One key of a design file and the field that it fills."""
+    """One key of a file and the field that it fills."""
 
     name: str
     owner: type
@@ -115,6 +126,51 @@ TABLES: dict[str, tuple[Key, ...]] = {
 """Every key of a design file by table; a table is named after the field of `TrunkDesign` that it describes."""
 
 
+def parse_toml(data: bytes) -> dict[str, Any]:
+    """The document without its schema, its numbers exact.
+
+    Raises:
+        ValueError: says why it is no TOML of this `SCHEMA`.
+    """
+    if len(data) > MOST_BYTES:
+        raise ValueError(f"it has more than {MOST_BYTES} bytes")
+    if any(line.count(b".") > _MOST_DOTS for line in data.splitlines()):
+        raise ValueError(f"a line has more than {_MOST_DOTS} dots")
+    try:
+        document = tomllib.loads(data.decode("utf-8-sig"), parse_float=Decimal)
+    except UnicodeDecodeError:
+        raise ValueError("it is no text in UTF-8") from None
+    except (ValueError, ArithmeticError, RecursionError) as error:
+        raise ValueError(" ".join(str(error).split())[:200]) from None
+    schema = document.pop("schema", SCHEMA)
+    if schema != SCHEMA:
+        raise ValueError(f"schema is {describe(describe_toml(schema))}, not {SCHEMA}")
+    return document
+
+
+def read_table(table: str, content: object, keys: Sequence[Key], more: Sequence[str] = ()) -> dict[str, Any]:
+    """Values of one table in SI, by field; errors list its keys, and ``more`` that are read elsewhere.
+
+    Raises:
+        DesignError: for what is no table, an unknown or a missing key, or a value that `read_value` refuses.
+    """
+    names = [key.name for key in keys]
+    known = ", ".join([*names, *more])
+    if not isinstance(content, dict):
+        raise DesignError(table, got=describe_toml(content), allowed=f"a table with the keys {known}")
+    for name, value in content.items():
+        if name not in names:
+            raise DesignError(_join_names(table, name), got=describe_toml(value), allowed=f"only the keys {known}")
+    values: dict[str, Any] = {}
+    for key in keys:
+        name = _join_names(table, key.name)
+        if key.name in content:
+            values[key.field] = read_value(name, content[key.name], key)
+        elif key.is_required:
+            raise DesignError(name, got=Unquoted("missing"), allowed=key.kind.value)
+    return values
+
+
 def read_value(name: str, value: object, key: Key) -> object:
     """A parsed TOML value in SI, as the field of ``key`` takes it.
 
@@ -157,12 +213,18 @@ def convert_error(error: DesignError, name: str, unit: Decimal, typed: object) -
 
 
 def find_key(field: str) -> tuple[str, Key] | None:
-    """Table and key of the file that fill a field, which errors call ``joint.radius``; None where there is none."""
+    """Dotted name and key that fill a field, which errors call ``joint.radius``; None where there is none."""
     for table, keys in TABLES.items():
         for key in keys:
             if field == (key.field if key.owner is TrunkDesign else f"{table}.{key.field}"):
-                return table, key
+                return _join_names(table, key.name), key
     return None
+
+
+def _join_names(table: str, name: str) -> str:
+    """Dotted name of a key as the file spells it, on one line."""
+    shown = ascii(name)[1:-1][:60]
+    return f"{table}.{shown}" if table else shown
 
 
 def _to_si(name: str, value: object, unit: Decimal) -> float:

@@ -108,7 +108,7 @@ RUN = 'name = "b"\n[[run]]\nname = "bend"\nkind = "bend-dorsal"\ntilt_deg = 0\ns
 WRONG = {
     "no TOML": ("name =", "allowed: a protocol in TOML"),
     "no run": ('name = "a"', "there is no [[run]]"),
-    "an unknown key": (RUN + "speed = 3\n", "speed is no key of a protocol; allowed: only name, kind"),
+    "an unknown key": (RUN + "speed = 3\n", "run 'bend'.speed is 3; allowed: only the keys name, kind"),
     "an unknown kind": (RUN.replace("bend-dorsal", "kick"), "kind is 'kick'; allowed: rest, bend-dorsal"),
     "no steps": (RUN.replace("steps = 4", "steps = 0"), "steps is 0; allowed: 1 to 1000"),
     "too many steps": (RUN.replace("steps = 4", "steps = 100000"), "allowed: 1 to 1000"),
@@ -127,10 +127,11 @@ WRONG = {
     "a slack": ("slack_mm = [1, 2, -3]\n" + RUN, "slack is"),
     "a section": (RUN + '[sections]\nx = "a"\n', "sections.x is 'a'"),
     "a still": (RUN + "[still]\nhold_s = -1\n", "still.hold_s is -1.0"),
-    "a schema": ("schema = 2\n" + RUN, "schema is 2; allowed: 1"),
+    "a schema": ("schema = 2\n" + RUN, "schema is 2, not 1; allowed: a protocol in TOML"),
     "an end before the begin": (RUN + "begin_s = 3\nend_s = 2\n", "after begin_s, 3"),
     "a period without begin": (RUN + "period_s = 3\n", "with begin_s"),
     "deep": ("x = " + "[" * 4000, "allowed: a protocol in TOML"),
+    "a long key": ("a." * 5000 + "b = 1", "more than 250 dots; allowed: a protocol in TOML"),
 }
 
 
