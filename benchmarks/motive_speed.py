@@ -21,7 +21,7 @@ import numpy as np
 
 from spiraltrunk.mocap.recordings.motive_csv import read_motive
 from spiraltrunk.mocap.recordings.motive_write import format_motive
-from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take
 
 BAR = 10.0
 """Megabytes a second that are claimed."""
@@ -42,15 +42,10 @@ def build_file(frames: int, seed: int = 0) -> bytes:
         turn = np.where(np.isnan(position[:, :1]), np.nan, turn / np.linalg.norm(turn, axis=1, keepdims=True))
         name, error = f"section_{number:02d}", np.abs(position[:, 0]) * 1e-4
         bodies.append(
-            Body(
-                name=name, id=str(number), position=position, quaternion_wxyz=turn, marker_error=error,
-                is_stale=find_stale(position),
-            )
+            Body(name=name, id=str(number), position=position, quaternion_wxyz=turn, marker_error=error)
         )  # fmt: skip
         for k in range(1, 4):
-            seen, stale = place(), np.zeros(frames, bool)
-            label = f"{name}:Marker{k}"
-            markers.append(Marker(name=label, id=f"{number}{k}", is_solved=False, position=seen, is_stale=stale))
+            markers.append(Marker(name=f"{name}:Marker{k}", id=f"{number}{k}", is_solved=False, position=place()))
     frame = np.arange(frames)
     return format_motive(
         Take(

@@ -332,15 +332,11 @@ def takes(draw):
         turn[np.isnan(position[:, 0])] = np.nan
         bodies.append(Body(
             name=draw(names), id=str(number), position=position, quaternion_wxyz=turn,
-            marker_error=np.abs(position[:, 0]), is_stale=find_stale(position),
+            marker_error=np.abs(position[:, 0]),
         ))  # fmt: skip
     markers = [
-        Marker(
-            name=draw(names), id=f"m{number}", is_solved=draw(st.booleans()), position=position,
-            is_stale=find_stale(position),
-        )
+        Marker(name=draw(names), id=f"m{number}", is_solved=draw(st.booleans()), position=track(3))
         for number in range(draw(st.integers(0 if bodies else 1, 2)))
-        for position in [track(3)]
     ]  # fmt: skip
     return Take(
         source="x", name="t", started="now", rate=100.0, frame=frame, time=frame / 100.0, bodies=tuple(bodies),

@@ -16,7 +16,6 @@ from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.recordings.motive_write import write_motive
-from spiraltrunk.mocap.recordings.take import find_stale
 from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.session.section_spacing import compute_reach
 from spiraltrunk.mocap.session.session import SessionSettings
@@ -118,13 +117,12 @@ def hide(take, name, frames, how):
             return track
         position = track.position.copy()
         position[frames] = np.nan if how == "unseen" else position[frames.start] if how == "held" else 9.0
-        pose = position
         changes = {"position": position}
         if hasattr(track, "quaternion_wxyz"):
             turn = track.quaternion_wxyz.copy()
             turn[frames] = np.nan if how == "unseen" else turn[frames.start]
-            changes["quaternion_wxyz"], pose = turn, np.hstack([position, turn])
-        return replace(track, **changes, is_stale=find_stale(pose))
+            changes["quaternion_wxyz"] = turn
+        return replace(track, **changes)
 
     return replace(take, bodies=tuple(map(change, take.bodies)), markers=tuple(map(change, take.markers)))
 

@@ -14,7 +14,7 @@ import numpy as np
 from spiraltrunk.errors import MissingPackage, TakeError
 from spiraltrunk.files.text_lines import open_take
 from spiraltrunk.mocap.recordings.axes import read_axes
-from spiraltrunk.mocap.recordings.take import Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.take import Marker, Take
 
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _FARTHEST = 1e4
@@ -49,7 +49,7 @@ def load_c3d(path: str | Path, *, axes: str) -> Take:
     is_cut = len(frame) < last + 1 - first < _MOST_FRAMES
     notes = (f"the header says {last + 1 - first} frames, the file has {len(frame)}",) if is_cut else ()
     markers = tuple(
-        Marker(name=name, id=str(i + 1), is_solved=False, position=place, is_stale=find_stale(place))
+        Marker(name=name, id=str(i + 1), is_solved=False, position=place)
         for i, (name, place) in enumerate(zip(labels, placed, strict=False))
     )
     return Take(
@@ -77,7 +77,7 @@ def _read_frame_numbers(file: BinaryIO, source: str) -> tuple[int, int]:
 
 def _read_scale(point: Any, source: str) -> tuple[float, float]:
     """Rate [Hz] and unit [m]."""
-    rate, unit = _number(point, "RATE"), _text(point, "UNITS")
+    rate, unit = float(_first(point, "RATE", math.nan)), str(_first(point, "UNITS", "")).strip()
     if not (math.isfinite(rate) and 0.01 <= rate <= 1e5):
         raise TakeError(f"POINT:RATE is {rate:g}; allowed: a rate in Hz", file=source)
     if unit.lower() not in _UNITS:
@@ -110,14 +110,9 @@ def _read(path: str | Path) -> Any:
         raise TakeError(f"{reason}; allowed: a C3D file that ezc3d reads", file=str(path)) from None
 
 
-def _number(group: Any, key: str) -> float:
-    values = np.ravel(np.asarray(group[key]["value"], float)) if key in group else np.empty(0)
-    return float(values[0]) if len(values) else math.nan
-
-
-def _text(group: Any, key: str) -> str:
-    values = group[key]["value"] if key in group else []
-    return str(values[0]).strip() if len(values) else ""
+def _first(group: Any, key: str, default: object) -> Any:
+    values = np.ravel(group[key]["value"]) if key in group else np.empty(0)
+    return values[0] if len(values) else default
 
 
 def _labels(parameters: Any) -> list[str]:

@@ -8,7 +8,6 @@ import re
 from array import array
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import NamedTuple, final
 
 import numpy as np
 
@@ -22,20 +21,11 @@ _BLANK = re.compile(rb"[\s,\"]*")
 _COMMA = re.compile(r"[-+]?\d+,\d+")
 
 
-@final
-class Table(NamedTuple):
-    """Numbers by row and column."""
-
-    values: np.ndarray
-    """Shape (n_row, n_wanted) [-]."""
-    line: np.ndarray
-    """Line of each row, shape (n_row,) [-]."""
-    cut: str
-    """Why the last row was left out; empty if it was not."""
-
-
-def read_cells(lines: Lines, n_column: int, wanted: Sequence[int]) -> Table:
+def read_cells(lines: Lines, n_column: int, wanted: Sequence[int]) -> tuple[np.ndarray, np.ndarray, str]:
     """Read the columns ``wanted`` of all rows, without a last row that is incomplete.
+
+    Returns:
+        Numbers, shape (n_row, n_wanted), the line of each row, shape (n_row,), and why a last row was left out.
 
     Raises:
         TakeError: for a cell that is no number and a row of another length, with line and column.
@@ -61,8 +51,7 @@ def read_cells(lines: Lines, n_column: int, wanted: Sequence[int]) -> Table:
     if fault is None and not lines.is_ended and numbers and numbers[-1] == lines.number:
         reason = f"{lines.source!r}, line {lines.number}: the file ends within the line"
         del values[len(values) - len(wanted) :], numbers[-1:]
-    table = np.frombuffer(values, float) if values else np.empty(0)
-    return Table(table.reshape(-1, len(wanted)), np.array(numbers, np.int64), reason)
+    return np.array(values).reshape(-1, len(wanted)), np.array(numbers, np.int64), reason
 
 
 def _read_row(line: bytes, lines: Lines, n_column: int, wanted: Sequence[int]) -> list[float]:

@@ -19,7 +19,7 @@ from spiraltrunk.files.text_lines import Lines, open_take
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.recordings.motive_cells import read_cells
 from spiraltrunk.mocap.recordings.motive_header import Column, Header, read_header
-from spiraltrunk.mocap.recordings.take import Body, Marker, Take, Track, find_stale
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, Track
 
 ROTATIONS = ("quaternion", "ignore")
 """Treatment of rotations: read quaternions and refuse all others, or leave rotations out."""
@@ -142,20 +142,20 @@ def _check_groups(groups: dict[_Key, _Group], header: Header, rotations: str, so
 
 def _read_data(lines: Lines, header: Header, wanted: list[int], notes: list[str]) -> _Data:
     """The wanted columns, without rows of blank cells."""
-    table = read_cells(lines, header.n_column, wanted)
-    kept = ~np.isnan(table.values).all(axis=1)
-    values, line = table.values[kept], table.line[kept]
+    values, line, cut = read_cells(lines, header.n_column, wanted)
+    kept = ~np.isnan(values).all(axis=1)
+    values, line = values[kept], line[kept]
     if not len(values):
-        cut = f" ({table.cut})" if table.cut else ""
-        raise TakeError(f"there are no rows of data; allowed: at least one{cut}", file=lines.source)
+        why = f" ({cut})" if cut else ""
+        raise TakeError(f"there are no rows of data; allowed: at least one{why}", file=lines.source)
     columns = {place: values[:, i] for i, place in enumerate(wanted)}
     data = _Data(columns=columns, line=line, unit=header.unit, source=lines.source)
     if np.isinf(values).any():
         row, column = np.argwhere(np.isinf(values))[0]
         reason = "the cell is infinite; allowed: a finite number or a blank cell"
         raise data.refuse(int(row), wanted[int(column)], reason)
-    if table.cut:
-        notes.append(f"the last row is left out: {table.cut}")
+    if cut:
+        notes.append(f"the last row is left out: {cut}")
     return data
 
 
@@ -217,17 +217,12 @@ def _build_body(data: _Data, group: _Group, turn: np.ndarray, has_rotations: boo
     for (quantity, axis), column in group.items():
         if "error" in quantity and not axis:
             error = data.columns[column.place] * data.unit
-    pose = np.hstack([position, quaternion]) if np.isfinite(quaternion).any() else position
-    return Body(
-        name=first.name, id=first.id, position=position, quaternion_wxyz=quaternion, marker_error=error,
-        is_stale=find_stale(pose),
-    )  # fmt: skip
+    return Body(name=first.name, id=first.id, position=position, quaternion_wxyz=quaternion, marker_error=error)
 
 
 def _build_marker(data: _Data, group: _Group, turn: np.ndarray) -> Marker:
     first, position = group["position", "x"], _read_positions(data, group, turn)
-    is_solved = first.kind != "marker"
-    return Marker(name=first.name, id=first.id, is_solved=is_solved, position=position, is_stale=find_stale(position))
+    return Marker(name=first.name, id=first.id, is_solved=first.kind != "marker", position=position)
 
 
 def _read_positions(data: _Data, group: _Group, turn: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import math
 import re
 from collections import Counter
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import NamedTuple, final
 
 from spiraltrunk.errors import TakeError
@@ -200,19 +201,17 @@ def _read_columns(
     if len(labels) < 2:
         what = f"{len(labels)} rows between the first and that of the axes"
         raise TakeError(f"{what}; allowed: Type, Name, ID and the quantities", file=source, line=line)
-    rows = _name_rows(labels[:-1])
-    kind, name, ident = (rows.get(key, []) for key in ("type", "name", "id"))
-    quantity = labels[-1][1]
-    n_column = max(_last(row) for row in (kind, name, quantity, axes))
+    named = _name_rows(labels[:-1])
+    rows = [*(named.get(key, []) for key in ("type", "name", "id")), labels[-1][1], axes]
     seen: Counter[tuple[str, ...]] = Counter()
-    columns = []
-    for index in range(1, n_column):
-        sort, title, number = _cell(kind, index).lower(), _cell(name, index), _cell(ident, index)
-        said = (sort, title, number, _cell(quantity, index).lower(), _cell(axes, index).lower())
-        if sort in ("", "type"):
-            continue
-        columns.append(Column(index, *said, seen[said]))
-        seen[said] += 1
+    columns, n_column = [], 1
+    for index, (kind, name, ident, quantity, axis) in enumerate(zip_longest(*rows, fillvalue="")):
+        if kind or name or quantity or axis:
+            n_column = index + 1
+        if index > 0 and kind.lower() not in ("", "type"):
+            texts = (kind.lower(), name, ident, quantity.lower(), axis.lower())
+            columns.append(Column(index, *texts, seen[texts]))
+            seen[texts] += 1
     if not columns:
         reason = "no column has a type such as Rigid Body or Marker; allowed: an export with rigid bodies or markers"
         raise TakeError(reason, file=source, line=labels[0][0])
@@ -221,16 +220,7 @@ def _read_columns(
 
 def _name_rows(labels: list[tuple[int, list[str]]]) -> dict[str, list[str]]:
     """Rows by label, or by order if labels are empty."""
-    labelled = {_cell(row, 1).lower(): row for _, row in labels}
+    labelled = {"".join(row[1:2]).lower(): row for _, row in labels}
     if "type" in labelled:
         return labelled
     return dict(zip(("type", "name", "id"), (row for _, row in labels), strict=False))
-
-
-def _cell(row: list[str], index: int) -> str:
-    return row[index] if index < len(row) else ""
-
-
-def _last(row: list[str]) -> int:
-    """Number of columns of a row up to its last non-blank cell."""
-    return next((i + 1 for i in range(len(row) - 1, -1, -1) if row[i]), 0)

@@ -26,18 +26,14 @@ def write_motive(take: Take, path: str | Path) -> Path:
     return target
 
 
-def format_motive(take: Take, block: int = 1000) -> bytes:
-    """The take as the bytes of a Motive CSV 1.23, formatted in blocks of rows."""
+def format_motive(take: Take) -> bytes:
+    """The take as the bytes of a Motive CSV 1.23."""
     tracks: list[Body | Marker] = [*take.bodies, *take.markers]
     labels = [label for track in tracks for label in _label(track)]
-    values = np.hstack([_values(track) for track in tracks])
-    parts = [_header(take, labels)]
-    row = "%d,%.6f" + ",%.6f" * values.shape[1]
-    for first in range(0, len(values), block):
-        span = range(first, min(first + block, len(values)))
-        lines = [row % (take.frame[i], take.time[i], *values[i]) for i in span]
-        parts.append(("\r\n".join(lines) + "\r\n").replace("nan", "").encode())
-    return b"".join(parts)
+    values = np.column_stack([take.frame, take.time, *map(_values, tracks)])
+    rows = io.BytesIO()
+    np.savetxt(rows, values, ["%d", *["%.6f"] * (values.shape[1] - 1)], delimiter=",", newline="\r\n")
+    return _header(take, labels) + rows.getvalue().replace(b"nan", b"")
 
 
 def _header(take: Take, labels: Sequence[tuple[str, ...]]) -> bytes:

@@ -16,7 +16,7 @@ import numpy as np
 from spiraltrunk.checks import check_number
 from spiraltrunk.errors import MissingPackage, TakeError
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
-from spiraltrunk.mocap.recordings.take import Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take
 
 _Rows = dict[int, tuple[float, ...]]
 """Values of one frame by the number of the track."""
@@ -196,17 +196,13 @@ def _build_body(stream: _Stream, number: int, values: np.ndarray, turn: np.ndarr
     size = np.linalg.norm(xyzw, axis=1)
     xyzw = np.where((np.abs(size - 1) < 0.02)[:, None], xyzw / np.where(size > 0, size, 1.0)[:, None], math.nan)
     quaternion = turn_quaternions(xyzw[:, [3, 0, 1, 2]], turn)
-    pose = np.hstack([position, quaternion]) if np.isfinite(quaternion).any() else position
     return Body(
         name=stream.names.get(number, f"body {number}"), id=str(number), position=position,
-        quaternion_wxyz=quaternion, marker_error=values[:, 7], is_stale=find_stale(pose),
+        quaternion_wxyz=quaternion, marker_error=values[:, 7],
     )  # fmt: skip
 
 
 def _build_marker(stream: _Stream, number: int, values: np.ndarray, turn: np.ndarray) -> Marker:
     body, count = number >> 16, number & _NUMBER
-    position = values @ turn.T
-    return Marker(
-        name=f"{stream.names.get(body, f'body {body}')}:Marker{count}", id=str(number), is_solved=False,
-        position=position, is_stale=find_stale(position),
-    )  # fmt: skip
+    name = f"{stream.names.get(body, f'body {body}')}:Marker{count}"
+    return Marker(name=name, id=str(number), is_solved=False, position=values @ turn.T)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar, final
 
 import numpy as np
@@ -32,8 +33,11 @@ class Track(ABC):
     """Motive's identifier; distinguishes tracks of the same name."""
     position: np.ndarray
     """Pivot of a body, centre of a marker, not a number where occluded, shape (n, 3) [m]."""
-    is_stale: np.ndarray
-    """Frames that repeat the previous pose to the last digit: held, not measured, shape (n,) [bool]."""
+
+    @cached_property
+    def is_stale(self) -> np.ndarray:
+        """Frames that repeat the previous pose to the last digit: held, not measured, shape (n,) [bool]."""
+        return find_stale(self.position)
 
     @property
     def is_seen(self) -> np.ndarray:
@@ -50,6 +54,12 @@ class Body(Track):
     """Unit quaternions, not a number where occluded or not recorded, shape (n, 4) [-]."""
     marker_error: np.ndarray
     """Mean distance of its markers from the body's definition, not a number where not recorded, shape (n,) [m]."""
+
+    @cached_property
+    def is_stale(self) -> np.ndarray:
+        """Frames that repeat position and orientation, as far as there is one, shape (n,) [bool]."""
+        has_axes = np.isfinite(self.quaternion_wxyz).any()
+        return find_stale(np.hstack([self.position, self.quaternion_wxyz]) if has_axes else self.position)
 
 
 @final

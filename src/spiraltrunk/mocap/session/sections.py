@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.protocol.protocol import Protocol
-from spiraltrunk.mocap.recordings.take import Body, Marker, Take, format_names
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, Track, format_names
 from spiraltrunk.mocap.signal.registration import frame_from_markers
-from spiraltrunk.mocap.signal.segmentation import Still, compute_middle
+from spiraltrunk.mocap.signal.segmentation import compute_middle
 
 FEWEST = 3
 """Least number of recorded sections [-]."""
@@ -51,8 +51,10 @@ class SectionTracks:
 class HeldShape:
     """Poses of sections and base in one still, in the recording's frame, y up."""
 
-    still: Still
-    """Its frames and times."""
+    begin: float
+    """Time of its first frame [s]."""
+    end: float
+    """Time of its last frame [s]."""
     points: np.ndarray
     """Centre of each section's markers, not a number where unseen, shape (n_section, 3) [m]."""
     rotation: np.ndarray
@@ -137,34 +139,36 @@ def _track(body: Body | None, markers: tuple[Marker, ...] | None) -> np.ndarray:
     return place if markers is None else np.where(body.is_seen[:, None], place, center)
 
 
-def average_still(tracks: SectionTracks, still: Still, orientation: str) -> HeldShape:
+def average_still(tracks: SectionTracks, frames: np.ndarray, orientation: str) -> HeldShape:
     """Poses of sections and base in a still: medians of seen positions, means of seen rotations."""
-    least = max(_LEAST_FRAMES, round(_LEAST_SHARE * len(still.frames)))
-    points = compute_middle(tracks.points[still.frames], least)
+    least = max(_LEAST_FRAMES, round(_LEAST_SHARE * len(frames)))
+    points = compute_middle(tracks.points[frames], least)
     rotation = np.full((len(points), 3, 3), np.nan)
     if orientation == "markers":
         for number, markers in tracks.markers.items():
-            rotation[number - 1] = frame_from_markers(compute_middle(_stack(markers, still), least))
+            rotation[number - 1] = frame_from_markers(compute_middle(_stack(markers, frames), least))
     elif orientation == "body":
         for number, body in tracks.bodies.items():
-            rotation[number - 1] = _average_axes(body, still, least)
+            rotation[number - 1] = _average_axes(body, frames, least)
     rotation[np.isnan(points).any(axis=1)] = np.nan
     base_point, base_rotation = np.full(3, np.nan), np.full((3, 3), np.nan)
     if tracks.base is not None:
-        place = np.where(tracks.base.is_seen[:, None], tracks.base.position, np.nan)
-        base_point = compute_middle(place[still.frames, None], least)[0]
-        base_rotation = _average_axes(tracks.base, still, least)
-    return HeldShape(still=still, points=points, rotation=rotation, base_point=base_point, base_rotation=base_rotation)
+        base_point = compute_middle(_stack((tracks.base,), frames), least)[0]
+        base_rotation = _average_axes(tracks.base, frames, least)
+    begin, end = tracks.take.time[frames[[0, -1]]].tolist()
+    return HeldShape(
+        begin=begin, end=end, points=points, rotation=rotation, base_point=base_point, base_rotation=base_rotation
+    )
 
 
-def _stack(markers: tuple[Marker, ...], still: Still) -> np.ndarray:
-    seen = [np.where(marker.is_seen[:, None], marker.position, np.nan)[still.frames] for marker in markers]
-    return np.stack(seen, axis=1)
+def _stack(tracks: Sequence[Track], frames: np.ndarray) -> np.ndarray:
+    """Seen positions in these frames, not a number elsewhere, shape (n, n_track, 3) [m]."""
+    return np.stack([np.where(track.is_seen[:, None], track.position, np.nan)[frames] for track in tracks], axis=1)
 
 
-def _average_axes(body: Body, still: Still, least: int) -> np.ndarray:
+def _average_axes(body: Body, frames: np.ndarray, least: int) -> np.ndarray:
     known = np.isfinite(body.quaternion_wxyz).all(axis=1) & body.is_seen
-    xyzw = body.quaternion_wxyz[still.frames[known[still.frames]]][:, [1, 2, 3, 0]]
+    xyzw = body.quaternion_wxyz[frames[known[frames]]][:, [1, 2, 3, 0]]
     return Rotation.from_quat(xyzw).mean().as_matrix() if len(xyzw) >= least else np.full((3, 3), np.nan)
 
 

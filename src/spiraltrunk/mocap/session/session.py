@@ -24,9 +24,8 @@ from spiraltrunk.mocap.session.prediction import MODELS, Prediction, predict
 from spiraltrunk.mocap.session.section_spacing import check_scale, check_trunk
 from spiraltrunk.mocap.session.sections import average_still, check_order, find_sections
 from spiraltrunk.mocap.session.take_registration import TakeShapes, average_takes, register
-from spiraltrunk.mocap.signal.gaps import summarise_gaps
 from spiraltrunk.mocap.signal.registration import Alignment, mean_rotation
-from spiraltrunk.mocap.signal.segmentation import Still, describe_slowest, find_stills, find_timed
+from spiraltrunk.mocap.signal.segmentation import describe_slowest, find_stills, find_timed, summarise_gaps
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_marker_offset
 
 
@@ -145,10 +144,10 @@ def _read_take(file: str | Path | Take, run: Run, protocol: Protocol, settings: 
     take = file if isinstance(file, Take) else _load(file, protocol, settings)
     tracks = find_sections(take, settings.design, protocol)
     stills = _find_run_stills(take, tracks.points, run, protocol)
-    held = [average_still(tracks, still, protocol.orientation) for still in stills]
+    held = [average_still(tracks, frames, protocol.orientation) for frames in stills]
     for i, shape in enumerate(held):
         if not np.isfinite(shape.points).all(axis=1).any():
-            what = f"shape {i + 1} of run {run.name!r}, from {stills[i].begin:.2f} to {stills[i].end:.2f} s"
+            what = f"shape {i + 1} of run {run.name!r}, from {shape.begin:.2f} to {shape.end:.2f} s"
             raise TakeError(f"{what}, shows no section; allowed: at least one", file=take.source)
     check_trunk(held, settings.design, take.source)
     if protocol.orientation == "markers":
@@ -181,8 +180,8 @@ def _refuse_copies(run: Run, takes: Sequence[TakeShapes]) -> None:
                 raise TakeError(f"{what}; allowed: each recording once", file=one.take.source)
 
 
-def _find_run_stills(take: Take, points: np.ndarray, run: Run, protocol: Protocol) -> list[Still]:
-    """Stills, one for each shape of the run.
+def _find_run_stills(take: Take, points: np.ndarray, run: Run, protocol: Protocol) -> list[np.ndarray]:
+    """Frames of the stills, one for each shape of the run.
 
     Raises:
         TakeError: where there are more or fewer; it names their times.
@@ -197,7 +196,7 @@ def _find_run_stills(take: Take, points: np.ndarray, run: Run, protocol: Protoco
     if run.period is None:
         stills = find_stills(*signal)
         if len(stills) != run.n_shape:
-            times = ", ".join(f"{still.begin:.1f}-{still.end:.1f}" for still in stills[:40])
+            times = ", ".join("{:.1f}-{:.1f}".format(*signal[0][frames[[0, -1]]]) for frames in stills[:40])
             found = f"{len(stills)} static shapes found ({times} s)" if stills else describe_slowest(*signal)
             allowed = f"{run.n_shape}, as run {run.name!r} has: see begin_s, end_s, period_s, [still] of the protocol"
             raise TakeError(f"{found}; allowed: {allowed}", file=take.source)
@@ -206,7 +205,7 @@ def _find_run_stills(take: Take, points: np.ndarray, run: Run, protocol: Protoco
             stills = find_timed(*signal, (begin, run.period, run.n_shape))
         except TakeError as error:
             raise TakeError(f"run {run.name!r}: {error}", file=take.source) from None
-    return [Still(frames=inside[still.frames], begin=still.begin, end=still.end) for still in stills]
+    return [inside[frames] for frames in stills]
 
 
 def _average_run(

@@ -1,4 +1,4 @@
-"""Segmentation of a recording into static shapes.
+"""Segmentation of a recording into static shapes, and its gaps, which are never filled.
 
 The speed at a frame is the root mean square, over the points, of the difference between the mean positions in the
 window after it and in the window before it, over the window's length. Noise of sigma per frame gives a speed of about
@@ -8,6 +8,7 @@ sigma sqrt(6 / frames) / window: 1.4 mm/s for 0.5 mm at 100 Hz and 0.2 s.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -15,6 +16,9 @@ import numpy as np
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.errors import TakeError
+
+LONG = 0.1
+"""Length from which a gap is noted [s]: at 0.2 m/s the trunk moves by 2 cm."""
 
 
 @final
@@ -36,19 +40,6 @@ class StillSettings:
         check_number("still.window_s", self.window, above=0.0, most=10.0)
         check_number("still.hold_s", self.hold, above=0.0, most=1e3)
         check_number("still.same_mm", 1e3 * self.same, least=0.0, below=1e3)
-
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class Still:
-    """One static shape."""
-
-    frames: np.ndarray
-    """Indices of its frames, increasing, shape (k,) [-]."""
-    begin: float
-    """Time of its first frame [s]."""
-    end: float
-    """Time of its last frame [s]."""
 
 
 def compute_speed(points: np.ndarray, rate: float, window: float) -> np.ndarray:
@@ -82,8 +73,8 @@ def _sum_windows(values: np.ndarray, width: int) -> np.ndarray:
     return summed
 
 
-def find_stills(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> list[Still]:
-    """Static shapes of a recording, in order of time.
+def find_stills(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> list[np.ndarray]:
+    """Indices of the frames of each static shape, in order of time.
 
     Args:
         time: times of the frames, increasing, shape (n,) [s].
@@ -100,20 +91,15 @@ def find_stills(time: np.ndarray, points: np.ndarray, rate: float, settings: Sti
             stills[-1] = np.concatenate([stills[-1], frames])
         else:
             stills.append(frames)
-    return [Still(frames=frames, begin=float(time[frames[0]]), end=float(time[frames[-1]])) for frames in stills]
+    return stills
 
 
 def find_timed(
     time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings, schedule: tuple[float, float, int]
-) -> list[Still]:
-    """Static shapes of timed steps: the longest still of each period.
+) -> list[np.ndarray]:
+    """The longest still of each period, as `find_stills`.
 
-    Args:
-        time: times of the frames, increasing, shape (n,) [s].
-        points: positions of the sections, shape (n, k, 3) [m].
-        rate: frames per second [Hz].
-        settings: what counts as still.
-        schedule: begin of the first period [s], length of a period [s], and number of periods.
+    ``schedule`` is the begin of the first period [s], the length of a period [s] and the number of periods.
 
     Raises:
         TakeError: for a period without a still long enough.
@@ -123,41 +109,26 @@ def find_timed(
     stills = []
     for i in range(count):
         from_, to = begin + i * period, begin + (i + 1) * period
-        within = is_still & (time >= from_) & (time < to)
-        frames = max(_find_spans(within, time, rate), key=len, default=np.empty(0, int))
-        if not len(frames) or _is_short(time[frames], rate, settings):
+        spans = _find_spans(is_still & (time >= from_) & (time < to), time, rate)
+        if not spans or _is_short(time[longest := max(spans, key=len)], rate, settings):
             reason = f"from {from_:.2f} to {to:.2f} s nothing is still for {settings.hold:g} s"
             raise TakeError(f"{reason}; allowed: a still in each period: see begin_s, period_s, [still]")
-        stills.append(Still(frames=frames, begin=float(time[frames[0]]), end=float(time[frames[-1]])))
+        stills.append(longest)
     return stills
 
 
-def compute_slowest(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> float:
-    """Smallest maximum speed of any stretch as long as a still, not a number where there is none [m/s].
-
-    Args:
-        time: times of the frames, increasing, shape (n,) [s].
-        points: positions of the sections, not a number where unseen, shape (n, k, 3) [m].
-        rate: frames per second [Hz].
-        settings: what counts as still.
-    """
-    speed = compute_speed(points, rate, settings.window)
-    width = max(0, math.ceil((settings.hold - 2 * settings.window) * rate - 0.5)) + 1
-    if len(speed) < width:
-        return math.nan
-    worst = np.lib.stride_tricks.sliding_window_view(speed, width).max(axis=1)
-    known = worst[np.isfinite(worst) & (time[width - 1 :] - time[: len(worst)] < (width - 0.5) / rate)]
-    return float(known.min()) if len(known) else math.nan
-
-
 def describe_slowest(time: np.ndarray, points: np.ndarray, rate: float, settings: StillSettings) -> str:
-    """Length and slowest stretch of a recording without stills; arguments as of `compute_slowest`."""
+    """Length of a recording without stills, and the smallest maximum speed of any stretch as long as a still."""
     what = f"no static shape found in {len(time)} frames, {len(time) / rate:.2f} s"
-    speed = compute_slowest(time, points, rate, settings)
-    if math.isnan(speed):
-        return f"{what}, too short or too full of gaps for one of {settings.hold:g} s"
-    most = f"above {1e3 * settings.speed:g} mm/s, so that nothing is still (or are lengths in another unit?)"
-    return f"{what}: the slowest stretch of {settings.hold:g} s moves at {1e3 * speed:.3g} mm/s, {most}"
+    width = max(0, math.ceil((settings.hold - 2 * settings.window) * rate - 0.5)) + 1
+    if len(time) >= width:
+        speed = compute_speed(points, rate, settings.window)
+        worst = np.lib.stride_tricks.sliding_window_view(speed, width).max(axis=1)
+        known = worst[np.isfinite(worst) & (time[width - 1 :] - time[: len(worst)] < (width - 0.5) / rate)]
+        if len(known):
+            most = f"above {1e3 * settings.speed:g} mm/s, so that nothing is still (or are lengths in another unit?)"
+            return f"{what}: the slowest stretch of {settings.hold:g} s moves at {1e3 * known.min():.3g} mm/s, {most}"
+    return f"{what}, too short or too full of gaps for one of {settings.hold:g} s"
 
 
 def _is_short(time: np.ndarray, rate: float, settings: StillSettings) -> bool:
@@ -191,3 +162,36 @@ def compute_middle(points: np.ndarray, least: int = 1) -> np.ndarray:
     for k in np.flatnonzero(seen.sum(axis=0) >= max(1, least)):
         middle[k] = np.median(points[seen[:, k], k], axis=0)
     return middle
+
+
+def find_gaps(is_seen: np.ndarray, time: np.ndarray, longest: float = LONG) -> list[tuple[float, float]]:
+    """Begin and end of each gap longer than ``longest``, from the last frame seen to the next [s].
+
+    A gap at an end of the recording begins or ends with it.
+
+    Args:
+        is_seen: frames in which something was seen, shape (n,) [bool].
+        time: times of the frames, increasing, shape (n,) [s].
+        longest: length up to which a gap is left out [s].
+    """
+    marks = np.concatenate([time[:1], time[is_seen], time[-1:]])
+    long = np.flatnonzero(np.diff(marks) > longest)
+    return [(float(marks[i]), float(marks[i + 1])) for i in long]
+
+
+def summarise_gaps(seen: Mapping[str, np.ndarray], time: np.ndarray) -> list[str]:
+    """One note on the gaps longer than `LONG` of all tracks, none where there are none.
+
+    Args:
+        seen: frames in which each track was seen, by name, shape (n,) [bool].
+        time: times of the frames, shape (n,) [s].
+    """
+    found = {name: gaps for name, is_seen in seen.items() if (gaps := find_gaps(is_seen, time))}
+    if not found:
+        return []
+    count = sum(map(len, found.values()))
+    name, (begin, end) = max(
+        ((name, gap) for name, gaps in found.items() for gap in gaps), key=lambda item: item[1][1] - item[1][0]
+    )
+    what = f"{count} gaps of more than {1e3 * LONG:g} ms in {len(found)} sections, none filled"
+    return [f"{what}; the longest in {name} from {begin:.2f} to {end:.2f} s"]

@@ -106,7 +106,7 @@ def _summarise_run(run: RunShapes, deviation: Deviation) -> dict[str, Any]:
                 "file": take.take.source,
                 "name": take.take.name,
                 "recorded": take.take.started,
-                "times_s": [[held.still.begin, held.still.end] for held in take.held],
+                "times_s": [[held.begin, held.end] for held in take.held],
             }
             for take in run.takes
         ],

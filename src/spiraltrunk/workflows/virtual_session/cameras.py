@@ -83,10 +83,8 @@ def _show(values: np.ndarray, blank: np.ndarray, held: np.ndarray, kept: np.ndar
 def _degrade_body(body: Body, blank: np.ndarray, held: np.ndarray, kept: np.ndarray) -> Body:
     values = (body.position, body.quaternion_wxyz, body.marker_error)
     position, quaternion, error = (_show(value, blank, held, kept) for value in values)
-    return replace(
-        body, position=position, quaternion_wxyz=quaternion, marker_error=error, is_stale=held[kept]
-    )  # fmt: skip
+    return replace(body, position=position, quaternion_wxyz=quaternion, marker_error=error)
 
 
 def _degrade_marker(marker: Marker, blank: np.ndarray, held: np.ndarray, kept: np.ndarray) -> Marker:
-    return replace(marker, position=_show(marker.position, blank, held, kept), is_stale=held[kept])
+    return replace(marker, position=_show(marker.position, blank, held, kept))

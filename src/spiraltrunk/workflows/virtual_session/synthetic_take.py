@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.mocap.recordings.take import SYNTHETIC, Body, Marker, Take, find_stale
+from spiraltrunk.mocap.recordings.take import SYNTHETIC, Body, Marker, Take
 from spiraltrunk.mocap.signal.registration import Motion
 from spiraltrunk.model.kinematics.frames import base_orientation
 
@@ -119,10 +119,9 @@ def _solve_body(name: str, markers: np.ndarray, layout: np.ndarray) -> Body:
     quaternion = Rotation.from_matrix(rotation).as_quat()[:, [3, 0, 1, 2]]
     residual = np.linalg.norm(markers - center[:, None] - np.einsum("nij,kj->nki", rotation, layout), axis=-1)
     return Body(
-        name=name, id=f"{name}-1", position=center, quaternion_wxyz=quaternion, marker_error=residual.mean(axis=1),
-        is_stale=find_stale(np.hstack([center, quaternion])),
-    )  # fmt: skip
+        name=name, id=f"{name}-1", position=center, quaternion_wxyz=quaternion, marker_error=residual.mean(axis=1)
+    )
 
 
 def _build_marker(name: str, position: np.ndarray) -> Marker:
-    return Marker(name=name, id=f"{name}-1", is_solved=False, position=position, is_stale=find_stale(position))
+    return Marker(name=name, id=f"{name}-1", is_solved=False, position=position)
