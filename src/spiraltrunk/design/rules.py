@@ -101,7 +101,7 @@ def design_from_rules(
     check_range("b", b, RANGES["b"])
     check_range("arm_radius", arm_radius, RANGES["arm_radius"])
     n_section = _count_sections(delta_theta, turns)
-    unit = _build_bare(Spiral(a=1.0, b=b), delta_theta, n_section, name)
+    unit = build_bare(b, delta_theta, n_section)
     spiral = Spiral(a=arm_radius / unit.solid.radius, b=b)
     check_tip(spiral.a * unit.tip_width, LEAST_TIP_WIDTH)
     _check_room(spiral.a * unit.solid.length, _JOINT_LENGTH * arm_radius)
@@ -152,17 +152,17 @@ def build_compact(
 
     The proportions of joint and gripper are those of the authors' robot; for other sizes they are a first guess.
     """
-    bare = _build_bare(spiral, delta_theta, n_section, name)
+    bare = build_bare(spiral.b, delta_theta, n_section, spiral.a, name)
     joint = JointDesign(radius=_JOINT_RADIUS * bare.solid.radius, length=_JOINT_LENGTH * bare.solid.radius)
     gripper = GripperDesign().scaled(bare.tip_width / _PAPER_TIP_WIDTH)
     return replace(bare, joint=joint, gripper=gripper, cable=bare.cable if cable is None else cable)
 
 
-def _build_bare(spiral: Spiral, delta_theta: float, n_section: int, name: str) -> TrunkDesign:
-    """The sections with joints of negligible size, from which sizes are computed."""
+def build_bare(b: float, delta_theta: float, n_section: int = 2, a: float = 1.0, name: str = "bare") -> TrunkDesign:
+    """The sections of a compact spiral with joints of negligible size, from which sizes are computed."""
     joint = JointDesign(radius=1e-12, length=1e-12)
     return TrunkDesign(
-        name=name, spiral=spiral, k=compactness(spiral.b), delta_theta=delta_theta, n_section=n_section, joint=joint
+        name=name, spiral=Spiral(a=a, b=b), k=compactness(b), delta_theta=delta_theta, n_section=n_section, joint=joint
     )
 
 
