@@ -44,6 +44,11 @@ class Track(ABC):
         """Frames in which it was measured, shape (n,) [bool]."""
         return np.isfinite(self.position).all(axis=1) & ~self.is_stale
 
+    @cached_property
+    def seen(self) -> np.ndarray:
+        """Measured positions, not a number elsewhere, shape (n, 3) [m]."""
+        return np.where(self.is_seen[:, None], self.position, np.nan)
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -92,9 +97,8 @@ class Take:
     time: np.ndarray
     """Times of the frames by number and rate, shape (n,) [s]."""
     bodies: tuple[Body, ...]
-    """Rigid bodies in the order of the file."""
+    """Rigid bodies, in the order of the file as markers are."""
     markers: tuple[Marker, ...]
-    """Markers in the order of the file."""
     comment: str = ""
     """Take Notes of the header."""
     notes: tuple[str, ...] = ()
@@ -142,12 +146,9 @@ def format_names(names: Sequence[str], most: int) -> str:
 
 
 def find_stale(pose: np.ndarray) -> np.ndarray:
-    """Frames that repeat the previous one to the last digit, in runs of at least `HELD`, shape (n,) [bool].
+    """Frames of coordinates, shape (n, k), that repeat the previous one in runs of at least `HELD`, shape (n,) [bool].
 
     The first frame of a run was measured, the others were held.
-
-    Args:
-        pose: coordinates, shape (n, k).
     """
     is_repeated = np.zeros(len(pose) + 1, bool)
     is_repeated[1:-1] = (pose[1:] == pose[:-1]).all(axis=1)

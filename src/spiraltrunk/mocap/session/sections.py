@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.protocol.protocol import Protocol
-from spiraltrunk.mocap.recordings.take import Body, Marker, Take, Track, format_names
+from spiraltrunk.mocap.recordings.take import Body, Marker, Take, format_names
 from spiraltrunk.mocap.signal.registration import frame_from_markers
 from spiraltrunk.mocap.signal.segmentation import compute_middle
 
@@ -35,7 +35,6 @@ class SectionTracks:
     """Sections of one recording."""
 
     take: Take
-    """The recording."""
     bodies: dict[int, Body]
     """Rigid bodies by section, from 1."""
     markers: dict[int, tuple[Marker, Marker, Marker]]
@@ -54,7 +53,6 @@ class HeldShape:
     begin: float
     """Time of its first frame [s]."""
     end: float
-    """Time of its last frame [s]."""
     points: np.ndarray
     """Centre of each section's markers, not a number where unseen, shape (n_section, 3) [m]."""
     rotation: np.ndarray
@@ -130,13 +128,8 @@ def _find_markers(take: Take, number_of: Callable[[str], int | None]) -> dict[in
 
 def _track(body: Body | None, markers: tuple[Marker, ...] | None) -> np.ndarray:
     """Position of a section over time: its rigid body's, or the centre of its markers where the body is not seen."""
-    if markers is not None:
-        seen = np.all([marker.is_seen for marker in markers], axis=0)[:, None]
-        center = np.where(seen, np.mean([marker.position for marker in markers], axis=0), np.nan)
-    if body is None:
-        return center
-    place = np.where(body.is_seen[:, None], body.position, np.nan)
-    return place if markers is None else np.where(body.is_seen[:, None], place, center)
+    center = np.mean([marker.seen for marker in markers], axis=0) if markers else np.full(3, np.nan)
+    return center if body is None else np.where(body.is_seen[:, None], body.position, center)
 
 
 def average_still(tracks: SectionTracks, frames: np.ndarray, orientation: str) -> HeldShape:
@@ -146,24 +139,20 @@ def average_still(tracks: SectionTracks, frames: np.ndarray, orientation: str) -
     rotation = np.full((len(points), 3, 3), np.nan)
     if orientation == "markers":
         for number, markers in tracks.markers.items():
-            rotation[number - 1] = frame_from_markers(compute_middle(_stack(markers, frames), least))
+            corners = np.stack([marker.seen[frames] for marker in markers], axis=1)
+            rotation[number - 1] = frame_from_markers(compute_middle(corners, least))
     elif orientation == "body":
         for number, body in tracks.bodies.items():
             rotation[number - 1] = _average_axes(body, frames, least)
     rotation[np.isnan(points).any(axis=1)] = np.nan
     base_point, base_rotation = np.full(3, np.nan), np.full((3, 3), np.nan)
     if tracks.base is not None:
-        base_point = compute_middle(_stack((tracks.base,), frames), least)[0]
+        base_point = compute_middle(tracks.base.seen[frames, None], least)[0]
         base_rotation = _average_axes(tracks.base, frames, least)
     begin, end = tracks.take.time[frames[[0, -1]]].tolist()
     return HeldShape(
         begin=begin, end=end, points=points, rotation=rotation, base_point=base_point, base_rotation=base_rotation
     )
-
-
-def _stack(tracks: Sequence[Track], frames: np.ndarray) -> np.ndarray:
-    """Seen positions in these frames, not a number elsewhere, shape (n, n_track, 3) [m]."""
-    return np.stack([np.where(track.is_seen[:, None], track.position, np.nan)[frames] for track in tracks], axis=1)
 
 
 def _average_axes(body: Body, frames: np.ndarray, least: int) -> np.ndarray:

@@ -9,7 +9,6 @@ over what was seen. The mean RMSE is the mean of the shapes' RMSE, the largest d
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -105,7 +104,6 @@ def compute_deviation(
 
 
 def _root_mean_square(values: np.ndarray, axis: int) -> np.ndarray:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # A section that was never seen has no mean.
-        root: np.ndarray = np.sqrt(np.nanmean(values**2, axis=axis))
+    with np.errstate(invalid="ignore"):  # A section that was never seen has no mean.
+        root: np.ndarray = np.sqrt(np.nansum(values**2, axis=axis) / np.isfinite(values).sum(axis=axis))
     return root

@@ -31,10 +31,9 @@ _THIN = 2e-3
 @final
 @dataclass(frozen=True, kw_only=True)
 class Alignment:
-    """Kind of motion, and the sections it is fitted to."""
+    """Kind of motion, one of `KINDS`, and the sections it is fitted to."""
 
     kind: str = "run"
-    """One of `KINDS`."""
     sections: tuple[int, ...] = ()
     """Sections that it is fitted to, from 1; empty for all that are seen."""
 
@@ -72,12 +71,10 @@ def read_alignment(text: str) -> Alignment:
 @final
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """A rigid motion: points x go to rotation x + shift."""
+    """A rigid motion: points x go to rotation x + shift, shapes (3, 3) [-] and (3,) [m]."""
 
     rotation: np.ndarray
-    """Proper rotation, shape (3, 3) [-]."""
     shift: np.ndarray
-    """Shape (3,) [m]."""
 
     def move(self, points: np.ndarray) -> np.ndarray:
         """Points after the motion, shape (..., 3) [m]."""
@@ -111,28 +108,19 @@ def fit_motion(points: np.ndarray, target: np.ndarray) -> Motion:
 
 
 def is_straight(points: np.ndarray) -> bool:
-    """Whether points are collinear within 2 mm, root mean square: the rotation about their line is undetermined.
-
-    Args:
-        points: finite, shape (n, 3) [m].
-    """
-    if len(points) < 3:
-        return True
+    """Whether finite points, shape (n, 3) [m], are collinear within 2 mm, root mean square."""
     sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return bool(np.sqrt((sizes[1:] ** 2).sum() / len(points)) < _THIN)
 
 
 def frame_from_markers(markers: np.ndarray) -> np.ndarray:
-    """Axes of sections from three markers on an edge, 120 deg apart, numbered from the dorsal one from y to z.
+    """Axes of sections as columns, not a number where a marker is missing or all three are collinear [-].
 
     x is the normal of the markers' plane, towards the tip; y is the direction from their centre to marker 1, projected
     onto that plane.
 
     Args:
-        markers: markers 1 to 3 of each section, shape (..., 3, 3) [m].
-
-    Returns:
-        Axes as columns, shape (..., 3, 3) [-]; not a number where a marker is missing or all three are collinear.
+        markers: three on an edge, 120 deg apart, from the dorsal one (y) towards z, shape (..., 3, 3) [m].
     """
     first, second, third = np.moveaxis(markers, -2, 0)
     normal = np.cross(second - first, third - first)
@@ -147,12 +135,6 @@ def frame_from_markers(markers: np.ndarray) -> np.ndarray:
 
 
 def mean_rotation(rotation: np.ndarray) -> np.ndarray:
-    """Mean of rotations in the sense of least squares of their entries, shape (3, 3) [-].
-
-    Rotations that are not a number are left out; without any others the mean is not a number.
-
-    Args:
-        rotation: shape (n, 3, 3) [-].
-    """
+    """Least-squares mean of those of n rotations that are numbers, not a number without any, shape (3, 3) [-]."""
     seen = rotation[np.isfinite(rotation).all(axis=(1, 2))]
     return Rotation.from_matrix(seen).mean().as_matrix() if len(seen) else np.full((3, 3), np.nan)

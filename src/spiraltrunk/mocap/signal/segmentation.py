@@ -43,13 +43,7 @@ class StillSettings:
 
 
 def compute_speed(points: np.ndarray, rate: float, window: float) -> np.ndarray:
-    """Speed of the points, not a number where too few are seen, shape (n,) [m/s].
-
-    Args:
-        points: positions over time, not a number where unseen, shape (n, k, 3) [m].
-        rate: frames per second [Hz].
-        window: time over which positions are averaged [s].
-    """
+    """Speed of the points, not a number where none is seen, shape (n,) [m/s]; arguments as of `find_stills`."""
     width = max(1, round(window * rate))
     seen = np.isfinite(points).all(axis=2)
     count = _sum_windows(seen[..., None].astype(float), width)
@@ -67,7 +61,7 @@ def compute_speed(points: np.ndarray, rate: float, window: float) -> np.ndarray:
 
 
 def _sum_windows(values: np.ndarray, width: int) -> np.ndarray:
-    """Sums over all windows of ``width`` frames, shape (n - width + 1, ...)."""
+    """Sums over all windows of ``width`` frames."""
     total = np.cumsum(np.concatenate([np.zeros((1, *values.shape[1:])), values]), axis=0)
     summed: np.ndarray = total[width:] - total[:-width]
     return summed
@@ -151,15 +145,10 @@ def _distance(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def compute_middle(points: np.ndarray, least: int = 1) -> np.ndarray:
-    """Median over the frames that saw a point, not a number below ``least`` of them, shape (k, ...) [m].
-
-    Args:
-        points: shape (n, k, ...) [m].
-        least: least number of frames.
-    """
-    seen = np.isfinite(points).all(axis=tuple(range(2, points.ndim)))
+    """Median over the frames that saw a point, not a number below ``least`` of them: (n, k, 3) to (k, 3) [m]."""
+    seen = np.isfinite(points).all(axis=2)
     middle = np.full(points.shape[1:], np.nan)
-    for k in np.flatnonzero(seen.sum(axis=0) >= max(1, least)):
+    for k in np.flatnonzero(seen.sum(axis=0) >= least):
         middle[k] = np.median(points[seen[:, k], k], axis=0)
     return middle
 
@@ -168,11 +157,6 @@ def find_gaps(is_seen: np.ndarray, time: np.ndarray, longest: float = LONG) -> l
     """Begin and end of each gap longer than ``longest``, from the last frame seen to the next [s].
 
     A gap at an end of the recording begins or ends with it.
-
-    Args:
-        is_seen: frames in which something was seen, shape (n,) [bool].
-        time: times of the frames, increasing, shape (n,) [s].
-        longest: length up to which a gap is left out [s].
     """
     marks = np.concatenate([time[:1], time[is_seen], time[-1:]])
     long = np.flatnonzero(np.diff(marks) > longest)
@@ -180,18 +164,10 @@ def find_gaps(is_seen: np.ndarray, time: np.ndarray, longest: float = LONG) -> l
 
 
 def summarise_gaps(seen: Mapping[str, np.ndarray], time: np.ndarray) -> list[str]:
-    """One note on the gaps longer than `LONG` of all tracks, none where there are none.
-
-    Args:
-        seen: frames in which each track was seen, by name, shape (n,) [bool].
-        time: times of the frames, shape (n,) [s].
-    """
-    found = {name: gaps for name, is_seen in seen.items() if (gaps := find_gaps(is_seen, time))}
-    if not found:
+    """One note on the gaps longer than `LONG` of all tracks, by the frames in which each was seen; else none."""
+    gaps = [(end - begin, name, begin, end) for name in seen for begin, end in find_gaps(seen[name], time)]
+    if not gaps:
         return []
-    count = sum(map(len, found.values()))
-    name, (begin, end) = max(
-        ((name, gap) for name, gaps in found.items() for gap in gaps), key=lambda item: item[1][1] - item[1][0]
-    )
-    what = f"{count} gaps of more than {1e3 * LONG:g} ms in {len(found)} sections, none filled"
+    _, name, begin, end = max(gaps)
+    what = f"{len(gaps)} gaps of more than {1e3 * LONG:g} ms in {len({gap[1] for gap in gaps})} sections, none filled"
     return [f"{what}; the longest in {name} from {begin:.2f} to {end:.2f} s"]
