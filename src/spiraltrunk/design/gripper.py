@@ -50,10 +50,9 @@ class GripperDesign:
         check_number("gripper.delta_theta", self.delta_theta, above=0.0, below=math.pi / 2)
         for name in ("finger_length", "finger_width"):
             check_number(f"gripper.{name}", getattr(self, name), above=0.0, below=10.0)
-        for name in ("mass", "stiffness"):
+        for name in ("mass", "stiffness", "tension_max"):
             check_number(f"gripper.{name}", getattr(self, name), above=0.0, below=1e4)
         check_number("gripper.mount_radius", self.mount_radius, least=0.0, below=10.0)
-        check_number("gripper.tension_max", self.tension_max, above=0.0, below=1e4)
 
     @property
     def k_p(self) -> float:

@@ -32,11 +32,10 @@ class HousingDesign:
     """Mass of the neck [kg] (ours: a printed shell)."""
 
     def __post_init__(self) -> None:
-        check_number("housing.radius", self.radius, above=0.0, below=1.0)
-        check_number("housing.length", self.length, above=0.0, below=1.0)
-        check_number("housing.mass", self.mass, above=0.0, below=100.0)
-        check_number("housing.neck_length", self.neck_length, above=0.0, below=1.0)
-        check_number("housing.neck_mass", self.neck_mass, above=0.0, below=100.0)
+        for name in ("radius", "length", "neck_length"):
+            check_number(f"housing.{name}", getattr(self, name), above=0.0, below=1.0)
+        for name in ("mass", "neck_mass"):
+            check_number(f"housing.{name}", getattr(self, name), above=0.0, below=100.0)
 
 
 @final

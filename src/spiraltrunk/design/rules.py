@@ -24,18 +24,14 @@ GRAVITY = 9.81
 PAPER_M = 1.53
 """Largest object of the tip gripper over its base width [-] (paper, Methods)."""
 
-_JOINT_RADIUS = 3.825 / 44.0
-"""Joint radius over base radius [-] (authors' code: 3.825 mm on 44 mm)."""
-
-_JOINT_LENGTH = 2.10 / 44.0
-"""Joint length over base radius [-] (authors' code: 2.10 mm on 44 mm)."""
+_JOINT_RADIUS, _JOINT_LENGTH = 3.825 / 44.0, 2.10 / 44.0
+"""Radius and length of the joint over the base radius [-] (authors' code: 3.825 and 2.10 mm on 44 mm)."""
 
 _PAPER_TIP_WIDTH = 0.0213
 """Width of the authors' tip, which the default gripper fits [m]."""
 
 _PAYLOAD_COEFFICIENT = 1.81604
 """Fits `payload` to the one published number, 4.89 kg at the smallest object of the authors' robot [-]."""
-
 
 RANGES = {
     "m": Range(least=0.2, most=10.0),
@@ -52,12 +48,10 @@ LEAST_TIP_WIDTH = 1e-4
 
 
 class GraspableRange(NamedTuple):
-    """Widths of the objects that the trunk can wrap."""
+    """Smallest and largest width of the objects that the trunk can wrap [m]."""
 
     minimum: float
-    """Smallest width [m]."""
     maximum: float
-    """Largest width [m]."""
 
 
 def growth_from_overlap(m: float) -> float:
@@ -104,7 +98,10 @@ def design_from_rules(
     unit = build_bare(b, delta_theta, n_section)
     spiral = Spiral(a=arm_radius / unit.solid.radius, b=b)
     check_tip(spiral.a * unit.tip_width, LEAST_TIP_WIDTH)
-    _check_room(spiral.a * unit.solid.length, _JOINT_LENGTH * arm_radius)
+    section, joint = spiral.a * unit.solid.length, _JOINT_LENGTH * arm_radius
+    if section <= joint:
+        allowed = f"longer than its joint, {1e3 * joint:.3g} mm: fewer sections, each of a wider angle"
+        raise DesignError("length of section 1", got=Unquoted(f"{1e3 * section:.3g} mm"), allowed=allowed)
     return build_compact(spiral=spiral, delta_theta=delta_theta, n_section=n_section, name=name)
 
 
@@ -148,10 +145,7 @@ def payload(design: TrunkDesign, width: float | None = None) -> float:
 def build_compact(
     *, spiral: Spiral, delta_theta: float, n_section: int, name: str, cable: CableDesign | None = None
 ) -> TrunkDesign:
-    """The compact trunk on one spiral, its joints and gripper in the paper's proportion to its base and tip.
-
-    The proportions of joint and gripper are those of the authors' robot; for other sizes they are a first guess.
-    """
+    """The compact trunk on one spiral; joints and gripper have the proportions of the authors' robot, a first guess."""
     bare = build_bare(spiral.b, delta_theta, n_section, spiral.a, name)
     joint = JointDesign(radius=_JOINT_RADIUS * bare.solid.radius, length=_JOINT_LENGTH * bare.solid.radius)
     gripper = GripperDesign().scaled(bare.tip_width / _PAPER_TIP_WIDTH)
@@ -164,13 +158,6 @@ def build_bare(b: float, delta_theta: float, n_section: int = 2, a: float = 1.0,
     return TrunkDesign(
         name=name, spiral=Spiral(a=a, b=b), k=compactness(b), delta_theta=delta_theta, n_section=n_section, joint=joint
     )
-
-
-def _check_room(section: float, joint: float) -> None:
-    """Refuse a first section that is not longer than its joint, both in [m]."""
-    if section <= joint:
-        allowed = f"longer than its joint, {1e3 * joint:.3g} mm: fewer sections, each of a wider angle"
-        raise DesignError("length of section 1", got=Unquoted(f"{1e3 * section:.3g} mm"), allowed=allowed)
 
 
 def _count_sections(delta_theta: float, turns: float) -> int:

@@ -35,7 +35,6 @@ class TrunkDesign:
     """A logarithmic-spiral trunk with its joints, cables, masses, gripper, housing and arm."""
 
     name: str
-    """Name of the design."""
     spiral: Spiral
     """Outer contour; the inner contour is one turn further in, the backbone is k times the outer contour."""
     k: float
@@ -47,17 +46,12 @@ class TrunkDesign:
     theta_tip: float = math.pi / 2
     """Angle of the spiral at the end of the tip [rad] (paper: pi / 2)."""
     joint: JointDesign = field(default_factory=lambda: JointDesign(radius=3.825e-3, length=2.10e-3))
-    """Elastic joints."""
     cable: CableDesign = field(default_factory=lambda: CableDesign(angles=(0.0, 2 * math.pi / 3, 4 * math.pi / 3)))
-    """Cables."""
     mass: MassDesign = field(default_factory=MassDesign)
-    """Masses."""
     gripper: GripperDesign | None = field(default_factory=GripperDesign)
-    """Tip gripper, or None."""
+    """Gripper at the tip, or None."""
     housing: HousingDesign = field(default_factory=HousingDesign)
-    """Motor housing."""
     arm: ArmDesign = field(default_factory=ArmDesign)
-    """Arm."""
 
     def __post_init__(self) -> None:
         check_text("name", self.name)

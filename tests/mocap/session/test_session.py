@@ -17,7 +17,7 @@ from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.recordings.motive_write import write_motive
 from spiraltrunk.mocap.session.prediction import predict
-from spiraltrunk.mocap.session.section_spacing import compute_reach
+from spiraltrunk.mocap.session.plausibility import compute_reach
 from spiraltrunk.mocap.session.session import SessionSettings
 from spiraltrunk.mocap.signal.registration import read_alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset

@@ -7,8 +7,6 @@ import io
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import Schedule
@@ -68,7 +66,7 @@ def _build_table(design: TrunkDesign, schedule: Schedule) -> list[str]:
         ["shape", "step [mm]", *(f"cable {i + 1} [mm]" for i in range(design.n_cable))],
         ["---"] * (design.n_cable + 2),
         *(
-            [str(i + 1), f"{1e3 * amount:g}", *(f"{_round(1e3 * value, 2):.2f}" for value in commanded)]
+            [str(i + 1), f"{1e3 * amount:g}", *(f"{1e3 * value:z.2f}" for value in commanded)]
             for i, (amount, commanded) in enumerate(zip(schedule.amount, schedule.commanded, strict=True))
         ),
     ]
@@ -105,11 +103,6 @@ def format_schedule(design: TrunkDesign, schedules: Sequence[Schedule]) -> str:
     for schedule in schedules:
         is_rest, theta_0 = schedule.run.kind == "rest", f"{math.degrees(schedule.run.theta_0):g}"
         for i, commanded in enumerate(schedule.commanded):
-            cells = ["" if is_rest else f"{_round(value, 6):.6f}" for value in commanded]
+            cells = ["" if is_rest else f"{value:z.6f}" for value in commanded]
             writer.writerow([schedule.run.name, i + 1, theta_0, *cells])
     return text.getvalue()
-
-
-def _round(value: float | np.floating, digits: int) -> float:
-    """Rounded, without a minus before zero."""
-    return round(float(value), digits) + 0.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,9 +92,7 @@ class Protocol:
     """A session."""
 
     name: str
-    """Its name."""
     runs: tuple[Run, ...]
-    """Its runs."""
     design: str = "paper"
     """Preset or file of the trunk."""
     axes: str | None = None
@@ -116,9 +115,8 @@ class Protocol:
     def __post_init__(self) -> None:
         if not 1 <= len(self.runs) <= 200:
             raise TakeError(f"the protocol has {len(self.runs)} runs; allowed: 1 to 200")
-        names = [run.name for run in self.runs]
-        for name in names:
-            if names.count(name) > 1:
+        for name, count in Counter(run.name for run in self.runs).items():
+            if count > 1:
                 raise TakeError(f"two runs are called {name!r}; allowed: a name of its own for each")
         if self.orientation not in ORIENTATIONS:
             raise TakeError(f"orientation is {self.orientation[:40]!r}; allowed: {', '.join(ORIENTATIONS)}")

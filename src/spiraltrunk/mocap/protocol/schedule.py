@@ -28,7 +28,6 @@ class Schedule:
     """The shapes of one run, in order."""
 
     run: Run
-    """The run."""
     amount: np.ndarray
     """Pull at each shape, as the models take it, shape (n,) [m]."""
     change: np.ndarray

@@ -55,11 +55,7 @@ def read_cells(lines: Lines, n_column: int, wanted: Sequence[int]) -> tuple[np.n
 
 
 def _read_row(line: bytes, lines: Lines, n_column: int, wanted: Sequence[int]) -> list[float]:
-    """Numbers of a row, which may have quoted cells or trailing empty cells.
-
-    Raises:
-        TakeError: says what is wrong with it.
-    """
+    """Numbers of a row, which may have quoted cells or trailing empty cells."""
     plain = line.split(b",")
     if len(plain) == n_column and b"_" not in line:
         with suppress(ValueError):

@@ -52,11 +52,7 @@ def load_motive(path: str | Path, *, axes: str, rotations: str = "quaternion") -
 
 
 def read_motive(stream: BinaryIO, *, source: str, axes: str, rotations: str = "quaternion") -> Take:
-    """Read a Motive CSV from a binary stream, which errors call ``source``.
-
-    Raises:
-        TakeError: with source, line and column.
-    """
+    """`load_motive` from a binary stream, which errors call ``source``."""
     turn = read_axes(axes)
     if rotations not in ROTATIONS:
         raise TakeError(f"rotations are {rotations[:40]!r}; allowed: {' or '.join(ROTATIONS)}")
@@ -83,16 +79,12 @@ def read_motive(stream: BinaryIO, *, source: str, axes: str, rotations: str = "q
 @final
 @dataclass(frozen=True, kw_only=True)
 class _Data:
-    """Columns of the file."""
+    """Values by the column's place in the file, the line of each row, shapes (n_row,), and the length unit [m]."""
 
     columns: dict[int, np.ndarray]
-    """Values by the column's place in the file, shape (n_row,)."""
     line: np.ndarray
-    """Line of each row, shape (n_row,)."""
     unit: float
-    """Length unit [m]."""
     source: str
-    """Name of the file."""
 
     def stack(self, group: _Group, quantity: str, axes: str) -> tuple[list[int], np.ndarray]:
         """Places and values of some axes of a quantity; rows with blank cells are not a number."""

@@ -46,24 +46,20 @@ class Column(NamedTuple):
 @final
 @dataclass(frozen=True, kw_only=True)
 class Header:
-    """Content of the header."""
+    """Content of the header; None for numbers that it lacks."""
 
     take: str
-    """Name of the take."""
     comment: str
-    """Take Notes."""
     started: str
-    """Time of recording."""
     rate: float
     """Frames per second of the export [Hz]."""
     capture_rate: float | None
-    """Frames per second of the cameras, None if it is missing [Hz]."""
+    """Frames per second of the cameras [Hz]."""
     unit: float
     """Length unit [m]."""
     rotation: str
     """Rotation type, such as Quaternion or XYZ; empty if it is missing."""
     frames: int | None
-    """Number of frames, None if it is missing."""
     n_column: int
     """Number of columns of a data row [-]."""
     time: int | None
@@ -73,7 +69,6 @@ class Header:
     line: int
     """Line of the axes; the data follow."""
     notes: tuple[str, ...]
-    """Irregularities."""
 
 
 def read_header(lines: Lines) -> Header:

@@ -41,9 +41,8 @@ class LiveSettings:
     is_multicast: bool = False
     """Whether Motive streams by multicast."""
     command_port: int = 1510
-    """Command port."""
     data_port: int = 1511
-    """Data port, for multicast."""
+    """For multicast."""
     patience: float = 2.0
     """Time without a new frame after which the stream counts as ended [s]."""
 

@@ -87,7 +87,6 @@ class Take:
     source: str
     """File or address."""
     name: str
-    """Name of the take."""
     started: str
     """Time of recording as in the file; its format depends on the computer's language."""
     rate: float

@@ -9,6 +9,7 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.results import Progress, ignore_progress
+from spiraltrunk.mocap.protocol.protocol import Run
 from spiraltrunk.mocap.protocol.schedule import Schedule, solve_reference
 from spiraltrunk.model.kinematics.frames import base_orientation, section_frames
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
@@ -54,7 +55,7 @@ def predict(
     else:
         shapes, count = [], len(schedule.amount)
         for i, amount in enumerate(schedule.amount.tolist()):
-            shapes.append(_solve_statics(design, schedule, amount, friction))
+            shapes.append(_solve_statics(design, schedule.run, amount, friction))
             progress(f"{model}, {schedule.run.name}", i + 1, count)
         rotations = np.stack([shape.joint_rotation for shape in shapes])
         status = np.array([int(shape.status) for shape in shapes])
@@ -69,8 +70,7 @@ def predict(
     return Prediction(points=points, rotation=axes, warnings=warnings)
 
 
-def _solve_statics(design: TrunkDesign, schedule: Schedule, amount: float, friction: float | None) -> Shape:
-    run = schedule.run
+def _solve_statics(design: TrunkDesign, run: Run, amount: float, friction: float | None) -> Shape:
     if run.kind == "bend-dorsal":
         return pull_sequences.pull_dorsal(design, amount, run.theta_0, friction=friction)
     if run.kind == "bend-ventral":

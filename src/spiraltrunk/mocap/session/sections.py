@@ -159,21 +159,3 @@ def _average_axes(body: Body, frames: np.ndarray, least: int) -> np.ndarray:
     known = np.isfinite(body.quaternion_wxyz).all(axis=1) & body.is_seen
     xyzw = body.quaternion_wxyz[frames[known[frames]]][:, [1, 2, 3, 0]]
     return Rotation.from_quat(xyzw).mean().as_matrix() if len(xyzw) >= least else np.full((3, 3), np.nan)
-
-
-def check_order(shapes: list[HeldShape], source: str) -> None:
-    """Refuse markers that are numbered in the wrong direction: their axes point towards the base.
-
-    Raises:
-        TakeError: names the section.
-    """
-    for number in range(shapes[0].points.shape[0] - 1):
-        steps = [shape.rotation[number, :, 0] @ (shape.points[number + 1] - shape.points[number]) for shape in shapes]
-        known = np.array(steps)[np.isfinite(steps)]
-        if len(known) and np.mean(known < 0) > 0.5:
-            raise TakeError(
-                f"the axis of section {number + 1} points towards the base; allowed: markers 1 to 3 counted from the "
-                "dorsal one (y) towards z, as cables 1 to 3 are, sections numbered from the base, and --axes that say "
-                "whether the export is left-handed (mirrored); orientation = \"none\" does without the sections' axes",
-                file=source,
-            )  # fmt: skip

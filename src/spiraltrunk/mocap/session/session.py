@@ -19,10 +19,9 @@ from spiraltrunk.mocap.protocol.schedule import Schedule, build_schedule
 from spiraltrunk.mocap.recordings.axes import read_axes
 from spiraltrunk.mocap.recordings.load import load_take
 from spiraltrunk.mocap.recordings.take import Take
-from spiraltrunk.mocap.session.base_tilt import check_base
+from spiraltrunk.mocap.session.plausibility import check_base, check_order, check_scale, check_trunk
 from spiraltrunk.mocap.session.prediction import MODELS, Prediction, predict
-from spiraltrunk.mocap.session.section_spacing import check_scale, check_trunk
-from spiraltrunk.mocap.session.sections import average_still, check_order, find_sections
+from spiraltrunk.mocap.session.sections import average_still, find_sections
 from spiraltrunk.mocap.session.take_registration import TakeShapes, average_takes, register
 from spiraltrunk.mocap.signal.registration import Alignment, mean_rotation
 from spiraltrunk.mocap.signal.segmentation import describe_slowest, find_stills, find_timed, summarise_gaps
@@ -35,7 +34,6 @@ class SessionSettings:
     """How a session is read."""
 
     design: TrunkDesign
-    """The trunk."""
     axes: str | None = None
     """Axis convention of the recordings; None takes the protocol's."""
     alignment: Alignment | None = None
@@ -64,11 +62,8 @@ class RunShapes:
     """Shapes of one run, averaged over its recordings."""
 
     schedule: Schedule
-    """The winders' lengths."""
     predicted: Prediction
-    """Shapes by the model."""
     takes: tuple[TakeShapes, ...]
-    """The recordings."""
     points: np.ndarray
     """Measured, in the model's frame, not a number where no take saw them, shape (n, n_section, 3) [m]."""
     rotation: np.ndarray
@@ -76,7 +71,6 @@ class RunShapes:
     spread: float
     """Root mean square distance of a take's points from the mean of the takes, not a number for one take [m]."""
     notes: tuple[str, ...]
-    """Irregularities."""
 
 
 @final
@@ -85,9 +79,8 @@ class Session:
     """All runs, and their shapes for calibration."""
 
     runs: tuple[RunShapes, ...]
-    """Runs, in the protocol's order."""
+    """In the protocol's order."""
     alignment: Alignment
-    """How they were registered."""
     shapes: MeasuredShapes
     """All shapes, run after run."""
 
@@ -100,16 +93,7 @@ class Session:
 def read_session(
     protocol: Protocol, takes: Mapping[str, Sequence[str | Path | Take]], settings: SessionSettings
 ) -> MeasuredShapes:
-    """Static shapes of recordings, in the model's frame.
-
-    Args:
-        protocol: the protocol that was recorded.
-        takes: recordings, or their files, by the name of the run.
-        settings: trunk, axes and registration.
-
-    Raises:
-        TakeError: for recordings that cannot be read or do not match the protocol.
-    """
+    """Static shapes of recordings, or their files, by the name of the run, as `build_session`."""
     return build_session(protocol, takes, settings).shapes
 
 
@@ -117,7 +101,13 @@ def build_session(
     protocol: Protocol, takes: Mapping[str, Sequence[str | Path | Take]], settings: SessionSettings,
     progress: Progress = ignore_progress,
 ) -> Session:  # fmt: skip
-    """As `read_session`, with all intermediate results.
+    """Static shapes of recordings, in the model's frame, and all intermediate results.
+
+    Args:
+        protocol: the protocol that was recorded.
+        takes: recordings, or their files, by the name of the run.
+        settings: trunk, axes and registration.
+        progress: called as the work goes on.
 
     Raises:
         TakeError: for recordings that cannot be read or do not match the protocol.
@@ -167,11 +157,7 @@ def _load(file: str | Path, protocol: Protocol, settings: SessionSettings) -> Ta
 
 
 def _refuse_copies(run: Run, takes: Sequence[TakeShapes]) -> None:
-    """Refuse two recordings that are equal to the last digit.
-
-    Raises:
-        TakeError: names both.
-    """
+    """Refuse two recordings that are equal to the last digit."""
     for i, one in enumerate(takes):
         for other in takes[:i]:
             pairs = zip(one.held, other.held, strict=True)
@@ -181,11 +167,7 @@ def _refuse_copies(run: Run, takes: Sequence[TakeShapes]) -> None:
 
 
 def _find_run_stills(take: Take, points: np.ndarray, run: Run, protocol: Protocol) -> list[np.ndarray]:
-    """Frames of the stills, one for each shape of the run.
-
-    Raises:
-        TakeError: where there are more or fewer; it names their times.
-    """
+    """Frames of the stills, one for each shape of the run; where there are more or fewer, the error names them."""
     begin = -math.inf if run.begin is None else run.begin
     end = math.inf if run.end is None else run.end
     inside = np.flatnonzero((take.time >= begin) & (take.time <= end))

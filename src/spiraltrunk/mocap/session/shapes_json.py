@@ -15,11 +15,11 @@ from spiraltrunk.files.text_lines import open_take
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 
 _SCHEMA = 1
+_MOST_BYTES = 100_000_000
 _ARRAYS = {
     "theta_0": "theta_0_rad", "pull": "pull_m", "follows": "follows", "marker_offset": "seat_m", "points": "points_m",
     "rotation": "rotation",
 }  # fmt: skip
-_MOST_BYTES = 100_000_000
 
 
 def write_shapes(shapes: MeasuredShapes, path: str | Path) -> Path:

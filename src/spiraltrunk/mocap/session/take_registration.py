@@ -27,26 +27,18 @@ where they determine the rotation."""
 @final
 @dataclass(frozen=True, kw_only=True)
 class TakeShapes:
-    """Shapes of one recording."""
+    """Shapes of one recording, in its own frame, and its irregularities."""
 
     take: Take
-    """The recording."""
     held: tuple[HeldShape, ...]
-    """Its shapes in its own frame."""
     notes: tuple[str, ...]
-    """Irregularities."""
 
 
 def average_takes(points: np.ndarray) -> np.ndarray:
-    """Mean over the takes that saw a point, not a number where none did, shape (n, n_section, 3) [m].
-
-    Args:
-        points: registered points of all takes, shape (n_take, n, n_section, 3) [m].
-    """
-    seen = np.isfinite(points).all(axis=-1)
-    count = seen.sum(axis=0)
-    mean: np.ndarray = np.where(seen[..., None], points, 0.0).sum(axis=0)
-    return mean / np.where(count > 0, count, np.nan)[..., None]
+    """Mean over the takes that saw a point, not a number where none did, shape (n, n_section, 3) [m]."""
+    with np.errstate(invalid="ignore"):
+        mean: np.ndarray = np.nansum(points, axis=0) / np.isfinite(points).sum(axis=0)
+    return mean
 
 
 def register(

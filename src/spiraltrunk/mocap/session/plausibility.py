@@ -1,4 +1,4 @@
-"""Possible distances of sections on the design's trunk: detects another trunk, another unit, or mixed-up names.
+"""Checks of a recording against design and run: detect another trunk, unit, axis convention or run, or mixed-up names.
 
 Two marked sections and the joints between them form a chain of straight links whose joint angles range from 0 to the
 joint limit. The distance is largest for the straight chain. It is smallest for full curl to one side, as long as the
@@ -8,6 +8,7 @@ shorter). A chain that curls further has no lower bound.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
@@ -15,7 +16,9 @@ import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
+from spiraltrunk.mocap.protocol.protocol import Run
 from spiraltrunk.mocap.session.sections import HeldShape
+from spiraltrunk.mocap.signal.registration import mean_rotation
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
 
 SLACK_SHARE, SLACK = 0.10, 5e-3
@@ -27,6 +30,9 @@ full curl has no ratio below 0.15)."""
 
 SCALE = 0.01
 """Error of scale from which it is noted [-] (ours)."""
+
+_NOTED, _REFUSED = math.radians(2.0), math.radians(10.0)
+"""Differences between set and recorded tilt of the base from which it is noted, and refused [rad] (ours)."""
 
 
 def compute_reach(design: TrunkDesign, one: int, other: int) -> tuple[float, float]:
@@ -56,7 +62,7 @@ def check_trunk(shapes: Sequence[HeldShape], design: TrunkDesign, source: str) -
     reach = {pair: compute_reach(design, *pair) for pair in {(i, j) for _, i, j, _ in _find_pairs(shapes)}}
     seen = [(i, j, apart, _widen(*reach[i, j])) for _, i, j, apart in _find_pairs(shapes)]
     wrong = [pair for pair in seen if not pair[3][0] <= pair[2] <= pair[3][1]]
-    if max((apart / reach[i, j][1] for i, j, apart, _ in seen), default=1.0) < LEAST_SHARE:
+    if all(apart < LEAST_SHARE * reach[i, j][1] for i, j, apart, _ in seen):
         wrong = seen
     if 2 * len(wrong) > len(seen):
         i, j, apart, (least, most) = wrong[0]
@@ -76,7 +82,7 @@ def check_scale(shapes: Sequence[HeldShape], design: TrunkDesign) -> list[str]:
     """
     over, under = [], []
     for shape, i, j, apart in _find_pairs(shapes):
-        least, most = _expect(shapes[shape], design, i, j)
+        least, most = _expect(shape, design, i, j)
         over.append(apart / most)
         under.append(apart / least if least > 0 else np.inf)
     if not over:
@@ -88,12 +94,12 @@ def check_scale(shapes: Sequence[HeldShape], design: TrunkDesign) -> list[str]:
     return [f"{what}, in the median: check the calibration of the cameras, the trunk's size and where the markers sit"]
 
 
-def _find_pairs(shapes: Sequence[HeldShape]) -> Iterator[tuple[int, int, int, float]]:
+def _find_pairs(shapes: Sequence[HeldShape]) -> Iterator[tuple[HeldShape, int, int, float]]:
     """Shape, section, the next section that was seen, from 0, and their distance [m]."""
-    for number, shape in enumerate(shapes):
+    for shape in shapes:
         seen = np.flatnonzero(np.isfinite(shape.points).all(axis=1)).tolist()
         for i, j in pairwise(seen):
-            yield number, i, j, float(np.linalg.norm(shape.points[j] - shape.points[i]))
+            yield shape, i, j, float(np.linalg.norm(shape.points[j] - shape.points[i]))
 
 
 def _widen(least: float, most: float) -> tuple[float, float]:
@@ -109,3 +115,44 @@ def _expect(shape: HeldShape, design: TrunkDesign, i: int, j: int) -> tuple[floa
     before, beyond = float(design.section_length[i] - offset[i]), float(offset[j])
     apart = float(np.sqrt(before**2 + beyond**2 + 2 * before * beyond * cosine))
     return apart, apart
+
+
+def check_base(held: Sequence[HeldShape], run: Run, source: str) -> list[str]:
+    """A note where the base's rigid body has another tilt than the run; nothing where its orientation was not seen.
+
+    Raises:
+        TakeError: where the difference is so large that tilt, axes or run must be wrong.
+    """
+    rotation = mean_rotation(np.array([shape.base_rotation for shape in held]))
+    if not np.isfinite(rotation).all():
+        return []
+    seen = math.asin(float(np.clip(-rotation[1, 0], -1.0, 1.0)))
+    expected = math.asin(math.sin(run.theta_0))
+    angles = f"{math.degrees(seen):z.1f} deg below the horizontal, not {math.degrees(expected):z.1f}"
+    reason = f"the base is tilted otherwise than set: its axis is {angles}"
+    if abs(seen - expected) > _REFUSED:
+        tilt = f"tilt_deg = {90 - math.degrees(run.theta_0):g}"
+        advice = (
+            f"check --axes, whether the recording is of run {run.name!r}, its {tilt} in the protocol, and that the "
+            "body's x lies along the base axis (--rotations ignore does without it)"
+        )
+        raise TakeError(f"{reason}; allowed: at most {math.degrees(_REFUSED):g} deg off; {advice}", file=source)
+    return [reason] if abs(seen - expected) > _NOTED else []
+
+
+def check_order(shapes: list[HeldShape], source: str) -> None:
+    """Refuse markers that are numbered in the wrong direction: their axes point towards the base.
+
+    Raises:
+        TakeError: names the section.
+    """
+    for number in range(shapes[0].points.shape[0] - 1):
+        steps = [shape.rotation[number, :, 0] @ (shape.points[number + 1] - shape.points[number]) for shape in shapes]
+        known = np.array(steps)[np.isfinite(steps)]
+        if len(known) and np.mean(known < 0) > 0.5:
+            raise TakeError(
+                f"the axis of section {number + 1} points towards the base; allowed: markers 1 to 3 counted from the "
+                "dorsal one (y) towards z, as cables 1 to 3 are, sections numbered from the base, and --axes that say "
+                "whether the export is left-handed (mirrored); orientation = \"none\" does without the sections' axes",
+                file=source,
+            )  # fmt: skip
