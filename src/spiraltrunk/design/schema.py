@@ -127,11 +127,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
 
 
 def parse_toml(data: bytes) -> dict[str, Any]:
-    """The document without its schema, its numbers exact.
-
-    Raises:
-        ValueError: says why it is no TOML of this `SCHEMA`.
-    """
+    """The document without its schema, its numbers exact; a ValueError that says why it is none."""
     if len(data) > MOST_BYTES:
         raise ValueError(f"it has more than {MOST_BYTES} bytes")
     if any(line.count(b".") > _MOST_DOTS for line in data.splitlines()):
@@ -172,11 +168,7 @@ def read_table(table: str, content: object, keys: Sequence[Key], more: Sequence[
 
 
 def read_value(name: str, value: object, key: Key) -> object:
-    """A parsed TOML value in SI, as the field of ``key`` takes it.
-
-    Raises:
-        DesignError: with ``name`` where the value is of another kind, or not finite.
-    """
+    """A parsed TOML value in SI, as the field of ``key`` takes it; the error for any other value says ``name``."""
     if key.kind is Kind.NUMBER:
         return _to_si(name, value, key.unit)
     if key.kind is Kind.NUMBERS and isinstance(value, list):

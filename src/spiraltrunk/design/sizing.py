@@ -52,23 +52,27 @@ def design_from_sizes(
         check_number("base_width", base_width, above=tip_width, below=10.0)
     if taper is not None:
         check_number("taper", taper, above=0.0, below=math.pi / 2)
+    sizes = {"tip_width": tip_width, "length": length, "base_width": base_width, "taper": taper}
+    try:
+        b, turn, n_section = _solve(tip_width, length, base_width, taper)
+    except ValueError:
+        raise DesignError("sizes", got=sizes, allowed="tip, length and base or taper of one compact spiral") from None
+    spiral = Spiral(a=length / build_bare(b, turn, n_section).length, b=b)
+    return build_compact(spiral=spiral, delta_theta=turn, n_section=n_section, name=name, cable=cable)
+
+
+def _solve(tip_width: float, length: float, base_width: float | None, taper: float | None) -> tuple[float, float, int]:
+    """Growth, angle per section and number of sections with these sizes."""
     face = 0.0 if taper is None else tip_width / 2 + length * math.tan(taper / 2)
 
     def base_face(unit: TrunkDesign) -> float:
         return face if base_width is None else base_width / 2 * unit.face_half_width / unit.solid.radius
 
     fit = partial(_fit, tip_width, length, base_face)
-    try:
-        wanted = fit(_USUAL_TURN)[1]
-        n_section = max(2, round(wanted))
-        turn = _root(lambda angle: fit(angle)[1] - n_section, *_turns_between(wanted, n_section))
-        b = fit(turn)[0]
-    except ValueError:
-        given = {"tip_width": tip_width, "length": length, "base_width": base_width, "taper": taper}
-        allowed = "tip, length and base or taper of one compact spiral"
-        raise DesignError("sizes", got=given, allowed=allowed) from None
-    spiral = Spiral(a=length / build_bare(b, turn, n_section).length, b=b)
-    return build_compact(spiral=spiral, delta_theta=turn, n_section=n_section, name=name, cable=cable)
+    wanted = fit(_USUAL_TURN)[1]
+    n_section = max(2, round(wanted))
+    turn = _root(lambda angle: fit(angle)[1] - n_section, *_turns_between(wanted, n_section))
+    return fit(turn)[0], turn, n_section
 
 
 def _fit(

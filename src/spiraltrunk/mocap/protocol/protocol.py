@@ -126,15 +126,11 @@ class Protocol:
             raise TakeError(f"slack is {self.slack} m; allowed: 0 to 100 mm each")
 
     def run(self, name: str) -> Run:
-        """The run of that name.
-
-        Raises:
-            TakeError: where there is none; it lists those that are.
-        """
-        for run in self.runs:
-            if run.name == name:
-                return run
-        raise TakeError(f"there is no run {name[:80]!r}; allowed: {', '.join(run.name for run in self.runs)}")
+        """The run of that name; the error where there is none lists those that are."""
+        runs = {run.name: run for run in self.runs}
+        if name not in runs:
+            raise TakeError(f"there is no run {name[:80]!r}; allowed: {', '.join(runs)}")
+        return runs[name]
 
 
 def sort_takes(protocol: Protocol, given: Sequence[str]) -> dict[str, list[str]]:

@@ -63,11 +63,7 @@ def read_packaged() -> str:
 
 
 def parse_protocol(data: bytes, *, source: str, folder: Path | None = None) -> Protocol:
-    """Parse a protocol.
-
-    Raises:
-        TakeError: names source and key.
-    """
+    """`load_protocol` from bytes, which errors call ``source``."""
     try:
         document = parse_toml(data)
     except ValueError as error:

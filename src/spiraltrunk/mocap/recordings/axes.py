@@ -28,11 +28,7 @@ ALLOWED = (
 
 
 def read_axes(name: str) -> np.ndarray:
-    """Signed permutation from the file's axes to those of a take, shape (3, 3) [-]; determinant -1: left-handed file.
-
-    Raises:
-        TakeError: for a name that is no convention.
-    """
+    """Signed permutation from the file's axes to a take's, shape (3, 3) [-]; determinant -1: left-handed file."""
     key = name.strip().lower()
     axes = [match for part in NAMED.get(key, key).split(",") if (match := _AXIS.fullmatch(part.strip()))]
     if len(axes) != 3 or len({axis[2] for axis in axes}) != 3:

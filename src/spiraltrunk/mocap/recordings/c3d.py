@@ -23,17 +23,10 @@ _BLOCK, _KEY = 512, 0x50
 
 
 def load_c3d(path: str | Path, *, axes: str) -> Take:
-    """Read the markers of a C3D file.
+    """`load_take` of a C3D file, which has markers only.
 
-    A marker with a negative residual (as the format specifies) or a missing coordinate was not seen.
-
-    Args:
-        path: the file.
-        axes: axis convention of the export (`axes.NAMED`, or three axes); exporters store it in different places.
-
-    Raises:
-        TakeError: where it cannot be read or has no unit or rate.
-        MissingPackage: where ezc3d is not installed.
+    A marker with a negative residual (as the format specifies) or a missing coordinate was not seen. The axes are
+    given, as exporters store them in different places.
     """
     turn = read_axes(axes)
     with open_take(path) as file:

@@ -15,11 +15,11 @@ def load_take(path: str | Path, *, axes: str, rotations: str = "quaternion") -> 
 
     Args:
         path: the file.
-        axes: axis convention of the export (`axes.NAMED`, or three axes).
-        rotations: "quaternion" or "ignore", for CSV.
+        axes: axis convention of the export (`axes.NAMED`, or three signed axes), which a file does not contain.
+        rotations: for CSV, "quaternion", or "ignore" to read positions only, also from exports with Euler angles.
 
     Raises:
-        TakeError: where it cannot be read.
+        TakeError: where it cannot be read, with file, line and column.
         MissingPackage: for C3D without its package.
     """
     ending = Path(path).suffix.lower()

@@ -26,9 +26,6 @@ def read_cells(lines: Lines, n_column: int, wanted: Sequence[int]) -> tuple[np.n
 
     Returns:
         Numbers, shape (n_row, n_wanted), the line of each row, shape (n_row,), and why a last row was left out.
-
-    Raises:
-        TakeError: for a cell that is no number and a row of another length, with line and column.
     """
     values, numbers = array("d"), array("q")
     fault: TakeError | None = None

@@ -37,16 +37,7 @@ _Group = dict[tuple[str, str], Column]
 
 
 def load_motive(path: str | Path, *, axes: str, rotations: str = "quaternion") -> Take:
-    """Read a Motive CSV.
-
-    Args:
-        path: the file.
-        axes: axis convention of the export, `axes.NAMED` or three signed axes; a file does not contain it.
-        rotations: "quaternion", or "ignore" to read positions only, also from exports with Euler angles.
-
-    Raises:
-        TakeError: with file, line and column.
-    """
+    """`load_take` of a Motive CSV."""
     with open_take(path) as stream:
         return read_motive(stream, source=str(path), axes=axes, rotations=rotations)
 

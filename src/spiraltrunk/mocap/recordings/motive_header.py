@@ -72,11 +72,7 @@ class Header:
 
 
 def read_header(lines: Lines) -> Header:
-    """Read lines up to the row of axes.
-
-    Raises:
-        TakeError: for any other header.
-    """
+    """Read lines up to the row of axes."""
     rows = _read_rows(lines)
     pairs = _read_pairs(rows[0][1])
     labels = [row for row in rows[1:-1] if any(row[1])]

@@ -109,19 +109,11 @@ class Take:
         return self.comment.startswith(SYNTHETIC)
 
     def body(self, name: str) -> Body:
-        """The rigid body of that name.
-
-        Raises:
-            TakeError: where there is none, or more than one.
-        """
+        """The rigid body of that name; a `TakeError` where there is none, or more than one."""
         return _find(self.bodies, name, f"rigid body {name!r}", self.source)
 
     def marker(self, name: str) -> Marker:
-        """The marker of that name; a measured one takes precedence over a solved one.
-
-        Raises:
-            TakeError: where there is none, or more than one.
-        """
+        """The marker of that name, as `body`; a measured one takes precedence over a solved one."""
         measured = [marker for marker in self.markers if not marker.is_solved and marker.name == name]
         return _find(measured or self.markers, name, f"marker {name!r}", self.source)
 

@@ -54,11 +54,7 @@ def compute_reach(design: TrunkDesign, one: int, other: int) -> tuple[float, flo
 
 
 def check_trunk(shapes: Sequence[HeldShape], design: TrunkDesign, source: str) -> None:
-    """Refuse a recording whose distances between consecutive seen sections are impossible for the design.
-
-    Raises:
-        TakeError: where more than half of the distances are impossible, or all of them are nearly zero.
-    """
+    """Refuse distances of seen neighbours of which half are impossible for the design, or all nearly zero."""
     reach = {pair: compute_reach(design, *pair) for pair in {(i, j) for _, i, j, _ in _find_pairs(shapes)}}
     seen = [(i, j, apart, _widen(*reach[i, j])) for _, i, j, apart in _find_pairs(shapes)]
     wrong = [pair for pair in seen if not pair[3][0] <= pair[2] <= pair[3][1]]
@@ -118,11 +114,7 @@ def _expect(shape: HeldShape, design: TrunkDesign, i: int, j: int) -> tuple[floa
 
 
 def check_base(held: Sequence[HeldShape], run: Run, source: str) -> list[str]:
-    """A note where the base's rigid body has another tilt than the run; nothing where its orientation was not seen.
-
-    Raises:
-        TakeError: where the difference is so large that tilt, axes or run must be wrong.
-    """
+    """A note where the base is seen to have another tilt than the run; a large difference is refused."""
     rotation = mean_rotation(np.array([shape.base_rotation for shape in held]))
     if not np.isfinite(rotation).all():
         return []
@@ -141,11 +133,7 @@ def check_base(held: Sequence[HeldShape], run: Run, source: str) -> list[str]:
 
 
 def check_order(shapes: list[HeldShape], source: str) -> None:
-    """Refuse markers that are numbered in the wrong direction: their axes point towards the base.
-
-    Raises:
-        TakeError: names the section.
-    """
+    """Refuse markers that are numbered in the wrong direction: their axes point towards the base."""
     for number in range(shapes[0].points.shape[0] - 1):
         steps = [shape.rotation[number, :, 0] @ (shape.points[number + 1] - shape.points[number]) for shape in shapes]
         known = np.array(steps)[np.isfinite(steps)]

@@ -64,11 +64,7 @@ class HeldShape:
 
 
 def find_sections(take: Take, design: TrunkDesign, protocol: Protocol) -> SectionTracks:
-    """Sections of a recording by their names.
-
-    Raises:
-        TakeError: for too few sections, a duplicate, or a section that the design does not have.
-    """
+    """Sections of a recording by their names; too few, a duplicate and one beyond the design are refused."""
     named = {name: number for number, name in protocol.sections}
 
     def number_of(name: str) -> int | None:

@@ -93,7 +93,7 @@ class Session:
 def read_session(
     protocol: Protocol, takes: Mapping[str, Sequence[str | Path | Take]], settings: SessionSettings
 ) -> MeasuredShapes:
-    """Static shapes of recordings, or their files, by the name of the run, as `build_session`."""
+    """`build_session`, of which only the shapes in the model's frame are returned."""
     return build_session(protocol, takes, settings).shapes
 
 
@@ -101,13 +101,7 @@ def build_session(
     protocol: Protocol, takes: Mapping[str, Sequence[str | Path | Take]], settings: SessionSettings,
     progress: Progress = ignore_progress,
 ) -> Session:  # fmt: skip
-    """Static shapes of recordings, in the model's frame, and all intermediate results.
-
-    Args:
-        protocol: the protocol that was recorded.
-        takes: recordings, or their files, by the name of the run.
-        settings: trunk, axes and registration.
-        progress: called as the work goes on.
+    """Static shapes of recordings, or their files, by the name of the run, and all intermediate results.
 
     Raises:
         TakeError: for recordings that cannot be read or do not match the protocol.

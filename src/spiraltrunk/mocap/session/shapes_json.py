@@ -23,11 +23,7 @@ _ARRAYS = {
 
 
 def write_shapes(shapes: MeasuredShapes, path: str | Path) -> Path:
-    """Write the shapes atomically.
-
-    Raises:
-        OSError: where the file cannot be written.
-    """
+    """Write the shapes atomically; an OSError where the file cannot be written."""
     target = Path(path)
     document: dict[str, Any] = {"schema": _SCHEMA, "kind": list(shapes.kind), "take": list(shapes.take)}
     document |= {key: getattr(shapes, field) for field, key in _ARRAYS.items()}
@@ -36,11 +32,7 @@ def write_shapes(shapes: MeasuredShapes, path: str | Path) -> Path:
 
 
 def load_shapes(path: str | Path) -> MeasuredShapes:
-    """Read shapes that `write_shapes` wrote.
-
-    Raises:
-        TakeError: for any other file.
-    """
+    """Read shapes that `write_shapes` wrote; a TakeError for any other file."""
     with open_take(path) as file:
         data = file.read(_MOST_BYTES + 1)
     try:

@@ -44,11 +44,7 @@ def average_takes(points: np.ndarray) -> np.ndarray:
 def register(
     run: Run, predicted: Prediction, takes: Sequence[TakeShapes], alignment: Alignment
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Points and axes of all takes in the model's frame, shapes (n_take, n, n_section, 3 [, 3]) [m], [-], and notes.
-
-    Raises:
-        TakeError: where an alignment lacks what it needs.
-    """
+    """Points and axes of all takes in the model's frame, shapes (n_take, n, n_section, 3 [, 3]) [m], [-], and notes."""
     points, rotation = [], []
     notes: list[str] = []
     for take in takes:
