@@ -16,8 +16,8 @@ from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import build_schedule
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.recordings.motive_write import write_motive
-from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.session.plausibility import compute_reach
+from spiraltrunk.mocap.session.prediction import predict
 from spiraltrunk.mocap.session.session import SessionSettings
 from spiraltrunk.mocap.signal.registration import read_alignment
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset

@@ -106,8 +106,10 @@ def _build_run(table: dict[str, Any]) -> Run:
     return Run(**values)
 
 
-def _read_sections(table: Any) -> tuple[tuple[int, str], ...]:
-    for key, name in table.items() if isinstance(table, dict) else [("", table)]:
+def _read_sections(table: object) -> tuple[tuple[int, str], ...]:
+    if not isinstance(table, dict):
+        raise TakeError(f"sections is {str(table)[:40]!r}; allowed: a table")
+    for key, name in table.items():
         if not (re.fullmatch("[0-9]{1,3}", key) and isinstance(name, str) and name):
             allowed = "numbers of sections, 1 at the base, with the names of their rigid bodies"
             raise TakeError(f"sections.{key[:40]} is {str(name)[:40]!r}; allowed: {allowed}")

@@ -172,7 +172,8 @@ def _find_run_stills(take: Take, points: np.ndarray, run: Run, protocol: Protoco
     if run.period is None:
         stills = find_stills(*signal)
         if len(stills) != run.n_shape:
-            times = ", ".join("{:.1f}-{:.1f}".format(*signal[0][frames[[0, -1]]]) for frames in stills[:40])
+            spans = [take.time[inside[frames[[0, -1]]]] for frames in stills[:40]]
+            times = ", ".join(f"{first:.1f}-{last:.1f}" for first, last in spans)
             found = f"{len(stills)} static shapes found ({times} s)" if stills else describe_slowest(*signal)
             allowed = f"{run.n_shape}, as run {run.name!r} has: see begin_s, end_s, period_s, [still] of the protocol"
             raise TakeError(f"{found}; allowed: {allowed}", file=take.source)
