@@ -24,7 +24,7 @@ def put_inside(q, *, has_hinges=False):
     """The bends ``q`` (n_joint, 3), put back into their cones by the kernel, and the angles of their joints."""
     trunk = build_trunk(PAPER, StaticsOptions(has_hinges=has_hinges))
     q, rim, rotation = q.copy(), np.empty(3), np.empty((PAPER.n_joint, 3, 3))
-    joint_limits.pull_inside(q, trunk, rim)
+    joint_limits.project_to_limits(q, trunk, rim)
     for i in range(PAPER.n_joint):
         rotate(q[i], trunk.kind[i], 2, rotation[i])
         if np.hypot(*q[i, :2]) > 0:

@@ -14,8 +14,8 @@ from spiraltrunk.checks import broadcast_batches, check_count, check_number, che
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.identity_cache import IdentityKey
-from spiraltrunk.model.inverse.kernels.multistart import Limits, seek_rows
-from spiraltrunk.model.inverse.kernels.target_residual import Aim
+from spiraltrunk.model.inverse.kernels.multistart import Limits, solve_target_rows
+from spiraltrunk.model.inverse.kernels.target_residual import Targets
 from spiraltrunk.model.inverse.start_table import (
     CHUNK,
     LoadCase,
@@ -140,7 +140,7 @@ def _spread(array: np.ndarray, batch: tuple[int, ...]) -> np.ndarray:
 
 
 def solve_targets(
-    design: TrunkDesign, load_cases: LoadCases, aim: Aim, options: InverseOptions, batch: tuple[int, ...]
+    design: TrunkDesign, load_cases: LoadCases, targets: Targets, options: InverseOptions, batch: tuple[int, ...]
 ) -> Shape:
     """The equilibrium nearest to each target, solved from the straight trunk at the tensions found.
 
@@ -155,7 +155,7 @@ def solve_targets(
     for case, members in _group_rows(load_cases.cases).items():
         table, limits = _keep_start_table(key, _round_case(case), options)
         rows, turn = np.array(members), np.dot(forces[0][members[0]], table.base.T)
-        _seek(rows, limits, (case.loads is None, trunk, problem, aim, table.known, turn, solution))
+        _seek(rows, limits, (case.loads is None, trunk, problem, targets, table.starts, turn, solution))
     return equilibrium.build_shape(solution, batch)
 
 
@@ -177,7 +177,7 @@ def _keep_start_table(key: IdentityKey, case: LoadCase, options: InverseOptions)
 
 def _seek(rows: np.ndarray, limits: Limits, rest: tuple[Any, ...]) -> None:
     """Search several targets on all cores, in chunks so that Ctrl-C is handled."""
-    share(lambda first, last: seek_rows(rows[first:last], limits, *rest), rows.size, CHUNK)
+    share(lambda first, last: solve_target_rows(rows[first:last], limits, *rest), rows.size, CHUNK)
 
 
 def _build_forces(design: TrunkDesign, load_cases: LoadCases) -> list[np.ndarray]:

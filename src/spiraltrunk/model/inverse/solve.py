@@ -20,9 +20,9 @@ from spiraltrunk.checks import Range, broadcast_batches, check_count, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.identity_cache import IdentityKey
-from spiraltrunk.model.inverse.kernels.target_residual import Aim, gap_rows
+from spiraltrunk.model.inverse.kernels.target_residual import Targets, gap_rows
 from spiraltrunk.model.inverse.multistart import InverseOptions, read_load_cases, solve_targets
-from spiraltrunk.model.inverse.start_table import build_no_aim, section_axes
+from spiraltrunk.model.inverse.start_table import build_no_targets, section_axes
 from spiraltrunk.model.kinematics.enclosure import first_wrapped, snug_bend
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics.loads import Loads
@@ -119,9 +119,9 @@ def solve(
     point[..., -1, :], heading[:], last[-1] = wanted, aimed, 1.0
     point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
     turn = 0.0 if direction is None else weight
-    aim = _aim(design, point=point, weight=last, heading=heading, turn=turn)
+    targets = _build_targets(design, point=point, weight=last, heading=heading, turn=turn)
     options = _read_options(options, _DEFAULT)
-    shape = solve_targets(design, cases, aim, options, batch)
+    shape = solve_targets(design, cases, targets, options, batch)
     away = shape.points[..., -1, :] - wanted
     x, y, z = away[..., 0], away[..., 1], away[..., 2]
     distance = np.sqrt(x * x + y * y + z * z)
@@ -170,7 +170,7 @@ def follow(
     point = np.broadcast_to(wanted, (*batch, count, 3)).reshape(-1, count, 3).copy()
     share = share / share.sum()
     options = _read_options(options, _DEFAULT)
-    shape = solve_targets(design, cases, _aim(design, point=point, weight=np.sqrt(share)), options, batch)
+    shape = solve_targets(design, cases, _build_targets(design, point=point, weight=np.sqrt(share)), options, batch)
     distance = np.sqrt((share * ((shape.points - wanted) ** 2).sum(axis=-1)).sum(axis=-1))
     return _build_solution(shape, distance, distance <= options.tolerance)
 
@@ -222,11 +222,11 @@ def curl(
     ).reshape(-1, 7)
     options = _read_options(options, _CURL)
     touch = _touching(design, touching, float(width.min()))
-    aim = _aim(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
-    shape = solve_targets(design, cases, aim, replace(options, tolerance=1e-6), batch)
+    targets = _build_targets(design, circle=np.ascontiguousarray(circle), touch=touch, deep=_DEEP)
+    shape = solve_targets(design, cases, targets, replace(options, tolerance=1e-6), batch)
     points = shape.points.reshape(-1, design.n_section, 3)
     gap = np.empty(points.shape[:-1])
-    gap_rows(points, section_axes(points), aim, gap)
+    gap_rows(points, section_axes(points), targets, gap)
     gap = gap.reshape(shape.points.shape[:-1])
     distance = np.abs(gap.min(axis=-1))
     return _build_solution(shape, distance, distance <= options.tolerance, gap=gap)
@@ -242,16 +242,16 @@ def _touching(design: TrunkDesign, touching: int | None, width: float) -> np.nda
     return np.where(np.arange(count) >= count - touching, 1.0, 0.0)
 
 
-def _aim(design: TrunkDesign, **parts: Any) -> Aim:
+def _build_targets(design: TrunkDesign, **parts: Any) -> Targets:
     """Targets of the kernels; parts that are not given have no weight."""
     rows = len(parts["circle"] if "circle" in parts else parts["point"])
-    return (_keep_no_aim(IdentityKey(design)) if rows == 1 else build_no_aim(design, rows))._replace(**parts)
+    return (_keep_no_targets(IdentityKey(design)) if rows == 1 else build_no_targets(design, rows))._replace(**parts)
 
 
 @lru_cache(maxsize=64)
-def _keep_no_aim(key: IdentityKey) -> Aim:
-    """`_no_aim` for one target, cached; nothing is written into it."""
-    return build_no_aim(key.design, 1)
+def _keep_no_targets(key: IdentityKey) -> Targets:
+    """`build_no_targets` for one target, cached; nothing is written into it."""
+    return build_no_targets(key.design, 1)
 
 
 def _build_solution(

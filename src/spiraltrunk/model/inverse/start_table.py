@@ -10,8 +10,8 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.model.inverse.kernels.multistart import Known, Limits, seek_rows
-from spiraltrunk.model.inverse.kernels.target_residual import Aim
+from spiraltrunk.model.inverse.kernels.multistart import Limits, Starts, solve_target_rows
+from spiraltrunk.model.inverse.kernels.target_residual import Targets
 from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.statics import equilibrium
@@ -41,7 +41,7 @@ _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 class StartTable:
     """Equilibria of one load case."""
 
-    known: Known
+    starts: Starts
     """Equilibria in the arrays that the kernels read."""
     base: np.ndarray
     """Axes of the base for which they were solved, shape (3, 3) [-]."""
@@ -84,15 +84,15 @@ def compute_start_table(design: TrunkDesign, case: LoadCase, count: int, options
     solution, rows = equilibrium.allocate(trunk, count), np.arange(count)
     solution.tension[:] = tension
     effort = _CROSSED * (tension / design.cable.tension_max).mean(axis=1)
-    known = Known(tension, effort, solution.bend, solution.points, np.zeros_like(solution.points))
-    limits, aim = Limits(0, 0, 0.0, 0.0, 0.0, count_bends(options), 0.0), build_no_aim(design, 1)
+    starts = Starts(tension, effort, solution.bend, solution.points, np.zeros_like(solution.points))
+    limits, targets = Limits(0, 0, 0.0, 0.0, 0.0, count_bends(options), 0.0), build_no_targets(design, 1)
 
     def solve(first: int, last: int) -> None:
-        seek_rows(rows[first:last], limits, case.loads is None, trunk, problem, aim, known, base, solution)
+        solve_target_rows(rows[first:last], limits, case.loads is None, trunk, problem, targets, starts, base, solution)
 
     share(solve, count, CHUNK)
-    known = known._replace(heads=section_axes(solution.points))
-    return StartTable(known=known, base=base, slack=least_tension(design) if _is_slack_by_one(design) else -math.inf)
+    starts = starts._replace(heads=section_axes(solution.points))
+    return StartTable(starts=starts, base=base, slack=least_tension(design) if _is_slack_by_one(design) else -math.inf)
 
 
 def pose_tensions(design: TrunkDesign, rows: int, model: StaticsOptions) -> tuple[tuple[np.ndarray, ...], Trunk]:
@@ -112,10 +112,10 @@ def count_bends(model: StaticsOptions) -> int:
     return 3 if model.has_torsion else 2
 
 
-def build_no_aim(design: TrunkDesign, rows: int) -> Aim:
-    """An aim that wants nothing."""
+def build_no_targets(design: TrunkDesign, rows: int) -> Targets:
+    """Targets whose weights are all 0."""
     count, solid = design.n_section, design.solid
-    return Aim(
+    return Targets(
         np.zeros((rows, count, 3)), np.zeros(count), np.zeros((rows, 3)), 0.0, np.zeros((rows, 7)), np.zeros(count),
         0.0, np.outer(design.scale, [solid.radius, solid.rim_start, solid.rim_end]),
     )  # fmt: skip

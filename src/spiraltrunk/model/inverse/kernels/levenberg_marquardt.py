@@ -14,9 +14,9 @@ import numpy as np
 from spiraltrunk.model.inverse.kernels import compiled, owning
 from spiraltrunk.model.inverse.kernels.target_residual import (
     chain_rates,
-    miss,
+    evaluate_residual,
+    place_sections,
     residual_jacobian,
-    see,
     tension_sensitivity,
 )
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, dot, solve_small
@@ -79,7 +79,7 @@ def room_for_search(n_joint, n_cable, nd):
 
 
 @compiled
-def search(b, rounds, enough, case, aim, work, system, room):
+def search(b, rounds, enough, case, targets, work, system, room):
     """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q``, ``kept``."""
     most = case.control.most
     copy_rows(room.trial, room.q)
@@ -88,7 +88,7 @@ def search(b, rounds, enough, case, aim, work, system, room):
     for _ in range(rounds):
         balanced = max(BALANCED, min(COARSE, SHARPER * room.state[2]))
         left, _, _ = solve_safely(room.trial, room.tension, case, balanced, STEPS, work, system)
-        judge(b, left <= balanced, enough, aim, case, work, system, room)
+        accept_step(b, left <= balanced, enough, targets, case, work, system, room)
         if is_over(enough, room):
             break
         bounded_step(room, most)
@@ -96,12 +96,12 @@ def search(b, rounds, enough, case, aim, work, system, room):
 
 
 @compiled
-def judge(b, is_balanced, enough, aim, case, work, system, room):
+def accept_step(b, is_balanced, enough, targets, case, work, system, room):
     """Keep the shape on trial if it is nearer than the best one, with slopes there if need be; else damp more."""
     cost, most = 1e300, case.control.most
     if is_balanced:
-        see(work, case.trunk.length, room.points, room.heads)
-        norm = math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
+        place_sections(work, case.trunk.length, room.points, room.heads)
+        norm = math.sqrt(2 * evaluate_residual(b, room.points, room.heads, targets, room.residual))
         cost = 0.5 * norm * norm
         for c in range(most.shape[0]):
             cost += 0.5 * (FRUGAL * room.tension[c] / most[c]) ** 2
@@ -118,7 +118,7 @@ def judge(b, is_balanced, enough, aim, case, work, system, room):
     tension_sensitivity(work, system, room.rates)
     for c in range(room.rates.shape[0]):
         chain_rates(room.rates[c], work, case.trunk.length, room.ends, room.turns)
-        residual_jacobian(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
+        residual_jacobian(b, room.points, room.heads, room.ends, room.turns, targets, room.slopes[c])
     normal_equations(room, most)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from spiraltrunk.model.inverse.kernels import compiled, owning
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import room_for_search, search
-from spiraltrunk.model.inverse.kernels.simultaneous_newton import converges_to, dash
-from spiraltrunk.model.inverse.kernels.target_residual import miss, see
+from spiraltrunk.model.inverse.kernels.simultaneous_newton import converges_to, solve_simultaneously
+from spiraltrunk.model.inverse.kernels.target_residual import evaluate_residual, place_sections
 from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.batch import NUDGE, build_case, room_for_rows, write_row
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows
@@ -18,7 +18,7 @@ from spiraltrunk.model.statics.kernels.energy import Work
 from spiraltrunk.model.statics.kernels.projected_newton import System, solve_safely
 
 
-class Known(NamedTuple):
+class Starts(NamedTuple):
     """Equilibria from which targets are sought, s of them, each solved from the straight trunk."""
 
     tension: np.ndarray
@@ -72,7 +72,7 @@ def room_for_ranks(count, nd, trunk):
 
 
 @owning
-def seek_rows(rows, limits, is_bare, trunk, problem, aim, known, turn, solution):
+def solve_target_rows(rows, limits, is_bare, trunk, problem, targets, starts, turn, solution):
     """Tensions for the targets ``rows`` of one stand, and their equilibria from the straight trunk, into ``solution``.
 
     ``is_bare`` says that no load hangs on the trunk; ``turn`` brings the known equilibria to this stand. With no tries
@@ -80,21 +80,23 @@ def seek_rows(rows, limits, is_bare, trunk, problem, aim, known, turn, solution)
     """
     work, system = room_for_rows(limits.nd, trunk)
     room = room_for_search(trunk.before.shape[0], trunk.before.shape[1], limits.nd)
-    spare = room_for_ranks(known.effort.shape[0], limits.nd, trunk)
+    spare = room_for_ranks(starts.effort.shape[0], limits.nd, trunk)
     for r in range(rows.shape[0]):
         case = build_case(rows[r], trunk, problem, solution)
-        seek_row(rows[r], limits, is_bare, case, problem, aim, known, turn, solution, work, system, room, spare)
+        solve_target_row(
+            rows[r], limits, is_bare, case, problem, targets, starts, turn, solution, work, system, room, spare
+        )
 
 
 @compiled
-def seek_row(b, limits, is_bare, case, problem, aim, known, turn, solution, work, system, room, spare):
+def solve_target_row(b, limits, is_bare, case, problem, targets, starts, turn, solution, work, system, room, spare):
     """Row ``b``."""
-    case, problem, aim, known = by_address(case), by_address(problem), by_address(aim), by_address(known)
+    case, problem, targets, starts = by_address(case), by_address(problem), by_address(targets), by_address(starts)
     limits, solution, work, system = by_address(limits), by_address(solution), by_address(work), by_address(system)
     room, spare = by_address(room), by_address(spare)
     if limits.tries > 0:
-        rank(b, aim, known, turn, limits.close, spare.score, room)
-        seek(b, limits, is_bare, case, problem, aim, known, solution, work, system, room, spare)
+        rank(b, targets, starts, turn, limits.close, spare.score, room)
+        search_from_starts(b, limits, is_bare, case, problem, targets, starts, solution, work, system, room, spare)
     else:
         copy(solution.tension[b], room.kept)
         solve_anew(b, case, problem, solution, work, system, room)
@@ -102,7 +104,7 @@ def seek_row(b, limits, is_bare, case, problem, aim, known, turn, solution, work
 
 
 @compiled
-def seek(b, limits, is_bare, case, problem, aim, known, solution, work, system, room, spare):
+def search_from_starts(b, limits, is_bare, case, problem, targets, starts, solution, work, system, room, spare):
     """One target from the best ranked start on, until it is met or there are no more to try."""
     best, norm, tolerance, score, order = 1e300, 1e300, problem.friction[2], spare.score, spare.order
     start = least(score)
@@ -110,15 +112,15 @@ def seek(b, limits, is_bare, case, problem, aim, known, solution, work, system, 
         if attempt == 1:
             sort(score, order, spare.other)
         if attempt > 0:
-            start = pick(order, attempt, limits.apart, known.points, spare.is_free)
-        begin(start, known, room)
-        is_there, left = dash(b, limits.enough, tolerance, case, aim, work, system, room)
+            start = pick(order, attempt, limits.apart, starts.points, spare.is_free)
+        begin(start, starts, room)
+        is_there, left = solve_simultaneously(b, limits.enough, tolerance, case, targets, work, system, room)
         if not is_there:
-            begin(start, known, room)
-            search(b, limits.rounds, limits.enough, case, aim, work, system, room)
+            begin(start, starts, room)
+            search(b, limits.rounds, limits.enough, case, targets, work, system, room)
         if not (is_there and is_found(b, left, limits, is_bare, case, solution, room, spare)):
             solve_anew(b, case, problem, solution, work, system, room)
-        norm = look_at(b, case, aim, work, room)
+        norm = look_at(b, case, targets, work, room)
         if norm < best:
             best = norm
             copy(room.kept, room.best)
@@ -130,17 +132,17 @@ def seek(b, limits, is_bare, case, problem, aim, known, solution, work, system, 
 
 
 @compiled
-def begin(start, known, room):
+def begin(start, starts, room):
     """Put a known equilibrium on trial."""
-    copy_rows(known.bend[start], room.trial)
-    copy(known.tension[start], room.tension)
+    copy_rows(starts.bend[start], room.trial)
+    copy(starts.tension[start], room.tension)
 
 
 @compiled
-def look_at(b, case, aim, work, room):
+def look_at(b, case, targets, work, room):
     """Norm of the residuals of the placed chain [m]."""
-    see(work, case.trunk.length, room.points, room.heads)
-    return math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
+    place_sections(work, case.trunk.length, room.points, room.heads)
+    return math.sqrt(2 * evaluate_residual(b, room.points, room.heads, targets, room.residual))
 
 
 @compiled
@@ -189,29 +191,29 @@ def _make_straight(q):
 
 
 @compiled
-def rank(b, aim, known, turn, close, score, room):
+def rank(b, targets, starts, turn, close, score, room):
     """Norm of target ``b``'s residuals at every start, turned to this stand, with its effort, into ``score`` [m]."""
-    if aim.deep == 0.0:
-        _rank_places(b, aim, known, turn, score, room.place)
+    if targets.deep == 0.0:
+        _rank_places(b, targets, starts, turn, score, room.place)
     else:
-        _rank_curls(b, aim, known, turn, score, room)
+        _rank_curls(b, targets, starts, turn, score, room)
     for s in range(score.shape[0]):
-        score[s] += min(score[s], close) * known.effort[s]
+        score[s] += min(score[s], close) * starts.effort[s]
 
 
 @compiled
-def _rank_places(b, aim, known, turn, score, place):
+def _rank_places(b, targets, starts, turn, score, place):
     """The norms for a target without a circle, which is turned to the starts instead of them to it."""
-    last = known.points.shape[1] - 1
+    last = starts.points.shape[1] - 1
     for s in range(score.shape[0]):
         score[s] = 0.0
     for n in range(last + 1):
-        if aim.weight[n] != 0.0:
-            _turn_back(turn, aim.point[b, n], place)
-            _add_squares(aim.weight[n], known.points[:, n], place, score)
-    if aim.turn != 0.0:
-        _turn_back(turn, aim.heading[b], place)
-        _add_squares(aim.turn, known.heads[:, last], place, score)
+        if targets.weight[n] != 0.0:
+            _turn_back(turn, targets.point[b, n], place)
+            _add_squares(targets.weight[n], starts.points[:, n], place, score)
+    if targets.turn != 0.0:
+        _turn_back(turn, targets.heading[b], place)
+        _add_squares(targets.turn, starts.heads[:, last], place, score)
     for s in range(score.shape[0]):
         score[s] = math.sqrt(score[s])
 
@@ -224,13 +226,13 @@ def _add_squares(weight, vectors, wanted, score):
 
 
 @compiled
-def _rank_curls(b, aim, known, turn, score, room):
-    places, axes, points, heads = known.points, known.heads, room.points, room.heads
+def _rank_curls(b, targets, starts, turn, score, room):
+    places, axes, points, heads = starts.points, starts.heads, room.points, room.heads
     for s in range(score.shape[0]):
         for n in range(places.shape[1]):
             _turn(turn, places[s, n], points[n])
             _turn(turn, axes[s, n], heads[n])
-        score[s] = math.sqrt(2 * miss(b, points, heads, aim, room.residual))
+        score[s] = math.sqrt(2 * evaluate_residual(b, points, heads, targets, room.residual))
 
 
 @compiled

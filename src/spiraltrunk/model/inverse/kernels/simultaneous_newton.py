@@ -11,21 +11,27 @@ import math
 
 from spiraltrunk.model.inverse.kernels import compiled
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import BALANCED, bounded_step, normal_equations
-from spiraltrunk.model.inverse.kernels.target_residual import chain_rates, miss, residual_jacobian, see, turn_back
+from spiraltrunk.model.inverse.kernels.target_residual import (
+    chain_rates,
+    evaluate_residual,
+    place_sections,
+    residual_jacobian,
+    turn_back,
+)
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, factorise, solve_columns
 from spiraltrunk.model.statics.kernels.energy import place
-from spiraltrunk.model.statics.kernels.joint_limits import move, press_outward
+from spiraltrunk.model.statics.kernels.joint_limits import activate_outward_limits, move
 from spiraltrunk.model.statics.kernels.projected_newton import (
     PENALTY,
     STEP,
     descend,
     guarded_factor,
     largest_turn,
-    look,
-    pursue_step,
+    linearise_reduced,
+    primal_dual_step,
 )
 
-DASHES = 10
+MAX_STEPS = 10
 """Most steps."""
 SLACKENING = 0.5
 """Part of the last distance that is left, of target and balance together, above which a step counts as failed [-]."""
@@ -42,7 +48,7 @@ RETRACED = 40
 
 
 @compiled
-def dash(b, enough, tolerance, case, aim, work, system, room):
+def solve_simultaneously(b, enough, tolerance, case, targets, work, system, room):
     """Bends and tensions for target ``b`` from those in ``room.trial`` and ``tension``, into ``room.q`` and ``kept``.
 
     Returns whether the target is met within half of ``enough`` [m], in balance within ``tolerance`` [N m], and the
@@ -52,11 +58,11 @@ def dash(b, enough, tolerance, case, aim, work, system, room):
     copy_rows(room.trial, q)
     copy(room.tension, tension)
     room.state[1] = DAMPING
-    for _ in range(DASHES):
+    for _ in range(MAX_STEPS):
         place(q, case.base, trunk, work)
-        left, _ = look(q, tension, room.tension, case, 0.0, work, system)
-        see(work, trunk.length, room.points, room.heads)
-        norm = math.sqrt(2 * miss(b, room.points, room.heads, aim, room.residual))
+        left, _ = linearise_reduced(q, tension, room.tension, case, 0.0, work, system)
+        place_sections(work, trunk.length, room.points, room.heads)
+        norm = math.sqrt(2 * evaluate_residual(b, room.points, room.heads, targets, room.residual))
         if left <= tolerance and norm <= 0.5 * enough:
             return True, left
         now = norm + LEVER * left
@@ -64,12 +70,12 @@ def dash(b, enough, tolerance, case, aim, work, system, room):
         before = now
         if failures > FAILURES or not factorise(work.hessian, work.factor, system.weight, 0.0):
             return False, left
-        simultaneous_step(b, left <= BALANCED and norm <= 0.5 * enough, case, aim, work, system, room)
+        simultaneous_step(b, left <= BALANCED and norm <= 0.5 * enough, case, targets, work, system, room)
     return False, left
 
 
 @compiled
-def simultaneous_step(b, is_met, case, aim, work, system, room):
+def simultaneous_step(b, is_met, case, targets, work, system, room):
     """One step of bends and tensions from the equations in ``system``, whose factor is in ``work``.
 
     Where the target is met already the bends alone move, to balance at these tensions.
@@ -78,7 +84,7 @@ def simultaneous_step(b, is_met, case, aim, work, system, room):
     respond(room.q, trunk, work, system, room)
     room.step[:] = 0.0
     if not is_met:
-        aim_step(b, case, aim, work, system, room)
+        step_towards_targets(b, case, targets, work, system, room)
     share = min(1.0, STEP / max(largest_turn(step, room.q.shape[0]), 1e-300))
     system.pressed[:] = False  # The step is in the joints' own axes already.
     move(room.q, trunk, system, share)
@@ -104,7 +110,7 @@ def respond(q, trunk, work, system, room):
         solve_columns(work.factor, columns)
         for row in range(step.shape[0]):
             step[row] = columns[row, 0]
-        if not press_outward(q, trunk, work, system):
+        if not activate_outward_limits(q, trunk, work, system):
             break
     for c in range(rates.shape[0]):
         for row in range(step.shape[0]):
@@ -114,16 +120,16 @@ def respond(q, trunk, work, system, room):
 
 
 @compiled
-def aim_step(b, case, aim, work, system, room):
+def step_towards_targets(b, case, targets, work, system, room):
     """Tensions' step towards the target, into ``room.step``, and what it moves the bends by, added to their step."""
     trunk, most, step = case.trunk, case.control.most, system.step
     chain_rates(step, work, trunk.length, room.ends, room.turns)
-    residual_jacobian(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[0])
+    residual_jacobian(b, room.points, room.heads, room.ends, room.turns, targets, room.slopes[0])
     for row in range(room.residual.shape[0]):
         room.residual[row] += room.slopes[0, row]
     for c in range(most.shape[0]):
         chain_rates(room.rates[c], work, trunk.length, room.ends, room.turns)
-        residual_jacobian(b, room.points, room.heads, room.ends, room.turns, aim, room.slopes[c])
+        residual_jacobian(b, room.points, room.heads, room.ends, room.turns, targets, room.slopes[c])
     normal_equations(room, most)
     bounded_step(room, most)
     for c in range(most.shape[0]):
@@ -136,10 +142,10 @@ def converges_to(near, q, tension, case, work, system):
     """Whether the iteration from ``q`` at these tensions, all given, comes as near as `SAME` to the shape ``near``."""
     place(q, case.base, case.trunk, work)
     for _ in range(RETRACED):
-        look(q, tension, system.pulls, case, 0.0, work, system)
+        linearise_reduced(q, tension, system.pulls, case, 0.0, work, system)
         guarded_factor(work, system.weight)
         descend(q, case.trunk, work, system)
-        if not pursue_step(q, tension, case, case, PENALTY, work, system):
+        if not primal_dual_step(q, tension, case, case, PENALTY, work, system):
             return False
         if _difference(q, near) < SAME:
             return True

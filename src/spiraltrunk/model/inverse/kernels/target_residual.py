@@ -21,7 +21,7 @@ NEAR_FLAT = 1.0
 """The same for the other sections [-]."""
 
 
-class Aim(NamedTuple):
+class Targets(NamedTuple):
     """What is wanted, one row a target; a weight of 0 leaves a part out."""
 
     point: np.ndarray
@@ -43,15 +43,15 @@ class Aim(NamedTuple):
 
 
 @compiled
-def circle_gap(n, b, points, heads, aim):
+def circle_gap(n, b, points, heads, targets):
     """Gap between section n's outer surface and the circle [m]; negative inside.
 
     Also its slopes by the centre's place along the axis and by its distance from the axis, and that place and distance.
     """
-    radius, start, end = aim.hull[n]
+    radius, start, end = targets.hull[n]
     along, square = 0.0, 0.0
     for x in range(3):
-        to = aim.circle[b, x] - (points[n - 1, x] if n > 0 else 0.0)
+        to = targets.circle[b, x] - (points[n - 1, x] if n > 0 else 0.0)
         along += to * heads[n, x]
         square += to * to
     across = math.sqrt(max(square - along * along, 1e-18))
@@ -59,62 +59,62 @@ def circle_gap(n, b, points, heads, aim):
     above = across - radius
     if beside == 0.0 or above <= 0.0:
         if above <= 0.0 and abs(beside) > -above:  # Beside the section, not in it.
-            return abs(beside) - aim.circle[b, 6], (1.0 if beside > 0 else -1.0), 0.0, along, across
-        return above - aim.circle[b, 6], 0.0, 1.0, along, across
+            return abs(beside) - targets.circle[b, 6], (1.0 if beside > 0 else -1.0), 0.0, along, across
+        return above - targets.circle[b, 6], 0.0, 1.0, along, across
     away = math.sqrt(above * above + beside * beside)
-    return away - aim.circle[b, 6], beside / away, above / away, along, across
+    return away - targets.circle[b, 6], beside / away, above / away, along, across
 
 
 @compiled
-def miss(b, points, heads, aim, out):
+def evaluate_residual(b, points, heads, targets, out):
     """Residuals of target b into ``out``; returns half the sum of their squares [m^2]."""
     count, total = points.shape[0], 0.0
     for n in range(count):
-        if aim.weight[n] != 0.0:
+        if targets.weight[n] != 0.0:
             for x in range(3):
-                out[3 * n + x] = aim.weight[n] * (points[n, x] - aim.point[b, n, x])
+                out[3 * n + x] = targets.weight[n] * (points[n, x] - targets.point[b, n, x])
                 total += out[3 * n + x] * out[3 * n + x]
-    if aim.turn != 0.0:
+    if targets.turn != 0.0:
         for x in range(3):
-            out[3 * count + x] = aim.turn * (heads[count - 1, x] - aim.heading[b, x])
+            out[3 * count + x] = targets.turn * (heads[count - 1, x] - targets.heading[b, x])
             total += out[3 * count + x] * out[3 * count + x]
-    if aim.deep != 0.0:
+    if targets.deep != 0.0:
         for n in range(count):
-            gap, off = circle_gap(n, b, points, heads, aim)[0], 0.0
+            gap, off = circle_gap(n, b, points, heads, targets)[0], 0.0
             for x in range(3):
-                off += (points[n, x] - aim.circle[b, x]) * aim.circle[b, 3 + x]
-            out[3 * count + 3 + n] = gap * (aim.deep if gap < 0 else aim.touch[n])
-            out[4 * count + 3 + n] = (FLAT if aim.touch[n] != 0.0 else NEAR_FLAT) * off
+                off += (points[n, x] - targets.circle[b, x]) * targets.circle[b, 3 + x]
+            out[3 * count + 3 + n] = gap * (targets.deep if gap < 0 else targets.touch[n])
+            out[4 * count + 3 + n] = (FLAT if targets.touch[n] != 0.0 else NEAR_FLAT) * off
             total += out[3 * count + 3 + n] ** 2 + out[4 * count + 3 + n] ** 2
     return 0.5 * total
 
 
 @compiled
-def residual_jacobian(b, points, heads, ends, turns, aim, out):
+def residual_jacobian(b, points, heads, ends, turns, targets, out):
     """Rates of the residuals into ``out``, with the section ends moving at ``ends`` and the sections at ``turns``."""
     count = points.shape[0]
     for n in range(count):
-        if aim.weight[n] != 0.0:
+        if targets.weight[n] != 0.0:
             for x in range(3):
-                out[3 * n + x] = aim.weight[n] * ends[n, x]
-    if aim.turn != 0.0:
+                out[3 * n + x] = targets.weight[n] * ends[n, x]
+    if targets.turn != 0.0:
         swing = turn_head(turns[count - 1], heads[count - 1])
         for x in range(3):
-            out[3 * count + x] = aim.turn * swing[x]
-    if aim.deep != 0.0:
+            out[3 * count + x] = targets.turn * swing[x]
+    if targets.deep != 0.0:
         for n in range(count):
-            gap, by_along, by_across, place, distance = circle_gap(n, b, points, heads, aim)
+            gap, by_along, by_across, place, distance = circle_gap(n, b, points, heads, targets)
             swing, along, square, off = turn_head(turns[n], heads[n]), 0.0, 0.0, 0.0
             for x in range(3):
-                to = aim.circle[b, x] - (points[n - 1, x] if n > 0 else 0.0)
+                to = targets.circle[b, x] - (points[n - 1, x] if n > 0 else 0.0)
                 back = ends[n - 1, x] if n > 0 else 0.0
                 along += to * swing[x] - back * heads[n, x]
                 square -= to * back
-                off += ends[n, x] * aim.circle[b, 3 + x]
+                off += ends[n, x] * targets.circle[b, 3 + x]
             across = (square - place * along) / distance
-            share = aim.deep if gap < 0 else aim.touch[n]
+            share = targets.deep if gap < 0 else targets.touch[n]
             out[3 * count + 3 + n] = share * (by_along * along + by_across * across)
-            out[4 * count + 3 + n] = (FLAT if aim.touch[n] != 0.0 else NEAR_FLAT) * off
+            out[4 * count + 3 + n] = (FLAT if targets.touch[n] != 0.0 else NEAR_FLAT) * off
 
 
 @compiled
@@ -127,7 +127,7 @@ def turn_head(turn, head):
 
 
 @compiled
-def see(work, length, points, heads):
+def place_sections(work, length, points, heads):
     """Section ends and axes of the placed chain, shapes (n_section, 3)."""
     for x in range(3):
         end = 0.0
@@ -179,8 +179,8 @@ def chain_rates(rates, work, length, ends, turns):
 
 
 @compiled
-def gap_rows(points, heads, aim, out):
+def gap_rows(points, heads, targets, out):
     """Gap between every section's outer surface and the circle of its row, into ``out`` (b, n_section) [m]."""
     for b in range(out.shape[0]):
         for n in range(out.shape[1]):
-            out[b, n] = circle_gap(n, b, points[b], heads[b], aim)[0]
+            out[b, n] = circle_gap(n, b, points[b], heads[b], targets)[0]

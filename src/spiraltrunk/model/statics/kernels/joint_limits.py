@@ -24,7 +24,7 @@ def is_shut(angle, limit):
 
 
 @compiled
-def put_on_rim(bend, kind, limit, rim):
+def scale_to_limit(bend, kind, limit, rim):
     """Scale a bend to the limit."""
     for _ in range(20):
         size = bend_size(bend, kind, rim)
@@ -37,15 +37,15 @@ def put_on_rim(bend, kind, limit, rim):
 
 
 @compiled
-def pull_inside(q, trunk, rim):
+def project_to_limits(q, trunk, rim):
     """Put every bend past the limit back on the rim."""
     for i in range(q.shape[0]):
         if _is_bent(q, i, trunk.limit) and bend_size(q[i], trunk.kind[i], rim) > trunk.limit:
-            put_on_rim(q[i], trunk.kind[i], trunk.limit, rim)
+            scale_to_limit(q[i], trunk.kind[i], trunk.limit, rim)
 
 
 @compiled
-def on_rim(q, i, trunk, rim):
+def is_at_limit(q, i, trunk, rim):
     """Whether joint i is at its limit; ``rim`` receives the rim's derivatives there."""
     return _is_bent(q, i, trunk.limit) and bend_size(q[i], trunk.kind[i], rim) >= trunk.limit * (1 - 1e-12)
 
@@ -69,16 +69,16 @@ def reduce(q, trunk, work, system):
                 system.slopes[c, i * nd + a] = work.slope[i, c, a]
     for i in range(q.shape[0]):
         system.pressed[i], system.reaction[i] = False, 0.0
-        if on_rim(q, i, trunk, rim):
+        if is_at_limit(q, i, trunk, rim):
             steep = rim[0] * rim[0] + rim[1] * rim[1]
             outward = -(rim[0] * work.gradient[i, 0] + rim[1] * work.gradient[i, 1]) / steep
             if outward >= 0:
                 system.reaction[i] = outward
-                press(i, trunk, work, system)
+                activate_limit(i, trunk, work, system)
 
 
 @compiled
-def press(i, trunk, work, system):
+def activate_limit(i, trunk, work, system):
     """Hold joint i on the rim, whose derivatives are in ``system.rim``."""
     hessian, gradient, slopes, rim = work.hessian, system.gradient, system.slopes, system.rim
     nd = work.first.shape[1]
@@ -102,13 +102,13 @@ def press(i, trunk, work, system):
 
 
 @compiled
-def press_outward(q, trunk, work, system):
+def activate_outward_limits(q, trunk, work, system):
     """Hold the free joints on the rim that the step would move out; returns whether there were any."""
     found, nd, rim = False, work.first.shape[1], system.rim
     for i in range(q.shape[0]):
-        is_free = not system.pressed[i] and on_rim(q, i, trunk, rim)
+        is_free = not system.pressed[i] and is_at_limit(q, i, trunk, rim)
         if is_free and rim[0] * system.step[i * nd] + rim[1] * system.step[i * nd + 1] > 0:
-            press(i, trunk, work, system)
+            activate_limit(i, trunk, work, system)
             found = True
     return found
 
@@ -123,10 +123,10 @@ def move(q, trunk, system, share):
             tangent = share * step[i * nd + 1]
             out[i, 0] = q[i, 0] - system.normal[i, 1] * tangent
             out[i, 1] = q[i, 1] + system.normal[i, 0] * tangent
-            put_on_rim(out[i], trunk.kind[i], trunk.limit, system.rim)
+            scale_to_limit(out[i], trunk.kind[i], trunk.limit, system.rim)
         else:
             out[i, 0] = q[i, 0] + share * step[i * nd]
             out[i, 1] = q[i, 1] + share * step[i * nd + 1]
         if nd == 3:
             out[i, 2] = q[i, 2] + share * step[i * nd + 2]
-    pull_inside(out, trunk, system.rim)
+    project_to_limits(out, trunk, system.rim)

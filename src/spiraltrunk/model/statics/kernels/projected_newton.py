@@ -24,7 +24,7 @@ from spiraltrunk.model.statics.kernels.cholesky import (
     solve_small,
 )
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Trunk, linearise_placed, merit, merit_placed, place
-from spiraltrunk.model.statics.kernels.joint_limits import move, press_outward, pull_inside, reduce
+from spiraltrunk.model.statics.kernels.joint_limits import activate_outward_limits, move, project_to_limits, reduce
 
 STEP = 0.35
 """Largest turn of a joint in one step [rad]."""
@@ -143,7 +143,7 @@ def descend(q, trunk, work, system):
         solve_factored(work.factor, system.gradient, system.step)
         for row in range(system.step.shape[0]):
             system.step[row] = -system.step[row]
-        if not press_outward(q, trunk, work, system):
+        if not activate_outward_limits(q, trunk, work, system):
             return
 
 
@@ -242,7 +242,7 @@ def search(q, case, multiplier, penalty, slope, work, system):
 
 
 @compiled
-def pursue_step(q, tension, case, goal, penalty, work, system):
+def primal_dual_step(q, tension, case, goal, penalty, work, system):
     """One step of shape and tensions together; whether the merit fell."""
     pursue(case.control, tension, penalty, system, work)
     pulls = system.aimed
@@ -259,7 +259,7 @@ def pursue_step(q, tension, case, goal, penalty, work, system):
 
 
 @compiled
-def look(q, tension, pulls, case, penalty, work, system):
+def linearise_reduced(q, tension, pulls, case, penalty, work, system):
     """Linearise at ``q``, where ``work`` is placed, and reduce to the active set; returns residual and violation.
 
     Without a penalty the winders hold ``tension``, with one what the augmented Lagrangian makes of it.
@@ -297,12 +297,12 @@ def solve(q, tension, case, tolerance, most, work, system):
     aim = by_address(Control(control.by_tension, system.goal, control.most, control.compliance))
     goal = by_address(Case(case.base, case.trunk, case.field, aim, case.friction))
     pulls = system.pulls
-    pull_inside(q, case.trunk, system.rim)
+    project_to_limits(q, case.trunk, system.rim)
     penalty, tries, is_pursuing, before, is_placed = PENALTY, 3, True, 1e300, False
     for count in range(most + 1):
         if not is_placed:
             place(q, case.base, case.trunk, work)
-        residual, violation = look(q, tension, pulls, case, 0.0 if is_pursuing else penalty, work, system)
+        residual, violation = linearise_reduced(q, tension, pulls, case, 0.0 if is_pursuing else penalty, work, system)
         if (residual <= tolerance and violation <= TIGHT) or count == most:
             break
         if not is_pursuing and residual <= max(tolerance, 0.1 * violation / LEVER):
@@ -322,7 +322,7 @@ def solve(q, tension, case, tolerance, most, work, system):
             guarded_factor(work, system.weight)
         descend(q, case.trunk, work, system)
         if is_pursuing:
-            is_placed = pursue_step(q, tension, case, goal, penalty, work, system)
+            is_placed = primal_dual_step(q, tension, case, goal, penalty, work, system)
             if not is_placed:
                 is_pursuing, tries, before = False, tries - 1, 1e300
         else:
