@@ -27,7 +27,14 @@ from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.cables import hole_positions
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.kinematics.shape import Forces, History, Shape, Status, build
-from spiraltrunk.model.statics.kernels.batch import NUDGE, Problem, Solution, creep_rows, follow_rows, solve_rows
+from spiraltrunk.model.statics.kernels.batch import (
+    NUDGE,
+    Problem,
+    Solution,
+    increment_rows,
+    quasi_static_rows,
+    solve_rows,
+)
 from spiraltrunk.model.statics.kernels.energy import Trunk
 from spiraltrunk.model.statics.kernels.joint_rotation import VECTOR, Y_FIRST, Z_FIRST
 from spiraltrunk.model.statics.loads import (
@@ -44,13 +51,10 @@ from spiraltrunk.model.statics.loads import (
 __all__ = ["Loads", "QuasiStatic", "StaticsOptions", "solve"]
 
 POISSON = 0.48
-"""Poisson's ratio of TPU [-] (assumed), used for the torsional stiffness E I / (L (1 + nu)) only."""
+"""Poisson's ratio of TPU [-] (assumed), for the torsional stiffness E I / (L (1 + nu)) only."""
 
 SHUT = 1e-6
 """Length below which a gap counts as closed [m]."""
-
-_FALLBACK = QuasiStatic()
-"""Quasi-static loading, used when incremental loading with friction fails to converge."""
 
 _CHUNK = 16
 """Equilibria per chunk of a thread."""
@@ -66,9 +70,7 @@ class StaticsOptions:
     has_hinges: bool = False
     """Whether each joint is two hinges in series, in alternating order, as in the simulation."""
     hole_set_back: float = 0.0
-    """Distance of the holes behind the face over its half-width [-], as in the simulation; 0 is the design.
-
-    Friction acts at the designed holes in either case."""
+    """Distance of the holes behind the face over its half-width [-], as in the simulation; friction ignores it."""
     cable_stiffness: float = math.inf
     """Tension per elongation of a cable and its winder [N/m]; infinity for an inextensible cable."""
     increment: float = 5e-3
@@ -159,19 +161,15 @@ def solve(
     check_number("friction", mu, least=0.0, below=2.0)
     cables, forces = read_cables(design, pull, tension, by_tension), read_forces(design, loads)
     base = base_orientation(read_angle("theta_0", theta_0), read_angle("roll", roll))
-    batch = broadcast_batches(
-        {
-            "pull": cables.pull.shape[:-1],
-            "tension": cables.tension.shape[:-1],
-            "theta_0 and roll": base.shape[:-2],
-            "loads": forces.factor.shape[:-2],
-            "start": () if start is None else start.status.shape,
-        }
-    )
+    batches = {
+        "pull": cables.pull.shape[:-1], "tension": cables.tension.shape[:-1], "theta_0 and roll": base.shape[:-2],
+        "loads": forces.factor.shape[:-2], "start": () if start is None else start.status.shape,
+    }  # fmt: skip
+    batch = broadcast_batches(batches)
     kernel = _choose_kernel(mu, options)
     if start is None and kernel is not solve_rows:
         slack, at_once = read_cables(design, None, None, None), replace(options, quasi_static=None)
-        own = broadcast_batches({"theta_0 and roll": base.shape[:-2], "loads": forces.factor.shape[:-2]})
+        own = np.broadcast_shapes(base.shape[:-2], forces.factor.shape[:-2])
         start = _solve(kernel, design, _Arguments(slack, forces, base, own, None, 0.0, at_once))
     if start is not None:
         check_start(design, start)
@@ -179,23 +177,34 @@ def solve(
 
 
 def _choose_kernel(friction: float, options: StaticsOptions) -> Any:
-    """The smallest kernel that does what is asked for, so that no more is compiled."""
+    """The smallest kernel for the options, so that no more is compiled."""
     if options.quasi_static is not None:
-        return creep_rows
-    return follow_rows if friction > 0 else solve_rows
+        return quasi_static_rows
+    return increment_rows if friction > 0 else solve_rows
 
 
 def _solve(kernel: Any, design: TrunkDesign, arguments: _Arguments) -> Shape:
-    """Shapes by a kernel; quasi-static loading where incremental loading with friction does not converge."""
+    """Shapes by a kernel; where incremental loading with friction does not converge, by quasi-static loading."""
     options = arguments.options
     trunk, straight = get_trunk(design, options)
     nd, solution = 3 if options.has_torsion else 2, _start(arguments, trunk)
-    _run(kernel, _pose(arguments, straight), solution, trunk, nd)
-    is_stuck = arguments.friction > 0 and options.quasi_static is None
-    if is_stuck and (solution.status == Status.NOT_CONVERGED).any():
-        slowly = arguments._replace(options=replace(options, quasi_static=_FALLBACK))
-        _run_again(_pose(slowly, straight), (solution, _start(slowly, trunk)), trunk, nd)
+    _run(kernel, _build_problem(arguments, straight), solution, trunk, nd)
+    is_incremental = arguments.friction > 0 and options.quasi_static is None
+    if is_incremental and (failed := np.flatnonzero(solution.status == Status.NOT_CONVERGED)).size:
+        slowly = arguments._replace(options=replace(options, quasi_static=QuasiStatic()))
+        problem = _build_problem(slowly, straight)
+        own = {name: getattr(problem, name)[failed] for name in Problem._fields[:9]}
+        again = Solution(*(array[failed] for array in _start(slowly, trunk)))
+        _run(quasi_static_rows, problem._replace(**own), again, trunk, nd)
+        is_better = again.status != Status.NOT_CONVERGED
+        for array, found in zip(solution, again, strict=True):
+            array[failed[is_better]] = found[is_better]
     return build_shape(solution, arguments.batch)
+
+
+def _run(kernel: Any, problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
+    """Solve all rows on all cores."""
+    share(lambda first, last: kernel(first, last, nd, trunk, problem, solution), len(problem.base), _CHUNK)
 
 
 @final
@@ -241,8 +250,8 @@ def _get_trunk(key: IdentityKey, options: StaticsOptions) -> tuple[Trunk, np.nda
     return trunk, np.linalg.norm(trunk.beyond - trunk.before, axis=-1).sum(axis=0)
 
 
-def _pose(arguments: _Arguments, straight: np.ndarray) -> Problem:
-    """Problem of every row: final and initial lengths and tensions, and the increments between them."""
+def _build_problem(arguments: _Arguments, straight: np.ndarray) -> Problem:
+    """Inputs of the kernels, with lengths and tensions at the start and the increments from there."""
     cables, forces, base, batch, start, mu, options = arguments
     rows, count = math.prod(batch), cables.by_tension.size
     length = _to_rows(straight - cables.pull, batch, 1)
@@ -272,21 +281,19 @@ def _pose(arguments: _Arguments, straight: np.ndarray) -> Problem:
 
 
 def _start(arguments: _Arguments, trunk: Trunk) -> Solution:
-    """Arrays of the solutions, filled with the bends, tensions and anchors from which the search starts."""
+    """Arrays of the solutions, filled with the bends, tensions and anchors at the start."""
     batch, start, cables = arguments.batch, arguments.start, arguments.cables
     solution = allocate(trunk, math.prod(batch))
-    if start is None:
+    if start is None or start.history is None:
         solution.bend[..., :2] = NUDGE
-    elif start.history is None:
-        solution.bend[..., :2] = NUDGE
-        solution.anchor[:] = _to_rows(np.cumsum(start.gap[..., ::-1, :], axis=-2)[..., ::-1, :], batch, 2)
+        if start is not None:
+            solution.anchor[:] = _to_rows(np.cumsum(start.gap[..., ::-1, :], axis=-2)[..., ::-1, :], batch, 2)
     else:
         solution.bend[:] = _to_rows(start.history.bend, batch, 2)
         solution.anchor[:] = _to_rows(start.history.anchor, batch, 2)
         if start.forces is not None:
             solution.tension[:] = _to_rows(start.forces.cable_tension, batch, 1)
-    given = cables.tension if not batch else _to_rows(cables.tension, batch, 1)
-    np.copyto(solution.tension, given, where=cables.by_tension)
+    np.copyto(solution.tension, _to_rows(cables.tension, batch, 1), where=cables.by_tension)
     return solution
 
 
@@ -301,31 +308,10 @@ def allocate(trunk: Trunk, rows: int) -> Solution:
     )  # fmt: skip
 
 
-def _run(kernel: Any, problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
-    """Solve all rows on all cores."""
-    share(lambda first, last: kernel(first, last, nd, trunk, problem, solution), len(problem.base), _CHUNK)
-
-
-def _run_again(problem: Problem, solutions: tuple[Solution, Solution], trunk: Trunk, nd: int) -> None:
-    """Solve the rows of the first solution that did not converge from the second; keep those that then converge."""
-    kept, again = solutions
-    rows = np.flatnonzero(kept.status == Status.NOT_CONVERGED)
-    own = {name: getattr(problem, name)[rows] for name in Problem._fields[:9]}
-    part = Solution(*(array[rows] for array in again))
-    _run(creep_rows, problem._replace(**own), part, trunk, nd)
-    good = part.status != Status.NOT_CONVERGED
-    for array, found in zip(kept, part, strict=True):
-        array[rows[good]] = found[good]
-
-
 def build_shape(solution: Solution, batch: tuple[int, ...]) -> Shape:
     """Shapes of the solutions, their rows along the batch axes."""
-    figures, status = solution.figures[:, 0], solution.status
-    if batch:
-        each = [array.reshape((*batch, *array.shape[1:])) for array in solution]
-        solution, figures, status = Solution(*each), figures.reshape(batch), status.reshape(batch)
-    else:
-        solution, figures, status = Solution(*[array[0] for array in solution]), figures.reshape(()), status.reshape(())
+    figures = solution.figures[:, 0].reshape(batch)
+    solution = Solution(*[array.reshape((*batch, *array.shape[1:])) for array in solution])
     forces = {
         "cable_tension": solution.tension, "gap_tension": solution.gap_tension, "limit_reaction": solution.reaction,
         "tip_compliance": solution.compliance, "residual": figures,
@@ -334,7 +320,8 @@ def build_shape(solution: Solution, batch: tuple[int, ...]) -> Shape:
         Shape,
         {
             "points": solution.points, "joint_rotation": solution.rotation, "joint_angle": solution.angle,
-            "gap": solution.gap, "cable_change": solution.change, "is_shut": solution.shut, "status": status,
+            "gap": solution.gap, "cable_change": solution.change, "is_shut": solution.shut,
+            "status": solution.status,
             "forces": build(Forces, forces),
             "history": build(History, {"bend": solution.bend, "anchor": solution.anchor}),
         },

@@ -3,6 +3,10 @@
 Each sequence starts at rest under gravity with slack cables. A cable that is not pulled is relaxed: it pays out freely
 without tension. With friction the result depends on the order, so each step starts from the solution before it. The
 gripper's mass is part of the last section, as in the paper.
+
+All take ``theta_0``, the angle of the base axis below the horizontal [rad], and ``friction``, the coefficient between
+cables and holes [-], where None takes the design's. They raise a `ModelError` for numbers that are not finite or out of
+range, and for cables that do not fit.
 """
 
 from __future__ import annotations
@@ -29,8 +33,7 @@ LENGTH_TOLERANCE = 1e-6
 """Tolerance of the length of cable 1 in a ventral pull [m]."""
 
 _STEP = 5e-3
-"""Largest change of a cable's length per solution without friction [m]; larger ones may find another equilibrium where
-cables are opposed."""
+"""Largest change of a cable's length per solution without friction [m]; opposed cables may buckle in larger ones."""
 
 
 @lru_cache(maxsize=16)
@@ -43,53 +46,28 @@ def carry_gripper(design: TrunkDesign) -> TrunkDesign:
 
 
 def rest(design: TrunkDesign, theta_0: float = math.pi / 2, *, friction: float | None = None) -> Shape:
-    """Equilibrium under gravity, cables slack.
-
-    Args:
-        design: the trunk.
-        theta_0: angle of the base axis below the horizontal [rad].
-        friction: coefficient between cables and holes [-]; None takes the design's.
-
-    Raises:
-        ModelError: for numbers that are not finite or out of range.
-    """
+    """Equilibrium under gravity, cables slack."""
     return equilibrium.solve(carry_gripper(design), theta_0=theta_0, friction=friction)
 
 
 def pull_tensions(
     design: TrunkDesign, tension: ArrayLike, theta_0: float = math.pi / 2, *, friction: float | None = None
 ) -> Shape:
-    """Equilibrium under given tensions, applied together from rest.
-
-    Args:
-        design: the trunk.
-        tension: at the winders, shape (n_cable,) [N].
-        theta_0: angle of the base axis below the horizontal [rad].
-        friction: coefficient between cables and holes [-]; None takes the design's.
-
-    Raises:
-        ModelError: for numbers that are not finite or out of range, or not one per cable.
-    """
+    """Equilibrium under tensions at the winders, shape (n_cable,) [N], applied together from rest."""
     return equilibrium.solve(carry_gripper(design), tension=tension, theta_0=theta_0, friction=friction)
 
 
 def pull_dorsal(
     design: TrunkDesign, pull: float, theta_0: float = math.pi / 2, *, friction: float | None = None
 ) -> Shape:
-    """Equilibrium after cable 1 is pulled in from rest, the others relaxed.
+    """Equilibrium after cable 1, which must be dorsal, is pulled in from rest, the others relaxed.
 
     Args:
-        design: the trunk; cable 1 dorsal.
+        design: the trunk.
         pull: shortening of cable 1 from rest, 0 to 1.01 times the stroke [m].
-        theta_0: angle of the base axis below the horizontal [rad].
-        friction: coefficient between cables and holes [-]; None takes the design's.
-
-    Raises:
-        ModelError: for numbers that are not finite or out of range, or a cable 1 that is not dorsal.
     """
     pull = _read_pull("pull", pull, prepare(design).stroke)
-    start = _rest_alone(design, theta_0, friction)
-    return _pull_on(design, start, {0: pull}, theta_0, friction)
+    return _pull_on(design, _rest_alone(design, theta_0, friction), {0: pull}, theta_0, friction)
 
 
 def pull_ventral(
@@ -103,11 +81,6 @@ def pull_ventral(
     Args:
         design: the trunk; cable 1 dorsal, the others mirroring each other.
         lengthening: lengthening of cable 1 from rest, 0 to 1.01 times that of full curl [m].
-        theta_0: angle of the base axis below the horizontal [rad].
-        friction: coefficient between cables and holes [-]; None takes the design's.
-
-    Raises:
-        ModelError: for numbers that are not finite or out of range, or cables that do not fit.
     """
     prepared = prepare(design)
     check_ventral(design, prepared)
@@ -117,13 +90,14 @@ def pull_ventral(
     def bend(pull: float) -> Shape:
         return _pull_on(design, start, dict.fromkeys(range(1, design.n_cable), pull), theta_0, friction)
 
-    def miss(pull: float) -> float:
+    def excess(pull: float) -> float:
         return float(start.cable_change[0] - bend(pull).cable_change[0]) - lengthening
 
-    most = PULL_MARGIN * float(_full_ventral(design) - start.cable_change[1:].min())
-    if lengthening == 0.0 or miss(most) <= 0.0:
+    full = np.full((design.n_joint, 2), [0.0, -design.joint_limit])
+    most = PULL_MARGIN * float(cables.lengths(design, full).change[1:].max() - start.cable_change[1:].min())
+    if lengthening == 0.0 or excess(most) <= 0.0:
         return bend(most if lengthening > 0.0 else 0.0)
-    return bend(float(brentq(miss, 0.0, most, xtol=LENGTH_TOLERANCE / 10)))
+    return bend(float(brentq(excess, 0.0, most, xtol=LENGTH_TOLERANCE / 10)))
 
 
 def pull_twist(
@@ -135,11 +109,6 @@ def pull_twist(
         design: the trunk; cable 1 dorsal, three cables or more.
         pull_1: shortening of cable 1 from rest, 0 to 1.01 times the stroke [m].
         pull_2: shortening of cable 2 from its length after that, 0 to 1.01 times the stroke [m].
-        theta_0: angle of the base axis below the horizontal [rad].
-        friction: coefficient between cables and holes [-]; None takes the design's.
-
-    Raises:
-        ModelError: for numbers that are not finite or out of range, or cables that do not fit.
     """
     if design.n_cable < 3:
         raise ModelError(f"the design has {design.n_cable} cables; allowed for a twist: three or more")
@@ -157,16 +126,11 @@ def pull_cables(
     Args:
         design: the trunk.
         change: straight length minus new length, 0 for a relaxed cable, shape (n_cable,) [m].
-        theta_0: angle of the base axis below the horizontal [rad].
-        friction: coefficient between cables and holes [-]; None takes the design's.
-
-    Raises:
-        ModelError: for numbers that are not finite or out of range, or not one per cable.
     """
     allowed = pull_range(design.cable_stroke)
-    goal = read_numbers("change", change, allowed, shape=(design.n_cable,), unit="m")
+    final = read_numbers("change", change, allowed, shape=(design.n_cable,), unit="m")
     start = _rest_alone(design, theta_0, friction)
-    more = {int(cable): float(goal[cable] - start.cable_change[cable]) for cable in np.flatnonzero(goal)}
+    more = {int(cable): float(final[cable] - start.cable_change[cable]) for cable in np.flatnonzero(final)}
     return _pull_on(design, start, more, theta_0, friction)
 
 
@@ -184,29 +148,22 @@ def _rest_alone(design: TrunkDesign, theta_0: float, friction: float | None) -> 
     return rest(design, float(read_numbers("theta_0", theta_0, shape=())), friction=friction)
 
 
-def _full_ventral(design: TrunkDesign) -> float:
-    """Pull of the ventral cables since the straight trunk at full ventral curl [m]."""
-    bend = np.zeros((design.n_joint, 2))
-    bend[:, 1] = -design.joint_limit
-    return float(cables.lengths(design, bend).change[1:].max())
-
-
 def _pull_on(
     design: TrunkDesign, start: Shape, more: dict[int, float], theta_0: float, friction: float | None
 ) -> Shape:
     """Equilibrium after the cables of ``more`` are pulled in further by these lengths [m], all others relaxed."""
     relaxed = np.ones(design.n_cable, bool)
     relaxed[list(more)] = False
-    begin, goal = start.cable_change, start.cable_change.copy()
+    begin, final = start.cable_change, start.cable_change.copy()
     for cable, pull in more.items():
-        goal[cable] += pull
-    goal = np.minimum(goal, PULL_MARGIN * design.cable_stroke)  # Beyond full curl nothing moves.
+        final[cable] += pull
+    final = np.minimum(final, PULL_MARGIN * design.cable_stroke)  # Beyond full curl nothing moves.
     trunk, mu = carry_gripper(design), design.cable.friction if friction is None else friction
-    steps = 1 if mu > 0 else max(1, math.ceil(float(np.abs(goal - begin)[~relaxed].max(initial=0.0)) / _STEP - 1e-9))
+    steps = 1 if mu > 0 else max(1, math.ceil(float(np.abs(final - begin)[~relaxed].max(initial=0.0)) / _STEP - 1e-9))
     shape, tension = start, np.where(relaxed, 0.0, design.cable.tension_max)
     for step in range(1, steps + 1):
         shape = equilibrium.solve(
-            trunk, pull=begin + (goal - begin) * (step / steps), tension=tension, by_tension=relaxed, theta_0=theta_0,
+            trunk, pull=begin + (final - begin) * (step / steps), tension=tension, by_tension=relaxed, theta_0=theta_0,
             friction=friction, start=shape,
         )  # fmt: skip
     return shape

@@ -31,7 +31,7 @@ from spiraltrunk.model.kinematics.cables import hole_positions
 from spiraltrunk.model.kinematics.frames import base_orientation, bend_rotation
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.statics.equilibrium import SHUT, StaticsOptions, get_trunk
-from spiraltrunk.model.statics.kernels.capstan_friction import find_hole_turns
+from spiraltrunk.model.statics.kernels.cable_gaps import find_hole_turns
 from spiraltrunk.model.statics.kernels.capstan_law import tension_ratio
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Work, linearise, room_for_work
 from spiraltrunk.model.statics.loads import Loads, read_angle, read_forces

@@ -1,7 +1,4 @@
-"""Named tuples by their address, which is one argument of a call instead of hundreds.
-
-Numba hands a tuple over number by number, and an array as seven or more; most of a kernel's machine code would be that.
-"""
+"""Named tuples by their address: one argument of a call, where Numba passes each number and array of a tuple apart."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ from numba.extending import intrinsic
 
 @final
 class Address(types.Type):
-    """The type of a named tuple's address; its fields are read where they are used."""
+    """Type of a named tuple's address; a field is read where it is used."""
 
     def __init__(self, content: types.BaseNamedTuple) -> None:
         self.content = content
@@ -30,7 +27,7 @@ class _Pointer(models.PrimitiveModel):
         super().__init__(manager, address, manager.lookup(address.content).get_value_type().as_pointer())
 
     def from_argument(self, builder: Any, value: Any) -> Any:
-        """An argument, through which nobody writes: what is read need not be read again after an array is written."""
+        """An argument marked as never written through, so that a field need not be read again after a write."""
         value.add_attribute("noalias")
         value.add_attribute("nonnull")
         return value
@@ -42,7 +39,7 @@ class _Fields(AttributeTemplate):
     key = Address
 
     def generic_resolve(self, address: Any, name: str) -> Any:  # type: ignore[override]
-        """Type of a field, None where there is none of this name."""
+        """Type of a field; None for an unknown one."""
         fields = address.content.fields
         return address.content.types[fields.index(name)] if name in fields else None
 
@@ -55,14 +52,16 @@ def _read(context: Any, builder: Any, address: Any, value: Any, name: str) -> An
 
 
 def _take_address(typing: Any, content: Any) -> Any:
-    """The address of a named tuple and of those in it; of an address itself.
+    """Store a named tuple and those in it on the stack and return its address; an address is returned as it is.
 
-    It holds while the function runs that asks for it, which must not return it, and whose caller must keep the arrays:
-    so they have to be those of arguments.
+    The address is valid while the calling function runs, which must not return it. Its arrays must be those of
+    arguments, since nothing counts a reference to them.
     """
     if isinstance(content, Address):
         return signature(content, content), lambda context, builder, call, values: values[0]
-    return signature(_address(content), content), _store
+    return signature(_address(content), content), lambda context, builder, call, values: _store(
+        builder, context, content, values[0]
+    )
 
 
 by_address: Any = intrinsic(_take_address)
@@ -74,14 +73,10 @@ def _address(content: Any) -> Address:
     return Address(types.BaseTuple.from_types(parts, content.instance_class))
 
 
-def _store(context: Any, builder: Any, call: Any, values: Any) -> Any:
-    return _keep(builder, context, call.args[0], values[0])
-
-
-def _keep(builder: Any, context: Any, content: Any, value: Any) -> Any:
+def _store(builder: Any, context: Any, content: Any, value: Any) -> Any:
     parts = []
     for index, part in enumerate(content.types):
         field = builder.extract_value(value, index)
-        parts.append(_keep(builder, context, part, field) if isinstance(part, types.BaseNamedTuple) else field)
+        parts.append(_store(builder, context, part, field) if isinstance(part, types.BaseNamedTuple) else field)
     kept = cgutils.make_anonymous_struct(builder, parts, context.get_value_type(_address(content).content))
     return cgutils.alloca_once_value(builder, kept)

@@ -1,4 +1,4 @@
-"""Many equilibria, one after another."""
+"""Batches of equilibria: inputs and results, one row each, and the kernels that solve a range of rows."""
 
 from __future__ import annotations
 
@@ -9,54 +9,66 @@ import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
 from spiraltrunk.model.statics.kernels.address import by_address
-from spiraltrunk.model.statics.kernels.capstan_friction import COARSER, follow, load_at_once, release
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows
-from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, room_for_work
+from spiraltrunk.model.statics.kernels.energy import (
+    Case,
+    Control,
+    Friction,
+    replace_parts,
+    replace_trunk,
+    room_for_work,
+)
 from spiraltrunk.model.statics.kernels.joint_limits import is_shut
+from spiraltrunk.model.statics.kernels.loading import (
+    COARSER,
+    load_at_once,
+    load_in_increments,
+    load_quasi_statically,
+    reset_anchors,
+)
 from spiraltrunk.model.statics.kernels.projected_newton import TIGHT, room_for_steps
-from spiraltrunk.model.statics.kernels.quasi_static import creep, room_for_creep
 from spiraltrunk.model.statics.kernels.tip_compliance import tip_compliance
 
 CONVERGED, ALL_SHUT, STALLED, NOT_CONVERGED = range(4)
-"""The numbers of `Status`."""
+"""Values of `kinematics.shape.Status`."""
 
 NUDGE = 1e-6
-"""Bend from which a solution starts [rad], so that a trunk balanced on its base falls to one side."""
+"""Bend of the initial shape about y and z [rad]; it makes a trunk balanced on its base fall to one side."""
 
 
 class Problem(NamedTuple):
-    """What to solve, one row an equilibrium; the first axis of every array but the last four is the batch's."""
+    """Inputs of b equilibria."""
 
     base: np.ndarray
     """Orientation of the base, shape (b, 3, 3) [-]."""
     direction: np.ndarray
     """Gravity, and a force, shape (b, 1 or 2, 3) [m/s^2], [N]."""
     factor: np.ndarray
-    """What gravity and the force act on, by section, shape (b, 1 or 2, n_section) [kg], [-]."""
+    """Mass of each section, and 1 where the force acts, shape (b, 1 or 2, n_section) [kg], [-]."""
     moment: np.ndarray
     """The same times the distance along the section, shape (b, 1 or 2, n_section) [kg m], [m]."""
     length: np.ndarray
-    """Gaps' sum that each winder leaves, shape (b, n_cable) [m]."""
+    """Sum of the gaps of each cable held by length, without stretch, shape (b, n_cable) [m]."""
     start: np.ndarray
-    """Gaps' sum and tension from which the loading goes, shape (b, 2, n_cable) [m], [N]."""
+    """Sum of the gaps and tension at which the loading starts, shape (b, 2, n_cable) [m], [N]."""
     increments: np.ndarray
-    """Equal parts of the loading, shape (b,) [-]."""
+    """Number of equal increments of the loading, shape (b,) [-]."""
     most: np.ndarray
     """Largest tension, shape (b, n_cable) [N]."""
     motion: np.ndarray
-    """Time that the loading takes and damping time, of trunks that creep; else 0, shape (b, 2) [s]."""
+    """Time of a quasi-static loading and damping time; 0 for other loadings, shape (b, 2) [s]."""
     by_tension: np.ndarray
-    """Whether the tension is given, shape (n_cable,) [bool]."""
+    """Whether the cable is held by tension, shape (n_cable,) [bool]."""
     compliance: np.ndarray
     """Stretch of a cable per tension, shape (n_cable,) [m/N]."""
     friction: np.ndarray
-    """Coefficient [-], stiffness of a hole [N/m], tolerance [N m], most steps, shape (4,)."""
+    """Coefficient [-], stiffness of a hole [N/m], tolerance [N m], largest number of steps, shape (4,)."""
     straight: np.ndarray
-    """Gaps' sum of the straight trunk, shape (n_cable,) [m]."""
+    """Sum of the gaps in the straight trunk, shape (n_cable,) [m]."""
 
 
 class Solution(NamedTuple):
-    """What comes out, one row an equilibrium."""
+    """Results, one row an equilibrium, in the shapes of `kinematics.shape.Shape` and its parts."""
 
     bend: np.ndarray
     tension: np.ndarray
@@ -77,82 +89,86 @@ class Solution(NamedTuple):
 
 @owning
 def solve_rows(first, last, nd, trunk, problem, solution):
-    """Equilibria ``first`` to ``last`` without friction; bend, tension and anchor hold where each starts."""
+    """Rows ``first`` to ``last`` without friction; ``solution`` holds the bends, tensions and anchors at the start."""
     work, system = room_for_rows(nd, trunk)
     for b in range(first, last):
         solve_row(b, build_case(b, trunk, problem, solution), problem, solution, work, system)
 
 
 @owning
-def follow_rows(first, last, nd, trunk, problem, solution):
-    """The same with friction."""
+def increment_rows(first, last, nd, trunk, problem, solution):
+    """`solve_rows` in increments, with friction."""
     work, system = room_for_rows(nd, trunk)
     for b in range(first, last):
-        follow_row(b, build_case(b, trunk, problem, solution), problem, solution, work, system)
+        increment_row(b, build_case(b, trunk, problem, solution), problem, solution, work, system)
 
 
 @owning
-def creep_rows(first, last, nd, trunk, problem, solution):
-    """The same with friction or without, the trunks creeping, or at once where that takes no time."""
-    (work, system), slow = room_for_rows(nd, trunk), room_for_creep(trunk)
+def quasi_static_rows(first, last, nd, trunk, problem, solution):
+    """`solve_rows` by quasi-static loading, with friction or without; in one step where the damping time is 0."""
+    (work, system), joints = room_for_rows(nd, trunk), np.zeros((2, trunk.kind.shape[0], 3))
     for b in range(first, last):
-        creep_row(b, build_case(b, trunk, problem, solution), slow, problem, solution, work, system)
+        quasi_static_row(b, build_case(b, trunk, problem, solution), joints, problem, solution, work, system)
 
 
 @compiled
 def solve_row(b, case, problem, solution, work, system):
-    """Row ``b`` without friction."""
+    """Row ``b`` of `solve_rows`."""
     case, problem, solution = by_address(case), by_address(problem), by_address(solution)
     work, system = by_address(work), by_address(system)
-    load_row(b, case, problem, solution, work, system)
+    solve_bends(b, case, problem, solution, work, system)
     write_row(b, case, problem, solution, work, system)
 
 
 @compiled
-def follow_row(b, case, problem, solution, work, system):
-    """Row ``b`` with friction."""
+def increment_row(b, case, problem, solution, work, system):
+    """Row ``b`` of `increment_rows`."""
     case, problem, solution = by_address(case), by_address(problem), by_address(solution)
-    work, system, mu = by_address(work), by_address(system), problem.friction[0]
+    work, system, figures = by_address(work), by_address(system), solution.figures[b]
     q, tension, start, parts = solution.bend[b], solution.tension[b], problem.start[b], problem.increments[b]
-    tolerance, most = problem.friction[2], int(problem.friction[3])
-    note(b, follow(q, tension, case, mu, start, parts, tolerance, most, work, system), solution)
+    mu, tolerance, most = problem.friction[0], problem.friction[2], int(problem.friction[3])
+    found = load_in_increments(q, tension, case, mu, start, parts, tolerance, most, work, system)
+    figures[0], figures[1], figures[2] = found
     write_row(b, case, problem, solution, work, system)
 
 
 @compiled
-def creep_row(b, case, slow, problem, solution, work, system):
-    """Row ``b``, the trunk creeping."""
-    case, slow, problem, solution = by_address(case), by_address(slow), by_address(problem), by_address(solution)
-    work, system, mu, motion = by_address(work), by_address(system), problem.friction[0], problem.motion[b]
-    q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
+def quasi_static_row(b, case, joints, problem, solution, work, system):
+    """Row ``b`` of `quasi_static_rows`; ``joints`` is workspace for the damped stiffness and natural bends."""
+    case, problem, solution = by_address(case), by_address(problem), by_address(solution)
+    work, system, figures, motion = by_address(work), by_address(system), solution.figures[b], problem.motion[b]
     if motion[1] > 0.0:
-        most = int(problem.friction[3])
-        found = creep(q, tension, case, mu, start, motion, tolerance, most, slow, work, system)
-        note(b, found, solution)
+        q, tension, start, mu = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[0]
+        tolerance, most = problem.friction[2], int(problem.friction[3])
+        slow = replace_trunk(case.trunk, joints[0], joints[1], case.trunk.shut)
+        damped = by_address(replace_parts(case, slow, system.length))
+        found = load_quasi_statically(q, tension, case, mu, start, motion, tolerance, most, damped, work, system)
+        figures[0], figures[1], figures[2] = found
         if mu == 0.0:
-            release(work.gap, solution.anchor[b])
+            reset_anchors(work.gap, solution.anchor[b])
     else:
-        load_row(b, case, problem, solution, work, system)
+        solve_bends(b, case, problem, solution, work, system)
     write_row(b, case, problem, solution, work, system)
 
 
 @compiled
-def load_row(b, case, problem, solution, work, system):
+def solve_bends(b, case, problem, solution, work, system):
     """Bends and tensions of row ``b`` without friction."""
-    q, tension, start, tolerance = solution.bend[b], solution.tension[b], problem.start[b], problem.friction[2]
-    note(b, load_at_once(q, tension, case, start, tolerance, int(problem.friction[3]), work, system), solution)
+    q, tension, start, figures = solution.bend[b], solution.tension[b], problem.start[b], solution.figures[b]
+    found = load_at_once(q, tension, case, start, problem.friction[2], int(problem.friction[3]), work, system)
+    figures[0], figures[1], figures[2] = found
 
 
 @owning
 def room_for_rows(nd, trunk):
-    """`Work` and `System` for trunks like this."""
+    """`Work` and `System` for a trunk whose joints have ``nd`` bends."""
     n_joint, n_cable = trunk.before.shape[0], trunk.before.shape[1]
     return room_for_work(n_joint, n_cable, nd), room_for_steps(n_joint, n_cable, nd, trunk.stiffness)
 
 
 @owning
 def build_case(b, trunk, problem, solution):
-    """Row ``b`` as the laws read it; its holes' anchors are the solution's."""
+    """`Case` of row ``b``; its anchors are those of ``solution``."""
     mu, stiffness, size = problem.friction[0], problem.friction[1], (trunk.before.shape[0], trunk.before.shape[1])
     control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
     field = (problem.direction[b], problem.factor[b], problem.moment[b])
@@ -161,15 +177,8 @@ def build_case(b, trunk, problem, solution):
 
 
 @compiled
-def note(b, found, solution):
-    """Residual, violation and steps of row ``b``."""
-    figures = solution.figures[b]
-    figures[0], figures[1], figures[2] = found
-
-
-@compiled
 def write_row(b, case, problem, solution, work, system):
-    """What follows from the bends and tensions of row ``b``, just found."""
+    """Results of row ``b`` from its bends and tensions, at which ``work`` and ``system`` are placed."""
     trunk = case.trunk
     for i in range(work.rotation.shape[0]):
         copy_rows(work.rotation[i], solution.rotation[b, i])
@@ -183,7 +192,7 @@ def write_row(b, case, problem, solution, work, system):
 
 @compiled
 def measure(trunk, problem, solution, b):
-    """Angles between the sections, what the cables gave, which faces meet, and the status of row ``b``."""
+    """Angles between the sections, which faces touch, change of the cables' lengths, and status of row ``b``."""
     are_all_shut, has_stalled = True, False
     for i in range(solution.angle.shape[1]):
         rotation = solution.rotation[b, i]
@@ -208,7 +217,7 @@ def measure(trunk, problem, solution, b):
 
 @compiled
 def find_ends(frames, length, points):
-    """Section ends into ``points`` (n_section, 3)."""
+    """Section ends from their frames into ``points`` (n_section, 3) [m]."""
     for x in range(3):
         end = 0.0
         for n in range(length.shape[0]):

@@ -1,19 +1,20 @@
-"""A cable across one gap: its length, its derivatives by the joint's bends, and the turns at the two holes.
+"""A cable across one gap: its length, the derivatives by the joint's bends, and the turns at the two holes.
 
 The gap vector v = R m - p runs from the hole p before the joint to the hole m beyond it, both from the joint's centre.
-Its length is taken from the vector itself and not from |p|^2 + |m|^2 - 2 p . R m, which loses every digit where the gap
-shuts. It is sqrt(|v|^2 + shut^2), so that a shut gap keeps a direction; ``shut`` is a micrometre, and more while a
-solution is sought that lies in the corner of that root.
+The length is sqrt(|v|^2 + shut^2), which is smooth where the gap closes; ``shut`` is a micrometre, and more while a
+solution near that kink is sought. |v|^2 is summed from the vector, since |p|^2 + |m|^2 - 2 p . R m cancels there.
 """
 
 from __future__ import annotations
 
 import math
 
-from spiraltrunk.model.statics.kernels import compiled
+import numpy as np
+
+from spiraltrunk.model.statics.kernels import compiled, owning
 
 NARROW = 1e-4
-"""Length of a gap below which its direction is taken from the sections [m]."""
+"""Length of a gap below which the direction of its cable is blended into that of the sections [m]."""
 
 
 @compiled
@@ -37,7 +38,7 @@ def gap_length(rotation, p, m, shut, v):
 
 @compiled
 def differentiate_gap(first, second, p, m, length, v, slope, curve):
-    """Derivatives of the length into ``slope`` (nd) and ``curve`` (nd, nd); half of |v|^2 curves as -p . R m."""
+    """First and second derivatives of the length into ``slope`` (nd) and ``curve`` (nd, nd), of pairs a >= b alone."""
     for a in range(first.shape[0]):
         slope[a] = product(v, first[a], m) / length
         for b in range(a + 1):
@@ -48,8 +49,8 @@ def differentiate_gap(first, second, p, m, length, v, slope, curve):
 def hole_turns(rotation, p, m, v):
     """Angles by which the cable turns at the hole before the joint and at the hole beyond it [rad].
 
-    Inside a section the cable runs along the axis. A gap about to shut runs along the mean of the two axes; that
-    mean is blended in below `NARROW`, where the gap vector itself loses its direction.
+    Inside a section the cable runs along the axis. Below `NARROW`, where the gap vector loses its direction, the mean
+    of the two axes is blended in.
     """
     size = gap_length(rotation, p, m, 0.0, v)
     x, y, z = rotation[0, 0], rotation[1, 0], rotation[2, 0]
@@ -67,3 +68,24 @@ def _angle(v, x, y, z, length):
     less = math.sqrt((v[0] - length * x) ** 2 + (v[1] - length * y) ** 2 + (v[2] - length * z) ** 2)
     more = math.sqrt((v[0] + length * x) ** 2 + (v[1] + length * y) ** 2 + (v[2] + length * z) ** 2)
     return 2 * math.atan2(less, more)
+
+
+@compiled
+def measure_turns(trunk, work):
+    """Turn w_k of every cable before each gap, the sum of the turns at two holes, into ``work.turn`` [rad]."""
+    turns, v = work.turn, work.vectors[0]
+    for c in range(turns.shape[1]):
+        last = 0.0
+        for i in range(turns.shape[0]):
+            before, beyond = hole_turns(work.rotation[i], trunk.rub_before[i, c], trunk.rub_beyond[i, c], v)
+            turns[i, c] = last + before
+            last = beyond
+
+
+@owning
+def find_hole_turns(rotation, before, beyond, at_before, at_beyond):
+    """`hole_turns` of all joints and cables into ``at_before``, ``at_beyond`` (n_joint, n_cable) [rad]."""
+    v = np.empty(3)
+    for i in range(at_before.shape[0]):
+        for c in range(at_before.shape[1]):
+            at_before[i, c], at_beyond[i, c] = hole_turns(rotation[i], before[i, c], beyond[i, c], v)

@@ -1,4 +1,4 @@
-"""Copies, the Cholesky factor of a small matrix, and the triangular solves."""
+"""Dense linear algebra of small matrices: copies, sums, Cholesky factor, triangular solves, elimination."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from spiraltrunk.model.statics.kernels import compiled
 
 @compiled
 def copy(vector, out):
-    """``out`` = ``vector``; NumPy's way makes a copy on the way."""
+    """``out`` = ``vector``, without a temporary copy."""
     for i in range(vector.shape[0]):
         out[i] = vector[i]
 
@@ -42,10 +42,9 @@ def dot(a, b):
 
 @compiled
 def factorise(matrix, factor, weight, shift):
-    """Upper factor U of ``matrix`` = U^T U (its lower triangle is read) plus ``shift`` times the diagonal ``weight``.
+    """Upper factor U of the matrix U^T U = ``matrix`` + ``shift`` diag(``weight``); only lower triangles are read.
 
-    Rows are made one after the other, from those above four at a time, so that the processor's lanes are full. Returns
-    whether the matrix is positive definite.
+    Four rows at a time are subtracted from the next, so that the loop vectorises. Returns whether U exists.
     """
     size = matrix.shape[0]
     for k in range(size):
@@ -74,7 +73,7 @@ def factorise(matrix, factor, weight, shift):
 
 @compiled
 def solve_factored(factor, right, out):
-    """Solve with the transpose of the upper factor and with itself."""
+    """Solve U^T U ``out`` = ``right``."""
     size = factor.shape[0]
     for i in range(size):
         out[i] = right[i]
@@ -94,7 +93,7 @@ def solve_factored(factor, right, out):
 def solve_columns(factor, columns):
     """Solve for the columns of ``columns`` (size, m) in place, m a multiple of four; bitwise equal to `solve_factored`.
 
-    Four columns are interleaved, as one alone is bound by the latency of its running sum.
+    Four columns are interleaved, since the running sum of one is bound by latency.
     """
     size = factor.shape[0]
     for k in range(0, columns.shape[1], 4):

@@ -1,8 +1,9 @@
-"""Energy and residual of the trunk under weight, elasticity, cables and their friction.
+"""Energy of the trunk under weight, elasticity, cables and their friction, with gradient and Hessian.
 
-Merit of a shape: elastic energy, loads, and per cable an augmented Lagrangian of "no longer than its length, tension
-from 0 to the largest"; a cable with a tension adds tension times length. Friction adds, hole by hole, a dissipation
-F |S - anchor| with a short elastic foot, S the cable beyond the hole; its slope is what the hole takes off the tension.
+The merit of a shape is its elastic energy, the potential of the loads, and per cable held by length an augmented
+Lagrangian of the constraints "length at most the given one, 0 <= tension <= largest"; a cable held by tension adds
+tension times length. Friction adds at each hole the dissipation F |S - anchor|, S the cable beyond the hole, quadratic
+near the anchor; its derivative by S is what the hole adds to the tension.
 """
 
 from __future__ import annotations
@@ -14,42 +15,43 @@ import numpy as np
 from spiraltrunk.model.statics.kernels import compiled, owning
 from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.cable_gaps import differentiate_gap, gap_length
+from spiraltrunk.model.statics.kernels.cholesky import column_sum
 from spiraltrunk.model.statics.kernels.gravity_load import add_weight, chain, weight_energy
 from spiraltrunk.model.statics.kernels.joint_rotation import differentiate, rotate
 
 
 class Trunk(NamedTuple):
-    """What does not change: the design in arrays."""
+    """The design in arrays."""
 
     kind: np.ndarray
-    """How each joint turns, of `rotation`, shape (n_joint,) [-]."""
+    """Kind of each joint, of `joint_rotation`, shape (n_joint,) [-]."""
     stiffness: np.ndarray
-    """About y, z and x (torsion), shape (n_joint, 3) [N m/rad]."""
+    """Bending stiffness about y and z, torsional about x, shape (n_joint, 3) [N m/rad]."""
     natural: np.ndarray
-    """Bends that need no moment, shape (n_joint, 3) [rad]."""
+    """Bends without elastic moment, shape (n_joint, 3) [rad]."""
     limit: float
     """Largest bend [rad]."""
     length: np.ndarray
-    """Sections, shape (n_section,) [m]."""
+    """Lengths of the sections, shape (n_section,) [m]."""
     before: np.ndarray
     """Holes before the joints, from their centres, shape (n_joint, n_cable, 3) [m]."""
     beyond: np.ndarray
     """Holes beyond the joints, shape (n_joint, n_cable, 3) [m]."""
     rub_before: np.ndarray
-    """Holes before the joints at which the cables rub: the designed ones, where ``before`` is set back [m]."""
+    """Holes before the joints that count for friction: the designed ones, even where ``before`` is set back [m]."""
     rub_beyond: np.ndarray
     """The same beyond the joints [m]."""
     shut: float
-    """Length at which a gap counts as shut [m]."""
+    """Length that smooths the gap's length where the gap closes [m]."""
 
 
 class Control(NamedTuple):
-    """What the winders do, one number a cable, shape (n_cable,)."""
+    """Inputs of the winders, shape (n_cable,) each."""
 
     by_tension: np.ndarray
-    """Whether the tension is given [bool]; else the length is."""
+    """Whether the cable is held by tension [bool], else by length."""
     length: np.ndarray
-    """Sum of the gaps that the winder leaves [m]."""
+    """Sum of the gaps of a cable held by length, without stretch [m]."""
     most: np.ndarray
     """Largest tension [N]."""
     compliance: np.ndarray
@@ -57,35 +59,37 @@ class Control(NamedTuple):
 
 
 class Friction(NamedTuple):
-    """Friction at the holes, shape (n_joint, n_cable) each; a stiffness of 0 leaves it out."""
+    """Friction at the holes, arrays of shape (n_joint, n_cable); none where the stiffness is 0."""
 
     force: np.ndarray
-    """What each hole can take off the tension when the cable slides to the motor [N]."""
+    """Slip force of each hole towards the motor [N]."""
     force_back: np.ndarray
-    """The same when it slides away from the motor [N]."""
+    """Slip force away from the motor [N]."""
     anchor: np.ndarray
-    """Cable beyond the hole at which the hole holds nothing [m]."""
+    """Cable length beyond the hole at which its friction force is 0 [m]."""
     stiffness: float
-    """Of a hole before its cable slides [N/m]."""
+    """Of a hole whose cable sticks [N/m]."""
 
 
 class Case(NamedTuple):
-    """One trunk as it stands and is driven."""
+    """One trunk with its base, loads and inputs."""
 
     base: np.ndarray
     """Axes of the base, shape (3, 3) [-]."""
     trunk: Trunk
-    """The design."""
     field: tuple[np.ndarray, np.ndarray, np.ndarray]
-    """Loads, of `weight`."""
+    """Loads, of `gravity_load.weight_energy`."""
     control: Control
-    """Winders."""
     friction: Friction
-    """Holes."""
 
 
 class Work(NamedTuple):
-    """Room for one solution, so that nothing is allocated on the way."""
+    """Arrays of one solution, so that no iteration allocates.
+
+    Per joint the ``rotation`` and its ``first`` and ``second`` derivatives by the bends; per gap its length ``gap``
+    with the derivatives ``slope`` and ``curve``, the cable's ``tension``, its ``turn`` at the hole before it and the
+    ``hole_stiffness`` there; of `gravity_load` the cross products ``force_cross`` and ``moment_cross``.
+    """
 
     frames: np.ndarray
     rotation: np.ndarray
@@ -96,12 +100,12 @@ class Work(NamedTuple):
     curve: np.ndarray
     tension: np.ndarray
     turn: np.ndarray
-    bow: np.ndarray
+    hole_stiffness: np.ndarray
     gradient: np.ndarray
     hessian: np.ndarray
     factor: np.ndarray
-    lean: np.ndarray
-    sway: np.ndarray
+    force_cross: np.ndarray
+    moment_cross: np.ndarray
     vectors: np.ndarray
 
 
@@ -114,14 +118,30 @@ def room_for_work(n_joint, n_cable, nd):
         np.zeros((n_joint, nd, nd, 3, 3)), np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable, nd)),
         np.zeros((n_joint, n_cable, nd, nd)), np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable)),
         np.zeros((n_joint, n_cable)), np.zeros((n_joint, nd)), np.zeros((size, size)), np.zeros((size, size)),
-        np.zeros((size, 3)),
-        np.zeros((size, 3)), np.zeros((3, 3)),
+        np.zeros((size, 3)), np.zeros((size, 3)), np.zeros((3, 3)),
     )  # fmt: skip
 
 
 @compiled
+def replace_trunk(trunk, stiffness, natural, shut):
+    """The trunk with other stiffness, natural bends and smoothing length."""
+    return Trunk(
+        trunk.kind, stiffness, natural, trunk.limit, trunk.length, trunk.before, trunk.beyond, trunk.rub_before,
+        trunk.rub_beyond, shut,
+    )  # fmt: skip
+
+
+@compiled
+def replace_parts(case, trunk, length):
+    """The case with another trunk and other cable lengths."""
+    control = case.control
+    held = Control(control.by_tension, length, control.most, control.compliance)
+    return Case(case.base, trunk, case.field, held, case.friction)
+
+
+@compiled
 def place(q, base, trunk, work):
-    """Put the chain at the bends ``q``: joints' rotations, sections' frames, gaps."""
+    """Rotations of the joints, frames of the sections and lengths of the gaps at the bends ``q``, into ``work``."""
     nd, v = work.first.shape[1], work.vectors[0]
     for i in range(q.shape[0]):
         rotate(q[i], trunk.kind[i], nd, work.rotation[i])
@@ -132,7 +152,7 @@ def place(q, base, trunk, work):
 
 @compiled
 def cable_tension(gap_sum, c, tension, control, penalty):
-    """Tension of cable c by its augmented Lagrangian with the multiplier ``tension``, and the excess length."""
+    """Tension of cable c in the augmented Lagrangian with multipliers ``tension`` [N], and its excess length [m]."""
     if control.by_tension[c]:
         return tension[c], 0.0
     excess = gap_sum - control.length[c]
@@ -141,8 +161,44 @@ def cable_tension(gap_sum, c, tension, control, penalty):
 
 
 @compiled
+def update_tensions(gap, control, tension, penalty, pulls):
+    """Tensions of the augmented Lagrangian at the lengths of the gaps, into ``pulls``."""
+    for c in range(tension.shape[0]):
+        pulls[c] = cable_tension(column_sum(gap, c), c, tension, control, penalty)[0]
+
+
+@compiled
+def find_excess(gap, control, pulls, system):
+    """Excess length of each cable and the active set of cables; returns the largest violation [m]."""
+    worst = 0.0
+    for c in range(pulls.shape[0]):
+        system.active[c], system.excess[c] = False, 0.0
+        if not control.by_tension[c]:
+            over = column_sum(gap, c) - control.length[c] - control.compliance[c] * pulls[c]
+            is_idle = (pulls[c] <= 0 and over <= 0) or (pulls[c] >= control.most[c] and over >= 0)
+            system.active[c], system.excess[c] = not is_idle, over
+            if not is_idle:
+                worst = max(worst, abs(over))
+    return worst
+
+
+@compiled
+def add_penalty(system, control, penalty, hessian):
+    """Add the penalty on the active cables' lengths to the lower triangle of the Hessian."""
+    size = hessian.shape[0]
+    for c in range(system.active.shape[0]):
+        if system.active[c]:
+            stiff = penalty / (1 + penalty * control.compliance[c])
+            for row in range(size):
+                push = stiff * system.slopes[c, row]
+                if push != 0.0:
+                    for column in range(row + 1):
+                        hessian[row, column] += push * system.slopes[c, column]
+
+
+@compiled
 def merit(q, case, tension, penalty, work):
-    """Energy plus what cables and friction add [J]; leaves ``work`` placed at ``q``."""
+    """Merit of the shape [J]; ``work`` is then placed at ``q``."""
     place(q, case.base, case.trunk, work)
     return merit_placed(q, case, tension, penalty, work)
 
@@ -173,7 +229,7 @@ def merit_placed(q, case, tension, penalty, work):
 
 @compiled
 def _dissipation(beyond, i, c, friction):
-    """Integral of `hold` over the cable's slip [J]."""
+    """Integral of `hole_force` over the cable's slip [J]."""
     slip = beyond - friction.anchor[i, c]
     force = friction.force[i, c] if slip < 0 else friction.force_back[i, c]
     size, foot = abs(slip), force / friction.stiffness
@@ -181,21 +237,18 @@ def _dissipation(beyond, i, c, friction):
 
 
 @compiled
-def hold(beyond, i, c, friction):
-    """What hole (i, c) adds to the tension beyond it [N], negative when it takes off, and its stiffness [N/m]."""
+def hole_force(beyond, i, c, friction):
+    """Friction force of hole (i, c), added to the tension beyond it [N], and its derivative by the slip [N/m]."""
     slip = beyond - friction.anchor[i, c]
     force = friction.force[i, c] if slip < 0 else friction.force_back[i, c]
-    if friction.stiffness * abs(slip) < force * (1 - 1e-9):  # A hole that slid is left just there, and slides on.
+    if friction.stiffness * abs(slip) < force * (1 - 1e-9):  # A hole that slid stays on the boundary.
         return friction.stiffness * slip, friction.stiffness
     return (force if slip > 0 else -force), 0.0
 
 
 @compiled
 def linearise(q, case, pulls, work):
-    """Gradient and lower Hessian of the energy with the winders at the tensions ``pulls``, into ``work``.
-
-    ``work.tension`` receives the tension of every gap, ``work.bow`` the stiffness of every hole.
-    """
+    """Gradient and lower Hessian of the energy with the winders at the tensions ``pulls``, into ``work``."""
     case, work = by_address(case), by_address(work)
     place(q, case.base, case.trunk, work)
     linearise_placed(q, case, pulls, work)
@@ -204,21 +257,20 @@ def linearise(q, case, pulls, work):
 @compiled
 def linearise_placed(q, case, pulls, work):
     """`linearise` where ``work`` is placed at ``q`` already."""
-    trunk = case.trunk
     work.gradient[:] = 0.0
     work.hessian[:] = 0.0
-    _differentiate(q, trunk, work)
-    _add_elastic(q, trunk, work)
-    add_weight(work, trunk.length, case.field)
+    _add_joints(q, case.trunk, work)
+    add_weight(work, case.trunk.length, case.field)
     for c in range(work.gap.shape[1]):
-        _spread(pulls[c], c, case.friction, work)
+        _propagate_tension(pulls[c], c, case.friction, work)
         _add_cable(c, work)
     if case.friction.stiffness > 0:
         _add_holes(work)
 
 
 @compiled
-def _differentiate(q, trunk, work):
+def _add_joints(q, trunk, work):
+    """Derivatives of every joint's rotation and gaps, and its elastic moment and stiffness."""
     nd, v = work.first.shape[1], work.vectors[0]
     for i in range(q.shape[0]):
         differentiate(q[i], trunk.kind[i], nd, work.first[i], work.second[i])
@@ -226,20 +278,14 @@ def _differentiate(q, trunk, work):
             p, m = trunk.before[i, c], trunk.beyond[i, c]
             length = gap_length(work.rotation[i], p, m, trunk.shut, v)
             differentiate_gap(work.first[i], work.second[i], p, m, length, v, work.slope[i, c], work.curve[i, c])
-
-
-@compiled
-def _add_elastic(q, trunk, work):
-    nd = work.first.shape[1]
-    for i in range(q.shape[0]):
         for a in range(nd):
             work.gradient[i, a] += trunk.stiffness[i, a] * (q[i, a] - trunk.natural[i, a])
             work.hessian[i * nd + a, i * nd + a] += trunk.stiffness[i, a]
 
 
 @compiled
-def _spread(pull, c, friction, work):
-    """Tension of every gap of a cable from the winder's."""
+def _propagate_tension(pull, c, friction, work):
+    """Tension of cable c across every gap, from that at the winder, and the stiffness of its holes."""
     n_joint = work.gap.shape[0]
     if friction.stiffness == 0:
         work.tension[:, c] = pull
@@ -247,7 +293,7 @@ def _spread(pull, c, friction, work):
     beyond = 0.0
     for i in range(n_joint - 1, -1, -1):
         beyond += work.gap[i, c]
-        work.tension[i, c], work.bow[i, c] = hold(beyond, i, c, friction)
+        work.tension[i, c], work.hole_stiffness[i, c] = hole_force(beyond, i, c, friction)
     for i in range(n_joint):
         pull += work.tension[i, c]
         work.tension[i, c] = pull
@@ -267,16 +313,16 @@ def _add_cable(c, work):
 
 @compiled
 def _add_holes(work):
-    """Stiffness of the sticking holes: a sum over holes m of bow_m dS_m dS_m, each S_m the gaps from m on."""
+    """Stiffness of the sticking holes: sum_m k_m dS_m dS_m over the holes, S_m the sum of the gaps from m on."""
     n_joint, n_cable = work.gap.shape
     nd = work.first.shape[1]
     for c in range(n_cable):
         stiff = 0.0
         for m in range(n_joint):
-            stiff += work.bow[m, c]
+            stiff += work.hole_stiffness[m, c]
             if stiff == 0.0:
                 continue
-            for j in range(m, n_joint):  # Pairs whose nearer gap is m share every hole up to m.
+            for j in range(m, n_joint):  # Two gaps share every hole up to the nearer one, m.
                 for a in range(nd):
                     push = stiff * work.slope[j, c, a]
                     for b in range(a + 1 if j == m else nd):

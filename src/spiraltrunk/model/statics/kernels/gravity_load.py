@@ -2,8 +2,8 @@
 
 A field is a constant force direction f with a factor m_n per section and the distance at which it acts along the
 section's axis: gravity on the masses, or a force at one section's end. Its energy is -f . sum m_n x_n. With omega_ia
-the turning per rate of bend a of joint i, and M_j the sum of m_n (x_n - o_j) over what lies beyond joint j, the second
-derivative by a bend of joint i and one of a joint j beyond it is -(f x omega_ia) . (omega_jb x M_j).
+the angular velocity per rate of bend a of joint i, and M_j the sum of m_n (x_n - o_j) over the sections beyond joint j,
+the second derivative by a bend of joint i and one of a joint j beyond it is -(f x omega_ia) . (omega_jb x M_j).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def add_weight(work, length, field):
 
 @compiled
 def _add_field(work, length, direction, factor, moment):
-    """The joints' own terms; ``lean`` keeps f x omega, ``sway`` keeps omega x M, one row a bend."""
+    """The joints' own terms; ``force_cross`` keeps f x omega, ``moment_cross`` omega x M, one row a bend."""
     nd = work.first.shape[1]
     total, near, far, beyond = work.vectors[0], work.vectors[1], work.vectors[2], 0.0
     total[:] = 0.0
@@ -68,17 +68,17 @@ def _add_field(work, length, direction, factor, moment):
             for b in range(a + 1):
                 work.hessian[row, i * nd + b] -= product(near, work.second[i, a, b], far)
             w0, w1, w2 = spin(work.first[i, a], work.rotation[i], above)
-            work.lean[row, 0] = direction[1] * w2 - direction[2] * w1
-            work.lean[row, 1] = direction[2] * w0 - direction[0] * w2
-            work.lean[row, 2] = direction[0] * w1 - direction[1] * w0
-            work.sway[row, 0] = w1 * total[2] - w2 * total[1]
-            work.sway[row, 1] = w2 * total[0] - w0 * total[2]
-            work.sway[row, 2] = w0 * total[1] - w1 * total[0]
+            work.force_cross[row, 0] = direction[1] * w2 - direction[2] * w1
+            work.force_cross[row, 1] = direction[2] * w0 - direction[0] * w2
+            work.force_cross[row, 2] = direction[0] * w1 - direction[1] * w0
+            work.moment_cross[row, 0] = w1 * total[2] - w2 * total[1]
+            work.moment_cross[row, 1] = w2 * total[0] - w0 * total[2]
+            work.moment_cross[row, 2] = w0 * total[1] - w1 * total[0]
 
 
 @compiled
 def spin(first, rotation, above):
-    """Turning per rate of a bend, in the world's axes: the vector of R' R^T, turned by the frame before the joint."""
+    """Angular velocity per rate of a bend in world axes: the vector of R' R^T, in the frame ``above`` the joint."""
     x, y, z = 0.0, 0.0, 0.0
     for j in range(3):
         x += first[2, j] * rotation[1, j]
@@ -95,7 +95,7 @@ def spin(first, rotation, above):
 def _add_coupling(work):
     nd = work.first.shape[1]
     for row in range(nd, work.hessian.shape[0]):
-        x, y, z = work.sway[row, 0], work.sway[row, 1], work.sway[row, 2]
+        x, y, z = work.moment_cross[row, 0], work.moment_cross[row, 1], work.moment_cross[row, 2]
         for column in range(row - row % nd):
-            lean = work.lean[column]
-            work.hessian[row, column] -= lean[0] * x + lean[1] * y + lean[2] * z
+            force = work.force_cross[column]
+            work.hessian[row, column] -= force[0] * x + force[1] * y + force[2] * z

@@ -1,7 +1,7 @@
-"""Joint limit of the compiled model: every joint bends within a cone, |q_i| <= limit, in any direction.
+"""Joint limits as an active set: every joint bends within a cone, |q_i| <= limit, in any direction.
 
-The active set is the pressed joints. A pressed joint moves along the rim of its cone only: its rows (y, z) are turned
-to (normal, tangent), the normal one is held, and the tangent's curvature grows by the reaction times that of the rim.
+A joint of the active set (``pressed``) moves along the rim of its cone only: its rows (y, z) are rotated to (normal,
+tangent), the normal one is held, and the tangent's curvature grows by the reaction times that of the rim.
 `model.kinematics.joint_limits` has the limit for arrays of planar bends.
 """
 
@@ -14,18 +14,18 @@ from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.joint_rotation import bend_size
 
 NEARLY = 5e-4
-"""Angle short of the limit at which faces count as meeting [rad]: a gap of ``shut`` keeps the tip's joint that open."""
+"""Angle short of the limit at which faces count as touching [rad]: the smoothing of the gaps keeps joints that open."""
 
 
 @compiled
 def is_shut(angle, limit):
-    """Whether the faces at a joint meet, whose neighbouring axes lie ``angle`` apart."""
+    """Whether the faces touch at a joint whose sections enclose ``angle``."""
     return angle > limit - NEARLY
 
 
 @compiled
 def scale_to_limit(bend, kind, limit, rim):
-    """Scale a bend to the limit."""
+    """Scale a bend to the limit, in place."""
     for _ in range(20):
         size = bend_size(bend, kind, rim)
         along = rim[0] * bend[0] + rim[1] * bend[1]
@@ -38,7 +38,7 @@ def scale_to_limit(bend, kind, limit, rim):
 
 @compiled
 def project_to_limits(q, trunk, rim):
-    """Put every bend past the limit back on the rim."""
+    """Scale every bend past the limit back to it, in place."""
     for i in range(q.shape[0]):
         if _is_bent(q, i, trunk.limit) and bend_size(q[i], trunk.kind[i], rim) > trunk.limit:
             scale_to_limit(q[i], trunk.kind[i], trunk.limit, rim)
@@ -46,19 +46,19 @@ def project_to_limits(q, trunk, rim):
 
 @compiled
 def is_at_limit(q, i, trunk, rim):
-    """Whether joint i is at its limit; ``rim`` receives the rim's derivatives there."""
+    """Whether joint i is at its limit; ``rim`` receives the derivatives of `bend_size` there."""
     return _is_bent(q, i, trunk.limit) and bend_size(q[i], trunk.kind[i], rim) >= trunk.limit * (1 - 1e-12)
 
 
 @compiled
 def _is_bent(q, i, limit):
-    """Whether a joint is bent enough to be near its limit, and to have a direction."""
+    """Whether a joint is bent beyond half its limit, so that the bend has a direction."""
     return q[i, 0] * q[i, 0] + q[i, 1] * q[i, 1] > 0.25 * limit * limit
 
 
 @compiled
 def reduce(q, trunk, work, system):
-    """Copy the equations of ``work`` to ``system`` and reduce those of the joints pressed against their limit."""
+    """Copy the equations of ``work`` to ``system``; joints pressed against their limit form the active set."""
     trunk, work, system = by_address(trunk), by_address(work), by_address(system)
     nd, rim = work.first.shape[1], system.rim
     for i in range(q.shape[0]):
@@ -79,7 +79,7 @@ def reduce(q, trunk, work, system):
 
 @compiled
 def activate_limit(i, trunk, work, system):
-    """Hold joint i on the rim, whose derivatives are in ``system.rim``."""
+    """Add joint i to the active set and reduce its equations; ``system.rim`` holds the rim's derivatives."""
     hessian, gradient, slopes, rim = work.hessian, system.gradient, system.slopes, system.rim
     nd = work.first.shape[1]
     y, z = i * nd, i * nd + 1
@@ -103,7 +103,7 @@ def activate_limit(i, trunk, work, system):
 
 @compiled
 def activate_outward_limits(q, trunk, work, system):
-    """Hold the free joints on the rim that the step would move out; returns whether there were any."""
+    """Add the joints at their limit that the step would move past it to the active set; whether there are any."""
     found, nd, rim = False, work.first.shape[1], system.rim
     for i in range(q.shape[0]):
         is_free = not system.pressed[i] and is_at_limit(q, i, trunk, rim)
@@ -115,7 +115,7 @@ def activate_outward_limits(q, trunk, work, system):
 
 @compiled
 def move(q, trunk, system, share):
-    """``system.trial`` = ``q`` moved by ``share`` of the reduced step, put back into the cones."""
+    """``q`` plus ``share`` of the reduced step, projected to the joint limits, into ``system.trial``."""
     step, out = system.step, system.trial
     nd = step.shape[0] // q.shape[0]
     for i in range(q.shape[0]):

@@ -1,9 +1,9 @@
 """Rotation matrix of a joint from its bends, with first and second derivatives.
 
-Three kinds of joint: ``VECTOR`` turns by the vector (0, q_y, q_z) without torsion, by Rodrigues' formula
-R = C I + S [b] + D b b^T, whose coefficients are smooth functions of u = |b|^2: C = cos(sqrt u), S = sin(sqrt u) /
-sqrt u, D = (1 - C) / u; a third bend q_x, where there is one, follows as torsion about the child's axis. ``Z_FIRST``
-and ``Y_FIRST`` are two hinges in a row, as the simulation has them.
+Three kinds of joint: ``VECTOR`` rotates by the vector b = (0, q_y, q_z) without torsion, R = C I + S [b] + D b b^T
+(Rodrigues), with C = cos(sqrt u), S = sin(sqrt u) / sqrt u, D = (1 - C) / u, smooth functions of u = |b|^2; a third
+bend q_x, if any, follows as torsion about the distal section's axis. ``Z_FIRST`` and ``Y_FIRST`` are two hinges in
+series, as in the simulation.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from spiraltrunk.model.statics.kernels import compiled
 VECTOR, Z_FIRST, Y_FIRST = 0, 1, 2
 
 _SERIES_BELOW = 0.05
-"""Below this u [rad^2] the divided differences of the closed form lose digits, and five terms of the series do not."""
+"""Below this u the coefficients are summed as series, since their closed forms cancel [rad^2]."""
 
 
 @compiled
@@ -52,7 +52,7 @@ def rotate(q, kind, nd, out):
 
 @compiled
 def differentiate(q, kind, nd, first, second):
-    """First (nd, 3, 3) and second (nd, nd, 3, 3) derivatives of one joint's rotation; of pairs a >= b alone."""
+    """First (nd, 3, 3) and second (nd, nd, 3, 3) derivatives of one joint's rotation; pairs a >= b only."""
     if kind == VECTOR:
         _differentiate_vector(q[0], q[1], first, second)
         if nd == 3:
@@ -109,7 +109,7 @@ def _differentiate_vector(y, z, first, second):
 
 @compiled
 def _twist(angle, out):
-    """Follow ``out`` by a turn about its x axis."""
+    """Rotate ``out`` about its own x axis."""
     c, s = math.cos(angle), math.sin(angle)
     for i in range(3):
         dorsal, side = out[i, 1], out[i, 2]
@@ -118,7 +118,7 @@ def _twist(angle, out):
 
 @compiled
 def _by_torsion(matrix, out):
-    """Derivative of ``matrix`` by a torsion that follows it: ``out`` = ``matrix`` [e_x]."""
+    """Derivative of ``matrix`` by the torsion after it: ``out`` = ``matrix`` [e_x]."""
     for i in range(3):
         out[i, 0], out[i, 1], out[i, 2] = 0.0, matrix[i, 2], -matrix[i, 1]
 
@@ -139,7 +139,7 @@ def _differentiate_torsion(q, first, second):
 
 @compiled
 def _hinges(kind, cy, sy, cz, sz, keep_y, keep_z, out):
-    """Turn about z then y, or y then z; a ``keep`` of 0 leaves out the ones on the diagonal of a derivative."""
+    """Rotation about z then y, or y then z; in a derivative by y, ``keep_y`` = 0 drops the constant entries, so z."""
     out[0, 0] = cy * cz
     if kind == Z_FIRST:
         out[0, 1], out[0, 2] = -sz * keep_y, cz * sy
@@ -153,7 +153,7 @@ def _hinges(kind, cy, sy, cz, sz, keep_y, keep_z, out):
 
 @compiled
 def _differentiate_hinges(kind, y, z, first, second):
-    """Derivatives shift cosine and sine by a quarter turn each, and take away what does not turn."""
+    """By the chain rule: (cos, sin) of the angle become (-sin, cos), and constant entries 0."""
     cy, sy, cz, sz = math.cos(y), math.sin(y), math.cos(z), math.sin(z)
     _hinges(kind, -sy, cy, cz, sz, 0.0, 1.0, first[0])
     _hinges(kind, cy, sy, -sz, cz, 1.0, 0.0, first[1])
@@ -164,9 +164,9 @@ def _differentiate_hinges(kind, y, z, first, second):
 
 @compiled
 def bend_size(q, kind, rim):
-    """Angle between the axes on both sides of a joint [rad].
+    """Angle between the axes of the two sections [rad], not 0.
 
-    ``rim`` receives its derivatives by y and z and its second derivative along the rim, where that is not zero.
+    ``rim`` receives its derivatives by y and z and its second derivative along the rim.
     """
     y, z = q[0], q[1]
     if kind == VECTOR:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from spiraltrunk.model.statics.kernels import compiled
-from spiraltrunk.model.statics.kernels.cholesky import dot, solve_columns, solve_factored, solve_small
-from spiraltrunk.model.statics.kernels.energy import linearise
+from spiraltrunk.model.statics.kernels.cholesky import copy_rows, dot, solve_columns, solve_small
+from spiraltrunk.model.statics.kernels.energy import add_penalty, find_excess, linearise
 from spiraltrunk.model.statics.kernels.gravity_load import spin
 from spiraltrunk.model.statics.kernels.joint_limits import reduce
-from spiraltrunk.model.statics.kernels.projected_newton import NONE, add_penalty, find_excess, guarded_factor
+from spiraltrunk.model.statics.kernels.projected_newton import guarded_factor, schur_complement
 
 HELD = 1e4
-"""Penalty on the cables' lengths under which the factor is taken [N/m]; they are then held exactly."""
+"""Penalty on the cables' lengths with which the Hessian is factorised [N/m]; they are then held exactly."""
 
 
 @compiled
@@ -30,8 +30,8 @@ def tip_motion(work, length, out):
 
 
 @compiled
-def hold_pressed(motion, nd, system):
-    """Take the pressed joints' normal motion out and turn the tangent's, as in the reduced equations."""
+def reduce_motion(motion, nd, system):
+    """Reduce the motion to the active set: the tangent of a joint at its limit only, in place."""
     for i in range(system.pressed.shape[0]):
         if system.pressed[i]:
             cosine, sine = system.normal[i, 0], system.normal[i, 1]
@@ -44,18 +44,16 @@ def hold_pressed(motion, nd, system):
 @compiled
 def tip_compliance(q, tension, case, work, system, out):
     """Displacement of the tip per force on it into ``out`` (3, 3) [m/N], at a solution just found; holes stick."""
-    nd, n_cable, control = work.first.shape[1], tension.shape[0], case.control
-    size = work.hessian.shape[0]
-    if case.friction.stiffness > 0:  # The holes' forces have been brought up to date since.
+    control, motion, columns = case.control, system.motion, system.columns
+    if case.friction.stiffness > 0:  # The friction forces were updated after the last linearisation.
         linearise(q, case, tension, work)
         reduce(q, case.trunk, work, system)
-    motion, columns = system.motion, system.columns
     tip_motion(work, case.trunk.length, motion)
-    hold_pressed(motion, nd, system)
+    reduce_motion(motion, work.first.shape[1], system)
     find_excess(work.gap, control, tension, system)
     add_penalty(system, control, HELD, work.hessian)
     guarded_factor(work, system.weight)
-    for row in range(size):
+    for row in range(columns.shape[0]):
         for x in range(3):
             columns[row, x] = motion[x, row]
         columns[row, 3] = 0.0
@@ -63,27 +61,18 @@ def tip_compliance(q, tension, case, work, system, out):
     for x in range(3):
         for y in range(3):
             out[x, y] = dot(motion[x], columns[:, y])
-    _hold_cables(n_cable, motion, control, work, system, out)
+    _hold_cables(motion, control, work, system, out)
 
 
 @compiled
-def _hold_cables(n_cable, motion, control, work, system, out):
-    """Take out what would lengthen the working cables, by their Schur complement."""
-    matrix, right, index, count = system.matrix, system.now, system.chosen, NONE
-    for c in range(n_cable):
-        if system.works[c]:
-            solve_factored(work.factor, system.slopes[c], system.response[count])
-            index[count] = c
-            count += 1
+def _hold_cables(motion, control, work, system, out):
+    """Subtract the motion that would lengthen the active cables, by their Schur complement."""
+    right, count = system.keep, schur_complement(control, HELD, work, system)
     for x in range(3):
         for a in range(count):
-            give = control.compliance[index[a]]
-            stiff = HELD / (1 + HELD * give)
-            for b in range(count):
-                matrix[a, b] = dot(system.slopes[index[a]], system.response[b])
-            matrix[a, a] = matrix[a, a] * (1 + 1e-12) + give / (1 - stiff * give) + 1e-15
             right[a] = dot(motion[x], system.response[a])
-        solve_small(matrix, right, count)
+        copy_rows(system.matrix, system.copied)
+        solve_small(system.copied, right, count)
         for y in range(3):
             for a in range(count):
                 out[x, y] -= right[a] * dot(motion[y], system.response[a])
