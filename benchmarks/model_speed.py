@@ -22,7 +22,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.reference.constants import prepare
-from spiraltrunk.model.reference.planar_batch import build_room, solve_points
+from spiraltrunk.model.reference.planar_batch import build_workspace, solve_points
 from spiraltrunk.workflows.bench.bending import COUNT, MOST, PULL, TILT, NumpyBending
 from spiraltrunk.workflows.bench.claim import one_core, time_in_turns
 from spiraltrunk.workflows.bench.rest import rest_in_turn
@@ -65,7 +65,7 @@ def time_single() -> dict[str, float]:
 def time_batch() -> dict[str, float]:
     """Bendings of one core, and its floors [1/s]."""
     pulls = np.random.default_rng(0).uniform(0.0, MOST, COUNT)
-    asked = pulls, np.array([TILT]), build_room(PAPER.n_joint)
+    asked = pulls, np.array([TILT]), build_workspace(PAPER.n_joint)
     ends, bend = np.zeros((3, PAPER.n_section, COUNT)), np.empty((PAPER.n_joint, COUNT))
     own = reference.bend_dorsal_points(PAPER, pulls, TILT)
     constants, law, block = prepare(PAPER).constants, NumpyBending(TILT), np.empty(COUNT * WRITTEN // 8)

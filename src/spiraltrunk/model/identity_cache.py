@@ -1,4 +1,4 @@
-"""Keys of caches that hold what was computed from a design."""
+"""Cache key of a design."""
 
 from __future__ import annotations
 
@@ -9,11 +9,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 
 @final
 class IdentityKey:
-    """Cache key of a design by its identity, since hashing all its numbers takes as long as a solution.
-
-    Args:
-        design: the design; two equal designs have two keys.
-    """
+    """Key of a design by its identity, since hashing all its numbers takes as long as a solution."""
 
     __slots__ = ("design",)
 

@@ -218,7 +218,7 @@ def test_cos_and_sin_of_bends_are_cos_and_sin():
     """Within the last bit of 1 and of the sine, wide bends included."""
     angle = np.concatenate([np.linspace(-1.5, 1.5, 30001), np.logspace(-300, -1, 500)])
     cos, sin = np.empty_like(angle), np.empty_like(angle)
-    gravity_rest.turns(angle, 1.5, cos, sin)
+    gravity_rest.cos_sin(angle, 1.5, cos, sin)
     np.testing.assert_allclose(cos, np.cos(angle), rtol=0, atol=2.3e-16)
     np.testing.assert_allclose(sin, np.sin(angle), rtol=4.5e-16, atol=0)
 

@@ -55,20 +55,15 @@ def lengths_from_rotations(design: TrunkDesign, joint_rotation: ArrayLike) -> Ca
         ShapeError: where the rotations are not one finite 3 x 3 matrix per joint.
     """
     rotation = np.asarray(joint_rotation, float)
-    frames = section_frames(design, rotation)
+    points = section_ends(design, section_frames(design, rotation))
     gap = np.linalg.norm(gap_vectors(design, rotation), axis=-1)
-    inside = float(design.cable_in_section.sum())
     total = gap.sum(axis=-2)
-    return CableLengths(
-        points=section_ends(design, frames), gap=gap, length=inside + total, change=design.cable_stroke - total
-    )
+    length = float(design.cable_in_section.sum()) + total
+    return CableLengths(points=points, gap=gap, length=length, change=design.cable_stroke - total)
 
 
 def gap_vectors(design: TrunkDesign, joint_rotation: np.ndarray) -> np.ndarray:
-    """Vectors from proximal to distal hole at each joint in the proximal section's frame.
-
-    Shape (..., n_joint, n_cable, 3) [m].
-    """
+    """Vectors from proximal to distal hole in the proximal section's frame, shape (..., n_joint, n_cable, 3) [m]."""
     distal, proximal = hole_positions(design)
     return np.einsum("...jkl,jcl->...jck", joint_rotation, distal) - proximal
 
@@ -91,9 +86,9 @@ def planar_lever(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
         Levers, positive where the cable pulls the tip dorsal, shape (..., n_joint, n_cable) [m].
     """
     product, rest, half = _planar_holes(design, bend)
-    away = rest > 0
-    gap = np.sqrt(np.where(away, rest + 4 * product * np.sin(half) ** 2, 1.0))
-    pull = np.where(away, product * np.sin(2 * half) / gap, np.sqrt(product) * np.cos(half))
+    is_open = rest > 0
+    gap = np.sqrt(np.where(is_open, rest + 4 * product * np.sin(half) ** 2, 1.0))
+    pull = np.where(is_open, product * np.sin(2 * half) / gap, np.sqrt(product) * np.cos(half))
     return _planar_side(design) * pull
 
 
@@ -104,26 +99,20 @@ def planar_gap(design: TrunkDesign, bend: ArrayLike) -> np.ndarray:
 
 
 def _planar_holes(design: TrunkDesign, bend: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p / 2 [rad] of `planar_lever`.
-
-    Shapes (n_joint, n_cable), twice, and (..., n_joint, n_cable).
-    """
+    """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p / 2 [rad] of `planar_lever`, last axes (n_joint, n_cable)."""
     product, rest, angle = _straight_holes(design)
     return product, rest, (angle - _planar_side(design) * np.asarray(bend, float)[..., None]) / 2
 
 
 @lru_cache(maxsize=16)
 def _straight_holes(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Product r s [m^2], (r - s)^2 + w^2 [m^2] and p [rad] of `planar_lever` in the straight trunk, never written to.
-
-    Shapes (n_joint, n_cable).
-    """
+    """r s, (r - s)^2 + w^2 and p of `planar_lever` in the straight trunk, shapes (n_joint, n_cable); read-only."""
     beyond, before = hole_positions(design)
     r, s = np.hypot(beyond[..., 0], beyond[..., 1]), np.hypot(before[..., 0], before[..., 1])
     side = _planar_side(design)
     angle = np.arctan2(side * before[..., 1], before[..., 0]) - np.arctan2(side * beyond[..., 1], beyond[..., 0])
     rest = (r - s) ** 2 + (beyond[..., 2] - before[..., 2]) ** 2
-    rest = np.where(rest > 1e-24 * r * s, rest, 0.0)  # In the plane the two distances are equal but for rounding.
+    rest = np.where(rest > 1e-24 * r * s, rest, 0.0)  # In the plane r and s differ by rounding alone.
     return r * s, rest, angle
 
 

@@ -56,12 +56,11 @@ class Propagation:
 def compute_front(joint_bend: np.ndarray, section_length: np.ndarray, joint_limit: float) -> np.ndarray:
     """Length of the curled part, from the tip to the joint where the curl ends, shape (...) [m].
 
-    It is the best fit of a step from straight to closed to the bends:
+    It is the best fit of a step from straight to closed to the bends, robust to single joints:
 
         front = length beyond joint i,  i = argmax sum_(j >= i) (bend_j / limit - 1/2),
 
-    and 0 where no such sum is positive. A single joint that lags within the curl, or bends ahead of it, does not move
-    the front. At full curl it ends at joint 1, one section short of the trunk's length.
+    and 0 where no such sum is positive. At full curl it is one section short of the trunk's length.
 
     Args:
         joint_bend: bend of each joint, base to tip, shape (..., n_joint) [rad].
@@ -75,7 +74,7 @@ def compute_front(joint_bend: np.ndarray, section_length: np.ndarray, joint_limi
 
 
 def compute_order(joint_bend: np.ndarray, joint_limit: float, *, opens: bool) -> float | None:
-    """Share of pairs of joints of which the one nearer the tip bent first, or, opening, the one nearer the base.
+    """Share of pairs of joints of which the one nearer the tip bent first, or, with ``opens``, the one nearer the base.
 
     The time of a joint is the last instant at which it passes half of its total change. Joints that change by less than
     a quarter of the limit, or in the other direction, are left out; pairs at the same time count half.
@@ -83,10 +82,10 @@ def compute_order(joint_bend: np.ndarray, joint_limit: float, *, opens: bool) ->
     Args:
         joint_bend: bend of each joint at instants of a span, base to tip, shape (n, n_joint) [rad].
         joint_limit: bend at which neighbouring sections touch [rad].
-        opens: whether the order of opening, not of bending, is asked for.
+        opens: whether the joints open.
 
     Returns:
-        1 where the order is strict, 0 where it is reversed, about half by chance; None with fewer than two such joints.
+        1 for a strict order, 0 for the reverse, about half by chance; None with fewer than two such joints.
     """
     bend = np.asarray(joint_bend, float)
     change = bend[-1] - bend[0] if len(bend) else np.zeros(bend.shape[1])
@@ -123,9 +122,8 @@ def compute_propagation(
     spans = {phase: (begin, end) for phase, begin, end in phase_spans}
 
     def between(first: str, last: str) -> np.ndarray:
-        if first not in spans or last not in spans:
-            return np.zeros(0, int)
-        return np.flatnonzero((time >= spans[first][0] - 1e-9) & (time <= spans[last][1] + 1e-9))
+        (begin, _), (_, end) = spans.get(first, (np.inf, 0.0)), spans.get(last, (0.0, -np.inf))
+        return np.flatnonzero((time >= begin - 1e-9) & (time <= end + 1e-9))
 
     inward, outward = between("prehension", "transport"), between("release", "release")
     return Propagation(

@@ -78,6 +78,5 @@ def base_orientation(theta_0: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
         return base_orientation(float(down), float(turn))
     down, turn = np.broadcast_arrays(down, turn)
     c, s, cr, sr = np.cos(down), np.sin(down), np.cos(turn), np.sin(turn)
-    zero = np.zeros_like(c)
-    rows = [[c, s * cr, -s * sr], [-s, c * cr, -c * sr], [zero, sr, cr]]
+    rows = [[c, s * cr, -s * sr], [-s, c * cr, -c * sr], [np.zeros_like(c), sr, cr]]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

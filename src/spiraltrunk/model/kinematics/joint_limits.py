@@ -1,7 +1,7 @@
-"""Joint limit for arrays: neighbouring sections bend until their faces meet, by the same angle in any direction.
+"""Joint limit for arrays: neighbouring sections bend until their faces touch, by the same angle in any direction.
 
-Where the limit is part of an equilibrium it is an active set, compiled: `model.statics.kernels.joint_limits` in space,
-`model.reference.gravity_rest` in the plane. A test holds all of them together.
+In an equilibrium the limit is an active set: `model.statics.kernels.joint_limits` in space and
+`model.reference.gravity_rest` in the plane. `tests/laws/test_joint_limit.py` compares them.
 """
 
 from __future__ import annotations
@@ -16,6 +16,6 @@ def clip_bend(bend: ArrayLike, limit: float) -> np.ndarray:
 
 
 def joint_angle(joint_rotation: np.ndarray) -> np.ndarray:
-    """Angle between the axes of neighbouring sections, which the limit bounds: shapes (..., 3, 3) -> (...) [rad]."""
+    """Angle between the axes of neighbouring sections, from rotations of shape (..., 3, 3), shape (...) [rad]."""
     across = np.hypot(joint_rotation[..., 1, 0], joint_rotation[..., 2, 0])
     return np.arctan2(across, joint_rotation[..., 0, 0])

@@ -66,8 +66,5 @@ class MeasuredShapes:
 
 
 def compute_marker_offset(design: TrunkDesign) -> np.ndarray:
-    """Axial distance of the markers from the proximal joints, shape (n_section,) [m].
-
-    They are on the outer corner of each section's distal face.
-    """
+    """Axial distance from the proximal joints to the markers on the distal faces' corners, shape (n_section,) [m]."""
     return design.solid.rim_end * design.scale

@@ -26,7 +26,7 @@ class Status(IntEnum):
 
     @staticmethod
     def worst(status: np.ndarray) -> Status:
-        """The gravest of an array of statuses; CONVERGED for an empty one."""
+        """The most severe of an array of statuses; CONVERGED for an empty one."""
         return Status(int(np.max(status, initial=Status.CONVERGED)))
 
 
@@ -107,7 +107,7 @@ class Shape:
 
     @property
     def advice(self) -> str:
-        """The gravest status in words."""
+        """The most severe status in words."""
         return Status.worst(self.status).advice
 
 

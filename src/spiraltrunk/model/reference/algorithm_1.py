@@ -1,4 +1,4 @@
-"""Compiled: Algorithm 1, how a pulled cable is shared over the gaps, and the plane shape that follows."""
+"""Compiled: Algorithm 1, the distribution of a pulled cable over the gaps, and the planar bends that follow."""
 
 from __future__ import annotations
 
@@ -20,9 +20,8 @@ def rest_gap(t: Table, sag: np.ndarray, gap: np.ndarray) -> None:
 def shorten(pull: float, t: Table, gap: np.ndarray) -> float:
     """Shorten the dorsal gaps by ``pull`` [m] in total, tip first (paper, Algorithm 1); returns the unused pull [m].
 
-    A gap takes its portion; what it cannot take is shared by the joints nearer to the base in proportion to theirs
-    (paper, Algorithm 1). What even joint 1 cannot take goes to the joints that are still open, on which the paper is
-    silent.
+    A gap takes its portion; the excess over its length is shared by the joints nearer to the base in proportion to
+    theirs. The excess of joint 1 goes to the joints that are still open, which the paper does not specify.
     """
     level, left = pull, 0.0
     for i in range(gap.size - 1, -1, -1):
@@ -49,8 +48,8 @@ def shorten(pull: float, t: Table, gap: np.ndarray) -> float:
 def lengthen(pull: float, t: Table, gap: np.ndarray) -> float:
     """Lengthen the dorsal gaps by ``pull`` [m] in total, tip first (paper, Algorithm 1); returns the unused pull [m].
 
-    The mirror of `shorten`, up to the gap at the ventral limit. The authors' code measures what overflows from the
-    straight gap and not from the gap at rest: followed with ``as_authors``.
+    The mirror of `shorten`, up to the gap at the ventral limit. With ``as_authors`` the excess is measured from the
+    straight gap and not from the gap at rest, as in the authors' code.
     """
     if not t.as_authors:
         for i in range(gap.size):
@@ -85,13 +84,13 @@ def arcsine(x: float) -> float:
 
 @compiled
 def arcsine_narrow(x: float) -> float:
-    """The same to the bit for ``x`` up to 0.5, without the root."""
+    """`arcsine` for ``x`` up to 0.5, the same to the bit, without the root."""
     return x + x * _excess(x * x)
 
 
 @compiled
 def _excess(z: float) -> float:
-    """What fdlibm's arcsine of the root of ``z`` exceeds that root by, in parts of it."""
+    """fdlibm's rational approximation of asin(s) / s - 1, with s the root of ``z``."""
     p = 7.91534994289814532176e-04 + z * 3.47933107596021167570e-05
     p = 2.01212532134862925881e-01 + z * (-4.00555345006794114027e-02 + z * p)
     p = z * (1.66666666666666657415e-01 + z * (-3.25565818622400915405e-01 + z * p))
@@ -101,11 +100,10 @@ def _excess(z: float) -> float:
 
 
 @compiled
-def turn(x: float, half: float, limit: float, cos: float, sin: float) -> tuple[float, float, float]:
+def bend_joint(x: float, half: float, limit: float, cos: float, sin: float) -> tuple[float, float, float]:
     """Bend limit - 2 asin(x) of a joint whose gap is ``x`` diameters, at most the limit ventrally, its cos and sin.
 
-    ``half`` is asin(x); ``cos`` and ``sin`` are those of the limit, from which those of the bend follow without
-    trigonometry.
+    ``half`` is asin(x); ``cos`` and ``sin`` are those of the limit.
     """
     is_wide = x >= sin
     y = math.sqrt(1.0 - x * x)
@@ -115,9 +113,9 @@ def turn(x: float, half: float, limit: float, cos: float, sin: float) -> tuple[f
 
 
 @compiled
-def bends(t: Table, gap: np.ndarray, bend: np.ndarray, cos: np.ndarray, sin: np.ndarray) -> None:
-    """Bends that the dorsal gaps leave, dorsal positive [rad], with their cos and sin."""
+def bend_joints(t: Table, gap: np.ndarray, bend: np.ndarray, cos: np.ndarray, sin: np.ndarray) -> None:
+    """Bends at the dorsal gaps ``gap``, dorsal positive [rad], with their cos and sin."""
     limit_cos, limit_sin = math.cos(t.limit), math.sin(t.limit)
     for i in range(gap.size):
         x = gap[i] * (1.0 / t.diameter[i])
-        bend[i], cos[i], sin[i] = turn(x, arcsine(x), t.limit, limit_cos, limit_sin)
+        bend[i], cos[i], sin[i] = bend_joint(x, arcsine(x), t.limit, limit_cos, limit_sin)

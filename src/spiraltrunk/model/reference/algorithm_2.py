@@ -1,4 +1,4 @@
-"""Compiled: Algorithm 2, the second cable turns the joints that the first has left open."""
+"""Compiled: Algorithm 2, rotation of the joints that cable 1 left open, by cable 2."""
 
 from __future__ import annotations
 
@@ -16,18 +16,13 @@ _NOTHING = 1e-12
 
 
 @compiled
-def wind(pull: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float:
+def pull_second(pull: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float:
     """Joint rotations after cable 2 is pulled in by ``pull`` [m] (paper, Algorithm 2); returns the unused pull [m].
 
     The joints nearer to the base than the first that cable 1 has shut turn about the line through their centre and the
     hole of cable 1 before them, which keeps the gap of cable 1; the others stay as cable 1 left them. Limits and shares
-    come from the shape after cable 1 (paper, Algorithm 2).
-
-    Args:
-        pull: length of cable 2 to pull in after cable 1 [m].
-        t: numbers of the design.
-        work: gaps [m] and bends [rad] after cable 1 in rows 1 and 2, room from row 5 on, shape (9, n_joint).
-        rotation: filled, shape (n_joint, 3, 3) [-].
+    come from the shape after cable 1. Rows 1 and 2 of ``work`` hold its gaps [m] and bends [rad], rows 5 to 7 are
+    workspace; the rotations, shape (n_joint, 3, 3), go to ``rotation``.
     """
     gap, bend, room, share, least = work[1], work[2], work[5], work[6], work[7]
     n_open = 0
@@ -49,11 +44,11 @@ def wind(pull: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float
 
 @compiled
 def _share_out(pull: float, t: Table, room: np.ndarray, share: np.ndarray, n_open: int) -> float:
-    """Shares of ``pull`` [m] for the open joints, at most their room; what does not fit comes back [m].
+    """Shares of ``pull`` for the open joints, at most their ``room`` [m]; returns the unused pull [m].
 
-    The portions run in reverse, most at the base, and are normalised over the open joints; the paper does not say the
-    latter. A joint that is full hands the excess to those nearer to the base. The authors' code instead takes the full
-    joint's room off the pull and normalises anew with that joint still counted: followed with ``as_authors``.
+    The portions run in reverse, most at the base, and are normalised over the open joints, which the paper does not
+    specify. A full joint passes the excess to those nearer to the base. With ``as_authors``, as in the authors' code,
+    the full joint's room is instead subtracted from the pull and the normalisation still counts that joint.
     """
     total = 0.0
     for i in range(n_open):
@@ -77,9 +72,9 @@ def _share_out(pull: float, t: Table, room: np.ndarray, share: np.ndarray, n_ope
 
 @compiled
 def _fill(left: float, t: Table, room: np.ndarray, share: np.ndarray, n_open: int) -> float:
-    """Give what joint 1 could not take [m] to the joints with room, by their portions; what does not fit comes back.
+    """Distribute the excess of joint 1 [m] by portions over the joints with room; returns the unused pull [m].
 
-    The paper is silent on it, though joint 1 has the largest share and is often full first.
+    The paper does not specify this, though joint 1 has the largest share and is often full first.
     """
     while left > _NOTHING:
         total = 0.0
@@ -98,7 +93,7 @@ def _fill(left: float, t: Table, room: np.ndarray, share: np.ndarray, n_open: in
 
 @compiled
 def _parts(bend: float, t: Table, i: int) -> tuple[float, float, float, float]:
-    """Gap of cable 2 against the turn a: gap^2 = size - 2 (fixed + swing cos(a - phase)) [m^2, rad]."""
+    """Gap of cable 2 at turn a, gap^2 = size - 2 (fixed + along cos a + across sin a): size, fixed, across, along."""
     u, v = t.before[i, 0, 0], t.before[i, 0, 1]
     length = math.hypot(u, v)
     u, v = u / length, v / length
@@ -122,7 +117,7 @@ def second_gap(angle: float, bend: float, t: Table, i: int) -> float:
 
 @compiled
 def _turn_to(gap: float, bend: float, t: Table, i: int) -> float:
-    """Turn at which the gap of cable 2 is ``gap`` [m], the first on the way from 0 down [rad]."""
+    """First turn from 0 downwards at which the gap of cable 2 is ``gap`` [m], [rad]."""
     size, fixed, across, along = _parts(bend, t, i)
     reach = (0.5 * (size - gap * gap) - fixed) / math.hypot(along, across)
     return min(math.atan2(across, along) + math.acos(min(max(reach, -1.0), 1.0)), 0.0)
@@ -130,7 +125,7 @@ def _turn_to(gap: float, bend: float, t: Table, i: int) -> float:
 
 @compiled
 def _turn_limit(bend: float, t: Table, i: int) -> float:
-    """Turn at which the axes of the two sections open by the limit, or at which the gap is least [rad].
+    """Turn at which the axes of the two sections enclose the limit, or at which the gap is smallest [rad].
 
     With the turning axis at b from the first section's axis and at b - bend from the second's, the law of cosines on
     the sphere gives cos(limit) = cos b cos(b - bend) + sin b sin(b - bend) cos(turn). In the paper's words the axes

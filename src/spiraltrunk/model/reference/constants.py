@@ -1,4 +1,4 @@
-"""What the reference model needs of a design, prepared once: numbers for the compiled laws."""
+"""Constants of the reference model, computed once per design."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ STAMP = hash_files(Path(__file__).parent.glob("*.py"))
 """Digest of the sources that the machine code on disc was compiled from."""
 
 compiled = compiler(STAMP, owns_arrays=False)
-"""How the reference model's laws are compiled; one that returns arrays, parts of its own, is called by these alone."""
+"""Decorator of the compiled laws; those that return parts of their arrays may be called by compiled ones only."""
 
 alone = compiler(STAMP, owns_arrays=False, is_alone=True)
-"""How those are whose loops go through the processor's lanes."""
+"""Decorator of compiled laws whose loops must vectorise."""
 
 _SAME = 1e-6
 """Distance of unit vectors up to which two directions are the same [-]."""
@@ -41,28 +41,28 @@ _SAME = 1e-6
 
 @final
 class Table(NamedTuple):
-    """Numbers of one design inside the compiled laws; arrays have one entry per joint where nothing else is said."""
+    """Constants of one design inside the compiled laws; arrays have shape (n_joint,) where nothing else is said."""
 
     limit: float
     """Largest bend in any direction [rad]."""
     as_authors: bool
-    """Whether the authors' account of what overflows is followed."""
+    """Whether overflowing cable is accounted for as in the authors' code."""
     total: float
     """All gaps of one cable in the straight trunk [m]."""
     weight: np.ndarray
-    """Moment at each joint per cos of the inclination, beyond what the next joint bears [N m]."""
+    """Gravity moment at each joint per cos of the inclination, less that at the next joint [N m]."""
     stiffness: np.ndarray
     """Bending stiffness under gravity [N m/rad]."""
     diameter: np.ndarray
     """2 R_hole: length of a gap over sin(opening / 2) [m]."""
     straight: np.ndarray
-    """Gap of the straight trunk, from which ventral overflow is measured [m]."""
+    """Gap of the straight trunk [m]."""
     wide: np.ndarray
     """Dorsal gap at the ventral limit [m]."""
     portion: np.ndarray
     """Share of the cable per joint, sum 1 [-]."""
     below: np.ndarray
-    """1 over the sum of the portions nearer to the base, 0 at joint 1 [-]."""
+    """1 over the sum of the portions nearer to the base; 0 at joint 1 [-]."""
     section_length: np.ndarray
     """Lengths between joint centres, shape (n_section,) [m]."""
     beyond: np.ndarray
@@ -77,56 +77,45 @@ class Prepared:
     """One design ready for the compiled laws."""
 
     constants: np.ndarray
-    """n_joint, n_cable and the fields of `Table` in a row: one array, for each argument of a compiled call costs."""
+    """n_joint, n_cable and the fields of `Table` in one array, since each argument of a compiled call costs time."""
     layout: tuple[tuple[tuple[int, ...], int, int], ...]
-    """Shape, start and end of points, rotations, angles, gaps and changes in the numbers of one answer."""
+    """Shape, start and end of points, rotations, angles, gaps and changes in the numbers of one result."""
     record: np.dtype[np.void]
-    """One answer: the same arrays, which faces meet and the status, in this order, filled up to whole numbers."""
+    """One result: the same arrays, which faces touch, the status, and padding to 8 bytes."""
     n_joint: int
-    """Joints."""
-    desks: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
-    """Free desks of `build_desk`, one for every thread that has solved single shapes."""
+    workspaces: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    """Free workspaces of `build_workspace`, one for every thread that has solved single shapes."""
     stroke: float
-    """What cable 1 gives from the straight trunk to full dorsal curl [m]."""
+    """Shortening of cable 1 from the straight trunk to full dorsal curl [m]."""
     ventral_stroke: float
-    """What cable 1 takes from the straight trunk to full ventral curl [m]."""
+    """Lengthening of cable 1 from the straight trunk to full ventral curl [m]."""
     is_mirrored: bool
     """Whether the ventral cables mirror each other."""
     is_papers: bool
     """Whether the cables are the paper's three, 120 deg apart."""
 
-    def build_desk(self) -> tuple[np.ndarray, np.ndarray]:
+    def build_workspace(self) -> tuple[np.ndarray, np.ndarray]:
         """Input array, shape (1, 3), and workspace of `dispatch.solve` for a single shape."""
-        desk = np.full(4 + 12 * self.n_joint, math.nan)
-        desk[:2] = 0.0, 1.0
-        return np.zeros((1, 3)), desk
+        workspace = np.full(4 + 12 * self.n_joint, math.nan)
+        workspace[:2] = 0.0, 1.0
+        return np.zeros((1, 3)), workspace
 
 
 def read_table(constants: np.ndarray) -> Table:
-    """The table behind `Prepared`'s constants; nothing is copied."""
+    """The table in `Prepared.constants`, as views."""
     n, m = int(constants[0]), int(constants[1])
     c = constants[5:]
     end = 8 * n + 1
     half = end + 3 * n * m
     return Table(
-        constants[2],
-        constants[3] > 0.0,
-        constants[4],
-        c[0:n],
-        c[n : 2 * n],
-        c[2 * n : 3 * n],
-        c[3 * n : 4 * n],
-        c[4 * n : 5 * n],
-        c[5 * n : 6 * n],
-        c[6 * n : 7 * n],
-        c[7 * n : end],
-        c[end:half].reshape(n, m, 3),
+        constants[2], constants[3] > 0.0, constants[4], c[0:n], c[n : 2 * n], c[2 * n : 3 * n], c[3 * n : 4 * n],
+        c[4 * n : 5 * n], c[5 * n : 6 * n], c[6 * n : 7 * n], c[7 * n : end], c[end:half].reshape(n, m, 3),
         c[half : half + 3 * n * m].reshape(n, m, 3),
-    )
+    )  # fmt: skip
 
 
 unpack = compiled(read_table)
-"""The same inside the compiled laws."""
+"""`read_table` for compiled laws."""
 
 
 def rest_mass(design: TrunkDesign) -> np.ndarray:
@@ -173,28 +162,20 @@ def portions(design: TrunkDesign, radius: np.ndarray, straight: np.ndarray) -> n
 
 
 def prepare(design: TrunkDesign, as_authors: bool = True) -> Prepared:
-    """The numbers of ``design``, computed at the first call and kept as long as the design lives.
-
-    Raises:
-        ModelError: where cable 1 is not dorsal, or it is no design.
-    """
+    """Constants of a design whose cable 1 is dorsal, cached as long as the design lives."""
     key = (id(design), as_authors is True)
     kept = _PREPARED.get(key) if isinstance(as_authors, bool) else None
     if kept is not None and kept[0]() is design:
         return kept[1]
     check_type("design", design, TrunkDesign)
     check_type("as_authors", as_authors, bool)
-    made = _build(design, as_authors)
-    _PREPARED[key] = (weakref.ref(design, lambda _: _PREPARED.pop(key, None)), made)
-    return made
+    prepared = _build(design, as_authors)
+    _PREPARED[key] = (weakref.ref(design, lambda _: _PREPARED.pop(key, None)), prepared)
+    return prepared
 
 
 def check_ventral(design: TrunkDesign, prepared: Prepared) -> None:
-    """Refuse a design whose ventral cables do not mirror each other.
-
-    Raises:
-        ModelError: says which angles were given.
-    """
+    """Refuse a design whose ventral cables do not mirror each other; a `ModelError` says which angles were given."""
     if not prepared.is_mirrored:
         raise ModelError(
             f"cable.angles are {_degrees(design)}; allowed for ventral pulls: cables that mirror each other"
@@ -202,11 +183,7 @@ def check_ventral(design: TrunkDesign, prepared: Prepared) -> None:
 
 
 def check_twist(design: TrunkDesign, prepared: Prepared) -> None:
-    """Refuse a design without the paper's three cables, 120 deg apart.
-
-    Raises:
-        ModelError: says which angles were given.
-    """
+    """Refuse a design without the paper's three cables, 120 deg apart; a `ModelError` says which angles were given."""
     if not prepared.is_papers:
         raise ModelError(f"cable.angles are {_degrees(design)}; allowed for twist: 0, 120 and 240 deg")
 
@@ -224,7 +201,7 @@ def _is_papers(design: TrunkDesign) -> bool:
 
 
 _PREPARED: dict[tuple[int, bool], tuple[weakref.ref[TrunkDesign], Prepared]] = {}
-"""Numbers of living designs; by identity, for a design's hash costs more than a solution."""
+"""Constants of living designs, by identity, since hashing a design takes longer than a solution."""
 
 
 def _degrees(design: TrunkDesign) -> str:
@@ -234,51 +211,34 @@ def _degrees(design: TrunkDesign) -> str:
 def _build(design: TrunkDesign, as_authors: bool) -> Prepared:
     if np.abs(design.cable_direction[0] - [0.0, 1.0, 0.0]).max() > _SAME:
         raise ModelError(f"cable.angles are {_degrees(design)}; allowed: cable 1 dorsal, at 0 deg")
-    fields = _fields(design, as_authors)
-    size = (design.n_joint, design.n_cable)
-    layout = _layout(*size)
+    n_joint, n_cable, table = design.n_joint, design.n_cable, _build_table(design, as_authors)
+    shapes = {
+        "points": (n_joint + 1, 3), "joint_rotation": (n_joint, 3, 3), "joint_angle": (n_joint,),
+        "gap": (n_joint, n_cable), "cable_change": (n_cable,),
+    }  # fmt: skip
+    ends = np.cumsum([math.prod(shape) for shape in shapes.values()]).tolist()
+    flags = ("is_shut", np.bool_, (n_joint,)), ("status", np.uint8), ("padding", np.uint8, (-(n_joint + 1) % 8,))
     return Prepared(
-        constants=np.concatenate([np.ravel(part) for part in (size, *fields)]).astype(float),
-        layout=layout,
-        record=_record(layout, design.n_joint),
-        n_joint=design.n_joint,
+        constants=np.concatenate([np.ravel(part) for part in (n_joint, n_cable, *table)]).astype(float),
+        layout=tuple(zip(shapes.values(), [0, *ends[:-1]], ends, strict=True)),
+        record=np.dtype([*((name, float, shape) for name, shape in shapes.items()), *flags]),
+        n_joint=n_joint,
         stroke=design.cable_stroke,
-        ventral_stroke=float(fields.wide.sum()) - design.cable_stroke,
+        ventral_stroke=float(table.wide.sum()) - design.cable_stroke,
         is_mirrored=_is_mirrored(design),
         is_papers=_is_papers(design),
     )
 
 
-def _layout(n_joint: int, n_cable: int) -> tuple[tuple[tuple[int, ...], int, int], ...]:
-    shapes = (n_joint + 1, 3), (n_joint, 3, 3), (n_joint,), (n_joint, n_cable), (n_cable,)
-    ends = np.cumsum([math.prod(shape) for shape in shapes]).tolist()
-    return tuple(zip(shapes, [0, *ends[:-1]], ends, strict=True))
-
-
-def _record(layout: tuple[tuple[tuple[int, ...], int, int], ...], n_joint: int) -> np.dtype[np.void]:
-    names = "points", "joint_rotation", "joint_angle", "gap", "cable_change"
-    numbers = [(name, float, shape) for name, (shape, _, _) in zip(names, layout, strict=True)]
-    rest = -(n_joint + 1) % 8
-    return np.dtype([*numbers, ("is_shut", np.bool_, (n_joint,)), ("status", np.uint8), ("rest", np.uint8, (rest,))])
-
-
-def _fields(design: TrunkDesign, as_authors: bool) -> Table:
+def _build_table(design: TrunkDesign, as_authors: bool) -> Table:
     ratio, part, gap = (ROUNDED_RATIO, ROUNDED_RADIUS, ROUNDED_GAP) if as_authors else (1.0, 1.0, 1.0)
     radius, straight = design.hole_to_joint * part, design.straight_gap * gap
     portion = portions(design, radius, straight)
     beyond, before = hole_positions(design)
     return Table(
-        limit=design.joint_limit,
-        as_authors=as_authors,
-        total=design.cable_stroke,
-        weight=gravity_moment_term(design, ratio),
-        stiffness=rest_stiffness(design, ratio),
-        diameter=2 * radius,
-        straight=straight,
-        wide=2 * design.hole_to_joint * math.sin(design.joint_limit),
-        portion=portion,
-        below=np.append(0.0, 1 / np.cumsum(portion)[:-1]),
-        section_length=design.section_length,
-        beyond=beyond,
+        limit=design.joint_limit, as_authors=as_authors, total=design.cable_stroke,
+        weight=gravity_moment_term(design, ratio), stiffness=rest_stiffness(design, ratio), diameter=2 * radius,
+        straight=straight, wide=2 * design.hole_to_joint * math.sin(design.joint_limit), portion=portion,
+        below=np.append(0.0, 1 / np.cumsum(portion)[:-1]), section_length=design.section_length, beyond=beyond,
         before=before,
-    )
+    )  # fmt: skip

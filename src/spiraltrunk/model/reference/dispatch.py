@@ -7,24 +7,24 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from spiraltrunk.model.reference.algorithm_1 import bends, lengthen, rest_gap, shorten
-from spiraltrunk.model.reference.algorithm_2 import wind
+from spiraltrunk.model.reference.algorithm_1 import bend_joints, lengthen, rest_gap, shorten
+from spiraltrunk.model.reference.algorithm_2 import pull_second
 from spiraltrunk.model.reference.constants import Table, compiled, unpack
-from spiraltrunk.model.reference.gravity_rest import settle, turns
+from spiraltrunk.model.reference.gravity_rest import cos_sin, solve_rest
 
 REST, DORSAL, VENTRAL, TWIST = range(4)
-"""The laws."""
+"""Laws of `solve`."""
 
 _LEFT_OVER = 1e-4
-"""Cable left over, in parts of the stroke, from which a shape counts as all shut: twice the authors' rounding [-]."""
+"""Unused pull over the stroke above which a shape counts as ALL_SHUT: twice the authors' rounding [-]."""
 
 _NEARLY = 1.0 - 1e-9
-"""Part of the limit from which the faces at a joint count as meeting [-]."""
+"""Bend over the joint limit from which the faces count as touching [-]."""
 
 
 @final
-class Slots(NamedTuple):
-    """Where the answers go: the arrays of `Shape` with one leading axis, n."""
+class Results(NamedTuple):
+    """Results of n shapes: the arrays of `Shape` with one leading axis."""
 
     points: np.ndarray
     rotation: np.ndarray
@@ -36,85 +36,75 @@ class Slots(NamedTuple):
 
 
 @compiled
-def _slots(n: int, numbers: np.ndarray, n_joint: int, n_cable: int) -> Slots:
-    """The arrays of `n` answers, one after the other in ``numbers``: those of `Prepared.layout`, then the marks."""
+def _split(n: int, numbers: np.ndarray, n_joint: int, n_cable: int) -> Results:
+    """The arrays of n results, one after the other in ``numbers``: those of `Prepared.layout`, then the flags."""
     a = 3 * n * (n_joint + 1)
     b = a + 9 * n * n_joint
     c = b + n * n_joint
     d = c + n * n_joint * n_cable
-    marks = numbers[d + n * n_cable :].view(np.uint8)
-    return Slots(
-        numbers[0:a].reshape(n, n_joint + 1, 3),
-        numbers[a:b].reshape(n, n_joint, 3, 3),
-        numbers[b:c].reshape(n, n_joint),
-        numbers[c:d].reshape(n, n_joint, n_cable),
-        numbers[d : d + n * n_cable].reshape(n, n_cable),
-        marks[0 : n * n_joint].reshape(n, n_joint),
-        marks[n * n_joint : n * n_joint + n],
-    )
+    flags = numbers[d + n * n_cable :].view(np.uint8)
+    return Results(
+        numbers[0:a].reshape(n, n_joint + 1, 3), numbers[a:b].reshape(n, n_joint, 3, 3),
+        numbers[b:c].reshape(n, n_joint), numbers[c:d].reshape(n, n_joint, n_cable),
+        numbers[d : d + n * n_cable].reshape(n, n_cable), flags[0 : n * n_joint].reshape(n, n_joint),
+        flags[n * n_joint : n * n_joint + n],
+    )  # fmt: skip
 
 
 @compiled
-def solve(law: int, asked: np.ndarray, desk: np.ndarray, constants: np.ndarray, answers: np.ndarray) -> None:
+def solve(law: int, inputs: np.ndarray, workspace: np.ndarray, constants: np.ndarray, numbers: np.ndarray) -> None:
     """Solve shapes one after the other; neighbours at the same theta_0 share their rest.
 
-    No tuple among the arguments and no array made: for a single shape each costs as much as bending the joints.
+    No argument is a tuple and no array is allocated: for a single shape each takes as long as bending the joints.
 
     Args:
         law: one of REST, DORSAL, VENTRAL, TWIST.
-        asked: first pull [m], second pull [m] and theta_0 [rad], shape (n, 3).
-        desk: the first shape to be solved, one beyond the last; the rest kept from one shape to the next: its theta_0
-            [rad], not a number at first, whether it converged, the sags [rad]; room; `Prepared.build_desk`.
-        constants: numbers of the design, from `Prepared`.
-        answers: filled with the arrays of `Prepared.layout`, then, byte by byte, which faces meet and the status.
+        inputs: first pull [m], second pull [m] and theta_0 [rad], shape (n, 3).
+        workspace: first shape and one beyond the last; the rest kept from one shape to the next: its theta_0 [rad], NaN
+            at first, whether it converged, the sags [rad]; work arrays.
+        constants: `Prepared.constants`.
+        numbers: filled with the arrays of `Prepared.layout`, then, byte by byte, which faces touch and the status.
     """
     t = unpack(constants)
-    slots = _slots(asked.shape[0], answers, t.beyond.shape[0], t.beyond.shape[1])
-    n_joint = t.portion.size
-    kept, work = desk[2 : 4 + n_joint], desk[4 + n_joint :].reshape(11, n_joint)
-    for k in range(int(desk[0]), int(desk[1])):
-        theta_0 = asked[k, 2]
+    n_joint, results = t.portion.size, _split(inputs.shape[0], numbers, t.beyond.shape[0], t.beyond.shape[1])
+    kept, work = workspace[2 : 4 + n_joint], workspace[4 + n_joint :].reshape(11, n_joint)
+    for k in range(int(workspace[0]), int(workspace[1])):
+        theta_0 = inputs[k, 2]
         if theta_0 != kept[0]:
-            kept[1] = 1.0 if settle(theta_0, t, kept[2:], work[5:]) else 0.0
+            kept[1] = 1.0 if solve_rest(theta_0, t, kept[2:], work[5:]) else 0.0
             kept[0] = theta_0
-        for i in range(t.portion.size):
+        for i in range(n_joint):
             work[0, i] = kept[2 + i]
         if law == TWIST:
-            left = _twist(asked[k, 0], asked[k, 1], t, work, slots.rotation[k])
-            _finish_in_space(theta_0, t, slots, k)
+            left = _bend(DORSAL, inputs[k, 0], t, work)
+            left = max(left, pull_second(inputs[k, 1], t, work, results.rotation[k]))
+            _finish_in_space(theta_0, t, results, k)
         else:
-            left = _bend(law, asked[k, 0], t, work)
-            _finish_in_plane(theta_0, t, work, slots, k)
-        slots.status[k] = (1 if left > _LEFT_OVER * t.total else 0) if kept[1] > 0.0 else 3
+            left = _bend(law, inputs[k, 0], t, work)
+            _finish_in_plane(theta_0, t, work, results, k)
+        results.status[k] = (1 if left > _LEFT_OVER * t.total else 0) if kept[1] > 0.0 else 3
 
 
 @compiled
 def _bend(law: int, pull: float, t: Table, work: np.ndarray) -> float:
-    """Plane bends into ``work[2]``, cos and sin below it, gaps above; the cable left over [m]."""
+    """Planar bends with their cos and sin into ``work[2:5]``, gaps into ``work[1]``; returns the unused pull [m]."""
     sag, gap, bend, cos, sin = work[0], work[1], work[2], work[3], work[4]
     if law == REST:
         for i in range(sag.size):
             bend[i] = -sag[i]
-        turns(bend, t.limit, cos, sin)
+        cos_sin(bend, t.limit, cos, sin)
         return 0.0
     rest_gap(t, sag, gap)
     left = lengthen(pull, t, gap) if law == VENTRAL else shorten(pull, t, gap)
-    bends(t, gap, bend, cos, sin)
+    bend_joints(t, gap, bend, cos, sin)
     return left
 
 
 @compiled
-def _twist(first: float, second: float, t: Table, work: np.ndarray, rotation: np.ndarray) -> float:
-    """Algorithm 2: joint rotations after cable 1, then cable 2; returns the larger unused pull [m]."""
-    left = _bend(DORSAL, first, t, work)
-    return max(left, wind(second, t, work, rotation))
-
-
-@compiled
-def _finish_in_plane(theta_0: float, t: Table, work: np.ndarray, slots: Slots, k: int) -> None:
+def _finish_in_plane(theta_0: float, t: Table, work: np.ndarray, results: Results, k: int) -> None:
     """Forward kinematics of planar shape ``k``: section ends, rotations, angles, contacts and cable lengths."""
     bend, cos, sin = work[2], work[3], work[4]
-    points, rotation = slots.points[k], slots.rotation[k]
+    points, rotation = results.points[k], results.rotation[k]
     c, s = math.cos(theta_0), -math.sin(theta_0)
     x, y = c * t.section_length[0], s * t.section_length[0]
     points[0, 0], points[0, 1], points[0, 2] = x, y, 0.0
@@ -127,15 +117,15 @@ def _finish_in_plane(theta_0: float, t: Table, work: np.ndarray, slots: Slots, k
         rotation[i, 0, 0], rotation[i, 0, 1], rotation[i, 0, 2] = a, -b, 0.0
         rotation[i, 1, 0], rotation[i, 1, 1], rotation[i, 1, 2] = b, a, 0.0
         rotation[i, 2, 0], rotation[i, 2, 1], rotation[i, 2, 2] = 0.0, 0.0, 1.0
-        slots.angle[k, i] = abs(bend[i])
-        slots.shut[k, i] = abs(bend[i]) >= _NEARLY * t.limit
-    _cables(t, rotation, slots.gap[k], slots.change[k])
+        results.angle[k, i] = abs(bend[i])
+        results.shut[k, i] = abs(bend[i]) >= _NEARLY * t.limit
+    _cables(t, rotation, results.gap[k], results.change[k])
 
 
 @compiled
-def _finish_in_space(theta_0: float, t: Table, slots: Slots, k: int) -> None:
-    """Everything of shape ``k`` that follows from its joints' rotations."""
-    points, rotation = slots.points[k], slots.rotation[k]
+def _finish_in_space(theta_0: float, t: Table, results: Results, k: int) -> None:
+    """Forward kinematics of shape ``k`` from the rotations of its joints, as `_finish_in_plane`."""
+    points, rotation = results.points[k], results.rotation[k]
     c, s = math.cos(theta_0), math.sin(theta_0)
     for a in range(3):
         x, y, z = (c, s, 0.0) if a == 0 else ((-s, c, 0.0) if a == 1 else (0.0, 0.0, 1.0))
@@ -150,14 +140,14 @@ def _finish_in_space(theta_0: float, t: Table, slots: Slots, k: int) -> None:
             points[i + 1, a] = points[i, a] + x * t.section_length[i + 1]
     for i in range(rotation.shape[0]):
         r = rotation[i]
-        slots.angle[k, i] = math.atan2(math.hypot(r[1, 0], r[2, 0]), r[0, 0])
-        slots.shut[k, i] = slots.angle[k, i] >= _NEARLY * t.limit
-    _cables(t, rotation, slots.gap[k], slots.change[k])
+        results.angle[k, i] = math.atan2(math.hypot(r[1, 0], r[2, 0]), r[0, 0])
+        results.shut[k, i] = results.angle[k, i] >= _NEARLY * t.limit
+    _cables(t, rotation, results.gap[k], results.change[k])
 
 
 @compiled
 def _cables(t: Table, rotation: np.ndarray, gap: np.ndarray, change: np.ndarray) -> None:
-    """Distances of the holes across each gap and what each cable gave, from the joints' rotations."""
+    """Lengths of the gaps and changes of the cables' lengths, from the rotations of the joints."""
     for j in range(change.size):
         change[j] = t.total
     for i in range(gap.shape[0]):

@@ -1,7 +1,9 @@
 """The forward model of "Grasping by Spiraling": rest under gravity, bending by Algorithm 1, twisting by Algorithm 2.
 
-All four laws return a `Shape`; pulls in m, angles in rad, scalars or arrays that broadcast against each other.
-theta_0 is the angle of the base axis below the horizontal: 90 deg hangs, -90 deg stands upright.
+All laws return a `Shape`; pulls in m, angles in rad, scalars or arrays that broadcast against each other. theta_0 is
+the angle of the base axis below the horizontal: 90 deg hangs, -90 deg stands upright. The status is ALL_SHUT where
+every joint that can move is at its limit and cable is left over. A `ModelError` refuses numbers that are not finite or
+out of range, and cables that do not fit.
 
 With ``as_authors``, the default, the numbers are those of the authors' published code: its rounded constants (k_p of
 the gravity equations 0.9196, R_hole 28.87 mm, straight gap 13.74 mm, all kept as ratios to what the design gives) and
@@ -27,7 +29,7 @@ from spiraltrunk.model.kinematics.cables import pull_range
 from spiraltrunk.model.kinematics.shape import Shape, build
 from spiraltrunk.model.reference.constants import Prepared, check_twist, check_ventral, prepare
 from spiraltrunk.model.reference.dispatch import DORSAL, REST, TWIST, VENTRAL, solve
-from spiraltrunk.model.reference.planar_batch import build_room, solve_points
+from spiraltrunk.model.reference.planar_batch import build_workspace, solve_points
 
 _CHUNK = 2048
 """Shapes per chunk of a thread [-]."""
@@ -37,21 +39,12 @@ _LEAN_CHUNK = 16384
 
 
 def rest(design: TrunkDesign, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
-    """Shape that the trunk takes under its own weight, no cable pulled.
+    """Shape that the trunk takes under its own weight, no cable pulled; cable 1 must be dorsal.
 
     Equation of the paper's section "Resting under gravity", corrected. Each section's mass acts at K_c of its length,
     the gripper's as part of the last section. A joint that would pass its limit is held there.
-
-    Args:
-        design: the trunk; cable 1 dorsal.
-        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
-        as_authors: whether to use the authors' rounded k_p.
-
-    Raises:
-        ModelError: where theta_0 is not finite or cable 1 is not dorsal.
     """
-    prepared = prepare(design, as_authors)
-    return _solve(REST, prepared, (("theta_0", theta_0, math.inf),))
+    return _solve(REST, prepare(design, as_authors), (("theta_0", theta_0, math.inf),))
 
 
 def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_authors: bool = True) -> Shape:
@@ -62,12 +55,6 @@ def bend_dorsal(design: TrunkDesign, pull: ArrayLike, theta_0: ArrayLike, *, as_
         pull: shortening of cable 1 from rest, 0 to 1.01 times the stroke, shape (...) [m].
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         as_authors: whether to use the authors' rounded numbers.
-
-    Returns:
-        The shape; its status is ALL_SHUT where every joint is at its limit and cable is left over.
-
-    Raises:
-        ModelError: where a number is not finite or out of range, or cable 1 is not dorsal.
     """
     prepared = prepare(design, as_authors)
     return _solve(DORSAL, prepared, (("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
@@ -95,18 +82,8 @@ def bend_dorsal_points(
     """Section ends and bends of `bend_dorsal`, to the bit, in about a tenth of its time where theta_0 repeats.
 
     In memory the batch is the innermost axis: each coordinate of each section end is contiguous over the shapes, as is
-    each joint's bend; `numpy.ascontiguousarray` gives the usual order.
-
-    Args:
-        design: the trunk; cable 1 dorsal.
-        pull: shortening of cable 1 from rest, 0 to 1.01 times the stroke, shape (...) [m].
-        theta_0: angle of the base axis below the horizontal, shape (...) [rad].
-        as_authors: whether to use the authors' rounded numbers.
-        out: an earlier result of the same shape, which is overwritten and returned, except z, which must still be 0;
-            allocating new memory takes nearly half of the time.
-
-    Raises:
-        ModelError: where a number is not finite or out of range, cable 1 is not dorsal, or ``out`` does not fit.
+    each joint's bend; `numpy.ascontiguousarray` gives the usual order. ``out`` is an earlier result of the same shape,
+    which is overwritten and returned, except z, which must still be 0: allocation takes nearly half of the time.
     """
     prepared = prepare(design, as_authors)
     arrays, batch = _read((("pull", pull, prepared.stroke), ("theta_0", theta_0, math.inf)))
@@ -114,21 +91,16 @@ def bend_dorsal_points(
     pulls, tilts = (np.broadcast_to(array, batch).ravel() if array.ndim else array.reshape(1) for array in arrays)
     pulls = pulls if pulls.size == n else np.full(n, pulls[0])
     if out is None:
-        out = _room_for_points(batch, n_joint)
-    ends, bend = _read_out(out, batch, n_joint)
+        ends, bend = np.zeros((3, n_joint + 1, n)), np.empty((n_joint, n))
+        out = PlaneShape(points=ends.T.reshape(*batch, n_joint + 1, 3), bend=bend.T.reshape(*batch, n_joint))
+    else:
+        ends, bend = _read_out(out, batch, n_joint)
 
     def solve_span(first: int, last: int) -> None:
-        solve_points((pulls, tilts, build_room(n_joint)), prepared.constants, ends, bend, (first, last))
+        solve_points((pulls, tilts, build_workspace(n_joint)), prepared.constants, ends, bend, (first, last))
 
     share(solve_span, n, _LEAN_CHUNK)
     return out
-
-
-def _room_for_points(batch: tuple[int, ...], n_joint: int) -> PlaneShape:
-    """Memory for the results, z = 0."""
-    n = math.prod(batch)
-    ends, bend = np.zeros((3, n_joint + 1, n)), np.empty((n_joint, n))
-    return PlaneShape(points=ends.T.reshape(*batch, n_joint + 1, 3), bend=bend.T.reshape(*batch, n_joint))
 
 
 def _read_out(out: PlaneShape, batch: tuple[int, ...], n_joint: int) -> tuple[np.ndarray, np.ndarray]:
@@ -150,19 +122,13 @@ def bend_ventral(design: TrunkDesign, lengthening: ArrayLike, theta_0: ArrayLike
     """Shape after the ventral cables are pulled in equally while cable 1 is let out, tip first (paper, Algorithm 1).
 
     The authors' code measures what a full joint passes on from the straight gap and not from the gap at rest, so that
-    cable is lost or made where gravity bends the trunk; without ``as_authors`` all of it is accounted for.
+    cable is lost or gained where gravity bends the trunk; without ``as_authors`` all of it is accounted for.
 
     Args:
         design: the trunk; cable 1 dorsal, the others mirroring each other.
         lengthening: lengthening of cable 1 from rest, 0 to 1.01 times that of full curl, shape (...) [m].
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         as_authors: whether to use the authors' rounded numbers and account.
-
-    Returns:
-        The shape; its status is ALL_SHUT where every joint is at its limit and cable is left over.
-
-    Raises:
-        ModelError: where a number is not finite or out of range, or the cables do not fit.
     """
     prepared = prepare(design, as_authors)
     check_ventral(design, prepared)
@@ -185,12 +151,6 @@ def twist(
         pull_2: shortening of cable 2 after that, 0 to 1.01 times the stroke, shape (...) [m].
         theta_0: angle of the base axis below the horizontal, shape (...) [rad].
         as_authors: whether to use the authors' rounded numbers and account.
-
-    Returns:
-        The shape; its status is ALL_SHUT where no joint has room for what is left of a cable.
-
-    Raises:
-        ModelError: where a number is not finite or out of range, or the cables do not fit.
     """
     prepared = prepare(design, as_authors)
     check_twist(design, prepared)
@@ -208,11 +168,11 @@ def first_shut(shape: Shape) -> np.ndarray:
 
 
 _Given = tuple[str, ArrayLike, float]
-"""Name of an input, its value and, for a pull, the one that closes every gap [m]; infinity for an angle."""
+"""Name of an input, its value, and the largest pull [m]: that which closes every gap, or infinity for an angle."""
 
 
 def _read_plain(given: tuple[_Given, ...]) -> list[float] | None:
-    """The inputs as numbers where each is a single one and allowed; None leaves them to `_read`."""
+    """The inputs as floats where each is a number within its range, else None."""
     numbers: list[float] = []
     for _, value, full in given:
         if not (isinstance(value, (float, int)) and abs(value) < full and (value >= 0.0 or full == math.inf)):
@@ -239,23 +199,23 @@ def _solve(law: int, prepared: Prepared, given: tuple[_Given, ...]) -> Shape:
     if not batch:
         return _solve_one(law, prepared, [float(array) for array in arrays])
     n, n_joint = math.prod(batch), prepared.n_joint
-    asked = np.zeros((*batch, 3))
+    inputs = np.zeros((*batch, 3))
     for column, array in zip((*range(len(arrays) - 1), 2), arrays, strict=True):
-        asked[..., column] = array
-    rows, count = asked.reshape(n, 3), prepared.layout[-1][2]
-    answers = np.empty(n * count + -(-n * (n_joint + 1) // 8))
+        inputs[..., column] = array
+    rows, count = inputs.reshape(n, 3), prepared.layout[-1][2]
+    results = np.empty(n * count + -(-n * (n_joint + 1) // 8))
 
     def solve_span(first: int, last: int) -> None:
-        desk = prepared.build_desk()[1]
-        desk[:2] = first, last
-        solve(law, rows, desk, prepared.constants, answers)
+        workspace = prepared.build_workspace()[1]
+        workspace[:2] = first, last
+        solve(law, rows, workspace, prepared.constants, results)
 
     share(solve_span, n, _CHUNK)
-    marks = answers[n * count :].view(np.uint8)
+    flags = results[n * count :].view(np.uint8)
     parts: list[np.ndarray] = [
-        answers[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
+        results[n * start : n * end].reshape(batch + shape) for shape, start, end in prepared.layout
     ]
-    parts += [marks[: n * n_joint].view(np.bool_).reshape((*batch, n_joint)), marks[n * n_joint :][:n].reshape(batch)]
+    parts += [flags[: n * n_joint].view(np.bool_).reshape((*batch, n_joint)), flags[n * n_joint :][:n].reshape(batch)]
     return build(Shape, dict(zip(_FIELDS, parts, strict=True)) | {"forces": None, "history": None})
 
 
@@ -264,26 +224,20 @@ _FIELDS = "points", "joint_rotation", "joint_angle", "gap", "cable_change", "is_
 
 def _solve_one(law: int, prepared: Prepared, numbers: list[float]) -> Shape:
     """The shape for single inputs; its arrays are fields of one record, which is faster to allocate than many."""
-    answers = np.empty(prepared.record.itemsize // 8)
-    desk = prepared.desks.pop() if prepared.desks else prepared.build_desk()
-    asked, room = desk
-    asked[0, 0], asked[0, 2] = numbers[0], numbers[-1]
+    results = np.empty(prepared.record.itemsize // 8)
+    free = prepared.workspaces.pop() if prepared.workspaces else prepared.build_workspace()
+    inputs, workspace = free
+    inputs[0, 0], inputs[0, 2] = numbers[0], numbers[-1]
     if len(numbers) == 3:
-        asked[0, 1] = numbers[1]
-    solve(law, asked, room, prepared.constants, answers)
-    prepared.desks.append(desk)
-    answer = np.ndarray((), prepared.record, answers)
+        inputs[0, 1] = numbers[1]
+    solve(law, inputs, workspace, prepared.constants, results)
+    prepared.workspaces.append(free)
+    record = np.ndarray((), prepared.record, results)
     return build(
         Shape,
         {
-            "points": answer["points"],
-            "joint_rotation": answer["joint_rotation"],
-            "joint_angle": answer["joint_angle"],
-            "gap": answer["gap"],
-            "cable_change": answer["cable_change"],
-            "is_shut": answer["is_shut"],
-            "status": answer["status"],
-            "forces": None,
-            "history": None,
+            "points": record["points"], "joint_rotation": record["joint_rotation"],
+            "joint_angle": record["joint_angle"], "gap": record["gap"], "cable_change": record["cable_change"],
+            "is_shut": record["is_shut"], "status": record["status"], "forces": None, "history": None,
         },
-    )
+    )  # fmt: skip

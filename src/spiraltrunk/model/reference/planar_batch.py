@@ -1,6 +1,6 @@
-"""Compiled: bends and section ends alone of many dorsal pulls, several trunks side by side in the processor's lanes.
+"""Compiled: bends and section ends alone of many dorsal pulls, vectorised over the trunks.
 
-The arithmetic is that of `reference_bend`, step by step, so that the answers are the same to the bit.
+Every operation is that of `algorithm_1`, in the same order, so that the results are the same to the bit.
 """
 
 from __future__ import annotations
@@ -9,22 +9,22 @@ import math
 
 import numpy as np
 
-from spiraltrunk.model.reference.algorithm_1 import arcsine, arcsine_narrow, rest_gap, shorten, turn
+from spiraltrunk.model.reference.algorithm_1 import arcsine, arcsine_narrow, bend_joint, rest_gap, shorten
 from spiraltrunk.model.reference.constants import Table, alone, compiled, unpack
-from spiraltrunk.model.reference.gravity_rest import settle
+from spiraltrunk.model.reference.gravity_rest import solve_rest
 
 _LANES = 256
-"""Trunks side by side, whose gaps just fit into the first cache [-]."""
+"""Trunks per block, whose gaps just fit into the first cache [-]."""
 
 
-def build_room(n_joint: int) -> np.ndarray:
-    """Room for one thread's `solve_points`."""
+def build_workspace(n_joint: int) -> np.ndarray:
+    """Workspace of `solve_points` for one thread."""
     return np.empty(8 * n_joint + (n_joint + 4) * _LANES)
 
 
 @compiled
 def solve_points(
-    asked: tuple[np.ndarray, np.ndarray, np.ndarray],
+    inputs: tuple[np.ndarray, np.ndarray, np.ndarray],
     constants: np.ndarray,
     ends: np.ndarray,
     bend: np.ndarray,
@@ -32,17 +32,15 @@ def solve_points(
 ) -> None:
     """Section ends (3, n_section, n) [m] and bends (n_joint, n) [rad] of trunks ``span[0]`` to ``span[1]``.
 
-    Both are kept trunk beside trunk, as the lanes write them at once.
-
     Args:
-        asked: pulls, shape (n,) [m], theta_0, shape (n,) or (1,) [rad], trunks at the same one in a row sharing their
-            rest, and `build_room`.
+        inputs: pulls, shape (n,) [m], theta_0, shape (n,) or (1,) [rad], and `build_workspace`. Neighbours at the same
+            theta_0 share their rest.
         constants: numbers of the design, from `Prepared`.
-        ends: filled in x and y, not a number where the rest did not converge; z is 0 before.
+        ends: filled in x and y, with NaN where the rest did not converge; z is 0 before.
         bend: filled.
         span: first trunk and one beyond the last.
     """
-    t, pull, tilt, room = unpack(constants), asked[0], asked[1], asked[2]
+    t, pull, tilt, room = unpack(constants), inputs[0], inputs[1], inputs[2]
     n_joint, is_one = t.portion.size, tilt.size == 1
     wide = room[8 * n_joint :].reshape(n_joint + 4, _LANES)
     work, lanes, gap = room[: 8 * n_joint].reshape(8, n_joint), wide[:4], wide[4:]
@@ -51,7 +49,7 @@ def solve_points(
     while first < span[1]:
         theta_0 = tilt[0] if is_one else tilt[first]
         if theta_0 != before:
-            is_rest, before = settle(theta_0, t, sag, work), theta_0
+            is_rest, before = solve_rest(theta_0, t, sag, work), theta_0
             rest_gap(t, sag, rest)
         n = min(_LANES, span[1] - first)
         if not is_one:
@@ -68,7 +66,7 @@ def solve_points(
 
 @compiled
 def _same(tilt: np.ndarray) -> int:
-    """How many from the first on are equal to it."""
+    """Length of the run of equal numbers at the start."""
     n = 1
     while n < tilt.size and tilt[n] == tilt[0]:
         n += 1
@@ -77,7 +75,7 @@ def _same(tilt: np.ndarray) -> int:
 
 @compiled
 def _shorten_lanes(t: Table, rest: np.ndarray, level: np.ndarray, left: np.ndarray, gap: np.ndarray) -> None:
-    """The first pass of `shorten` in each lane of ``level``; what joint 1 could not take goes to ``left`` [m]."""
+    """First pass of `shorten` for each trunk of ``level``; the rest that joint 1 cannot take goes to ``left`` [m]."""
     for i in range(rest.size - 1, -1, -1):
         _share_lanes(t.portion[i], t.below[i], rest[i], level, gap[i])
     for w in range(level.size):
@@ -86,7 +84,7 @@ def _shorten_lanes(t: Table, rest: np.ndarray, level: np.ndarray, left: np.ndarr
 
 @alone
 def _share_lanes(portion: float, below: float, length: float, level: np.ndarray, gap: np.ndarray) -> None:
-    """One joint of it; by itself, for within a loop over joints nothing of this would go side by side."""
+    """One joint of it, a function of its own, since the loop would not vectorise inside a loop over joints."""
     for w in range(level.size):
         over = level[w] * portion - length
         excess = max(over, 0.0)
@@ -96,7 +94,7 @@ def _share_lanes(portion: float, below: float, length: float, level: np.ndarray,
 
 @compiled
 def _shorten_one(pull: float, t: Table, rest: np.ndarray, gap: np.ndarray) -> None:
-    """All passes of `shorten`, for the lane whose base could not take its share."""
+    """All passes of `shorten`, for a trunk whose joint 1 could not take its share."""
     for i in range(gap.size):
         gap[i] = rest[i]
     shorten(pull, t, gap)
@@ -108,10 +106,10 @@ def _bend_lanes(
     t: Table,
     gap: np.ndarray,
     lanes: np.ndarray,
-    answers: tuple[np.ndarray, np.ndarray, int, int],
+    results: tuple[np.ndarray, np.ndarray, int, int],
 ) -> None:
-    """Section ends and bends of every lane, from the base to the tip: ``answers``, of trunks a to b of theirs."""
-    ends, bend, a, b = answers
+    """Section ends and bends of trunks a to b, from the base to the tip, into ``results``: both arrays, a and b."""
+    ends, bend, a, b = results
     x, y, c, s = ends[0, 0, a:b], ends[1, 0, a:b], lanes[2], lanes[3]
     cos, sin = math.cos(t.limit), math.sin(t.limit)
     for w in range(b - a):
@@ -119,11 +117,11 @@ def _bend_lanes(
         x[w], y[w] = c[w] * t.section_length[0], s[w] * t.section_length[0]
     for i in range(gap.shape[0]):
         per, length = 1.0 / t.diameter[i], t.section_length[i + 1]
-        # Rows without a stride, or nothing of this goes side by side.
+        # Contiguous rows, without which the loop does not vectorise.
         row, turned, next_x, next_y = gap[i], bend[i, a:b], ends[0, i + 1, a:b], ends[1, i + 1, a:b]
         for w in range(b - a):
             part = row[w] * per
-            turned[w], p, q = turn(part, arcsine_narrow(part), t.limit, cos, sin)
+            turned[w], p, q = bend_joint(part, arcsine_narrow(part), t.limit, cos, sin)
             along, across = c[w] * p - s[w] * q, s[w] * p + c[w] * q
             c[w], s[w] = along, across
             next_x[w] = x[w] + along * length
@@ -135,7 +133,7 @@ def _bend_lanes(
 
 @compiled
 def _open_wide(gap: np.ndarray, per: float, limit: float, sin: float, bend: np.ndarray) -> None:
-    """Bends of the lanes whose opening is beyond 60 deg, for which the narrow arcsine does not hold."""
+    """Bends of the trunks whose joint opens beyond 60 deg, where the narrow arcsine does not hold."""
     for w in range(bend.size):
         part = gap[w] * per
         if part > 0.5:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,8 +42,8 @@ class QuasiStatic:
     """Quasi-static loading: winders at constant speeds that arrive together, damped joints, no inertia.
 
     Of several equilibria it finds the one that a slowly pulled trunk reaches. Where all cables pull against each other
-    the trunk buckles on the way, and another speed may lead to another equilibrium. With friction the tensions that a
-    hole holds lag by one step, of 2000 and more to a loading.
+    the trunk buckles during loading, and the equilibrium may depend on the speeds. With friction the slip forces lag by
+    one time step, of which a loading has at least 2000.
     """
 
     damping_time: float = 0.04
@@ -59,8 +59,7 @@ class QuasiStatic:
 
 
 @final
-@dataclass(frozen=True, kw_only=True)
-class CableInput:
+class CableInput(NamedTuple):
     """Checked inputs of the cables, shapes (..., n_cable)."""
 
     pull: np.ndarray
@@ -72,8 +71,7 @@ class CableInput:
 
 
 @final
-@dataclass(frozen=True, kw_only=True)
-class BodyForces:
+class BodyForces(NamedTuple):
     """Constant forces on the sections: gravity on all masses, and the force of the loads."""
 
     direction: np.ndarray
@@ -87,11 +85,7 @@ class BodyForces:
 def read_cables(
     design: TrunkDesign, pull: ArrayLike | None, tension: ArrayLike | None, by_tension: ArrayLike | None
 ) -> CableInput:
-    """Check the inputs of the cables.
-
-    Raises:
-        ModelError: where a shape is wrong, or a number not finite or out of range.
-    """
+    """Check the inputs of the cables; a `ModelError` names the one that does not fit."""
     if pull is None and tension is None and by_tension is None:
         return _slack(IdentityKey(design))
     count, most = design.n_cable, design.cable.tension_max
@@ -104,19 +98,16 @@ def read_cables(
     if pull is None and not all(held.tolist()):
         raise ModelError("pull is missing; allowed: a pull wherever by_tension is False")
     farthest = PULL_MARGIN * design.cable_stroke
-    pulls = _read_cables("pull", 0.0 if pull is None else pull, count, Range(least=-farthest, most=farthest), "m")
     given = np.where(held, 0.0, most) if tension is None else tension
-    forces = _read_cables("tension", given, count, Range(least=0.0, most=most), "N")
-    return CableInput(pull=pulls, tension=forces, by_tension=held)
+    return CableInput(
+        _read_cables("pull", 0.0 if pull is None else pull, count, Range(least=-farthest, most=farthest), "m"),
+        _read_cables("tension", given, count, Range(least=0.0, most=most), "N"),
+        held,
+    )
 
 
 def read_forces(design: TrunkDesign, loads: Loads | None) -> BodyForces:
-    """Weight of the sections and the loads.
-
-    Raises:
-        ModelError: where a load is negative, not finite, above 1000 kg or 10 kN, or batches do not broadcast.
-        DesignError: where a section does not exist.
-    """
+    """Weight of the sections and the loads, checked: at most 1000 kg and 10 kN, on sections that exist."""
     if loads is None:
         return _own_weight(IdentityKey(design))
     check_type("loads", loads, Loads)
@@ -126,35 +117,24 @@ def read_forces(design: TrunkDesign, loads: Loads | None) -> BodyForces:
     moment = factor * design.section_center
     factor[..., at] += mass
     moment[..., at] += mass * design.section_length[at]
-    gravity = np.array([0.0, -GRAVITY, 0.0])
-    direction = np.broadcast_to(gravity, (*mass.shape, 3))
+    direction = np.broadcast_to([0.0, -GRAVITY, 0.0], (*mass.shape, 3))
     if loads.force is None:
-        return BodyForces(direction=direction[..., None, :], factor=factor[..., None, :], moment=moment[..., None, :])
+        return BodyForces(direction[..., None, :], factor[..., None, :], moment[..., None, :])
     force = read_numbers("loads.force", loads.force, Range(least=-1e4, most=1e4), shape=(..., 3), unit="N")
     end = np.zeros(design.n_section)
     end[_read_section(design, "loads.force_section", loads.force_section)] = 1.0
     batch = broadcast_batches({"loads.mass": mass.shape, "loads.force": force.shape[:-1]})
-    return BodyForces(
-        direction=_pair(direction, force, batch), factor=_pair(factor, end, batch),
-        moment=_pair(moment, end * design.section_length, batch),
-    )  # fmt: skip
+    pairs = (direction, force), (factor, end), (moment, end * design.section_length)
+    return BodyForces(*(_stack_fields(first, second, batch) for first, second in pairs))
 
 
 def read_angle(name: str, value: ArrayLike) -> np.ndarray:
-    """An array of angles [rad].
-
-    Raises:
-        ModelError: where they are not numbers, not finite, or beyond 1e6 rad.
-    """
+    """An array of angles, checked to be within 1e6 rad of 0 [rad]."""
     return read_numbers(name, value, Range(least=-MOST_TURNED, most=MOST_TURNED), unit="rad")
 
 
 def check_start(design: TrunkDesign, start: Shape) -> None:
-    """Refuse a start of another trunk, and one that is not finite, with which a search would not end.
-
-    Raises:
-        ModelError: names the array.
-    """
+    """Refuse a start of another trunk, or with numbers that are not finite, by a `ModelError` that names the array."""
     read_numbers("start.gap", start.gap, shape=(..., design.n_joint, design.n_cable))
     if start.history is not None:
         read_numbers("start.history.bend", start.history.bend)
@@ -166,7 +146,7 @@ def check_start(design: TrunkDesign, start: Shape) -> None:
 @lru_cache(maxsize=64)
 def _slack(key: IdentityKey) -> CableInput:
     none = np.zeros(key.design.n_cable)
-    return CableInput(pull=none, tension=none, by_tension=np.full(none.size, True))
+    return CableInput(none, none, np.full(none.size, True))
 
 
 @lru_cache(maxsize=64)
@@ -189,6 +169,5 @@ def _read_section(design: TrunkDesign, name: str, section: int) -> int:
     return int(section) % design.n_section
 
 
-def _pair(first: np.ndarray, second: np.ndarray, batch: tuple[int, ...]) -> np.ndarray:
-    width = first.shape[-1]
-    return np.stack([np.broadcast_to(first, (*batch, width)), np.broadcast_to(second, (*batch, width))], axis=-2)
+def _stack_fields(first: np.ndarray, second: np.ndarray, batch: tuple[int, ...]) -> np.ndarray:
+    return np.stack([np.broadcast_to(part, (*batch, first.shape[-1])) for part in (first, second)], axis=-2)

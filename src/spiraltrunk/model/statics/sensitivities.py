@@ -13,14 +13,14 @@ implicit function theorem a parameter p moves bends and tensions by
     [ dL/dq   -c      ] [ dT_0/dp ] = - [ d(L - l - cT)/dp ].
 
 A joint pressed against its limit moves along the rim of its cone only: the equations are reduced to the free
-directions, and the reaction times the rim's curvature is added to dG/dq. What a sticking hole remembers of the loading
-history is not differentiated.
+directions, and the reaction times the rim's curvature is added to dG/dq. The friction force of a sticking hole depends
+on the loading history and is taken as constant.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -56,7 +56,7 @@ _OPTIONS = StaticsOptions()
 @final
 @dataclass(frozen=True, kw_only=True)
 class ByCables:
-    """Derivatives of a shape by what its winders do."""
+    """Derivatives of a shape by the inputs of its winders."""
 
     points_by_tension: np.ndarray
     """Section ends by tension, all cables held by tension, shape (n_section, 3, n_cable) [m/N]."""
@@ -126,13 +126,13 @@ def by_parameters(
         length: sum of the gaps that each winder leaves without tension, not a number for a relaxed cable, shape
             (n_cable,) [m].
         compliance: of each winder with its cable [m/N].
-        softness: a pressed joint counts as free where its reaction is below this part of its elastic moment [-], so
-            that a search feels that the joint should not have shut yet.
+        softness: a joint at its limit counts as free where its reaction is below this part of its elastic moment [-],
+            so that a fit can move it off the limit.
 
     Returns:
         Rows by the logarithm of each joint's stiffness, the logarithm of the mass, the centre of mass over the
         section's length, the friction coefficient, the slack of each cable, the hole fraction and the compliance, shape
-        (n_joint + 5 + n_cable, n_section, 3) [m over the parameter's unit]; 0 for the slack of a cable out of play.
+        (n_joint + 5 + n_cable, n_section, 3) [m over the parameter's unit]; 0 for the slack of an inactive cable.
     """
     state = _Equilibrium(design, shape, base_orientation(theta_0), None)
     state.free_soft_joints(softness)
@@ -146,16 +146,14 @@ def by_parameters(
 
 
 @final
-@dataclass(frozen=True, kw_only=True)
-class _Gaps:
-    """Cables of one shape, arrays by joint and cable."""
+class _Gaps(NamedTuple):
+    """Cables of one shape at each joint's gap, first axes (n_joint, n_cable)."""
 
     length: np.ndarray
-    """Shape (n_joint, n_cable) [m]."""
     slope: np.ndarray
-    """By the joint's bends, shape (n_joint, n_cable, 2) [m/rad]."""
+    """Of the length by the joint's bends, shape (n_joint, n_cable, 2) [m/rad]."""
     turn: np.ndarray
-    """Turn before the joint's gap, shape (n_joint, n_cable) [rad]."""
+    """Turn before the gap [rad]."""
 
 
 @final
@@ -175,7 +173,7 @@ class _Equilibrium:
         self.elastic = self.trunk.stiffness[:, :2] * self.bend[:, :2]
 
     def free_soft_joints(self, softness: float) -> None:
-        """Forget the reactions below this part of the elastic moment."""
+        """Set the reactions below this part of the elastic moment to 0."""
         elastic = self.trunk.stiffness[:, 0] * np.linalg.norm(self.bend[:, :2], axis=1)
         self.reaction = np.where(self.reaction > softness * elastic, self.reaction, 0.0)
 
@@ -183,13 +181,9 @@ class _Equilibrium:
         """Gradient and Hessian of elasticity and weight alone: cables without tension."""
         fields = read_forces(design, self.loads)
         nothing, idle = np.zeros(design.n_cable), np.zeros((design.n_joint, design.n_cable))
-        direction, factor, moment = (
-            np.array(part, order="C") for part in (fields.direction, fields.factor, fields.moment)
-        )
-        case = Case(
-            self.base, self.trunk, (direction, factor, moment),
-            Control(np.full(design.n_cable, True), nothing, nothing, nothing), Friction(idle, idle, idle, 0.0),
-        )  # fmt: skip
+        parts = [np.array(part, order="C") for part in (fields.direction, fields.factor, fields.moment)]
+        control = Control(np.full(design.n_cable, True), nothing, nothing, nothing)
+        case = Case(self.base, self.trunk, (parts[0], parts[1], parts[2]), control, Friction(idle, idle, idle, 0.0))
         work = room_for_work(design.n_joint, design.n_cable, 2)
         linearise(self.bend, case, nothing, work)
         return work
@@ -200,9 +194,9 @@ class _Equilibrium:
         length = np.sqrt((across**2).sum(axis=-1) + SHUT**2)
         turned = np.einsum("jaxy,jcy->jcax", self.work.first, beyond)
         slope = np.einsum("jcx,jcax->jca", across, turned) / length[..., None]
-        turn, at_beyond = _find_turns(self.work.rotation, before, beyond)
+        turn, at_beyond = find_hole_turns(self.work.rotation, before, beyond)
         turn[1:] += at_beyond[:-1]
-        return _Gaps(length=length, slope=slope, turn=turn)
+        return _Gaps(length, slope, turn)
 
     def _find_modes(self) -> np.ndarray:
         """1 where a cable slides to its winder, -1 where it slides away, 0 where it sticks, (n_joint, n_cable) [-]."""
@@ -214,11 +208,11 @@ class _Equilibrium:
         return np.where(np.abs(share - 1) < _SLIDES, 1.0, np.where(np.abs(share + 1) < _SLIDES, -1.0, 0.0))
 
     def _ratio(self, turn: np.ndarray) -> np.ndarray:
-        """Ratio of the tensions beyond and before each hole that slides; 1 where it sticks, shape of ``turn`` [-]."""
+        """Tension beyond over tension before each hole; 1 where it sticks, shape of ``turn`` [-]."""
         return np.asarray(tension_ratio(self.mode * self.design.cable.friction, turn))
 
     def _tensions_at(self, turn: np.ndarray) -> np.ndarray:
-        """Gap tensions at other turns; winder tensions and what sticking holes hold stay as they are [N]."""
+        """Gap tensions at other turns, with the same winder tensions and friction of sticking holes [N]."""
         last, out = self.winder_tension.copy(), np.empty_like(self.tension)
         held = np.vstack([self.winder_tension, self.tension[:-1]]) - self.tension
         for k, ratio in enumerate(self._ratio(turn)):
@@ -232,9 +226,8 @@ class _Equilibrium:
         beyond, before = hole_positions(self.design)
         near, far = np.zeros((count, self.design.n_cable, 2)), np.zeros((count, self.design.n_cable, 2))
         for a in range(2):
-            step = np.zeros(2)
-            step[a] = _STEP
-            ends = [_find_turns(bend_rotation(self.bend[:, :2] + side * step), before, beyond) for side in (1.0, -1.0)]
+            bends = (self.bend[:, :2] + side * _STEP * np.eye(2)[a] for side in (1.0, -1.0))
+            ends = [find_hole_turns(bend_rotation(bend), before, beyond) for bend in bends]
             near[..., a], far[..., a] = ((up - down) / (2 * _STEP) for up, down in zip(*ends, strict=True))
         out, mu = np.zeros((count, self.design.n_cable, count, 2)), self.design.cable.friction
         last, ratio = np.zeros(out.shape[1:]), self._ratio(self.gaps.turn)
@@ -276,12 +269,11 @@ class _Equilibrium:
         return np.vstack([top, np.hstack([slope @ basis, -compliance * np.eye(len(held))])]), basis
 
     def right_hand_sides(self, held: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """Minus what each parameter adds to moments and lengths, shape (n_equation, n_parameter)."""
+        """Minus the derivatives of moments and lengths by each parameter, shape (n_equation, n_parameter)."""
         joints, cables = self.design.n_joint, self.design.n_cable
         size = joints + 5 + cables
         moment, length = np.zeros((2 * joints, size)), np.zeros((cables, size))
-        for k in range(joints):
-            moment[2 * k : 2 * k + 2, k] = self.elastic[k]
+        moment[:, :joints] = block_diag(*self.elastic[:, :, None])
         moment[:, joints] = (self.work.gradient - self.elastic).ravel()
         moment[:, joints + 1] = self._moment_by_center()
         less = np.cumsum(self.mode * self.gaps.turn, axis=0) * self.tension
@@ -293,13 +285,13 @@ class _Equilibrium:
         return -np.vstack([free.T @ moment, length[held]])
 
     def _moment_by_center(self) -> np.ndarray:
-        """Moments by the centre of mass over the section's length, linear in it, shape (2 n_joint,) [N m]."""
+        """Derivative of the moments by the centre of mass over the section's length, shape (2 n_joint,) [N m]."""
         fraction = float(self.design.section_center[0] / self.design.section_length[0])
         other = replace(self.design, mass=replace(self.design.mass, center_fraction=0.5 * fraction))
         return (self._linearise(other).gradient - self.work.gradient).ravel() / (-0.5 * fraction)
 
     def _at_holes(self, change: float) -> tuple[np.ndarray, np.ndarray]:
-        """Moments of the cables, and length over that of the straight trunk, with other holes [N m], [m]."""
+        """Moments of the cables [N m] and lengths over those of the straight trunk [m] at another hole fraction."""
         cable = self.design.cable
         other = replace(self.design, cable=replace(cable, hole_fraction=cable.hole_fraction + change))
         gaps = self._measure(other)
@@ -309,7 +301,7 @@ class _Equilibrium:
         return moment, gaps.length.sum(axis=0) - straight
 
     def move(self, bend: np.ndarray) -> np.ndarray:
-        """Motion of the section ends per column of bends, shape (columns, n_section, 3)."""
+        """Displacement of the section ends per column of bends, shape (columns, n_section, 3)."""
         work, count = self.work, self.design.n_joint
         spun = np.einsum("jaik,jlk->jail", work.first, work.rotation)
         vector = np.stack([spun[..., 2, 1], spun[..., 0, 2], spun[..., 1, 0]], axis=-1)
@@ -323,16 +315,9 @@ class _Equilibrium:
 
 
 def _free_axes(bend: np.ndarray, reaction: float) -> tuple[np.ndarray, np.ndarray]:
-    """Directions in which a joint may bend, as columns, and the reaction times the curvature of the rim [N m/rad]."""
+    """Free directions of a joint's bend, as columns, and the reaction times the curvature of the rim [N m/rad]."""
     if reaction <= 0.0:
         return np.eye(2), np.zeros((2, 2))
     size = float(np.hypot(*bend))
     tangent = np.array([[-bend[1]], [bend[0]]]) / size
     return tangent, reaction / size * (tangent @ tangent.T)
-
-
-def _find_turns(rotation: np.ndarray, before: np.ndarray, beyond: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Turns at the holes before and beyond each joint, shape (n_joint, n_cable) [rad]."""
-    near, far = np.empty(before.shape[:2]), np.empty(before.shape[:2])
-    find_hole_turns(rotation, before, beyond, near, far)
-    return near, far

@@ -83,9 +83,10 @@ def measure_turns(trunk, work):
 
 
 @owning
-def find_hole_turns(rotation, before, beyond, at_before, at_beyond):
-    """`hole_turns` of all joints and cables into ``at_before``, ``at_beyond`` (n_joint, n_cable) [rad]."""
-    v = np.empty(3)
-    for i in range(at_before.shape[0]):
-        for c in range(at_before.shape[1]):
-            at_before[i, c], at_beyond[i, c] = hole_turns(rotation[i], before[i, c], beyond[i, c], v)
+def find_hole_turns(rotation, before, beyond):
+    """`hole_turns` of all joints and cables, two arrays of shape (n_joint, n_cable) [rad]."""
+    near, far, v = np.empty(before.shape[:2]), np.empty(before.shape[:2]), np.empty(3)
+    for i in range(near.shape[0]):
+        for c in range(near.shape[1]):
+            near[i, c], far[i, c] = hole_turns(rotation[i], before[i, c], beyond[i, c], v)
+    return near, far
