@@ -56,7 +56,7 @@ def test_friction_that_does_not_settle_in_increments_is_loaded_slowly(script, mo
     """A trunk that leaps on the way."""
     case = script.draw_case(friction, trial)
     assert script.is_good(script.judge(case, script.solve_case(case)))
-    monkeypatch.setattr(equilibrium, "_run_again", lambda *_: None)
+    monkeypatch.setattr(equilibrium, "_fall_back", lambda *_: None)
     assert script.judge(case, script.solve_case(case))["status"] == "NOT_CONVERGED"
 
 

@@ -189,9 +189,16 @@ def _solve(kernel: Any, design: TrunkDesign, arguments: _Arguments) -> Shape:
     trunk, straight = get_trunk(design, options)
     nd, solution = 3 if options.has_torsion else 2, _start(arguments, trunk)
     _run(kernel, _build_problem(arguments, straight), solution, trunk, nd)
-    is_incremental = arguments.friction > 0 and options.quasi_static is None
-    if is_incremental and (failed := np.flatnonzero(solution.status == Status.NOT_CONVERGED)).size:
+    if arguments.friction > 0 and options.quasi_static is None:
         slowly = arguments._replace(options=replace(options, quasi_static=QuasiStatic()))
+        _fall_back(slowly, solution, trunk, straight, nd)
+    return build_shape(solution, arguments.batch)
+
+
+def _fall_back(slowly: _Arguments, solution: Solution, trunk: Trunk, straight: np.ndarray, nd: int) -> None:
+    """Solve the rows that did not converge by the arguments ``slowly``, and keep those that then converge."""
+    failed = np.flatnonzero(solution.status == Status.NOT_CONVERGED)
+    if failed.size:
         problem = _build_problem(slowly, straight)
         own = {name: getattr(problem, name)[failed] for name in Problem._fields[:9]}
         again = Solution(*(array[failed] for array in _start(slowly, trunk)))
@@ -199,7 +206,6 @@ def _solve(kernel: Any, design: TrunkDesign, arguments: _Arguments) -> Shape:
         is_better = again.status != Status.NOT_CONVERGED
         for array, found in zip(solution, again, strict=True):
             array[failed[is_better]] = found[is_better]
-    return build_shape(solution, arguments.batch)
 
 
 def _run(kernel: Any, problem: Problem, solution: Solution, trunk: Trunk, nd: int) -> None:
@@ -310,18 +316,18 @@ def allocate(trunk: Trunk, rows: int) -> Solution:
 
 def build_shape(solution: Solution, batch: tuple[int, ...]) -> Shape:
     """Shapes of the solutions, their rows along the batch axes."""
-    figures = solution.figures[:, 0].reshape(batch)
-    solution = Solution(*[array.reshape((*batch, *array.shape[1:])) for array in solution])
+    residual, status = solution.figures[:, 0].reshape(batch), solution.status.reshape(batch)
+    each = [array.reshape((*batch, *array.shape[1:])) if batch else array[0] for array in solution]
+    solution = Solution(*each)
     forces = {
         "cable_tension": solution.tension, "gap_tension": solution.gap_tension, "limit_reaction": solution.reaction,
-        "tip_compliance": solution.compliance, "residual": figures,
+        "tip_compliance": solution.compliance, "residual": residual,
     }  # fmt: skip
     return build(
         Shape,
         {
             "points": solution.points, "joint_rotation": solution.rotation, "joint_angle": solution.angle,
-            "gap": solution.gap, "cable_change": solution.change, "is_shut": solution.shut,
-            "status": solution.status,
+            "gap": solution.gap, "cable_change": solution.change, "is_shut": solution.shut, "status": status,
             "forces": build(Forces, forces),
             "history": build(History, {"bend": solution.bend, "anchor": solution.anchor}),
         },
