@@ -75,7 +75,7 @@ def _same(tilt: np.ndarray) -> int:
 
 @compiled
 def _shorten_lanes(t: Table, rest: np.ndarray, level: np.ndarray, left: np.ndarray, gap: np.ndarray) -> None:
-    """First pass of `shorten` for each trunk of ``level``; the rest that joint 1 cannot take goes to ``left`` [m]."""
+    """First pass of `shorten` for each trunk of ``level``; the excess of joint 1 goes to ``left`` [m]."""
     for i in range(rest.size - 1, -1, -1):
         _share_lanes(t.portion[i], t.below[i], rest[i], level, gap[i])
     for w in range(level.size):

@@ -1,4 +1,4 @@
-"""Compiled laws of the equilibrium: scalar code for Numba, one trunk at a time, no checks (those are made outside)."""
+"""Compiled laws of the equilibrium: scalar code for Numba, one trunk at a time, without checks of the inputs."""
 
 from pathlib import Path
 from typing import Any
@@ -6,10 +6,10 @@ from typing import Any
 from spiraltrunk.model.jit import compiler, hash_files
 
 STAMP = hash_files(Path(__file__).parent.glob("*.py"))
-"""What the machine code on disc must have been compiled from."""
+"""Digest of the sources that the machine code on disc was compiled from."""
 
 compiled: Any = compiler(STAMP, owns_arrays=False)
 """How a kernel is compiled."""
 
 owning: Any = compiler(STAMP)
-"""How one is that makes or returns arrays."""
+"""How a kernel is compiled that makes or returns arrays."""

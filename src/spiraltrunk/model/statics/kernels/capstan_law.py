@@ -1,7 +1,4 @@
-"""Capstan law of Euler and Eytelwein: what friction at one hole does to a cable's tension.
-
-Statics, calibration and simulation take it from here.
-"""
+"""Capstan law of Euler and Eytelwein: friction of a cable at one hole, for statics, calibration and simulation."""
 
 from __future__ import annotations
 

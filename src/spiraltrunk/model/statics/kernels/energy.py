@@ -124,7 +124,10 @@ def room_for_work(n_joint, n_cable, nd):
 
 @compiled
 def replace_trunk(trunk, stiffness, natural, shut):
-    """The trunk with other stiffness, natural bends and smoothing length."""
+    """The trunk with other stiffness, natural bends and smoothing length.
+
+    For kernels that are `compiled`, not `owning`: nothing counts the references to the arrays of the result.
+    """
     return Trunk(
         trunk.kind, stiffness, natural, trunk.limit, trunk.length, trunk.before, trunk.beyond, trunk.rub_before,
         trunk.rub_beyond, shut,
@@ -133,7 +136,7 @@ def replace_trunk(trunk, stiffness, natural, shut):
 
 @compiled
 def replace_parts(case, trunk, length):
-    """The case with another trunk and other cable lengths."""
+    """The case with another trunk and other cable lengths; for kernels as `replace_trunk`."""
     control = case.control
     held = Control(control.by_tension, length, control.most, control.compliance)
     return Case(case.base, trunk, case.field, held, case.friction)

@@ -313,7 +313,7 @@ def solve(q, tension, case, tolerance, most, work, system):
 
 @compiled
 def solve_safely(q, tension, case, tolerance, most, work, system):
-    """`solve`; where it does not converge, again with smoothed gaps, less and less down to the trunk's own smoothing.
+    """`solve`; where it does not converge, by continuation in the smoothing of the gaps, down to the trunk's own.
 
     With every cable pulled the solution often lies where a gap is closed and the cable's length has a kink.
     """
