@@ -190,15 +190,15 @@ def _solve(kernel: Any, design: TrunkDesign, arguments: _Arguments) -> Shape:
     nd, solution = 3 if options.has_torsion else 2, _start(arguments, trunk)
     _run(kernel, _build_problem(arguments, straight), solution, trunk, nd)
     if arguments.friction > 0 and options.quasi_static is None:
-        slowly = arguments._replace(options=replace(options, quasi_static=QuasiStatic()))
-        _fall_back(slowly, solution, trunk, straight, nd)
+        _fall_back(arguments, solution, trunk, straight, nd)
     return build_shape(solution, arguments.batch)
 
 
-def _fall_back(slowly: _Arguments, solution: Solution, trunk: Trunk, straight: np.ndarray, nd: int) -> None:
-    """Solve the rows that did not converge by the arguments ``slowly``, and keep those that then converge."""
+def _fall_back(arguments: _Arguments, solution: Solution, trunk: Trunk, straight: np.ndarray, nd: int) -> None:
+    """Solve the rows that did not converge by quasi-static loading, and keep those that then converge."""
     failed = np.flatnonzero(solution.status == Status.NOT_CONVERGED)
     if failed.size:
+        slowly = arguments._replace(options=replace(arguments.options, quasi_static=QuasiStatic()))
         problem = _build_problem(slowly, straight)
         own = {name: getattr(problem, name)[failed] for name in Problem._fields[:9]}
         again = Solution(*(array[failed] for array in _start(slowly, trunk)))
