@@ -14,6 +14,8 @@ _MARKUP = re.compile(r"[|*]|(?<=\w)_(?=\W|$)")
 def escape(*event: Any) -> None:
     """Escape what reStructuredText would read as markup, literal blocks left as they are; the lines come last."""
     lines: list[str] = event[-1]
+    if "Fields:" in lines:  # What `help` shows; here each field has an entry of its own.
+        del lines[lines.index("Fields:") :]
     margin: int | None = None
     before = ""
     for i, line in enumerate(lines):

@@ -6,7 +6,10 @@ from collections.abc import Iterable
 
 
 class SpiralTrunkError(Exception):
-    """Base of every error that this package raises on purpose."""
+    """Base of every error that this package raises on purpose; its message is one line."""
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(" ".join(str(message).split()))
 
 
 class Unquoted(str):
