@@ -6,6 +6,7 @@ import ast
 import dataclasses
 import importlib
 import inspect
+import itertools
 import pydoc
 import sys
 from pathlib import Path
@@ -31,17 +32,20 @@ OPTIONS = {
 }
 
 
-@pytest.mark.parametrize(("module", "name"), CLASSES, ids="{0[1]}".format)
+@pytest.mark.parametrize(("module", "name"), CLASSES)
 def test_help_shows_every_field(module: str, name: str) -> None:
     shown = pydoc.render_doc(getattr(importlib.import_module(module), name), renderer=pydoc.plaintext)
     head = shown.partition("Methods defined here")[0]
+    cls = getattr(sys.modules[module], name)
     written = {
         field.target.id: inspect.cleandoc(text.value.value).splitlines()
-        for field, text in zip(CLASSES[module, name].body, CLASSES[module, name].body[1:], strict=False)
+        for base in cls.__mro__
+        for node in [CLASSES.get((base.__module__, base.__name__))]
+        if node is not None
+        for field, text in itertools.pairwise(node.body)
         if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr)
     }
-    fields = {field.name for field in dataclasses.fields(getattr(sys.modules[module], name)) if field.name[0] != "_"}
-    assert fields <= set(written)
+    assert {field.name for field in dataclasses.fields(cls) if field.name[0] != "_"} <= set(written)
     for lines in written.values():
         assert all(line in head for line in lines)
 

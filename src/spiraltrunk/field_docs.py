@@ -26,15 +26,19 @@ class _Docstring:
         return _explain(owner, self.summary)
 
 
+def _read_body(cls: type) -> list[ast.stmt]:
+    """Statements of a class; none where its source cannot be read."""
+    try:
+        written = ast.parse(textwrap.dedent(inspect.getsource(cls))).body[0]
+    except (OSError, TypeError, SyntaxError):
+        return []
+    return written.body if isinstance(written, ast.ClassDef) else []
+
+
 @functools.cache
 def _explain(owner: type, summary: str) -> str:
-    try:
-        body = ast.parse(textwrap.dedent(inspect.getsource(owner))).body[0]
-    except (OSError, TypeError, SyntaxError):  # Without source there is the summary alone.
-        return summary
     lines = [inspect.cleandoc(summary), "", "Fields:"]
-    statements = body.body if isinstance(body, ast.ClassDef) else []
-    for field, text in itertools.pairwise(statements):
+    for field, text in itertools.chain(*(itertools.pairwise(_read_body(base)) for base in reversed(owner.__mro__))):
         if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
             lines.append(f"    {ast.unparse(field.target)}: {ast.unparse(field.annotation)}")
             lines.append(textwrap.indent(inspect.cleandoc(str(text.value.value)), " " * 8))
@@ -42,7 +46,10 @@ def _explain(owner: type, summary: str) -> str:
 
 
 def explain_fields(cls: _C) -> _C:
-    """Class decorator, the outermost: `help` shows meaning and unit of each field, as written below it."""
+    """Class decorator, the outermost: `help` shows meaning and unit of each field, as written below it.
+
+    Not for abstract classes and their subclasses: `help` does not ask their metaclass for the docstring.
+    """
     if cls.__doc__:  # python -OO leaves docstrings out.
         cls.__doc__ = _Docstring(cls.__doc__)  # type: ignore[assignment]
     return cls

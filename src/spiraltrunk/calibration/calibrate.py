@@ -37,6 +37,7 @@ from spiraltrunk.calibration.predict_states import (
 )
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
@@ -50,6 +51,7 @@ IDENTIFIED = 0.7
 """Width over the prior's below which a parameter counts as identified [-] (ours: half the variance)."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Settings:
@@ -67,6 +69,7 @@ class Settings:
     """Of its shift along each axis [m] (ours)."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
@@ -93,6 +96,7 @@ class Parameter:
         return self.width_ratio < IDENTIFIED
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Errors:
@@ -108,6 +112,7 @@ class Errors:
     """By the paper's forward model of the design as it was, shape (n,) [m]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Calibration:

@@ -16,11 +16,13 @@ import numpy as np
 from spiraltrunk.checks import check_count, check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.field_docs import explain_fields
 
 _MOST_COMPLIANCE = 1e-2
 """Largest compliance of a winder [m/N]: equilibria bear no more."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Winders:
@@ -32,6 +34,7 @@ class Winders:
     """Lengthening of each winder with its cable per tension [m/N]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Prior:

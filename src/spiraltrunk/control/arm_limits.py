@@ -7,10 +7,13 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.field_docs import explain_fields
+
 QUANTITIES = ("position", "velocity", "acceleration", "jerk", "torque")
 """What a verdict compares with a limit."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class ArmLimits:

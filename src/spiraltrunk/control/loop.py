@@ -12,11 +12,13 @@ from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.errors import RunError, describe
+from spiraltrunk.field_docs import explain_fields
 
 LONGEST = 300.0
 """Simulated or real time after which a run is stopped [s]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class RunLog:

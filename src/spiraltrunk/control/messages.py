@@ -8,8 +8,10 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.field_docs import explain_fields
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Target:
@@ -31,6 +33,7 @@ class Target:
     """Coefficient of friction that strategies may assume [-]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Goal:
@@ -50,6 +53,7 @@ class Goal:
     """Height of the ground under the object [m]; None if it hangs."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Task:
@@ -63,6 +67,7 @@ class Task:
     """Required motion of the object."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class CameraObservation:
@@ -76,6 +81,7 @@ class CameraObservation:
     """Unit vector along the object in the world, shape (3,) [-]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Observation:
@@ -103,6 +109,7 @@ class Observation:
     """Latest camera observation of the object; None without a camera, and for strategies that need none."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Command:

@@ -10,6 +10,7 @@ from typing import Generic, TypeVar, final
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.field_docs import explain_fields
 
 State = TypeVar("State")
 
@@ -39,6 +40,7 @@ class Milestone(Enum):
     """The trunk has let go and rests away from the object."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Status:

@@ -15,8 +15,10 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.checks import check_count, check_number
+from spiraltrunk.field_docs import explain_fields
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class GripperDesign:

@@ -9,8 +9,10 @@ from typing import final
 
 from spiraltrunk.checks import check_number, check_numbers, check_text
 from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.field_docs import explain_fields
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class HousingDesign:
@@ -38,6 +40,7 @@ class HousingDesign:
             check_number(f"housing.{name}", getattr(self, name), above=0.0, below=100.0)
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class ArmDesign:

@@ -8,8 +8,10 @@ from typing import final
 
 from spiraltrunk.checks import check_number, check_numbers
 from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.field_docs import explain_fields
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class JointDesign:
@@ -40,6 +42,7 @@ class JointDesign:
         return self.youngs_modulus * math.pi * self.radius**4 / (4 * self.length)
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class CableDesign:
@@ -68,6 +71,7 @@ class CableDesign:
         check_number("cable.friction", self.friction, least=0.0, below=2.0)
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class MassDesign:

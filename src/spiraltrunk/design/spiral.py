@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spiraltrunk.checks import check_number
+from spiraltrunk.field_docs import explain_fields
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Spiral:

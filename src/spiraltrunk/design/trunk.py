@@ -21,6 +21,7 @@ from spiraltrunk.design.parts import CableDesign, JointDesign, MassDesign
 from spiraltrunk.design.section import SectionSolid
 from spiraltrunk.design.spiral import Spiral, arc_length, chord, radius
 from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.field_docs import explain_fields
 
 MOST_SECTIONS = 200
 """Largest number of sections [-] (ours)."""
@@ -29,12 +30,14 @@ _LEAST_TIP_WIDTH = 1e-5
 """Least width of the tip of any design [m] (ours: a tenth of a hair)."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class TrunkDesign:
     """A logarithmic-spiral trunk with its joints, cables, masses, gripper, housing and arm."""
 
     name: str
+    """Name that files and tables show."""
     spiral: Spiral
     """Outer contour; the inner contour is one turn further in, the backbone is k times the outer contour."""
     k: float
@@ -46,12 +49,17 @@ class TrunkDesign:
     theta_tip: float = math.pi / 2
     """Angle of the spiral at the end of the tip [rad] (paper: pi / 2)."""
     joint: JointDesign = field(default_factory=lambda: JointDesign(radius=3.825e-3, length=2.10e-3))
+    """Elastic joints between the sections."""
     cable: CableDesign = field(default_factory=lambda: CableDesign(angles=(0.0, 2 * math.pi / 3, 4 * math.pi / 3)))
+    """Cables, their holes and their friction."""
     mass: MassDesign = field(default_factory=MassDesign)
+    """Masses of the sections, or the density that they follow from."""
     gripper: GripperDesign | None = field(default_factory=GripperDesign)
     """Gripper at the tip, or None."""
     housing: HousingDesign = field(default_factory=HousingDesign)
+    """Winder housing between the arm's flange and the trunk."""
     arm: ArmDesign = field(default_factory=ArmDesign)
+    """Robot arm that carries housing and trunk."""
 
     def __post_init__(self) -> None:
         check_text("name", self.name)

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation
+from spiraltrunk.field_docs import explain_fields
 
 CAMERA_PERIOD = 0.5
 """Period of the camera's observations [s] (ours)."""
@@ -17,6 +18,7 @@ _JITTER = 0.3
 """Share of the camera's error that varies between observations; the rest is constant in a trial [-] (ours)."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class SensorOptions:

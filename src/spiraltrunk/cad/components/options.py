@@ -7,11 +7,13 @@ from typing import final
 
 from spiraltrunk.checks import check_count, check_number
 from spiraltrunk.errors import DesignError
+from spiraltrunk.field_docs import explain_fields
 
 ADAPTER = 10.0
 """Thickness of the adapter without its spigot [mm] (ours: room for the heads of the M6 screws)."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Motor:
@@ -29,6 +31,7 @@ class Motor:
     """Largest torque [N m] (0.741 N m/A at 3 A)."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Servo:
@@ -58,6 +61,7 @@ class Servo:
         return self.lug_pitch + 8.0
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Flange:
@@ -75,6 +79,7 @@ class Flange:
     """Outer diameter of the robot's flange (the standard)."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class MakeOptions:

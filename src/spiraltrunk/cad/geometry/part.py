@@ -10,8 +10,10 @@ import numpy as np
 
 from spiraltrunk.cad.geometry.csg import Form
 from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.field_docs import explain_fields
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Material:
@@ -37,6 +39,7 @@ SILICONE = Material(name="Ecoflex 00-30", density=1.07, flow=0.0, infill=1.0)
 """Cast shells (paper; density by its maker)."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Part:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import final
 
 from spiraltrunk.errors import TakeError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.mocap.signal.registration import Alignment
 from spiraltrunk.mocap.signal.segmentation import StillSettings
 from spiraltrunk.model.kinematics.measured_shapes import KINDS
@@ -27,6 +28,7 @@ MOST_STEPS = 1000
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,59}")
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Run:
@@ -86,13 +88,16 @@ class Run:
         return self.steps + 1
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Protocol:
     """A session."""
 
     name: str
+    """Name that files and tables show."""
     runs: tuple[Run, ...]
+    """Runs in the order in which they are recorded."""
     design: str = "paper"
     """Preset or file of the trunk."""
     axes: str | None = None

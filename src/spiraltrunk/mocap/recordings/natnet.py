@@ -15,6 +15,7 @@ import numpy as np
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.errors import MissingPackage, TakeError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.mocap.recordings.axes import read_axes, turn_quaternions
 from spiraltrunk.mocap.recordings.take import Body, Marker, Take
 
@@ -27,6 +28,7 @@ _NUMBER = 0xFFFF
 """Bits of a labelled marker's number that count it within its rigid body; the upper bits are the body's."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class LiveSettings:
@@ -41,8 +43,9 @@ class LiveSettings:
     is_multicast: bool = False
     """Whether Motive streams by multicast."""
     command_port: int = 1510
+    """UDP port of Motive's commands."""
     data_port: int = 1511
-    """For multicast."""
+    """UDP port of the frames, for multicast."""
     patience: float = 2.0
     """Time without a new frame after which the stream counts as ended [s]."""
 

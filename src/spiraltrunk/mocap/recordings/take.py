@@ -11,6 +11,7 @@ from typing import TypeVar, final
 import numpy as np
 
 from spiraltrunk.errors import TakeError
+from spiraltrunk.field_docs import explain_fields
 
 SYNTHETIC = "synthetic, not a measurement"
 """Take Notes of a recording that was computed from a model."""
@@ -79,6 +80,7 @@ class Marker(Track):
 AnyTrack = TypeVar("AnyTrack", bound=Track)
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Take:
@@ -87,6 +89,7 @@ class Take:
     source: str
     """File or address."""
     name: str
+    """Name of the take in Motive."""
     started: str
     """Time of recording as in the file; its format depends on the computer's language."""
     rate: float
@@ -98,6 +101,7 @@ class Take:
     bodies: tuple[Body, ...]
     """Rigid bodies, in the order of the file as markers are."""
     markers: tuple[Marker, ...]
+    """Markers, labelled or not."""
     comment: str = ""
     """Take Notes of the header."""
     notes: tuple[str, ...] = ()

@@ -13,6 +13,7 @@ import numpy as np
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, TakeError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import Schedule, build_schedule
@@ -28,12 +29,14 @@ from spiraltrunk.mocap.signal.segmentation import describe_slowest, find_stills,
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes, compute_marker_offset
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class SessionSettings:
     """How a session is read."""
 
     design: TrunkDesign
+    """Trunk that was recorded."""
     axes: str | None = None
     """Axis convention of the recordings; None takes the protocol's."""
     alignment: Alignment | None = None

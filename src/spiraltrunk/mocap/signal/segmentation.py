@@ -16,11 +16,13 @@ import numpy as np
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.errors import TakeError
+from spiraltrunk.field_docs import explain_fields
 
 LONG = 0.1
 """Length from which a gap is noted [s]: at 0.2 m/s the trunk moves by 2 cm."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class StillSettings:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import broadcast_batches, check_count, check_number, check_type, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.inverse.kernels.multistart import Limits, solve_target_rows
 from spiraltrunk.model.inverse.kernels.target_residual import Targets
@@ -47,6 +48,7 @@ _APART = 0.08
 _NONE = Loads()
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class InverseOptions:

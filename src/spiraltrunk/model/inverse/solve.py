@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import Range, broadcast_batches, check_count, check_type, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.inverse.kernels.target_residual import Targets, gap_rows
 from spiraltrunk.model.inverse.multistart import InverseOptions, read_load_cases, solve_targets
@@ -42,6 +43,7 @@ _DEFAULT, _CURL = InverseOptions(), InverseOptions(tolerance=1e-3, tries=24)
 """Default options for targets and for circles."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class InverseSolution:

@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.inverse.kernels.multistart import Limits, Starts, solve_target_rows
 from spiraltrunk.model.inverse.kernels.target_residual import Targets
 from spiraltrunk.model.jit import share
@@ -36,6 +37,7 @@ _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 """Bases of the Halton sequence, one per cable."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StartTable:

@@ -11,6 +11,7 @@ import numpy as np
 from spiraltrunk.checks import check_count
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.inverse.start_table import least_tension
 from spiraltrunk.model.kinematics.shape import Status
 from spiraltrunk.model.statics import equilibrium
@@ -23,6 +24,7 @@ _MOST = 200_000
 """Largest number of equilibria of one map."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Workspace:

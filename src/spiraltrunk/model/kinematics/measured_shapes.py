@@ -10,11 +10,13 @@ import numpy as np
 from spiraltrunk.checks import read_array, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.field_docs import explain_fields
 
 KINDS = ("rest", "bend-dorsal", "bend-ventral", "twist")
 """Cable pulls that lead to a shape."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class MeasuredShapes:

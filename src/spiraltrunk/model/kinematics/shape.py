@@ -8,6 +8,8 @@ from typing import Any, TypeVar, final
 
 import numpy as np
 
+from spiraltrunk.field_docs import explain_fields
+
 
 @final
 class Status(IntEnum):
@@ -39,6 +41,7 @@ _ADVICE = {
 }
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Forces:
@@ -65,6 +68,7 @@ class Forces:
         return np.einsum("...ij,...j,...kj->...ik", axes, 1 / np.maximum(size, 1e-9), axes)
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class History:
@@ -76,6 +80,7 @@ class History:
     """Cable length beyond each hole at which the hole's friction force is 0, shape (..., n_joint, n_cable) [m]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Shape:

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import broadcast_batches, check_count, check_number, check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.cables import hole_positions
@@ -60,6 +61,7 @@ _CHUNK = 16
 """Equilibria per chunk of a thread."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class StaticsOptions:

@@ -13,6 +13,7 @@ from spiraltrunk.checks import Range, broadcast_batches, check_count, check_numb
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError, describe
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.kinematics.cables import PULL_MARGIN
 from spiraltrunk.model.kinematics.shape import Shape
@@ -21,6 +22,7 @@ MOST_TURNED = 1e6
 """Largest angle that is accepted [rad]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Loads:
@@ -36,6 +38,7 @@ class Loads:
     """Index of the section on which the force acts."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class QuasiStatic:

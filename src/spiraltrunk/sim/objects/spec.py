@@ -11,6 +11,7 @@ import numpy as np
 
 from spiraltrunk.checks import Range, check_number, check_numbers, check_range
 from spiraltrunk.errors import DesignError, UnknownName
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.mujoco_log import first_line
 from spiraltrunk.sim.objects.geoms import Solid, add_geom
 from spiraltrunk.sim.objects.solids import SOLIDS, bottle
@@ -40,6 +41,7 @@ _ROLLING = ("sphere", "cone", "ring", "bottle")
 """Kinds with rolling friction in every contact; others have it on the ground alone."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class ObjectSpec:

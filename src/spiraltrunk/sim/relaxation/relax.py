@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.sim.relaxation.clamped_trunk import add_point_mass, clamped_spec, read_shape
 from spiraltrunk.sim.robot.cable_friction import CableFriction
@@ -29,6 +30,7 @@ _STILL_TIME = 0.05
 """Time for which the rest criterion must hold [s]; at the turning point of an oscillation it holds for less."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class RelaxationOptions:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import final
 
 from spiraltrunk.control.arm_limits import ArmLimits
+from spiraltrunk.field_docs import explain_fields
 
 
 @final
@@ -36,6 +37,7 @@ class Capsule:
     """Radius [m]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class ArmDescription:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from spiraltrunk.checks import check_type
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.robot.gripper import add_gripper
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF, TRUNK_COLORS
 
@@ -32,6 +33,7 @@ LIMIT_ARM = 0.075
 """Distance from a joint to the two sites whose distance limits its angle [m] (ours); sets the limit's softness."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class TrunkOptions:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import final
 
 from spiraltrunk.errors import DesignError, UnknownName
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, ObjectSpec, parse_object
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.sensors import SensorOptions
@@ -29,6 +30,7 @@ PLACE_ASIDE, PLACE_RISE = 0.35, 0.08
 """Place on the table relative to the hanging object: along y, clear of the trunk, and up, with slack strings [m]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class SceneOptions:

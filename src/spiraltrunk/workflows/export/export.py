@@ -30,6 +30,7 @@ from spiraltrunk.cad.output.make_part import MadePart
 from spiraltrunk.design.toml import load_design, write_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.atomic import atomic_folder, check_foreign_files
 from spiraltrunk.files.results import Progress, format_json, ignore_progress
 from spiraltrunk.report.solids.pictures import PlacedPart, write_pictures
@@ -51,6 +52,7 @@ _HEAVIEST = {"trunk": 0, "gripper": 1, "housing": 2}
 """Groups whose parts take longest, in the order in which they are started."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Request:

@@ -12,6 +12,7 @@ from spiraltrunk.control.loop import RunLog, run
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
@@ -21,6 +22,7 @@ from spiraltrunk.workflows.grasp.verdict import Evidence, Verdict
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Trial:

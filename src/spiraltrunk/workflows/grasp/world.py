@@ -12,6 +12,7 @@ from spiraltrunk import strategies
 from spiraltrunk.checks import check_number, check_numbers, check_text, check_type
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.errors import DesignError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, scaled
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.options import SceneOptions
@@ -42,6 +43,7 @@ SLOPE_FRICTION = 300.0
 alone. At 30 a cone of 35 mm creeps out of firm fingers by 0.65 mm/s, at 300 by 0.03 mm/s."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Spread:

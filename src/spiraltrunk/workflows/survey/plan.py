@@ -9,6 +9,7 @@ from typing import Any, final
 
 from spiraltrunk.checks import check_count
 from spiraltrunk.errors import DesignError
+from spiraltrunk.field_docs import explain_fields
 
 
 @final
@@ -26,6 +27,7 @@ class Entry:
     """Seed of its scene."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class SurveyPlan:

@@ -10,9 +10,11 @@ import numpy as np
 
 from spiraltrunk.calibration.parameters import Prior, Winders, apply_parameters
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.statics.pull_sequences import carry_gripper
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class PrintOptions:

@@ -12,6 +12,7 @@ import numpy as np
 
 from spiraltrunk.calibration.predict_states import place_markers
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.atomic import atomic_file
 from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
@@ -24,6 +25,7 @@ from spiraltrunk.workflows.virtual_session.simulate import SimulatedRun, simulat
 from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class MeasurementOptions:

@@ -9,11 +9,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.mocap.recordings.take import SYNTHETIC, Body, Marker, Take
 from spiraltrunk.mocap.signal.registration import Motion
 from spiraltrunk.model.kinematics.frames import base_orientation
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class CameraOptions:
