@@ -88,6 +88,29 @@ def test_grasp(number: signal.Signals, out: Path) -> None:
     assert_ended(running, number, out)
 
 
+SLOW_MJCF = """
+<mujoco>
+  <compiler><lengthrange inttotal="100" timestep="1e-9"/></compiler>
+  <worldbody><body><joint name="j" range="-1 1"/><geom size=".03"/></body></worldbody>
+  <actuator><muscle joint="j"/></actuator>
+</mujoco>
+"""
+"""A file that MuJoCo would compile for hours, simulating the muscle's length range."""
+
+
+def test_while_a_file_of_the_user_is_compiled(out: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.mktemp("object") / "object.xml"
+    path.write_text(SLOW_MJCF)
+    running = start(*MODULE, "grasp", "--no-video", "--object", f"mjcf:path={path}", "--out", str(out))
+    children = Path(f"/proc/{running.pid}/task/{running.pid}/children")
+    end = time.monotonic() + 60
+    while not children.read_text() and time.monotonic() < end:
+        time.sleep(0.02)
+    assert children.read_text(), "no process was started"
+    running.send_signal(signal.SIGINT)
+    assert_ended(running, signal.SIGINT, out)
+
+
 def test_bench(out: Path) -> None:
     running = start(*MODULE, "bench", "--out", str(out))
     wait_for(running, "spiraltrunk: grasp_real_time")

@@ -154,3 +154,10 @@ def test_a_scaled_object_keeps_its_mass_and_its_inertia_goes_with_the_square(nam
 
 def test_the_default_is_in_the_catalogue():
     assert DEFAULT_OBJECT in CATALOGUE
+
+
+def test_an_unknown_object_is_told_the_nearest_names_on_a_short_line():
+    with pytest.raises(UnknownName, match=r"unknown object 'cylnder-60'; known: cylinder-60, ") as caught:
+        parse_object("cylnder-60")
+    assert "mjcf:..." in str(caught.value)
+    assert len(str(caught.value)) < 250

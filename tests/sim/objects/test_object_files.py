@@ -430,9 +430,9 @@ def one_body(inner):
         (one_body("<geom size='.03' mass='0'/>"), "of 0 g; allowed: some mass|MuJoCo"),
         (one_body("<geom type='mesh' mesh='none'/>"), "no MJCF that MuJoCo loads"),
         (one_body("<geom size='.03'/>" * 201), "of 201 geoms; allowed: at most 200"),
-        ("<urdf/>", "no MJCF that MuJoCo loads"),
-        ("not xml", "no MJCF that MuJoCo loads"),
-        ("<mujoco><include file='none.xml'/></mujoco>", "no MJCF that MuJoCo loads"),
+        ("<urdf/>", "no MJCF but XML with the root 'urdf'; allowed: <mujoco>"),
+        ("not xml", "no MJCF; allowed: well-formed XML"),
+        ("<mujoco><include file='none.xml'/></mujoco>", "names 'none.xml', which does not exist"),
     ],
 )  # fmt: skip
 def test_what_is_not_one_rigid_body_is_refused(mjcf, text, match):

@@ -456,8 +456,8 @@ def test_a_users_arm_starts_at_the_designs_home(named):
         (_mjcf(drive=(0, 1, 2, 3, 4, 4)).replace("m4", "n4", 1), "one position actuator on each joint"),
         (_mjcf(actuator="motor"), "one position actuator on each joint"),
         (_mjcf(free=True, drive=()), "one position actuator on each joint"),
-        ("<mujoco><worldbody>", "an MJCF file that MuJoCo reads"),
-        ("", "an MJCF file that MuJoCo reads"),
+        ("<mujoco><worldbody>", r"^arm\.model 'arm\.xml' is no MJCF; allowed: well-formed XML"),
+        ("", r"^arm\.model is '.*arm\.xml'; allowed: a file that exists, regular and of 1 byte to 20 MB"),
     ],
     ids=["site", "five", "none", "twice", "motors", "free", "cut", "empty"],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from difflib import get_close_matches
 
 from spiraltrunk.checks import check_type
 from spiraltrunk.errors import DesignError, UnknownName, Unquoted
@@ -85,7 +86,10 @@ def parse_object(text: str) -> ObjectSpec:
     check_type("object", text, str)
     if ":" not in text:
         if text not in CATALOGUE:
-            raise UnknownName("object", text, [*CATALOGUE, *map(_form, _MEASURES)])
+            near = get_close_matches(text, CATALOGUE, n=5, cutoff=0.0)
+            raise UnknownName(
+                "object", text, [*near, "others of the catalogue", *(f"{kind}:..." for kind in _MEASURES)]
+            )
         text = CATALOGUE[text]
     kind, _, rest = text.partition(":")
     if kind not in _MEASURES:

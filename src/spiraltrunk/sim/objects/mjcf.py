@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from spiraltrunk.errors import UnknownName
-from spiraltrunk.sim.mujoco_log import first_line, quiet_mujoco
+from spiraltrunk.sim.mujoco_log import compile_spec
 from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid
-from spiraltrunk.sim.objects.spec import ObjectSpec, check_compiles
-from spiraltrunk.sim.objects.stl import AXES, FACES_MOST, read_bytes, refusal
+from spiraltrunk.sim.objects.spec import ObjectSpec, check_builds
+from spiraltrunk.sim.objects.stl import AXES, FACES_MOST
+from spiraltrunk.sim.user_files.compile_check import load_mjcf_spec
+from spiraltrunk.sim.user_files.regular_file import read_file, refusal
 
 GEOMS_MOST = 200
 """Largest number of geoms of a body."""
@@ -24,44 +27,55 @@ def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
     every object. Geoms that collide with nothing are only drawn.
 
     Raises:
-        DesignError: for a file that MuJoCo does not load, or that is not one rigid body of 5 mm to 1 m.
+        DesignError: for a file that exceeds a limit of `load_mjcf_spec` or that MuJoCo does not load, or that is not
+            one rigid body of 5 mm to 1 m.
         UnknownName: for an axis that does not exist.
     """
     if axis not in AXES:
         raise UnknownName("axis", axis, AXES)
-    read_bytes(path, "mjcf")
-    try:
-        with quiet_mujoco():
-            model = mujoco.MjSpec.from_file(str(Path(path).expanduser())).compile()
-    except (ValueError, mujoco.FatalError) as error:
-        allowed = f"what it loads; it says: {first_line(error)}"
-        raise refusal(path, "no MJCF that MuJoCo loads", allowed) from error
-    _check_body(model, path)
+    what = f"the file {Path(path).name!r}"
+    model = compile_spec(load_mjcf_spec(read_file(path, "mjcf:path"), Path(path), what))
+    _check_body(model, what)
     data = _at_origin(model)
-    geoms = tuple(_geom(model, data, g, path) for g in range(model.ngeom) if model.geom_bodyid[g] > 0)
+    geoms = tuple(_geom(model, data, g, what) for g in range(model.ngeom) if model.geom_bodyid[g] > 0)
     is_colliding = any(geom.collides for geom in geoms)
     if not is_colliding or sum(0 if geom.faces is None else len(geom.faces) for geom in geoms) > FACES_MOST:
-        raise refusal(path, "without a geom that collides, or too fine", f"a geom, {FACES_MOST} triangles")
+        raise refusal(what, "without a geom that collides, or too fine", f"a geom, {FACES_MOST} triangles")
     mass = float(model.body_subtreemass[1])
     if not mass > 0:
-        raise refusal(path, f"of {1e3 * mass:g} g", "some mass: give it a density or an inertial")
+        raise refusal(what, f"of {1e3 * mass:g} g", "some mass: give it a density or an inertial")
     xx, yy, zz, xy, xz, yz = data.crb[1, :6] / mass  # About the centre of mass, along the world's axes.
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     solid = Solid(geoms=geoms, centroid=data.subtree_com[1].copy(), inertia=inertia).aligned(axis)
-    return check_compiles(ObjectSpec(kind="mjcf", size=solid.extents(), mass=mass, loaded=solid), path)
+    _check_inertia(solid, what)
+    return check_builds(ObjectSpec(kind="mjcf", size=solid.extents(), mass=mass, loaded=solid), path)
 
 
-def _check_body(model: mujoco.MjModel, path: str) -> None:
+def _check_body(model: mujoco.MjModel, what: str) -> None:
     tops = [b for b in range(1, model.nbody) if model.body_parentid[b] == 0]
     if len(tops) != 1:
-        raise refusal(path, f"of {len(tops)} bodies on the world", "one")
+        raise refusal(what, f"of {len(tops)} bodies on the world", "one")
     free = [j for j in range(model.njnt) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE]
     if len(free) != model.njnt:
         raise refusal(
-            path, f"of {model.njnt - len(free)} joints that bend or slide", "one rigid body, a free joint or none"
+            what, f"of {model.njnt - len(free)} joints that bend or slide", "one rigid body, a free joint or none"
         )
     if model.ngeom > GEOMS_MOST:
-        raise refusal(path, f"of {model.ngeom} geoms", f"at most {GEOMS_MOST}")
+        raise refusal(what, f"of {model.ngeom} geoms", f"at most {GEOMS_MOST}")
+
+
+def _check_inertia(solid: Solid, what: str) -> None:
+    """Refuse a mass that does not lie in or about the geoms, or spreads farther than they do."""
+    size = np.array(solid.extents())
+    if (np.abs(solid.centroid) > size).any():
+        away = float(np.linalg.norm(solid.centroid))
+        raise refusal(
+            what, f"one with its centre of mass {away:.3g} m from its middle", "a centre of mass in its geoms"
+        )
+    gyration, most = math.sqrt(np.trace(solid.inertia) / 2), float(np.linalg.norm(size))
+    if not 1e-3 * most < gyration < most:
+        allowed = f"{1e-3 * most:.3g} m to {most:.3g} m, by its extents"
+        raise refusal(what, f"one with a radius of gyration of {gyration:.3g} m", allowed)
 
 
 def _at_origin(model: mujoco.MjModel) -> mujoco.MjData:
@@ -76,11 +90,11 @@ def _at_origin(model: mujoco.MjModel) -> mujoco.MjData:
     return data
 
 
-def _geom(model: mujoco.MjModel, data: mujoco.MjData, g: int, path: str) -> Geom:
+def _geom(model: mujoco.MjModel, data: mujoco.MjData, g: int, what: str) -> Geom:
     form = next((name for name, kind in FORMS.items() if int(kind) == model.geom_type[g]), None)
     if form is None:
         kind = mujoco.mjtGeom(int(model.geom_type[g])).name.removeprefix("mjGEOM_").lower()
-        raise refusal(path, f"of geoms such as {kind}", f"geoms of type {', '.join(FORMS)}")
+        raise refusal(what, f"of geoms such as {kind}", f"geoms of type {', '.join(FORMS)}")
     vertices = faces = None
     if form == "mesh":
         mesh = model.mesh(model.geom_dataid[g])

@@ -116,7 +116,7 @@ def scaled(shape: ObjectSpec, factor: float) -> ObjectSpec:
     return replace(shape, size=size, neck=shape.neck * factor, loaded=loaded)
 
 
-def check_compiles(shape: ObjectSpec, path: str) -> ObjectSpec:
+def check_builds(shape: ObjectSpec, path: str) -> ObjectSpec:
     """The object from a file, unchanged.
 
     Raises:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import io
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spiraltrunk.errors import DesignError, MissingPackage, UnknownName, Unquoted
+from spiraltrunk.errors import MissingPackage, UnknownName
 from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid
-from spiraltrunk.sim.objects.spec import EXTENTS, ObjectSpec, check_compiles
+from spiraltrunk.sim.objects.spec import EXTENTS, ObjectSpec, check_builds
+from spiraltrunk.sim.user_files.regular_file import read_file, refusal
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
@@ -25,9 +25,6 @@ AXES = ("longest", "x", "y", "z")
 
 COLLIDES = ("hull", "parts")
 """Collision shapes of a mesh: its convex hull, or convex parts."""
-
-FILE_MOST = 20_000_000
-"""Largest file that is read [bytes]."""
 
 FACES_MOST = 100_000
 """Largest number of triangles of a mesh."""
@@ -69,29 +66,14 @@ def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collid
     for what, name, known in (("unit", unit, UNITS), ("axis", axis, AXES), ("way to collide", collide, COLLIDES)):
         if name not in known:
             raise UnknownName(what, name, known)
-    mesh = _read(read_bytes(path, "stl"), path)
+    what = f"the file {Path(path).name!r}"
+    mesh = _read(read_file(path, "stl:path"), what)
     mesh.vertices = mesh.vertices * UNITS[unit]
-    _check_size(mesh, path, unit)
+    _check_size(mesh, what, unit)
     _clean(mesh)
-    _check_surface(mesh, path)
+    _check_surface(mesh, what)
     solid = _build(mesh, axis, collide)
-    return check_compiles(ObjectSpec(kind="mesh", size=solid.extents(), mass=mass, loaded=solid), path)
-
-
-def read_bytes(path: str, kind: str) -> bytes:
-    """Content of a file.
-
-    Raises:
-        DesignError: where it cannot be read, is empty or larger than `FILE_MOST`.
-    """
-    content = b""
-    with suppress(OSError, ValueError, RuntimeError):  # Of an impossible path, or an unknown user's home.
-        file = Path(path).expanduser()
-        content = file.read_bytes() if file.is_file() and file.stat().st_size <= FILE_MOST else b""
-    if not content:
-        allowed = f"a file that exists (no comma in its name), of 1 byte to {FILE_MOST // 1_000_000} MB"
-        raise DesignError(f"{kind}:path", got=path, allowed=allowed)
-    return content
+    return check_builds(ObjectSpec(kind="mesh", size=solid.extents(), mass=mass, loaded=solid), path)
 
 
 def winding_numbers(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -117,7 +99,7 @@ def winding_numbers(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     return turns / (4 * np.pi)
 
 
-def _read(content: bytes, path: str) -> Trimesh:
+def _read(content: bytes, what: str) -> Trimesh:
     import trimesh
 
     try:
@@ -127,21 +109,21 @@ def _read(content: bytes, path: str) -> Trimesh:
         if faces == 0:  # The reader may take any bytes for an empty ASCII file.
             raise ValueError("no triangles")
     except Exception as error:  # The reader raises any kind of error for broken bytes.
-        raise refusal(path, "no STL that can be read", "an STL, binary or ASCII") from error
+        raise refusal(what, "no STL that can be read", "an STL, binary or ASCII") from error
     if not 4 <= faces <= FACES_MOST:
-        raise refusal(path, f"of {faces} triangles", f"4 to {FACES_MOST}; a coarser export has fewer")
+        raise refusal(what, f"of {faces} triangles", f"4 to {FACES_MOST}; a coarser export has fewer")
     if not np.isfinite(mesh.vertices).all():
-        raise refusal(path, "not finite in some coordinates", "finite numbers; export it again")
+        raise refusal(what, "not finite in some coordinates", "finite numbers; export it again")
     return mesh
 
 
-def _check_size(mesh: Trimesh, path: str, unit: str) -> None:
+def _check_size(mesh: Trimesh, what: str, unit: str) -> None:
     extents = np.ptp(mesh.vertices, axis=0)
     if not (EXTENTS.holds(float(extents.min())) and EXTENTS.holds(float(extents.max()))):
         measures = " x ".join(f"{1e3 * extent:.4g}" for extent in extents)
         others = ", ".join(name for name in UNITS if name != unit)
         allowed = f"5 mm to below 1 m each way; is its unit not {unit} but one of {others}?"
-        raise refusal(path, f"of {measures} mm", allowed)
+        raise refusal(what, f"of {measures} mm", allowed)
 
 
 def _clean(mesh: Trimesh) -> None:
@@ -151,26 +133,26 @@ def _clean(mesh: Trimesh) -> None:
     mesh.remove_unreferenced_vertices()
 
 
-def _check_surface(mesh: Trimesh, path: str) -> None:
+def _check_surface(mesh: Trimesh, what: str) -> None:
     """Refuse a surface that does not enclose one solid with outward triangles."""
     if not mesh.is_watertight:
         _, count = np.unique(mesh.edges_sorted, axis=0, return_counts=True)
         reason = f"not closed: {np.count_nonzero(count != 2)} edges do not join two triangles"
-        raise refusal(path, reason, "a watertight surface; repair it or export it as a solid")
+        raise refusal(what, reason, "a watertight surface; repair it or export it as a solid")
     if not mesh.is_winding_consistent:
         reason = "partly inside out: neighbours face opposite ways"
-        raise refusal(path, reason, "all facing outwards; recompute the normals")
+        raise refusal(what, reason, "all facing outwards; recompute the normals")
     if abs(mesh.volume) < 1e-6 * np.prod(mesh.extents):
-        raise refusal(path, "without volume", "a surface that encloses a solid")
+        raise refusal(what, "without volume", "a surface that encloses a solid")
     if mesh.volume < 0:
-        raise refusal(path, "inside out", "triangles that face outwards; flip the normals")
-    _check_winding(mesh, path)
+        raise refusal(what, "inside out", "triangles that face outwards; flip the normals")
+    _check_winding(mesh, what)
     pieces = sum(part.volume > 0 for part in mesh.split(only_watertight=False))
     if pieces != 1:
-        raise refusal(path, f"in {pieces} pieces that do not touch", "one piece; unite them or take one")
+        raise refusal(what, f"in {pieces} pieces that do not touch", "one piece; unite them or take one")
 
 
-def _check_winding(mesh: Trimesh, path: str) -> None:
+def _check_winding(mesh: Trimesh, what: str) -> None:
     """Refuse a surface that intersects itself: the winding number is 1 just inside each triangle and 0 just outside."""
     corners = np.array(mesh.triangles)
     girth = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).sum(axis=1)
@@ -181,7 +163,7 @@ def _check_winding(mesh: Trimesh, path: str) -> None:
     inside, outside = winding_numbers(middle - step, corners), winding_numbers(middle + step, corners)
     if np.abs(inside - 1).max() > 0.1 or np.abs(outside).max() > 0.1:
         allowed = "a surface that does neither; unite its parts and recompute the normals"
-        raise refusal(path, "cutting or overlapping itself, or partly inside out", allowed)
+        raise refusal(what, "cutting or overlapping itself, or partly inside out", allowed)
 
 
 def _build(mesh: Trimesh, axis: str, collide: str) -> Solid:
@@ -216,8 +198,3 @@ def _decompose(mesh: Trimesh) -> tuple[Geom, ...]:
         Geom(form="mesh", vertices=np.asarray(corners, dtype=float), faces=np.asarray(sides), group=HIDDEN)
         for corners, sides in pieces
     )
-
-
-def refusal(path: str, reason: str, allowed: str) -> DesignError:
-    """The error for a file that cannot be an object: "the file ... is ``reason``; allowed: ``allowed``"."""
-    return DesignError(f"the file {Path(path).name!r}", got=Unquoted(reason), allowed=allowed)

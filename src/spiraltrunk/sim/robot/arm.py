@@ -17,10 +17,12 @@ from spiraltrunk.checks import check_type
 from spiraltrunk.control.arm_limits import ArmLimits
 from spiraltrunk.design.mount import ArmDesign
 from spiraltrunk.errors import DesignError
-from spiraltrunk.sim.mujoco_log import first_line, quiet_mujoco
+from spiraltrunk.sim.mujoco_log import compile_spec, quiet_mujoco
 from spiraltrunk.sim.robot.arm_description import ArmDescription
 from spiraltrunk.sim.robot.fr3 import FR3
 from spiraltrunk.sim.robot.panda import PANDA
+from spiraltrunk.sim.user_files.compile_check import load_mjcf_spec
+from spiraltrunk.sim.user_files.regular_file import read_file, refusal
 
 ARMS = {arm.name: arm for arm in (PANDA, FR3)}
 """Arms that a design can name; any other is an MJCF file."""
@@ -34,6 +36,12 @@ FLANGE = "flange"
 FACES = 3000
 """Largest number of triangles of a link in pictures (ours): software rendering takes a third less time per frame, with
 no visible difference."""
+
+LENGTH_MOST = 10.0
+"""Largest coordinate of a user's arm's links in the one before, and of their parts in the link [m] (ours)."""
+
+MASS_MOST = 1000.0
+"""Largest mass of a link of a user's arm [kg] (ours)."""
 
 _VISUAL: dict[str, Any] = {"contype": 0, "conaffinity": 0, "group": 2, "rgba": [0.93, 0.94, 0.95, 1]}
 """Attributes of geoms that are only drawn."""
@@ -221,18 +229,27 @@ def _symmetric(is_limited: np.ndarray, span: np.ndarray) -> np.ndarray:
     return np.where(is_known, span[:, 1], np.inf)
 
 
+def _check_sizes(model: mujoco.MjModel, what: str) -> None:
+    """Refuse lengths, masses and inertias of an MJCF file that no arm has."""
+    positions = model.body_pos, model.body_ipos, model.geom_pos, model.site_pos, model.jnt_pos
+    for quantity, unit, arrays, most in (
+        ("a position", "m", positions, LENGTH_MOST), ("a mass", "kg", (model.body_mass,), MASS_MOST),
+        ("an inertia", "kg m^2", (model.body_inertia,), MASS_MOST * LENGTH_MOST**2),
+    ):  # fmt: skip
+        largest = max(float(np.abs(array).max(initial=0.0)) for array in arrays)
+        if not largest <= most:
+            raise refusal(what, f"one with {quantity} of {largest:.3g} {unit}", f"at most {most:g} {unit}")
+
+
 def _load_spec(arm: ArmDesign) -> mujoco.MjSpec:
     path = Path(arm.model)
     if not path.is_file():
         names = ", ".join(f'"{name}"' for name in ARMS)
         raise DesignError("arm.model", got=arm.model, allowed=f"{names} or the path of an MJCF file")
-    try:
-        with quiet_mujoco():
-            spec = mujoco.MjSpec.from_file(str(path))
-            model = spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
-        allowed = f"an MJCF file that MuJoCo reads ({first_line(error)})"
-        raise DesignError("arm.model", got=arm.model, allowed=allowed) from None
+    what = f"arm.model {path.name!r}"
+    spec = load_mjcf_spec(read_file(arm.model, "arm.model"), path, what)
+    model = compile_spec(spec)
+    _check_sizes(model, what)
     sites = [model.site(i).name for i in range(model.nsite)]
     if arm.mount_site not in sites:
         known = ", ".join(name for name in sites if name) or "none"

@@ -77,6 +77,8 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
     check_type("options", options, SceneOptions)
     try:
         model = compile_spec(_build_spec(design, options))
+    except DesignError:  # Of a file, which is refused before MuJoCo builds anything.
+        raise
     except ValueError as error:
         allowed = f"sizes, masses and places that it builds; it says: {first_line(error)}"
         raise DesignError("world", got=Unquoted("one that MuJoCo refuses"), allowed=allowed) from None
