@@ -94,8 +94,16 @@ def check_count(name: str, value: object, *, least: int, most: int) -> None:
         raise DesignError(name, got=value, allowed=f"a whole number from {least} to {most}")
 
 
-def check_numbers(name: str, values: object, *, count: int | None = None, above: float = -math.inf) -> None:
-    """Refuse anything but a tuple of finite numbers, ``count`` of them where a count is given.
+def check_numbers(
+    name: str,
+    values: object,
+    *,
+    count: int | None = None,
+    above: float = -math.inf,
+    least: float = -math.inf,
+    most: float = math.inf,
+) -> None:
+    """Refuse anything but a tuple of numbers as of `check_number`, ``count`` of them where a count is given.
 
     Raises:
         DesignError: with the name, the value and what is allowed.
@@ -105,7 +113,7 @@ def check_numbers(name: str, values: object, *, count: int | None = None, above:
     if count is not None and len(values) != count:
         raise DesignError(name, got=Unquoted(f"{len(values)} numbers"), allowed=f"{count} numbers")
     for i, value in enumerate(values):
-        check_number(f"{name}[{i}]", value, above=above)
+        check_number(f"{name}[{i}]", value, above=above, least=least, most=most)
 
 
 def check_text(name: str, value: object, *, most: int = 200) -> None:

@@ -48,34 +48,34 @@ GRIPPERS = st.builds(
     GripperDesign,
     n_finger=st.integers(2, 8),
     b=spread(1e-6, 1.9),
-    delta_theta=spread(1e-3, 1.5),
+    delta_theta=spread(2e-4, 1.5),
     n_phalanx=st.integers(1, 8),
-    finger_length=spread(1e-9, 9.0),
-    finger_width=spread(1e-9, 9.0),
+    finger_length=spread(2e-5, 9.0),
+    finger_width=spread(2e-5, 9.0),
     mount_radius=st.just(0.0) | spread(1e-9, 9.0),
     mass=spread(1e-9, 9.0),
     stiffness=spread(1e-9, 9.0),
-    tension_max=spread(1e-9, 9e3),
+    tension_max=spread(2e-6, 9e3),
 )
-HOUSINGS = st.builds(HousingDesign, radius=spread(1e-9, 0.99), length=spread(1e-9, 0.99), mass=spread(1e-9, 99.0))
+HOUSINGS = st.builds(HousingDesign, radius=spread(2e-3, 0.99), length=spread(2e-3, 0.99), mass=spread(2e-6, 99.0))
 ARMS = st.builds(
     ArmDesign,
     model=st.just("panda") | texts(200).map("/arms/{}".format),
     mount_site=texts(200),
     base_height=st.just(0.0) | spread(1e-9, 9.0),
     roll=st.floats(-9.9, 9.9),
-    home=st.none() | st.lists(st.floats(-1e300, 1e300), min_size=1, max_size=32).map(tuple),
+    home=st.none() | st.lists(st.floats(-100.0, 100.0), min_size=1, max_size=32).map(tuple),
 )
 
 
 @st.composite
 def cables(draw):
     count = draw(st.integers(2, 12))
-    start, turn = draw(st.floats(-100.0, 100.0)), 2 * math.pi / count
+    start, turn = draw(st.floats(-90.0, 90.0)), 2 * math.pi / count
     return CableDesign(
         angles=tuple(start + i * turn + draw(st.floats(-0.1, 0.1)) for i in range(count)),
         hole_fraction=draw(st.floats(0.01, 0.99)),
-        tension_max=draw(spread(1e-9, 9e3)),
+        tension_max=draw(spread(2e-3, 9e3)),
         friction=draw(st.just(0.0) | spread(1e-9, 1.9)),
     )
 
@@ -83,26 +83,26 @@ def cables(draw):
 @st.composite
 def designs(draw):
     b, n_section = draw(st.floats(0.02, 0.5)), draw(st.integers(2, 40))
-    stiffness = st.lists(spread(1e-300, 1e300), min_size=n_section - 1, max_size=n_section - 1).map(tuple)
-    masses = st.lists(spread(1e-300, 1e300), min_size=n_section, max_size=n_section).map(tuple)
+    stiffness = st.lists(spread(2e-12, 9e5), min_size=n_section - 1, max_size=n_section - 1).map(tuple)
+    masses = st.lists(spread(2e-12, 9e2), min_size=n_section, max_size=n_section).map(tuple)
     try:
         return TrunkDesign(
             name=draw(texts(200)),
-            spiral=Spiral(a=draw(spread(1e-4, 10.0)), b=b),
+            spiral=Spiral(a=draw(spread(1e-2, 10.0)), b=b),
             k=compactness(b) * draw(st.floats(0.95, 1.05)),
             delta_theta=draw(st.floats(0.1, 1.2)),
             n_section=n_section,
             theta_tip=draw(st.floats(-5.0, 5.0)),
             joint=JointDesign(
-                radius=draw(spread(1e-12, 1e-5)),
-                length=draw(spread(1e-12, 1e-5)),
-                youngs_modulus=draw(spread(1e-3, 9e11)),
+                radius=draw(spread(1.1e-5, 1e-4)),
+                length=draw(spread(1.1e-5, 1e-4)),
+                youngs_modulus=draw(spread(2e3, 9e11)),
                 damping_time=draw(st.just(0.0) | spread(1e-9, 9.0)),
                 stiffness=draw(st.none() | stiffness),
             ),
             cable=draw(cables()),
             mass=MassDesign(
-                density=draw(spread(1e-9, 2.9e4)),
+                density=draw(spread(0.2, 2.9e4)),
                 sections=draw(st.none() | masses),
                 center_fraction=draw(st.none() | st.floats(1e-9, 0.99)),
             ),

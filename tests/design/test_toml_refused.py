@@ -101,9 +101,10 @@ def test_values_out_of_range_are_refused_by_the_design_itself(edit, refusal):
          "spiral.theta_tip_deg is 1000000000.0; allowed: a finite number, above -5729.58, below 5729.58"),
         (("spiral", "n_section"), "201", "spiral.n_section is 201; allowed: a whole number from 2 to 200"),
         (("joint", "youngs_modulus_mpa"), "0",
-         "joint.youngs_modulus_mpa is 0.0; allowed: a finite number, above 0, below 1e+06"),
+         "joint.youngs_modulus_mpa is 0.0; allowed: a finite number, at least 0.001, below 1e+06"),
         (("joint", "radius_mm"), "40", "joint.radius_mm is 40.0; allowed: a finite number, below 26.4"),
-        (("mass", "sections_g"), "[-3.0]", "mass.sections_g[0] is -3.0; allowed: a finite number, above 0"),
+        (("mass", "sections_g"), "[-3.0]",
+         "mass.sections_g[0] is -3.0; allowed: a finite number, at least 1e-09, at most 1e+06"),
         (("mass", "sections_g"), "[3.0]", "mass.sections_g is 1 numbers; allowed: 18 numbers"),
         (("cable", "angles_deg"), "[0, 1.50, 2]",
          "cable.angles_deg is [0.0, 1.5, 2.0]; allowed: cables at least 5 deg apart"),
@@ -120,6 +121,26 @@ def test_the_message_tells_file_key_value_and_range_as_the_file_does(edit, refus
     file, told = str(refusal(edit(*place, value))).split(": ", 1)
     assert file.endswith("trunk.toml'")
     assert told == message
+
+
+ABSURD = {
+    "joint": {"radius_mm": "1e-305", "length_mm": "1e-305", "youngs_modulus_mpa": "1e-300"},
+    "cable": {"tension_max_n": "1e-300", "angles_deg": "[0, 120, 1e300]"},
+    "mass": {"density_kg_per_m3": "1e-300"},
+    "gripper": {"delta_theta_deg": "1e-300", "finger_length_mm": "1e-300", "finger_width_mm": "1e-9",
+                "mass_g": "1e-300", "stiffness_nm_per_rad": "1e-300", "tension_max_n": "1e-300"},
+    "housing": {"radius_mm": "1e-300", "length_mm": "1e-9", "mass_kg": "1e-300", "neck_length_mm": "1e-300",
+                "neck_mass_kg": "1e-300"},
+    "arm": {"home_deg": "[1e300, 0, 0]"},
+}  # fmt: skip
+"""Numbers that nothing has and that were once let through."""
+
+
+@pytest.mark.parametrize(("table", "name"), [(table, name) for table, names in ABSURD.items() for name in names])
+def test_an_absurd_number_is_refused_at_its_key(edit, refusal, table, name):
+    error = refusal(edit(table, name, ABSURD[table][name]))
+    assert error.name.split("[")[0] == f"{table}.{name}"
+    assert "allowed: a finite number, at least" in str(error)
 
 
 def test_a_tip_thinner_than_anyone_makes_is_refused_with_the_reason(edit, refusal):

@@ -192,7 +192,7 @@ def test_parts_that_do_not_fit_are_refused_by_name(name, change):
 def test_any_trunk_in_range_is_built_or_refused(a, b, part, delta_theta, n_section):
     inner = math.exp(-2 * math.pi * b)
     spiral = replace(PAPER.spiral, a=a, b=b)
-    joint = JointDesign(radius=1e-300, length=1e-300)
+    joint = JointDesign(radius=1e-5, length=1e-5)
     k = inner + part * (1 - inner)
     with suppress(DesignError):
         design = TrunkDesign(name="any", spiral=spiral, k=k, delta_theta=delta_theta, n_section=n_section, joint=joint)

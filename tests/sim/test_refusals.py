@@ -92,7 +92,7 @@ def _with(part, **changes):
 @pytest.mark.parametrize(
     ("design", "options"),
     [
-        (_with("gripper", finger_width=1e-12), SceneOptions()), (_with("housing", length=1e-12), SceneOptions()),
+        (_with("gripper", mass=1e-12), SceneOptions()),
         (PAPER, SceneOptions(position=(0.45, 0.1, -1.0))),
     ],
 )  # fmt: skip

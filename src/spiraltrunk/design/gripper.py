@@ -49,11 +49,11 @@ class GripperDesign:
         check_count("gripper.n_finger", self.n_finger, least=2, most=8)
         check_count("gripper.n_phalanx", self.n_phalanx, least=1, most=8)
         check_number("gripper.b", self.b, above=0.0, below=2.0)
-        check_number("gripper.delta_theta", self.delta_theta, above=0.0, below=math.pi / 2)
+        check_number("gripper.delta_theta", self.delta_theta, least=1e-4, below=math.pi / 2)
         for name in ("finger_length", "finger_width"):
-            check_number(f"gripper.{name}", getattr(self, name), above=0.0, below=10.0)
+            check_number(f"gripper.{name}", getattr(self, name), least=1e-5, below=10.0)
         for name in ("mass", "stiffness", "tension_max"):
-            check_number(f"gripper.{name}", getattr(self, name), above=0.0, below=1e4)
+            check_number(f"gripper.{name}", getattr(self, name), least=1e-12, below=1e4)
         check_number("gripper.mount_radius", self.mount_radius, least=0.0, below=10.0)
 
     @property

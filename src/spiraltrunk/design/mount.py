@@ -35,9 +35,9 @@ class HousingDesign:
 
     def __post_init__(self) -> None:
         for name in ("radius", "length", "neck_length"):
-            check_number(f"housing.{name}", getattr(self, name), above=0.0, below=1.0)
+            check_number(f"housing.{name}", getattr(self, name), least=1e-3, below=1.0)
         for name in ("mass", "neck_mass"):
-            check_number(f"housing.{name}", getattr(self, name), above=0.0, below=100.0)
+            check_number(f"housing.{name}", getattr(self, name), least=1e-6, below=100.0)
 
 
 @explain_fields
@@ -65,7 +65,7 @@ class ArmDesign:
         check_number("arm.base_height", self.base_height, least=0.0, below=10.0)
         check_number("arm.roll", self.roll, above=-10.0, below=10.0)
         if self.home is not None:
-            check_numbers("arm.home", self.home)
+            check_numbers("arm.home", self.home, least=-100.0, most=100.0)
             if not 1 <= len(self.home) <= 32:
                 raise DesignError("arm.home", got=Unquoted(f"{len(self.home)} numbers"), allowed="1 to 32 numbers")
 

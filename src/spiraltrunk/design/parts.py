@@ -29,12 +29,12 @@ class JointDesign:
     """Bending stiffness of each joint, base to tip [N m/rad], as measured; None takes E I / L."""
 
     def __post_init__(self) -> None:
-        check_number("joint.radius", self.radius, above=0.0, below=1.0)
-        check_number("joint.length", self.length, above=0.0, below=1.0)
-        check_number("joint.youngs_modulus", self.youngs_modulus, above=0.0, below=1e12)
+        check_number("joint.radius", self.radius, least=1e-5, below=1.0)
+        check_number("joint.length", self.length, least=1e-5, below=1.0)
+        check_number("joint.youngs_modulus", self.youngs_modulus, least=1e3, below=1e12)
         check_number("joint.damping_time", self.damping_time, least=0.0, below=10.0)
         if self.stiffness is not None:
-            check_numbers("joint.stiffness", self.stiffness, above=0.0)
+            check_numbers("joint.stiffness", self.stiffness, least=1e-12, most=1e6)
 
     @property
     def base_stiffness(self) -> float:
@@ -59,7 +59,7 @@ class CableDesign:
     plausible)."""
 
     def __post_init__(self) -> None:
-        check_numbers("cable.angles", self.angles)
+        check_numbers("cable.angles", self.angles, least=-100.0, most=100.0)
         if not 2 <= len(self.angles) <= 12:
             raise DesignError("cable.angles", got=Unquoted(f"{len(self.angles)} cables"), allowed="2 to 12 cables")
         turns = sorted(angle % (2 * math.pi) for angle in self.angles)
@@ -67,7 +67,7 @@ class CableDesign:
         if min(gaps) < math.radians(5.0):
             raise DesignError("cable.angles", got=self.angles, allowed="cables at least 5 deg apart")
         check_number("cable.hole_fraction", self.hole_fraction, above=0.0, below=1.0)
-        check_number("cable.tension_max", self.tension_max, above=0.0, below=1e4)
+        check_number("cable.tension_max", self.tension_max, least=1e-3, below=1e4)
         check_number("cable.friction", self.friction, least=0.0, below=2.0)
 
 
@@ -85,8 +85,8 @@ class MassDesign:
     """Distance of the centre of mass from the proximal joint over the section's length [-]; None: the centroid."""
 
     def __post_init__(self) -> None:
-        check_number("mass.density", self.density, above=0.0, below=3e4)
+        check_number("mass.density", self.density, least=0.1, below=3e4)
         if self.sections is not None:
-            check_numbers("mass.sections", self.sections, above=0.0)
+            check_numbers("mass.sections", self.sections, least=1e-12, most=1e3)
         if self.center_fraction is not None:
             check_number("mass.center_fraction", self.center_fraction, above=0.0, below=1.0)

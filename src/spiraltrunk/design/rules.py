@@ -154,7 +154,7 @@ def build_compact(
 
 def build_bare(b: float, delta_theta: float, n_section: int = 2, a: float = 1.0, name: str = "bare") -> TrunkDesign:
     """The sections of a compact spiral with joints of negligible size, from which sizes are computed."""
-    joint = JointDesign(radius=1e-12, length=1e-12)
+    joint = JointDesign(radius=1e-5, length=1e-5)
     return TrunkDesign(
         name=name, spiral=Spiral(a=a, b=b), k=compactness(b), delta_theta=delta_theta, n_section=n_section, joint=joint
     )
