@@ -149,6 +149,13 @@ def _impossible(observation):
     for name in ("cable_tension", "cable_pull"):
         for value in (np.zeros(n_cable + 1), np.zeros((1, n_cable)), 5.0, "all", ["a"]):
             yield replace(good, **{name: value}), rf"command\.{name}.*allowed"
+    most = observation.task.design.cable.tension_max
+    for value in (1e5, -1.0, 1.01 * most, -1e-3):
+        tension = good.cable_tension.copy()
+        tension[1] = value
+        yield replace(good, cable_tension=tension), rf"cable_tension is {value:g} N; allowed: 0 to {most:g} N"
+    for value in (5.0, -1.01, 2):
+        yield replace(good, gripper=value), rf"command\.gripper is {value:g}; allowed: -1 \(open\) to 1 \(closed\)"
     for value in (None, "open", [0.0, 0.0], 1j):
         yield replace(good, gripper=value), r"command\.gripper.*allowed"
     for value in (None, "go", T):
@@ -171,6 +178,18 @@ def test_lists_and_whole_numbers_are_numbers(plant):
     _assert_same(plant.step(listed), usual)
 
 
+def test_a_command_at_the_ends_of_the_motors_is_carried_out(plant):
+    """Also where its interpolation rounds beyond them."""
+    first = plant.reset()
+    most = first.task.design.cable.tension_max
+    ends = replace(_command(first, tension=most), gripper=-1.0)
+    usual = [plant.step(ends) for _ in range(3)][-1]
+    plant.reset()
+    rounded = replace(ends, cable_tension=ends.cable_tension * (1 + 1e-15) - 1e-14, gripper=-1.0 - 1e-15)
+    for name, value in _arrays([plant.step(rounded) for _ in range(3)][-1]).items():
+        np.testing.assert_allclose(value, getattr(usual, name), rtol=1e-9, atol=1e-9)
+
+
 def test_a_step_before_the_first_reset_is_refused(plant):
     fresh = type(plant)(PAPER)
     with pytest.raises(RunError, match="reset"):
@@ -188,7 +207,7 @@ def test_an_endless_pull_is_no_bound(plant):
 
 def test_commands_are_not_modified(plant):
     observation = plant.reset()
-    command = replace(_command(observation, tension=1e3), cable_pull=np.full(observation.cable_pull.shape, 5.0))
+    command = replace(_command(observation, tension=30.0), cable_pull=np.full(observation.cable_pull.shape, 5.0))
     kept = {field.name: np.copy(getattr(command, field.name)) for field in fields(command)}
     plant.step(command)
     for name, value in kept.items():

@@ -11,17 +11,19 @@ from spiraltrunk.errors import RunError, describe
 FARTHEST = 100.0
 """Largest coordinate of a position, and most cable to pay out, that a command may ask for [m]."""
 
+_ROUNDING = 1e-9
+"""Part of a motor's largest by which a command may exceed it, the rounding of interpolated commands [-]."""
+
 _SQUARE = 1e-6
 """Largest deviation of the axes of a commanded frame from unit length and from right angles [-]."""
 
 
-def read_command(command: Command, n_cable: int) -> Command:
-    """The command of a strategy in arrays of floats, for a trunk of ``n_cable`` cables.
-
-    Tensions and gripper may exceed what the motors can do; the plant limits them.
+def read_command(command: Command, n_cable: int, tension_max: float) -> Command:
+    """The command of a strategy in arrays of floats, for a trunk of ``n_cable`` cables of at most ``tension_max`` [N].
 
     Raises:
-        RunError: where a value is not a number, not finite or of another shape, or the frame is not a rigid transform.
+        RunError: where a value is not a number, not finite or of another shape, the frame is not a rigid transform, or
+            tension or gripper is more than a motor does.
     """
     if not isinstance(command, Command):
         raise RunError(f"command is {describe(command)}; allowed: a Command")
@@ -30,7 +32,20 @@ def read_command(command: Command, n_cable: int) -> Command:
     tension = read_numbers("command.cable_tension", command.cable_tension, shape=(n_cable,), error=RunError)
     pull = None if command.cable_pull is None else _read_pull(command.cable_pull, n_cable)
     gripper = float(read_numbers("command.gripper", command.gripper, shape=(), error=RunError))
+    _check_motors(tension, gripper, tension_max)
     return Command(T_world_base=frame, cable_tension=tension, cable_pull=pull, gripper=gripper)
+
+
+def _check_motors(tension: np.ndarray, gripper: float, tension_max: float) -> None:
+    """Refuse what no motor does; a ramp's rounding beyond the ends is let through, and cut off by the plant."""
+    rounding = _ROUNDING * tension_max
+    if not all(-rounding <= one <= tension_max + rounding for one in tension.tolist()):
+        wrong = max(tension.tolist(), key=lambda one: abs(one - tension_max / 2))
+        raise RunError(
+            f"command.cable_tension is {wrong:g} N; allowed: 0 to {tension_max:g} N, the largest of the design"
+        )
+    if not abs(gripper) <= 1.0 + _ROUNDING:
+        raise RunError(f"command.gripper is {gripper:g}; allowed: -1 (open) to 1 (closed)")
 
 
 def _read_pull(value: np.ndarray, n_cable: int) -> np.ndarray:

@@ -118,7 +118,7 @@ class Command:
     T_world_base: np.ndarray
     """Desired pose of the trunk's base, shape (4, 4) [-, m]."""
     cable_tension: np.ndarray
-    """Upper limit of each cable's tension, shape (n_cable,) [N]."""
+    """Upper limit of each cable's tension, from 0 to the design's ``tension_max``, shape (n_cable,) [N]."""
     cable_pull: np.ndarray | None = None
     """Upper limit of the cable pulled in since the straight trunk, shape (n_cable,) [m]; None sets no limit."""
     gripper: float = 0.0

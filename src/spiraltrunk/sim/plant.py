@@ -107,11 +107,11 @@ class SimPlant(Plant):
         """Advance by one control period: the arm by inverse kinematics, the winders with at most their tension.
 
         Raises:
-            RunError: before the first reset, for a command that is not finite, and where the simulation diverged.
+            RunError: before the first reset, for a command that is refused, and where the simulation diverged.
         """
         if not self.trace:
             raise RunError("the plant was stepped before its first reset; allowed: reset, then step")
-        command = self._delayed(read_command(command, self.design.n_cable))
+        command = self._delayed(read_command(command, self.design.n_cable, self.design.cable.tension_max))
         self._arm_command = self._reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD)
         self.data.ctrl[self._arm_motors] = self._arm_command + self._servo_offset
         self._pull(command)
