@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import os
 import pickle
 
 import mujoco
@@ -12,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, MissingPackage, SpiralTrunkError, UnknownName
+from spiraltrunk.sim.objects import stl
 from spiraltrunk.sim.objects.catalogue import add_object, load_mjcf, load_stl, parse_object, scaled
 from spiraltrunk.sim.objects.stl import winding_numbers
 
@@ -456,3 +458,25 @@ def test_a_large_mesh_is_checked_in_seconds(put):
     shape = load_stl(put(mesh), unit="mm", mass=0.1)
     assert len(mesh.faces) == 81920
     np.testing.assert_allclose(np.diag(shape.inertia()), 0.4 * 0.1 * 0.04**2, rtol=1e-3)
+
+
+def wavy():
+    """A ball with many dents, of which coacd makes parts for minutes."""
+    mesh = trimesh.creation.icosphere(subdivisions=5, radius=40)
+    x, y = mesh.vertices[:, :1] / 40, mesh.vertices[:, 1:2] / 40
+    mesh.vertices = mesh.vertices * (1 + 0.25 * np.sin(9 * x) * np.sin(9 * y))
+    return mesh
+
+
+def test_a_mesh_that_takes_too_long_to_split_is_refused(put, monkeypatch):
+    pytest.importorskip("coacd")
+    monkeypatch.setattr(stl, "DECOMPOSITION_MOST", 2)
+    with pytest.raises(DesignError, match=r"too slow to decompose; allowed: at most 2 s|ended with code -"):
+        load_stl(put(wavy()), unit="mm", mass=0.1, collide="parts")
+
+
+def test_a_pipe_is_no_file(tmp_path):
+    os.mkfifo(tmp_path / "object.stl")
+    for text in (f"stl:path={tmp_path}/object.stl,unit=mm,mass_g=100", f"mjcf:path={tmp_path}/object.stl"):
+        with pytest.raises(DesignError, match="allowed: a file that exists, regular and of 1 byte to 20 MB"):
+            parse_object(text)

@@ -21,7 +21,7 @@ from spiraltrunk.design import ArmDesign
 from spiraltrunk.errors import DesignError
 from spiraltrunk.sim import arm_spec
 from spiraltrunk.sim.objects.catalogue import load_mjcf, parse_object
-from spiraltrunk.sim.user_files import compile_check
+from spiraltrunk.sim.user_files import compile_check, limited_process
 from spiraltrunk.sim.user_files.compile_check import load_mjcf_spec
 from spiraltrunk.sim.user_files.mjcf_counts import DEPTH_MOST, ELEMENTS_MOST
 
@@ -106,6 +106,7 @@ def _too_large(folder):
 
 
 PARSER = "no MJCF; allowed: well-formed XML; the parser says of 'object.xml': "
+FLEXIBLE = "<flexcomp name='f' type='grid' count='200 200 200' spacing='1 1 1'/>"
 OUTSIDE = "regular files of 1 byte to 20 MB in its own folder or below"
 INERTIAL = "<inertial pos='{pos}' mass='.1' diaginertia='{i} {i} {i}'/>" + GEOM
 
@@ -132,7 +133,7 @@ REFUSED = {
                           "repeated ones included"),
     "keys": (lambda folder: one_body(extra="<size nkey='1000000000'/>"), "nkey='1000000000'.*allowed: at most 1000"),
     "huge number": (lambda folder: one_body(extra=f"<size nkey='{'9' * 5000}'/>"), "nkey='999.*999'.*allowed: finite"),
-    "flexible": (lambda folder: one_body("<flexcomp name='f' type='grid' count='200 200 200' spacing='1 1 1'/>"),
+    "flexible": (lambda folder: one_body(FLEXIBLE).replace("<body>", "<body name='b'>"),
                  "one with <flexcomp>; allowed: rigid bodies"),
     "geoms": (lambda folder: one_body(GEOM * 100_000), f"more than {ELEMENTS_MOST} elements"),
     "memory": (lambda folder: one_body(extra="<size memory='1000G'/>"), "memory='1000G'; allowed: at most 1024M"),
@@ -245,7 +246,7 @@ def test_a_file_that_compiles_too_slowly_is_refused_and_its_process_is_gone(put,
 
 
 def test_a_file_that_takes_too_much_memory_is_refused(put, monkeypatch):
-    monkeypatch.setattr(compile_check, "MEMORY_MOST", 800 << 20)
+    monkeypatch.setattr(limited_process, "MEMORY_MOST", 800 << 20)
     with pytest.raises(DesignError, match=r"no MJCF that MuJoCo loads; .*allocate|ended with code"):
         load_mjcf(put(one_body(extra="<size memory='1000M'/>")))
     monkeypatch.undo()
@@ -293,7 +294,7 @@ def test_the_process_ends_with_the_one_that_reads(put, number):
         signal.signal(signal.SIGINT, before)
     _wait(lambda: _children(reader.pid))
     (child,) = _children(reader.pid)
-    _wait(lambda: b"compile_child" in Path(f"/proc/{child}/cmdline").read_bytes())
+    _wait(lambda: b"limited_child" in Path(f"/proc/{child}/cmdline").read_bytes())
     reader.send_signal(number)
     _, said = reader.communicate(timeout=60)
     assert reader.returncode == -number

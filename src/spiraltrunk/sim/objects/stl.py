@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ import numpy as np
 from spiraltrunk.errors import MissingPackage, UnknownName
 from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid
 from spiraltrunk.sim.objects.spec import EXTENTS, ObjectSpec, check_builds
+from spiraltrunk.sim.user_files.limited_process import run_limited
 from spiraltrunk.sim.user_files.regular_file import read_file, refusal
 
 if TYPE_CHECKING:
@@ -35,6 +37,9 @@ PARTS_MOST = 24
 CONCAVITY = 0.05
 """Largest concavity of a part, CoACD's default threshold (Wei et al., SIGGRAPH 2022) [-]."""
 
+DECOMPOSITION_MOST = 120
+"""Longest time that the decomposition into convex parts may take [s] (ours)."""
+
 SAMPLES_MOST = 200
 """Largest number of triangles at which the winding number is computed."""
 
@@ -48,7 +53,7 @@ def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collid
     Volume, centre of mass and inertia are integrals over the surface (divergence theorem), exact for the triangles.
     MuJoCo collides only convex shapes: with ``collide="hull"`` the convex hull of the whole; `ObjectSpec.warning` is
     set where its volume is larger by more than 5 %. With ``"parts"``, up to `PARTS_MOST` convex parts, found by the
-    package coacd in seconds. The surface is tested for self-intersection at up to `SAMPLES_MOST` triangles; a small
+    package coacd in seconds, at most `DECOMPOSITION_MOST`. The surface is tested for self-intersection at up to `SAMPLES_MOST` triangles; a small
     intersection can be missed.
 
     Args:
@@ -72,7 +77,7 @@ def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collid
     _check_size(mesh, what, unit)
     _clean(mesh)
     _check_surface(mesh, what)
-    solid = _build(mesh, axis, collide)
+    solid = _build(mesh, axis, collide, what)
     return check_builds(ObjectSpec(kind="mesh", size=solid.extents(), mass=mass, loaded=solid), path)
 
 
@@ -166,14 +171,14 @@ def _check_winding(mesh: Trimesh, what: str) -> None:
         raise refusal(what, "cutting or overlapping itself, or partly inside out", allowed)
 
 
-def _build(mesh: Trimesh, axis: str, collide: str) -> Solid:
+def _build(mesh: Trimesh, axis: str, collide: str, what: str) -> Solid:
     """The solid with its origin in the middle of its extents and its axis along x."""
     from scipy.spatial import ConvexHull
 
     whole = Geom(form="mesh", vertices=np.asarray(mesh.vertices, float), faces=np.asarray(mesh.faces, np.int64))
     geoms: tuple[Geom, ...] = (whole,)
     if collide == "parts":
-        geoms = (replace(whole, collides=False), *_decompose(mesh))
+        geoms = (replace(whole, collides=False), *_decompose(mesh, what))
     mesh.density = 1.0
     volume = float(mesh.volume)
     colliding = sum(float(ConvexHull(geom.vertices).volume) for geom in geoms if geom.collides)
@@ -185,16 +190,20 @@ def _build(mesh: Trimesh, axis: str, collide: str) -> Solid:
     return solid.aligned(longest if axis == "longest" else axis)
 
 
-def _decompose(mesh: Trimesh) -> tuple[Geom, ...]:
+def _decompose(mesh: Trimesh, what: str) -> tuple[Geom, ...]:
     """Convex decomposition of a mesh; the same mesh gives the same parts."""
-    try:
-        import coacd
-    except ImportError as error:
-        raise MissingPackage("convex parts need coacd: pip install 'spiraltrunk[objects]'") from error
-    coacd.set_log_level("error")
-    whole = coacd.Mesh(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64))
-    pieces = coacd.run_coacd(whole, threshold=CONCAVITY, max_convex_hull=PARTS_MOST, seed=0)
-    return tuple(
-        Geom(form="mesh", vertices=np.asarray(corners, dtype=float), faces=np.asarray(sides), group=HIDDEN)
-        for corners, sides in pieces
-    )
+    if find_spec("coacd") is None:
+        raise MissingPackage("convex parts need coacd: pip install 'spiraltrunk[objects]'")
+    sent, parts = io.BytesIO(), []
+    for array in (
+        np.asarray(mesh.vertices, float),
+        np.asarray(mesh.faces, np.int64),
+        np.array([CONCAVITY, PARTS_MOST]),
+    ):
+        np.save(sent, array)
+    received = run_limited("decompose", sent.getvalue(), seconds=DECOMPOSITION_MOST, what=what)
+    stream = io.BytesIO(received)
+    while stream.tell() < len(received):
+        vertices, faces = np.load(stream), np.load(stream)
+        parts.append(Geom(form="mesh", vertices=np.asarray(vertices, float), faces=faces, group=HIDDEN))
+    return tuple(parts)

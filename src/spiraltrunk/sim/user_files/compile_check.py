@@ -3,35 +3,28 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import mujoco
 
 from spiraltrunk.sim.mujoco_log import first_line, quiet_mujoco
+from spiraltrunk.sim.user_files.limited_process import run_limited
 from spiraltrunk.sim.user_files.mjcf_document import MjcfDocument, load_mjcf_document
 from spiraltrunk.sim.user_files.regular_file import refusal
 
 SECONDS_MOST = 10
 """Longest time that a file may take to compile, start of the process included [s]."""
 
-MEMORY_MOST = 4 << 30
-"""Largest address space of the process [bytes]; MuJoCo's libraries alone take 0.3 GB."""
-
 TRIANGLES_MOST = 2_000_000
 """Largest number of triangles of all meshes together (ours)."""
-
-_CHILD = Path(__file__).with_name("compile_child.py")
 
 _compiled: set[str] = set()
 """Digests of the documents that compiled."""
 
 
 def load_mjcf_spec(content: bytes, path: Path, what: str) -> mujoco.MjSpec:
-    """The MJCF of that content at that path, which MuJoCo compiles in `SECONDS_MOST` and `MEMORY_MOST`.
+    """The MJCF of that content at that path, which MuJoCo compiles in `SECONDS_MOST` and `limited_process.MEMORY_MOST`.
 
     A process of its own tries it; that is ended with the call, also by Ctrl-C, and dies with its parent. The same
     content is tried once.
@@ -67,22 +60,5 @@ def _try(document: MjcfDocument) -> dict[str, Any]:
     text, assets = document.text.encode(), document.assets
     lengths = {"text": len(text), "assets": [(name, len(content)) for name, content in assets.items()]}
     sent = b"".join([json.dumps(lengths).encode(), b"\n", text, *assets.values()])
-    # One arena: each thread's own would reserve address space.
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "1"}
-    environment.pop("MUJOCO_GL", None)
-    command = [sys.executable, "-P", str(_CHILD), *map(str, (os.getpid(), SECONDS_MOST, MEMORY_MOST))]
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
-    ) as child:
-        try:
-            printed, _ = child.communicate(sent, timeout=SECONDS_MOST)
-        except subprocess.TimeoutExpired:
-            raise refusal(document.what, "too slow to compile", f"at most {SECONDS_MOST} s") from None
-        finally:
-            child.kill()
-    try:
-        verdict: dict[str, Any] = json.loads(printed)
-    except ValueError:
-        limits = f"what MuJoCo compiles in {SECONDS_MOST} s and {MEMORY_MOST >> 30} GB"
-        raise refusal(document.what, f"one at which MuJoCo ended with code {child.returncode}", limits) from None
+    verdict: dict[str, Any] = json.loads(run_limited("compile", sent, seconds=SECONDS_MOST, what=document.what))
     return verdict
