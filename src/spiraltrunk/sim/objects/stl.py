@@ -53,8 +53,8 @@ def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collid
     Volume, centre of mass and inertia are integrals over the surface (divergence theorem), exact for the triangles.
     MuJoCo collides only convex shapes: with ``collide="hull"`` the convex hull of the whole; `ObjectSpec.warning` is
     set where its volume is larger by more than 5 %. With ``"parts"``, up to `PARTS_MOST` convex parts, found by the
-    package coacd in seconds, at most `DECOMPOSITION_MOST`. The surface is tested for self-intersection at up to `SAMPLES_MOST` triangles; a small
-    intersection can be missed.
+    package coacd in at most `DECOMPOSITION_MOST`. The surface is tested for self-intersection at up to `SAMPLES_MOST`
+    triangles; a small intersection can be missed.
 
     Args:
         path: the file, binary or ASCII.
@@ -195,12 +195,8 @@ def _decompose(mesh: Trimesh, what: str) -> tuple[Geom, ...]:
     if find_spec("coacd") is None:
         raise MissingPackage("convex parts need coacd: pip install 'spiraltrunk[objects]'")
     sent, parts = io.BytesIO(), []
-    for array in (
-        np.asarray(mesh.vertices, float),
-        np.asarray(mesh.faces, np.int64),
-        np.array([CONCAVITY, PARTS_MOST]),
-    ):
-        np.save(sent, array)
+    for array, kind in ((mesh.vertices, float), (mesh.faces, np.int64), ([CONCAVITY, PARTS_MOST], float)):
+        np.save(sent, np.array(array, kind))
     received = run_limited("decompose", sent.getvalue(), seconds=DECOMPOSITION_MOST, what=what)
     stream = io.BytesIO(received)
     while stream.tell() < len(received):

@@ -48,6 +48,7 @@ def _compile(sent: bytes) -> bytes:
     assets = {name: stream.read(length) for name, length in lengths["assets"]}
     mujoco.set_mju_user_warning(lambda _: None)
     resource.setrlimit(resource.RLIMIT_NOFILE, (0, 0))  # MuJoCo has all in memory: it opens nothing from here on.
+    verdict: dict[str, object]
     try:
         model = mujoco.MjSpec.from_string(text, assets=assets).compile()
         data = mujoco.MjData(model)
