@@ -233,4 +233,4 @@ def test_messages_say_what_is_allowed(capsys: pytest.CaptureFixture[str]) -> Non
     )
     assert "whole number from 0 to 4294967295" in assert_refused(["grasp", "--seed", "-3"], capsys)
     assert "wrap-vertical" in assert_refused(["grasp", "juggle"], capsys)
-    assert "cylinder-60" in assert_refused(["grasp", "--object", "banana"], capsys)
+    assert "cylinder-60" in assert_refused(["grasp", "--object", "cylinder"], capsys)
