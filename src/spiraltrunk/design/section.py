@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import final
 
+from spiraltrunk.checks import check_number
 from spiraltrunk.errors import DesignError
 
 
@@ -29,6 +30,10 @@ class SectionSolid:
     """Angle of the distal face from the axis' normal, positive into the section [rad]."""
 
     def __post_init__(self) -> None:
+        check_number("section.length", self.length, above=0.0)
+        check_number("section.radius", self.radius, above=0.0)
+        for name in ("lean_proximal", "lean_distal"):
+            check_number(f"section.{name}", getattr(self, name), above=-math.pi / 2, below=math.pi / 2)
         if self.rim_start >= self.rim_end:
             slopes = self._t1 + self._t2  # Zero where the faces are parallel and the length is lost in rounding.
             widest = f" (radius below {self.length / slopes:g} m)" if slopes else ""
