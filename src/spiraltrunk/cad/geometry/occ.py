@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import re
 from pathlib import Path
@@ -140,19 +141,31 @@ _WHEN = "1980-01-01T00:00:00"
 
 
 def write_step(solid: Shape[Any], path: Path, name: str) -> None:
-    """Write the solid as STEP, in mm; the same solid gives the same file."""
+    """Write the solid as STEP, in mm; the same solid gives the same file.
+
+    Raises:
+        OSError: where the file cannot be written.
+    """
     import build123d as bd
 
     solid.label = name
-    if not bd.export_step(solid, str(path), timestamp=_WHEN):
-        raise OSError(f"the STEP writer failed at {path.name}")
+    try:
+        is_written = bd.export_step(solid, str(path), timestamp=_WHEN)
+    except RuntimeError:  # It does not say why.
+        is_written = False
+    if not is_written:
+        raise OSError(errno.EIO, "the STEP writer failed, as on a full disc", str(path))
     # The writer counts the files of its process in the name of the assembly's one item.
     written, item = path.read_text(), re.compile(r"(_USAGE_OCCURRENCE\()'\d+'([^;]*)")
     path.write_text(item.sub(lambda found: f"{found[1]}'1'{found[2]}".replace("\n", ""), written))
 
 
 def write_3mf(mesh: Trimesh, path: Path, name: str) -> None:
-    """Write 3MF in mm with lib3mf, which comes with build123d; the same mesh gives the same file."""
+    """Write 3MF in mm with lib3mf, which comes with build123d; the same mesh gives the same file.
+
+    Raises:
+        OSError: where the file cannot be written.
+    """
     from ctypes import c_float, c_uint32
     from uuid import NAMESPACE_OID, uuid5
 
@@ -170,7 +183,7 @@ def write_3mf(mesh: Trimesh, path: Path, name: str) -> None:
     item = model.AddBuildItem(body, wrapper.GetIdentityTransform())
     for what, write in (("build", model.SetBuildUUID), ("item", item.SetUUID), ("body", body.SetUUID)):
         write(str(uuid5(NAMESPACE_OID, f"{name} {what}")))  # They would be random.
-    model.QueryWriter("3mf").WriteToFile(str(path))
+    path.write_bytes(bytes(model.QueryWriter("3mf").WriteToBuffer()))  # Its own writer aborts on a full disc.
 
 
 def _location(T: Any) -> Any:
