@@ -33,6 +33,8 @@ REFUSED = {
     ],
     "theta_0 is": [
         lambda: statics.solve(PAPER, theta_0=1e308), lambda: inverse.solve(PAPER, TIP, theta_0=1e308),
+        lambda: reference.rest(PAPER, 1e300), lambda: reference.bend_dorsal(PAPER, 0.05, [0.0, -1e7]),
+        lambda: reference.bend_dorsal_points(PAPER, [0.05], 1e300), lambda: reference.twist(PAPER, 0.0, 0.0, 1e300),
         lambda: statics.solve(PAPER, theta_0="1.0"), lambda: statics.solve(PAPER, theta_0=np.datetime64("2020")),
     ],
     "roll is": [lambda: inverse.solve(PAPER, TIP, roll=-1e308)],

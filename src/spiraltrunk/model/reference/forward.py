@@ -21,7 +21,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.checks import FINITE, broadcast_batches, read_numbers
+from spiraltrunk.checks import Range, broadcast_batches, read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.jit import share
@@ -167,6 +167,11 @@ def first_shut(shape: Shape) -> np.ndarray:
     return np.where(shut.any(axis=-1), shut.argmax(axis=-1), shut.shape[-1]) + 1
 
 
+_MOST_TURNED = 1e6
+"""Largest angle, as in the statics [rad]: beyond, an angle says little about a direction."""
+
+_ANGLES = Range(least=-_MOST_TURNED, most=_MOST_TURNED)
+
 _Given = tuple[str, ArrayLike, float]
 """Name of an input, its value, and the largest pull [m]: that which closes every gap, or infinity for an angle."""
 
@@ -175,7 +180,9 @@ def _read_plain(given: tuple[_Given, ...]) -> list[float] | None:
     """The inputs as floats where each is a number within its range, else None."""
     numbers: list[float] = []
     for _, value, full in given:
-        if not (isinstance(value, (float, int)) and abs(value) < full and (value >= 0.0 or full == math.inf)):
+        if not (isinstance(value, (float, int)) and abs(value) < min(full, _MOST_TURNED)):
+            return None
+        if value < 0.0 and full != math.inf:
             return None
         numbers.append(float(value))
     return numbers
@@ -185,7 +192,7 @@ def _read(given: tuple[_Given, ...]) -> tuple[list[np.ndarray], tuple[int, ...]]
     """The inputs as checked arrays, and the shape to which they broadcast."""
     arrays = {}
     for name, value, full in given:
-        allowed, unit = (FINITE, "") if full == math.inf else (pull_range(full), "m")
+        allowed, unit = (_ANGLES, "rad") if full == math.inf else (pull_range(full), "m")
         arrays[name] = read_numbers(name, value, allowed, unit=unit)
     return list(arrays.values()), broadcast_batches({name: array.shape for name, array in arrays.items()})
 
