@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 if not os.environ.get("MUJOCO_GL") and not os.environ.get("DISPLAY"):
@@ -16,7 +17,7 @@ from PIL import Image
 from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.errors import RunError
-from spiraltrunk.files.atomic import atomic_folder
+from spiraltrunk.files.atomic import write_file
 from spiraltrunk.model.inverse import workspace
 from spiraltrunk.report import write_filmstrip
 from spiraltrunk.report.shape.workspace_plot import build_workspace_figure
@@ -46,7 +47,8 @@ def main() -> int:
     if not trial.verdict.success:
         print(f"make_pictures: the default grasp failed: {trial.verdict.reason}", file=sys.stderr)
         return 1
-    with atomic_folder(IMAGES, tuple(WIDTH)) as draft:
+    with TemporaryDirectory() as made:
+        draft = Path(made)
         series = compute_series(trial, DEFAULT_OBJECT)
         write_strip(trial, draft / "filmstrip.png", title=series.title)
         write_figure(build_run_figure(series, "overview.png"), draft / "overview.png")
@@ -54,6 +56,8 @@ def main() -> int:
         draw_sheet(draft / "strategies.png")
         for name, width in WIDTH.items():
             _shrink(draft / name, width)
+        for name in WIDTH:
+            write_file(IMAGES / name, (draft / name).read_bytes())
     return 0
 
 

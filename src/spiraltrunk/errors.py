@@ -73,6 +73,10 @@ class SurveyError(SpiralTrunkError, ValueError):
     """A folder that holds another survey than the requested one."""
 
 
+class OutputError(SpiralTrunkError, OSError):
+    """A file or folder that cannot be written or must not be replaced: which, why and what is allowed."""
+
+
 class PartError(SpiralTrunkError, ValueError):
     """A part that cannot be manufactured: which, where and by how much."""
 

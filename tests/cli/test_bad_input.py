@@ -102,8 +102,9 @@ def test_out_that_cannot_be_made_is_refused(name: str, capsys: pytest.CaptureFix
 
 
 def test_design_out_that_is_a_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert_refused(["design", "--out", str(tmp_path)], capsys)
-    assert_refused(["design", "--out", f"{tmp_path}/new/"], capsys)
+    for folder in (f"{tmp_path}", f"{tmp_path}/new/"):
+        said = assert_refused(["design", "--out", folder], capsys)
+        assert said == f"spiraltrunk: error: --out: '{folder}' is a folder; allowed: a file, existing or new\n"
     assert list(tmp_path.iterdir()) == []
 
 

@@ -42,7 +42,7 @@ def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, ca
     said = capsys.readouterr()
     assert code == 0
     result = json.loads(said.out)
-    assert sorted(result["files"]) == sorted(path.name for path in out.iterdir())
+    assert sorted(result["files"]) == sorted(path.name for path in out.glob("[!.]*"))
     assert result == json.loads((out / "result.json").read_text())
     assert "not a measurement" in said.err
     assert any("frame numbers are missing" in note for note in result["odd_in_recordings"])

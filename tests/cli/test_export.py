@@ -43,6 +43,10 @@ def test_without_out_nothing_is_written(capsys, tmp_path, monkeypatch):
         (["--bed-mm", "1", "2", "3"], "--bed-mm X is 1.0; allowed"),
         (["--seed", "-1"], "--seed"),
         (["nothing.toml"], "nothing.toml"),
+        (
+            ["--parts", "trunk", "--formats", "mjcf"],
+            "--parts trunk given with --formats mjcf; allowed: with --parts one of step, stl, 3mf, or these formats",
+        ),
         (["--parts", "horn", "paper"], "'paper' stands behind --parts or --formats; allowed: the design before these"),
         (
             ["spirob-1m", "--parts", "gripper", "trunk", "--bed-mm", "99", "99", "99"],

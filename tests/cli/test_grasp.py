@@ -66,7 +66,7 @@ def test_real_grasp_leaves_a_record_and_is_the_same_again(
     assert code == (0 if result["success"] else 1)
     assert set(result) >= KEYS
     assert strict((out / "result.json").read_text()) == result
-    assert {path.name for path in out.iterdir()} == set(result["files"]) == PLAIN
+    assert {path.name for path in out.glob("[!.]*")} == set(result["files"]) == PLAIN
     assert load_design(out / "trunk.toml") == presets.PAPER
     assert printed.err.splitlines() == [
         f"spiraltrunk: {what}" for what in ("reach", "prehension", "transport", "release", "plots")
@@ -153,17 +153,26 @@ def test_without_graphics_the_rest_is_written(
 
     monkeypatch.setattr(spiraltrunk.workflows.grasp.artifacts, "render_frames", refuse)
     assert cli.main(["grasp", "--out", str(tmp_path)]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == PLAIN
+    assert {path.name for path in tmp_path.glob("[!.]*")} == PLAIN
     assert [line for line in capsys.readouterr().err.splitlines() if "libegl1" in line] == [
         "spiraltrunk: no film strip and no video: no OpenGL for pictures: install libegl1"
     ]
 
 
-def test_old_pictures_do_not_outlive_their_trial(played: Trial, tmp_path: Path) -> None:
-    (tmp_path / "grasp.mp4").write_text("of an earlier trial")
+def test_old_pictures_do_not_outlive_their_trial(
+    played: Trial, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def draw(trial: Trial, path: Path, *_: object, **__: object) -> None:
+        path.write_text("of an earlier trial")
+
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.artifacts, "write_strip", draw)
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.artifacts, "_write_video", draw)
+    assert cli.main(["grasp", "--out", str(tmp_path)]) == 0
+    assert (tmp_path / "grasp.mp4").exists()
     (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "filmstrip.png").write_text("with my notes")
     assert cli.main(["grasp", "--no-video", "--out", str(tmp_path)]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == PLAIN | {"notes.txt"}
+    assert {path.name for path in tmp_path.glob("[!.]*")} == PLAIN | {"notes.txt", "filmstrip.png"}
 
 
 CUTS = {
@@ -246,7 +255,7 @@ def test_pictures(tmp_path: Path) -> None:
     if "no OpenGL" in ran.stderr:
         pytest.skip(ran.stderr.splitlines()[-1])
     assert ran.returncode == 0, ran.stderr
-    assert {path.name for path in tmp_path.iterdir()} == PLAIN | {"grasp.mp4", "filmstrip.png"}
+    assert {path.name for path in tmp_path.glob("[!.]*")} == PLAIN | {"grasp.mp4", "filmstrip.png"}
     duration = strict((tmp_path / "result.json").read_text())["phases"][-1]["end_s"]
     with av.open(str(tmp_path / "grasp.mp4")) as video:
         frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 from pathlib import Path
 
@@ -156,6 +157,7 @@ REFUSED = {
     "--model statics --friction -0.1": "friction is -0.1; allowed: a finite number, at least 0, below 2",
     "--model magic": "'magic'",
     "--theta0-deg inf": "allowed: a finite number",
+    "--theta0-deg 1e300": "--theta0-deg is 1e+300; allowed: a finite number, at least -360, at most 360",
     "--twist-mm 1": "--twist-mm",
     "--plot shape.gif": "--plot: 'shape.gif' given; allowed: a file that ends in .png, .svg, .pdf",
     "no-such-design": "no-such-design",
@@ -200,7 +202,7 @@ def test_a_plot_that_cannot_be_written_is_named_as_typed(
     def refuse_all(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied", str(tmp_path / ".draft.png"))
 
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", refuse_all)
+    monkeypatch.setattr(os, "fsync", refuse_all)
     path = tmp_path / "shape.png"
-    assert f"--plot: cannot write '{path}': Permission denied; allowed: " in refuse(f"--plot {path}", capsys)
+    assert f"--plot: '{path}' cannot be written: Permission denied; allowed: " in refuse(f"--plot {path}", capsys)
     assert list(tmp_path.iterdir()) == []

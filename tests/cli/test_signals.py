@@ -64,7 +64,7 @@ def is_gone(group: int, patience: float = 10.0) -> bool:
 
 @pytest.fixture
 def out(tmp_path: Path) -> Path:
-    (tmp_path / "result.json").write_text("of an earlier run")
+    (tmp_path / "notes.txt").write_text("mine")
     return tmp_path
 
 
@@ -74,8 +74,8 @@ def assert_ended(running: subprocess.Popen[str], number: signal.Signals, out: Pa
     assert running.returncode == code, said
     assert printed == ""
     assert said.splitlines() == [line]
-    assert [path.name for path in out.iterdir()] == ["result.json"]
-    assert (out / "result.json").read_text() == "of an earlier run"
+    assert [path.name for path in out.iterdir()] == ["notes.txt"]
+    assert (out / "notes.txt").read_text() == "mine"
     assert is_gone(running.pid)
 
 

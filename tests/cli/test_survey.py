@@ -80,7 +80,7 @@ def test_json_is_the_survey_without_its_trials(tmp_path: Path, capsys: pytest.Ca
     assert set(told) >= {"trials", "successes", "rate", "low", "high", "failures"}
     assert told["successes"] + sum(told["failures"].values()) == told["trials"] == 6
     assert 0 <= told["low"] <= told["rate"] <= told["high"] <= 1
-    assert set(result["files"]) == {path.name for path in tmp_path.iterdir()}
+    assert set(result["files"]) == {path.name for path in tmp_path.glob("[!.]*")}
     lines = printed.err.splitlines()
     assert lines[0] == "spiraltrunk: 0/6 trials"
     assert len(lines) == 7
@@ -113,6 +113,7 @@ def test_all_strategies_with_their_objects_or_one(
     [
         (["--strategies", "juggle"], "unknown strategy 'juggle'; known: wrap-vertical"),
         (["--strategies", "wrap-vertical,"], "unknown strategy ''"),
+        (["--trials", "-4"], "survey.trials is -4; allowed: a whole number from 1 to 100000"),
         (["--trials", "0"], "survey.trials is 0; allowed: a whole number from 1 to 100000"),
         (["--trials", "100001"], "allowed: a whole number from 1 to 100000"),
         (["--trials", "1e3"], "allowed: a whole number"),
@@ -120,6 +121,12 @@ def test_all_strategies_with_their_objects_or_one(
         (["--workers", "65"], "survey.workers is 65; allowed: a whole number from 1 to 64"),
         (["--seed", "-1"], "allowed: a whole number from 0"),
         (["--object", "banana"], "cylinder-60"),
+        (["--object", "cylinder-120", "--strategies", "pinch"], "is 120 mm wide; allowed: 0 to 40 mm, what pinch can"),
+        (["--object", "cylinder-60"], "what pinch can take"),
+        (
+            ["--object", "sphere:diameter_mm=80,mass_g=9000", "--strategies", "wrap-vertical"],
+            "g, what the trunk 'paper' holds at that width",
+        ),
         (["extra"], "unrecognized"),
     ],
 )

@@ -112,7 +112,7 @@ def test_a_report_is_written_whole(folder: Path, tmp_path: Path, capsys: pytest.
     assert "bending, hanging: mean RMSE" in printed.out
     assert "10.41" in printed.out
     result = json.loads((out / "result.json").read_text())
-    assert sorted(path.name for path in out.iterdir()) == result["files"]
+    assert sorted(path.name for path in out.glob("[!.]*")) == result["files"]
     assert {"report.html", "shapes.json", "deviations.csv", "trunk.toml", "boxes-rest.png"} <= set(result["files"])
     shapes = load_shapes(out / "shapes.json")
     assert shapes.kind == ("rest", *["bend-dorsal"] * 4)
@@ -164,7 +164,11 @@ BAD = {
     "a file of no run": (["take.csv"], "belongs to no run"),
     "no file": (["bend=missing.csv"], "'missing.csv': No such file"),
     "a folder": (["bend=."], "this is a folder"),
-    "another protocol": (["bend=a.csv", "--protocol", "missing.toml"], "'missing.toml'"),
+    "another protocol": (
+        ["bend=a.csv", "--protocol", "missing.toml"],
+        "'missing.toml': No such file or directory; allowed: paper, or a protocol in TOML",
+    ),
+    "a plan of no protocol": (["--plan", "--protocol", "none"], "allowed: paper, or a protocol in TOML"),
     "axes": (["bend=a.csv", "--axes", "up"], "axes are 'up'"),
     "an alignment": (["bend=a.csv", "--alignment", "tip"], "alignment is tip"),
     "friction": (["bend=a.csv", "--friction", "0.1"], "reference has none"),
@@ -192,7 +196,7 @@ def test_bad_input_is_one_line(
 
 def test_a_folder_that_cannot_be_made_is_refused_before_the_work(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--out: '/proc/x' cannot be written: " in refuse(
-        ["validate", "bend=missing.csv", "--out", "/proc/x"], capsys
+        ["validate", "bend-dorsal=missing.csv", "--out", "/proc/x"], capsys
     )
 
 
@@ -204,13 +208,14 @@ def test_sections_that_the_design_does_not_have_are_named(folder: Path, capsys: 
 def test_a_broken_recording_leaves_the_last_report(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "result.json").write_text("kept")
-    bad = tmp_path / "bend_1.csv"
+    out, bad = tmp_path / "out", tmp_path / "bend_1.csv"
+    assert cli.main([*validate(folder), "--out", str(out)]) == 0
+    capsys.readouterr()
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
     bad.write_bytes((folder / "bend_1.csv").read_bytes().replace(b"Quaternion", b"XYZ").replace(b",W,", b",,"))
-    argv = ["validate", str(bad), "--protocol", str(folder / "protocol.toml"), "--out", str(tmp_path)]
+    argv = ["validate", str(bad), "--protocol", str(folder / "protocol.toml"), "--out", str(out)]
     assert "export with Rotation: Quaternion" in refuse(argv, capsys)
-    assert (tmp_path / "result.json").read_text() == "kept"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["bend_1.csv", "result.json"]
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
     assert cli.main([*argv[:-2], "--rotations", "ignore", "--alignment", "run", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["runs"]["bend"]["mean_rmse_m"] < 5e-4
 

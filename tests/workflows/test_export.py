@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.output import make_part
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
 from spiraltrunk.design import design_from_rules, load_design, presets
-from spiraltrunk.errors import PartError, UnknownName
+from spiraltrunk.errors import OutputError, PartError, UnknownName
 from spiraltrunk.workflows.export.export import Request, check_robot, export_robot
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
@@ -42,7 +43,8 @@ def exported(short, tmp_path_factory):
 
 def test_everything_is_there_and_listed(exported, short):
     folder, result, told = exported
-    found = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+    found = {str(path.relative_to(folder)) for path in folder.glob("[!.]*/**/*") if path.is_file()}
+    found |= {path.name for path in folder.glob("[!.]*") if path.is_file()}
     assert found == set(result["files"])
     assert result == {**json.loads((folder / "result.json").read_text()), "removed": []}
     for name in result["checks"]:
@@ -51,7 +53,8 @@ def test_everything_is_there_and_listed(exported, short):
     assert {"models/trunk.xml", "models/hybrid.urdf", "bom.md", "bom.csv", "guide.md", "trunk.toml"} <= found
     assert {"pictures/parts.png", "pictures/exploded.png", "pictures/exploded.svg"} <= found
     assert load_design(folder / "trunk.toml") == short
-    assert not [path for path in folder.parent.parent.rglob("*") if path.name.startswith(".")]
+    hidden = [path for path in folder.parent.parent.rglob("*") if ".spiraltrunk" in path.parts]
+    assert [path.name for path in hidden if path.is_file()] == ["manifest.json"]
 
 
 def test_every_check_holds(exported, short):
@@ -142,41 +145,35 @@ def test_an_earlier_export_goes_and_strangers_stay(tmp_path, short):
     folder = tmp_path / "out"
     export_robot(short, folder, Request(parts=("horn",), formats=("stl", "step")))
     (folder / "parts" / "mine.stl").write_text("kept")
-    outside = tmp_path / "outside.txt"
-    outside.write_text("kept")
-    result = json.loads((folder / "result.json").read_text())
-    result["files"] += ["../outside.txt", "/etc/hostname", 7, "parts/../../outside.txt"]
-    (folder / "result.json").write_text(json.dumps(result))
-    export_robot(short, folder, Request(parts=("horn",), formats=("3mf",)))
-    assert sorted(path.name for path in (folder / "parts").iterdir()) == ["horn.3mf", "horn.json", "mine.stl"]
-    assert outside.read_text() == "kept"
+    (folder / "parts" / "horn.step").write_text("with my notes")
+    result = export_robot(short, folder, Request(parts=("horn",), formats=("3mf",)))
+    assert result["removed"] == ["parts/horn.stl"]
+    parts = sorted(path.name for path in (folder / "parts").iterdir())
+    assert parts == ["horn.3mf", "horn.json", "horn.step", "mine.stl"]
+    assert (folder / "parts" / "horn.step").read_text() == "with my notes"
 
 
-def test_what_another_wrote_is_not_overwritten(tmp_path, short):
-    """A design of one's own beside the parts stays, and nothing is put beside it; so does a part that nobody lists."""
-    folder = tmp_path / "out"
-    folder.mkdir()
-    (folder / "trunk.toml").write_text("mine")
-    with pytest.raises(FileExistsError, match="no earlier run of this command wrote it"):
-        export_robot(short, folder, Request(parts=("horn",), formats=("stl",)))
-    assert [path.read_text() for path in folder.iterdir()] == ["mine"]
-    (folder / "trunk.toml").unlink()
-    (folder / "parts").mkdir()
-    (folder / "parts" / "horn.stl").write_text("mine")
-    with pytest.raises(FileExistsError, match=r"horn\.stl"):
-        export_robot(short, folder, Request(parts=("horn",), formats=("stl",)))
-    assert [path.name for path in folder.rglob("*")] == ["parts", "horn.stl"]
+@pytest.mark.parametrize("name", ["trunk.toml", "bom.md", "parts/horn.stl", "pictures/parts.png"])
+def test_what_another_wrote_is_not_replaced(name, tmp_path, short, monkeypatch):
+    """It is told before a part is made."""
+    monkeypatch.setattr(make_part, "make_part", None)
+    path = tmp_path / "out" / name
+    path.parent.mkdir(parents=True)
+    path.write_text("mine")
+    with pytest.raises(OutputError, match=rf"{name}' is not replaced: no run of 'export' wrote it; allowed: another"):
+        export_robot(short, tmp_path / "out", Request(parts=("horn",), formats=("stl",)))
+    assert [path.read_text() for path in tmp_path.rglob("*") if path.is_file()] == ["mine"]
 
 
-def test_a_design_that_was_changed_since_is_not_overwritten(tmp_path, short):
-    """The guide asks to put weighed masses into the exported file."""
+def test_a_design_that_was_changed_since_is_not_replaced(tmp_path, short):
+    """The guide asks to put weighed masses into the exported file; with its comments it is not made again."""
     export_robot(short, tmp_path / "out", Request(formats=("urdf",)))
-    changed = (tmp_path / "out" / "trunk.toml").read_text().replace("b = 0.16", "b = 0.161")
+    changed = (tmp_path / "out" / "trunk.toml").read_text().replace("b = 0.16", "b = 0.161  # Measured.")
     (tmp_path / "out" / "trunk.toml").write_text(changed)
-    with pytest.raises(FileExistsError, match=r"trunk\.toml"):
-        export_robot(short, tmp_path / "out", Request(formats=("mjcf",)))
+    for design in (short, load_design(tmp_path / "out" / "trunk.toml")):
+        with pytest.raises(OutputError, match=r"trunk\.toml' is not replaced: it was changed since 'export' wrote it"):
+            export_robot(design, tmp_path / "out", Request(formats=("mjcf",)))
     assert (tmp_path / "out" / "trunk.toml").read_text() == changed
-    export_robot(load_design(tmp_path / "out" / "trunk.toml"), tmp_path / "out", Request(formats=("mjcf",)))
 
 
 def test_what_goes_is_told(tmp_path, short):

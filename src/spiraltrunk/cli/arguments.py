@@ -63,8 +63,8 @@ def read_number(text: str) -> Typed:
 
 
 def read_count(text: str) -> int:
-    """A whole number, as an argument's type."""
-    if not re.fullmatch(r"[0-9]{1,10}", text):
+    """A whole number, as an argument's type; its range is for others to check."""
+    if not re.fullmatch(r"-?[0-9]{1,10}", text):
         raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a whole number")
     return int(text)
 

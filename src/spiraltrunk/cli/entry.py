@@ -39,9 +39,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (SpiralTrunkError, UsageError) as error:
         return complain(f"error: {error}", BAD_INPUT)
     except OSError as error:
-        where = f" {error.filename!r}" if error.filename else ""
-        allowed = "; allowed: a place that can be made and written" if error.filename else ""
-        return complain(f"error: cannot write{where}: {error.strerror or error}{allowed}", BAD_INPUT)
+        reason = error.strerror or str(error)
+        if error.filename is None:
+            return complain(f"error: cannot write: {reason}", BAD_INPUT)
+        allowed = "allowed: a file or folder that can be read and written"
+        return complain(f"error: {error.filename!r}: {reason}; {allowed}", BAD_INPUT)
 
 
 @final

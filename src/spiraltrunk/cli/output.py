@@ -5,9 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from contextlib import suppress
-from pathlib import Path
-from tempfile import TemporaryFile
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from typing import TYPE_CHECKING
+
+from spiraltrunk.errors import OutputError
+
+if TYPE_CHECKING:
+    from spiraltrunk.files.output_folder import OutputFolder
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 """Exit codes; a command ended by a signal has 128 plus the signal's number."""
@@ -68,28 +73,43 @@ def add_file_count(text: str, result: dict[str, object], arguments: argparse.Nam
     return text if arguments.out is None else f"{text}{gap}{count} files in {arguments.out}"
 
 
-def check_folder(folder: str | Path | None, option: str = "--out") -> None:
-    """Refuse an output folder that cannot be made or written, before any work is done; nothing stays on disc.
+@contextmanager
+def open_out(
+    folder: str | None, writer: str, names: Iterable[str] = (), option: str = "--out"
+) -> Iterator[OutputFolder | None]:
+    """The output folder of a command, open within the block; None where none was asked for.
+
+    Args:
+        folder: where to write.
+        writer: the command.
+        names: files that it may write, as paths below the folder.
+        option: the option that names the folder.
 
     Raises:
-        UsageError: names the folder, or the file in its place.
+        UsageError: where it cannot be written, is being written or holds one of the files that is not the command's
+            own; nothing is changed.
     """
     if folder is None:
+        yield None
         return
-    target, made = Path(folder), list[Path]()
+    from spiraltrunk.files.output_folder import open_output
+
+    with ExitStack() as stack:
+        try:
+            output = stack.enter_context(open_output(folder, writer, names))
+        except OutputError as error:
+            raise UsageError(f"{option}: {error}") from None
+        yield output
+
+
+@contextmanager
+def name_option(option: str) -> Iterator[None]:
+    """Name the option in errors of its output file.
+
+    Raises:
+        UsageError: where the file cannot be written or must not be replaced.
+    """
     try:
-        for path in reversed((target, *target.parents)):
-            if not path.exists():
-                path.mkdir()
-                made.append(path)
-            elif not path.is_dir():
-                raise UsageError(f"{option}: {quote(str(path), 200)} is a file; allowed: a folder, existing or new")
-        with TemporaryFile(dir=target):
-            pass
-    except OSError as error:
-        reason = f"{quote(str(folder), 200)} cannot be written: {error.strerror}"
-        raise UsageError(f"{option}: {reason}; allowed: a folder that can be made and written") from None
-    finally:
-        for path in reversed(made):
-            with suppress(OSError):  # Another process has put something there.
-                path.rmdir()
+        yield
+    except OutputError as error:
+        raise UsageError(f"{option}: {error}") from None

@@ -31,13 +31,17 @@ def check_regular(path: Path) -> None:
 
 
 @contextmanager
-def open_take(path: str | Path) -> Iterator[BinaryIO]:
+def open_take(path: str | Path, what: str = "a recording that can be read") -> Iterator[BinaryIO]:
     """A regular file of limited size, opened for reading.
+
+    Args:
+        path: the file.
+        what: what is allowed there, for the error.
 
     Raises:
         TakeError: where it cannot be read; it says why.
     """
-    allowed, place = "allowed: a recording that can be read", Path(path)
+    allowed, place = f"allowed: {what}", Path(path)
     try:
         check_regular(place)
         file = place.open("rb")

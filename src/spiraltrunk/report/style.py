@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -70,6 +71,19 @@ def write_figure(figure: Figure, path: str | Path, **settings: Any) -> Path:
     with atomic_file(path) as draft:
         figure.savefig(draft, **{"dpi": DPI, **settings})
     return Path(path)
+
+
+def format_figure(figure: Figure, form: str, **settings: Any) -> bytes:
+    """A figure as the content of a file.
+
+    Args:
+        figure: what to save.
+        form: format, such as "png".
+        settings: passed on to ``Figure.savefig``.
+    """
+    file = BytesIO()
+    figure.savefig(file, **{"dpi": DPI, "format": form, **settings})
+    return file.getvalue()
 
 
 def style_axes(axes: Axes, ylabel: str = "", *, xlabel: str = "", title: str = "") -> None:

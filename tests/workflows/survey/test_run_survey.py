@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
+import math
+import random
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
 
-from spiraltrunk.errors import SurveyError
+from spiraltrunk.errors import OutputError, SurveyError
+from spiraltrunk.files.output_folder import open_output
 from spiraltrunk.workflows.survey.plan import SurveyPlan
-from spiraltrunk.workflows.survey.resume_log import FILES
+from spiraltrunk.workflows.survey.resume_log import FILES, Log
 from spiraltrunk.workflows.survey.run_survey import run_survey
 
 
@@ -52,7 +54,7 @@ def whole(original: Path, tmp_path: Path) -> Path:
 
 
 def test_a_survey_leaves_its_files(whole: Path) -> None:
-    assert {path.name for path in whole.iterdir()} == set(FILES)
+    assert {path.name for path in whole.glob("[!.]*")} == set(FILES)
     held = load(whole)
     assert held["complete"]
     assert held["files"] == list(FILES)
@@ -84,7 +86,9 @@ def test_what_was_cut_off_goes_on(whole: Path, fakes: ModuleType, plan: SurveyPl
     held = load(cut)
     assert not held["complete"]
     assert len(held["rows"]) == sum(told["trials"] for told in held["strategies"].values()) == 4
-    assert {path.name for path in cut.iterdir()} == set(held["files"]) == {"survey.json", "trials.jsonl", "table.md"}
+    assert (
+        {path.name for path in cut.glob("[!.]*")} == set(held["files"]) == {"survey.json", "trials.jsonl", "table.md"}
+    )
     assert (cut / "table.md").read_text().startswith("Incomplete: 4 of 10")
     with (cut / "trials.jsonl").open("a") as file:
         file.write('{"strategy": "kick", "ind')  # A line that a crash tore.
@@ -108,10 +112,10 @@ def test_a_complete_survey_runs_nothing_again(whole: Path, fakes: ModuleType, pl
 def test_another_survey_is_refused(
     whole: Path, fakes: ModuleType, plan: SurveyPlan, changes: dict[str, Any], told: str
 ) -> None:
-    before = {path.name: path.read_bytes() for path in whole.iterdir()}
+    before = {path: path.read_bytes() for path in whole.rglob("*") if path.is_file()}
     with pytest.raises(SurveyError, match=told):
         run_survey(replace(plan, **changes), folder=whole, work=fakes.work)
-    assert {path.name: path.read_bytes() for path in whole.iterdir()} == before
+    assert {path: path.read_bytes() for path in whole.rglob("*") if path.is_file()} == before
 
 
 def test_a_survey_does_not_go_on_with_other_code(
@@ -122,21 +126,107 @@ def test_a_survey_does_not_go_on_with_other_code(
         run_survey(plan, folder=whole, work=fakes.work)
 
 
+DEEP = b"[" * 200_000
+NOISE = random.Random(5).randbytes(4096)
+
+ROW = {
+    "strategy": "kick", "object": "a", "index": 0, "seed": 1, "success": True, "reason": "", "wall_s": None,
+    "width_m": 0.1, "mass_kg": 0.1, "friction": None, "stiffness_factor": None, "simulated_s": None,
+    "real_time_factor": None, "planning_wall_s": None, "lift_m": None, "hold_s": None, "place_error_m": None,
+    "retries": None,
+}  # fmt: skip
+
 BROKEN = {
-    "a list": ("survey.json", "[1]", "is no survey's"),
-    "torn": ("survey.json", "{", "is no survey's"),
-    "no JSON": ("trials.jsonl", "not a trial\n", "line 1 of"),
-    "no trial": ("trials.jsonl", '{"strategy": "kick"}\n', "line 1 of"),
-}
+    "a list": ("survey.json", b"[1]", "survey.json' is not replaced: it was changed since 'survey' wrote it"),
+    "torn": ("survey.json", b"{", "it was changed since"),
+    "noise": ("survey.json", NOISE, "it was changed since"),
+    "nested": ("survey.json", DEEP, "it was changed since"),
+    "a table": ("table.md", b"mine", "table.md' is not replaced: it was changed since"),
+    "a plot": ("rates.png", b"mine", "rates.png' is not replaced: it was changed since"),
+    "no JSON": ("trials.jsonl", b"not a trial\n", "line 1 of"),
+    "no trial": ("trials.jsonl", b'{"strategy": "kick"}\n', "line 1 of"),
+    "noise in the log": ("trials.jsonl", NOISE, "line 1 of"),
+    "noise without an end": ("trials.jsonl", NOISE.replace(b"\n", b""), "the last line of"),
+    "nested in the log": ("trials.jsonl", DEEP + b"\n", "line 1 of"),
+    "nested without an end": ("trials.jsonl", DEEP, "the last line of"),
+    "notes without an end": ("trials.jsonl", b"my notes", "the last line of"),
+    **{
+        f"{key} {value!r:.20}": ("trials.jsonl", json.dumps(ROW | {key: value}).encode() + b"\n", "line 1 of")
+        for key, value in (
+            ("strategy", "juggle"), ("strategy", []), ("index", 5), ("index", -1), ("index", "0"), ("index", True),
+            ("object", "banana"), ("seed", None), ("success", 1), ("reason", 7), ("width_m", "wide"),
+            ("width_m", math.nan), ("mass_kg", 10**400), ("other", 1),
+        )
+    },
+}  # fmt: skip
+
+
+def read_all(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.mark.parametrize("how", BROKEN)
 def test_a_broken_folder_is_refused(whole: Path, fakes: ModuleType, plan: SurveyPlan, how: str) -> None:
-    name, text, told = BROKEN[how]
-    (whole / name).write_text(text)
-    with pytest.raises(SurveyError, match=told):
+    name, data, told = BROKEN[how]
+    (whole / name).write_bytes(data)
+    before = read_all(whole)
+    with pytest.raises((SurveyError, OutputError), match=told) as caught:
         run_survey(plan, folder=whole, work=fakes.work)
-    assert (whole / name).read_text() == text
+    assert "\n" not in str(caught.value)
+    assert read_all(whole) == before
+
+
+def test_the_row_that_is_spoiled_is_a_row_else(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
+    """What the broken rows are made of is refused for nothing but what is broken."""
+    row = ROW | {"object": plan.objects["kick"][0]}
+    (whole / "trials.jsonl").write_text(json.dumps(row) + "\n")
+    assert run_survey(plan, folder=whole, work=fakes.work)["complete"]
+
+
+def test_a_trial_that_is_there_twice_is_refused(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
+    log = whole / "trials.jsonl"
+    first, *others = log.read_text().splitlines(keepends=True)
+    log.write_text("".join([first, first, *others[1:]]))
+    with pytest.raises(SurveyError, match="line 2 of"):
+        run_survey(plan, folder=whole, work=fakes.work)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_what_no_survey_wrote_is_not_replaced(name: str, tmp_path: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(OutputError, match="is not replaced: no run of 'survey' wrote it"):
+        run_survey(plan, folder=tmp_path, work=fakes.raise_second)
+    assert read_all(tmp_path) == {tmp_path / name: b"mine"}
+
+
+def test_a_survey_that_was_killed_as_it_began_goes_on(tmp_path: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
+    """The log was there, the settings were not."""
+    with open_output(tmp_path, "survey") as output:
+        output.add_log("trials.jsonl").touch()
+    assert run_survey(plan, folder=tmp_path, work=fakes.work)["complete"]
+
+
+def test_a_full_disc_is_told_with_the_log(
+    tmp_path: Path, fakes: ModuleType, plan: SurveyPlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A row of which only a part is written is an incomplete last line, which the next run removes."""
+    add, cut = Log.add, 30
+
+    def fill(log: Log, row: dict[str, Any]) -> None:
+        if len(log.rows) == 2:
+            file = log._file
+            log._file = SimpleNamespace(write=lambda line: file.write(line[:cut]), name=file.name)
+        add(log, row)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Log, "add", fill)
+        with pytest.raises(OutputError) as caught:
+            run_survey(plan, folder=tmp_path, work=fakes.work)
+    assert str(caught.value).startswith(f"'{tmp_path / 'trials.jsonl'}' cannot be written: No space left on device")
+    assert len((tmp_path / "trials.jsonl").read_bytes().splitlines()[-1]) == cut
+    seen: list[int] = []
+    run_survey(plan, folder=tmp_path, work=fakes.work, watch=lambda rows: seen.append(len(rows)))
+    assert seen[0] == 2
 
 
 def test_trials_of_an_unknown_survey_are_refused(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
@@ -146,10 +236,8 @@ def test_trials_of_an_unknown_survey_are_refused(whole: Path, fakes: ModuleType,
 
 
 def test_a_folder_has_one_survey_at_a_time(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
-    with (whole / "trials.jsonl").open() as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        with pytest.raises(SurveyError, match="a survey is being made"):
-            run_survey(plan, folder=whole, work=fakes.work)
+    with open_output(whole, "survey"), pytest.raises(OutputError, match="another process is writing to"):
+        run_survey(plan, folder=whole, work=fakes.work)
 
 
 @pytest.mark.parametrize("work", ["raise_second", "die_second"])

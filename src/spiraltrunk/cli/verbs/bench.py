@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_text
-from spiraltrunk.cli.output import DONE, FAILED, Answer, check_folder, format_json
+from spiraltrunk.cli.output import DONE, FAILED, Answer, format_json, open_out
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:
@@ -25,19 +25,17 @@ def add_verb(verbs: Any) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
-    check_folder(arguments.out)
-    from spiraltrunk.files.atomic import atomic_folder
+    from spiraltrunk.files.atomic import write_text
     from spiraltrunk.workflows.bench import CLAIMS, PEERS, check_peers
 
     if arguments.peers:
         check_peers()
     chosen = CLAIMS | PEERS if arguments.peers else CLAIMS
-    if arguments.out is None:
+    with open_out(arguments.out, "bench", ["result.json"]) as output:
         claims = _measure(chosen)
-    else:
-        with atomic_folder(arguments.out, ["result.json"]) as draft:
-            claims = _measure(chosen)
-            (draft / "result.json").write_text(format_json({"claims": claims}) + "\n")
+        if output is not None:
+            with output.draft() as draft:
+                write_text(draft / "result.json", format_json({"claims": claims}) + "\n")
     code = DONE if all(claim["holds"] for claim in claims.values()) else FAILED
     return code, format_json({"claims": claims}) if arguments.json else _format_claims(claims)
 

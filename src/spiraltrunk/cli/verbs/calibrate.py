@@ -7,7 +7,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_number, read_seed, read_text
-from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, check_folder, complain, format_json
+from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, complain, format_json, open_out
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs import calibrate_bench
 
@@ -94,8 +94,6 @@ def _check(arguments: argparse.Namespace) -> None:
     if both:
         raise UsageError(f"{both[0]!r} is fitted and held out; allowed: one of them")
     calibrate_bench.read_ring_downs(arguments)
-    check_folder(arguments.out)
-    check_folder(arguments.virtual, "--virtual")
 
 
 def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settings:
@@ -113,14 +111,15 @@ def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settin
 def _simulate(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> Answer:
     from spiraltrunk.workflows.virtual_session.cameras import NAME
     from spiraltrunk.workflows.virtual_session.printed_trunk import draw_printed_trunk
-    from spiraltrunk.workflows.virtual_session.session import simulate_session, write_session
+    from spiraltrunk.workflows.virtual_session.session import WRITER, list_files, simulate_session, write_session
 
     seed = arguments.seed or 0
     trunk = draw_printed_trunk(design, seed)
-    with show_progress(sys.stderr) as progress:
+    names = list_files(protocol.runs)
+    with open_out(arguments.virtual, WRITER, names, "--virtual") as output, show_progress(sys.stderr) as progress:
         runs = simulate_session(design, trunk, protocol, progress=progress)
         progress("writing", 0, 1)
-        files = [path.name for path in write_session(design, runs, seed, arguments.virtual)]
+        files = [path.name for path in write_session(design, runs, seed, output or arguments.virtual)]
     mass_g = 1e3 * float(trunk.design.section_mass.sum())
     if not arguments.json:
         return DONE, f"{NAME}: {len(files)} files in {arguments.virtual}, axes y-up, the trunk weighs {mass_g:.1f} g"
@@ -136,7 +135,13 @@ def _simulate(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any)
 
 def _fit(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> Answer:
     from spiraltrunk.mocap.protocol.protocol import sort_takes
-    from spiraltrunk.workflows.calibrate.artifacts import compute_result, run_calibration, write_calibration_folder
+    from spiraltrunk.workflows.calibrate.artifacts import (
+        WRITER,
+        compute_result,
+        list_artifacts,
+        run_calibration,
+        write_calibration_folder,
+    )
     from spiraltrunk.workflows.calibrate.recordings import Recordings, split_takes
 
     given, held_out = sort_takes(protocol, arguments.takes), sort_takes(protocol, arguments.hold_out)
@@ -144,10 +149,11 @@ def _fit(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> A
     recordings = Recordings(protocol=protocol, design=design, fitted=fitted, held_out=held_out, axes=arguments.axes)
     bench = calibrate_bench.fit_bench_records(arguments) if calibrate_bench.has_bench(arguments) else None
     settings = _read_settings(arguments, bench)
-    with show_progress(sys.stderr) as progress:
+    names = list_artifacts(bench)
+    with open_out(arguments.out, WRITER, names) as output, show_progress(sys.stderr) as progress:
         run = run_calibration(recordings, settings, bench, progress=progress)
         progress("report", 0, 1)
-        result = compute_result(run) if arguments.out is None else write_calibration_folder(run, arguments.out)
+        result = compute_result(run) if output is None else write_calibration_folder(run, output)
     for note in (*result["notes"], *result["odd_in_recordings"]):
         complain(f"note: {note}", DONE)
     return DONE, format_json(result) if arguments.json else add_file_count(_format(result), result, arguments)

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import read_number, read_text
-from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, format_json, quote
+from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, format_json, open_out, quote
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.calibrate.joint_bench import Bench, RingDownFile
@@ -49,10 +49,11 @@ def fit_bench_records(arguments: argparse.Namespace) -> Bench:
 
 def run_bench(arguments: argparse.Namespace) -> Answer:
     """Fit joint bench records without takes."""
-    from spiraltrunk.workflows.calibrate.joint_bench import compute_bench_result, write_bench_folder
+    from spiraltrunk.workflows.calibrate.joint_bench import FILES, WRITER, compute_bench_result, write_bench_folder
 
-    bench = fit_bench_records(arguments)
-    result = compute_bench_result(bench) if arguments.out is None else write_bench_folder(bench, arguments.out)
+    with open_out(arguments.out, WRITER, FILES) as output:
+        bench = fit_bench_records(arguments)
+        result = compute_bench_result(bench) if output is None else write_bench_folder(bench, output)
     return DONE, format_json(result) if arguments.json else add_file_count(format_bench(result), result, arguments)
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import Typed, add_parser, read_number, read_text
-from spiraltrunk.cli.output import DONE, Answer, UsageError, check_folder, format_json, quote
+from spiraltrunk.cli.output import DONE, Answer, UsageError, format_json, name_option, quote
 from spiraltrunk.errors import DesignError, Unquoted
 
 if TYPE_CHECKING:
@@ -40,11 +39,14 @@ def add_verb(verbs: Any) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
+    from spiraltrunk.files.output_file import check_output_file, write_output_file
+
     if arguments.out is not None:
         if arguments.out.endswith("/"):
-            raise UsageError(f"--out: {quote(arguments.out)} is a folder; allowed: a file, existing or new")
-        check_folder(Path(arguments.out).parent)
-    from spiraltrunk.design import presets, write_design
+            raise UsageError(f"--out: {quote(arguments.out, 200)} is a folder; allowed: a file, existing or new")
+        with name_option("--out"):
+            check_output_file(arguments.out, "toml")
+    from spiraltrunk.design import format_design, presets
 
     wishes = {wish: getattr(arguments, wish) for wish in _WISHES if getattr(arguments, wish) is not None}
     if arguments.preset is None:
@@ -56,7 +58,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
         design = presets.get(arguments.preset)
     figures = compute_figures(design)
     if arguments.out is not None:
-        write_design(design, arguments.out)
+        with name_option("--out"):
+            write_output_file(arguments.out, format_design(design).encode(), "toml")
     return DONE, format_json(figures) if arguments.json else _format_table(design, figures)
 
 

@@ -8,7 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_number, read_seed, read_text
-from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, add_file_count, check_folder, format_json, quote
+from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, add_file_count, format_json, open_out, quote
 from spiraltrunk.cli.progress import show_progress
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def add_verb(verbs: Any) -> None:
         help="preset or TOML file (default paper); before --parts and --formats",
     )  # fmt: skip
     parser.add_argument(
-        "--parts", type=read_text, nargs="+", default=["all"], metavar="NAME",
+        "--parts", type=read_text, nargs="+", metavar="NAME",
         help="all (default), or some of trunk, gripper, shells, moulds, housing, drums, horn, adapter, wedge, markers",
     )  # fmt: skip
     parser.add_argument(
@@ -52,17 +52,16 @@ def add_verb(verbs: Any) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
-    check_folder(arguments.out)
     from spiraltrunk.design import load_design
-    from spiraltrunk.workflows.export.export import check_robot, export_robot
+    from spiraltrunk.workflows.export.export import WRITER, check_robot, export_robot
 
     request = _build_request(arguments)
     design = load_design(arguments.design)
-    with show_progress(sys.stderr) as progress:
-        if arguments.out is None:
+    with open_out(arguments.out, WRITER) as output, show_progress(sys.stderr) as progress:
+        if output is None:
             result = check_robot(design, request, progress=progress)
         else:
-            result = export_robot(design, arguments.out, request, progress=progress)
+            result = export_robot(design, output, request, progress=progress)
     agreement = result["agreement"] or {}
     code = DONE if all(row.get("holds", True) for row in agreement.values()) else FAILED
     if arguments.json:
@@ -79,11 +78,13 @@ def _build_request(arguments: argparse.Namespace) -> Request:
         DesignError: for a number out of range, with its option.
     """
     from spiraltrunk.cad.components.options import MakeOptions
+    from spiraltrunk.cad.output.make_part import FORMATS as PART_FORMATS
     from spiraltrunk.design import presets
     from spiraltrunk.errors import DesignError
     from spiraltrunk.workflows.export.export import Request
 
-    for name in (*arguments.parts, *arguments.formats):
+    parts = arguments.parts or ["all"]
+    for name in (*parts, *arguments.formats):
         if name in presets.NAMES or name.endswith(".toml"):
             raise UsageError(f"{quote(name)} stands behind --parts or --formats; allowed: the design before these")
     try:
@@ -94,7 +95,12 @@ def _build_request(arguments: argparse.Namespace) -> Request:
     except DesignError as error:
         raise DesignError(f"--{error.name.replace('_', '-')}", got=error.got, allowed=error.allowed) from None
     workers = min(_MOST_WORKERS, len(os.sched_getaffinity(0)))
-    return Request(parts=tuple(arguments.parts), formats=tuple(arguments.formats), options=options, workers=workers)
+    request = Request(parts=tuple(parts), formats=tuple(arguments.formats), options=options, workers=workers)
+    if "all" not in parts and not request.part_formats:
+        given = f"--parts {' '.join(parts)} given with --formats {' '.join(arguments.formats)}"
+        allowed = f"with --parts one of {', '.join(PART_FORMATS)}, or these formats, of the whole robot, alone"
+        raise UsageError(f"{given}; allowed: {allowed}")
+    return request
 
 
 def _format_table(result: dict[str, Any]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import sys
 from typing import TYPE_CHECKING, Any
@@ -15,12 +14,13 @@ from spiraltrunk.cli.output import (
     Answer,
     UsageError,
     add_file_count,
-    check_folder,
     complain,
     format_json,
+    open_out,
     quote,
 )
 from spiraltrunk.cli.progress import show_progress
+from spiraltrunk.cli.verbs.object_check import check_object
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
@@ -61,32 +61,29 @@ def add_verb(verbs: Any) -> None:
 def _run(arguments: argparse.Namespace) -> Answer:
     if os.environ.get("MUJOCO_GL", "").lower().strip() not in _GL:
         raise UsageError(f"MUJOCO_GL is {quote(os.environ['MUJOCO_GL'])}; allowed: egl, osmesa, glfw or unset")
-    check_folder(arguments.out)
     from spiraltrunk import strategies
     from spiraltrunk.design import load_design
-    from spiraltrunk.files.atomic import atomic_folder
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
-    from spiraltrunk.workflows.grasp.artifacts import FILES, compute_result, write_artifacts
+    from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
 
     strategy = strategies.get(arguments.strategy)
     usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]
     name = usual if arguments.object is None else arguments.object
     shape, design = parse_object(name), load_design(arguments.design)
-    _check_width(strategy, design, shape, name)
-    _check_mass(strategy, design, shape, name)
+    check_object(strategy, design, shape, name)
+    _warn_heavy(strategy, design, shape)
     _warn_unchecked(design)
     if shape.warning:
         complain(shape.warning, DONE)
 
-    missing = None
-    if arguments.out is None:
-        with show_progress(sys.stderr) as progress:
-            result = compute_result(_run_trial(arguments, design, shape, progress), name)
-    else:
-        with atomic_folder(arguments.out, FILES) as draft, show_progress(sys.stderr) as progress:
-            trial = _run_trial(arguments, design, shape, progress)
-            video = not arguments.no_video
-            artifacts = write_artifacts(trial, name, draft, video=video, workers=_WORKERS, progress=progress)
+    missing, video = None, not arguments.no_video
+    with open_out(arguments.out, "grasp", list_files(video=video)) as output, show_progress(sys.stderr) as progress:
+        trial = _run_trial(arguments, design, shape, progress)
+        if output is None:
+            result = compute_result(trial, name)
+        else:
+            with output.draft() as draft:
+                artifacts = write_artifacts(trial, name, draft, video=video, workers=_WORKERS, progress=progress)
             result, missing = artifacts.result, artifacts.missing
     if missing is not None:
         complain(f"no film strip and no video: {missing}", DONE)
@@ -105,29 +102,13 @@ def _run_trial(arguments: argparse.Namespace, design: TrunkDesign, shape: Object
     )  # fmt: skip
 
 
-def _check_width(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> None:
-    """Refuse an object that the strategy cannot grasp, before anything is simulated."""
-    smallest, largest = strategy.widths(design)
-    if not smallest <= shape.width <= largest:
-        low, high = math.ceil(1e4 * smallest) / 10, math.floor(1e4 * largest) / 10
-        allowed = f"{low:g} to {high:g} mm, what {strategy.name} can take with the trunk {quote(design.name)}"
-        raise UsageError(f"--object: {quote(name)} is {1e3 * shape.width:.4g} mm wide; allowed: {allowed}")
-
-
-def _check_mass(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> None:
-    """Refuse an object that is too heavy for the trunk; warn where the arm's rated payload is exceeded."""
-    from spiraltrunk.design import payload
+def _warn_heavy(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec) -> None:
+    """Warn where the arm's rated payload is exceeded."""
     from spiraltrunk.sim.robot.arm import arm_payload
 
-    if strategy.job != "grasp":
-        return  # What is pushed along the ground is not carried.
-    most = payload(design, shape.width)
-    if shape.mass > most:
-        allowed = f"at most {math.floor(1e3 * most):g} g, what the trunk {quote(design.name)} holds at that width"
-        raise UsageError(f"--object: {quote(name)} has {1e3 * shape.mass:g} g; allowed: {allowed}")
     carried = design.housing.mass + design.housing.neck_mass + design.total_mass + shape.mass
     rated = arm_payload(design.arm)
-    if rated is not None and carried > rated:
+    if strategy.job == "grasp" and rated is not None and carried > rated:
         complain(f"the arm carries {carried:.3g} kg, rated for {rated:g}: its torques are checked in the trial", DONE)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import Typed, add_parser, read_number, read_text
-from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, check_folder, format_json, quote
+from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, format_json, name_option, quote
 from spiraltrunk.cli.verbs.shape_load import LOADS, MODELS, Load, pick_model, read_load, solve_load
 
 if TYPE_CHECKING:
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from spiraltrunk.model.kinematics.shape import Shape
 
 _PLOTS = (".png", ".svg", ".pdf")
+
+_MOST_DEG = 360
+"""Largest angle of the base axis [deg]."""
 
 
 def add_verb(verbs: Any) -> None:
@@ -60,6 +63,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
     model = pick_model(arguments.model, load)
     if arguments.friction is not None and model == "reference":
         raise UsageError("--friction given with the model reference; allowed: --model statics, reference has none")
+    if abs(arguments.theta0_deg) > _MOST_DEG:
+        allowed = f"a finite number, at least -{_MOST_DEG}, at most {_MOST_DEG}"
+        raise UsageError(f"--theta0-deg is {arguments.theta0_deg:g}; allowed: {allowed}")
     if arguments.plot is not None:
         _check_plot(Path(arguments.plot))
     from spiraltrunk.design import load_design
@@ -80,22 +86,26 @@ def _run(arguments: argparse.Namespace) -> Answer:
 def _check_plot(file: Path) -> None:
     if file.suffix.lower() not in _PLOTS:
         raise UsageError(f"--plot: {quote(str(file))} given; allowed: a file that ends in {', '.join(_PLOTS)}")
-    if file.is_dir():
-        raise UsageError(f"--plot: {quote(str(file))} is a folder; allowed: a file, existing or new")
-    check_folder(file.parent, "--plot")
+    from spiraltrunk.files.output_file import check_output_file
+
+    with name_option("--plot"):
+        check_output_file(file, _read_format(file))
+
+
+def _read_format(file: Path) -> str:
+    """Format of a plot, as its ending says."""
+    return file.suffix.lower().removeprefix(".")
 
 
 def _plot(design: TrunkDesign, shape: Shape, theta_0: float, file: str, title: str) -> None:
+    from spiraltrunk.files.output_file import write_output_file
     from spiraltrunk.report.shape.shape_plot import build_shape_figure
-    from spiraltrunk.report.style import write_figure
+    from spiraltrunk.report.style import format_figure
 
-    try:
-        write_figure(build_shape_figure(design, shape, theta_0, title=title), file)
-    except OSError as error:  # It names the draft instead of the file.
-        why = error.strerror or str(error)
-        raise UsageError(
-            f"--plot: cannot write {quote(file, 200)}: {why}; allowed: a place that can be made and written"
-        ) from None
+    form = _read_format(Path(file))
+    data = format_figure(build_shape_figure(design, shape, theta_0, title=title), form)
+    with name_option("--plot"):
+        write_output_file(file, data, form)
 
 
 def compute_figures(design: TrunkDesign, shape: Shape, model: str, load: Load | None) -> dict[str, Any]:

@@ -6,11 +6,11 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
-from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, add_file_count, check_folder, complain, format_json
+from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, add_file_count, complain, format_json, open_out
+from spiraltrunk.cli.verbs.object_check import check_object
 from spiraltrunk.cli.verbs.survey_progress import show_survey
 
 if TYPE_CHECKING:
@@ -41,26 +41,30 @@ def add_verb(verbs: Any) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
-    check_folder(arguments.out)
+    from spiraltrunk.workflows.survey.resume_log import FILES, WRITER
     from spiraltrunk.workflows.survey.run_survey import MOST_WORKERS, run_survey
     from spiraltrunk.workflows.survey.tables import format_text
 
     plan = _build_plan(arguments)
     workers = min(len(os.sched_getaffinity(0)), MOST_WORKERS) if arguments.workers is None else arguments.workers
-    folder = None if arguments.out is None else Path(arguments.out)
     done = 0
     try:
-        with show_survey(sys.stderr, list(plan.objects), plan.trials) as show:
+        with (
+            open_out(arguments.out, WRITER, FILES) as output,
+            show_survey(sys.stderr, list(plan.objects), plan.trials) as show,
+        ):
 
             def watch(rows: Sequence[Any]) -> None:
                 nonlocal done
                 done = len(rows)
                 show(rows)
 
-            result = run_survey(plan, workers=workers, folder=folder, watch=watch)
+            result = run_survey(plan, workers=workers, folder=output, watch=watch)
     except KeyboardInterrupt:
         kept = (
-            f"are in {folder}; the same command goes on with the rest" if folder else "are lost, as there is no --out"
+            "are lost, as there is no --out"
+            if arguments.out is None
+            else f"are in {arguments.out}; the same command goes on with the rest"
         )
         complain(f"{done} of {plan.trials * len(plan.objects)} trials {kept}", INTERRUPTED)
         raise
@@ -73,14 +77,18 @@ def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
     Raises:
         UnknownName: for a strategy or object that does not exist.
         DesignError: for an impossible object, or a number out of range.
+        UsageError: for an object that one of the strategies cannot grasp.
     """
     from spiraltrunk import strategies
+    from spiraltrunk.design import presets
     from spiraltrunk.sim.objects.catalogue import parse_object
     from spiraltrunk.workflows.survey.plan import SurveyPlan
 
     names = strategies.NAMES if arguments.strategies == "all" else arguments.strategies.split(",")
     objects = {name: strategies.get(name).objects for name in (name.strip() for name in names)}
     if arguments.object is not None:
-        parse_object(arguments.object)
+        shape = parse_object(arguments.object)
+        for name in objects:
+            check_object(strategies.get(name), presets.PAPER, shape, arguments.object)
         objects = dict.fromkeys(objects, (arguments.object,))
     return SurveyPlan(objects=objects, trials=arguments.trials, seed=arguments.seed)

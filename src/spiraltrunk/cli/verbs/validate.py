@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_number, read_text
-from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, check_folder, complain, format_json
+from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, complain, format_json, open_out
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.shape_load import MODELS
 
@@ -63,7 +63,6 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.plan == bool(arguments.takes):
         what = "takes given with --plan" if arguments.takes else "no take given"
         raise UsageError(f"{what}; allowed: one TAKE or more, or --plan alone")
-    check_folder(arguments.out)
     from spiraltrunk.design import load_design
     from spiraltrunk.mocap.protocol.toml import load_protocol
     from spiraltrunk.mocap.session.session import SessionSettings
@@ -80,14 +79,15 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
 def _compare(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:
     from spiraltrunk.mocap.protocol.protocol import sort_takes
-    from spiraltrunk.workflows.validate.artifacts import write_comparison
+    from spiraltrunk.workflows.validate.artifacts import WRITER, list_files, write_comparison
     from spiraltrunk.workflows.validate.comparison import compare_to_model, compute_result
 
     takes = sort_takes(protocol, arguments.takes)
-    with show_progress(sys.stderr) as progress:
+    names = list_files([protocol.run(name) for name in takes])
+    with open_out(arguments.out, WRITER, names) as output, show_progress(sys.stderr) as progress:
         comparison = compare_to_model(protocol, takes, settings, progress)
         progress("report", 0, 1)
-        result = compute_result(comparison) if arguments.out is None else write_comparison(comparison, arguments.out)
+        result = compute_result(comparison) if output is None else write_comparison(comparison, output)
     for note in result["notes"]:
         complain(f"note: {note}", DONE)
     return DONE, format_json(result) if arguments.json else add_file_count(_format(result), result, arguments)
@@ -110,23 +110,24 @@ def _format(result: dict[str, Any]) -> str:
 
 
 def _plan(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:
-    from spiraltrunk.files.atomic import atomic_folder
+    from spiraltrunk.files.atomic import write_file, write_text
     from spiraltrunk.mocap.protocol.checklist import format_checklist, format_schedule
     from spiraltrunk.mocap.protocol.schedule import build_schedule
     from spiraltrunk.mocap.protocol.toml import PACKAGED, read_packaged
 
     schedules = [build_schedule(settings.design, protocol, run) for run in protocol.runs]
     text, files = format_checklist(settings.design, protocol, schedules), ["plan.md", "protocol.toml", "schedule.csv"]
-    if arguments.out is None:
-        files = []
-    else:
-        is_packaged = arguments.protocol == PACKAGED
-        source = read_packaged() if is_packaged else Path(arguments.protocol).read_text(encoding="utf-8-sig")
-        with atomic_folder(arguments.out, files) as draft:
-            (draft / "plan.md").write_text(text)
-            (draft / "protocol.toml").write_text(source)
-            (draft / "schedule.csv").write_text(format_schedule(settings.design, schedules))
-        complain(f"{', '.join(files)} written to {arguments.out}", DONE)
+    with open_out(arguments.out, "validate --plan") as output:
+        if output is None:
+            files = []
+        else:
+            is_packaged = arguments.protocol == PACKAGED
+            source = read_packaged().encode() if is_packaged else Path(arguments.protocol).read_bytes()
+            with output.draft() as draft:
+                write_text(draft / "plan.md", text)
+                write_file(draft / "protocol.toml", source)
+                write_text(draft / "schedule.csv", format_schedule(settings.design, schedules))
+            complain(f"{', '.join(files)} written to {arguments.out}", DONE)
     if not arguments.json:
         return DONE, text.rstrip("\n")
     runs = {

@@ -52,7 +52,7 @@ def load_protocol(path_or_name: str | Path) -> Protocol:
     if str(path_or_name) == PACKAGED:
         return parse_protocol(read_packaged().encode(), source="the packaged protocol")
     path = Path(path_or_name)
-    with open_take(path) as file:
+    with open_take(path, f"{PACKAGED}, or a protocol in TOML") as file:
         data = file.read(MOST_BYTES + 1)
     return parse_protocol(data, source=str(path), folder=path.parent)
 

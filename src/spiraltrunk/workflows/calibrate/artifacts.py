@@ -12,8 +12,9 @@ import numpy as np
 
 from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings, calibrate
 from spiraltrunk.calibration.identifiability import advise, list_correlated, list_unidentified
-from spiraltrunk.design.toml import write_design
-from spiraltrunk.files.atomic import atomic_folder
+from spiraltrunk.design.toml import format_design
+from spiraltrunk.files.atomic import write_text
+from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import Progress, format_json, ignore_progress, read_versions, to_json
 from spiraltrunk.mocap.session.shapes_json import write_shapes
 from spiraltrunk.mocap.signal.deviation import PAPER
@@ -23,7 +24,10 @@ from spiraltrunk.report.style import write_figure
 from spiraltrunk.workflows.calibrate.joint_bench import BENCH_PLOT, Bench, summarise_bench, write_bench_plot
 from spiraltrunk.workflows.calibrate.recordings import RecordedShapes, Recordings, list_files, read_recordings
 
-FILES = ("trunk.toml", "calibration.png", "shapes.json", "result.json")
+WRITER = "calibrate"
+"""Name of the command in output folders."""
+
+_FILES = ("trunk.toml", "calibration.png", "shapes.json", "result.json")
 """Files of a calibration; with joint bench records also `BENCH_PLOT`."""
 
 MODELS = ("calibrated", "uncalibrated", "reference")
@@ -100,22 +104,27 @@ def compute_result(run: CalibrationRun) -> dict[str, Any]:
     return dict(to_json(result))
 
 
-def write_calibration_folder(run: CalibrationRun, folder: str | Path) -> dict[str, Any]:
+def list_artifacts(bench: Bench | None) -> list[str]:
+    """Names of the files of a calibration, with or without joint bench records."""
+    return [*_FILES, *([] if bench is None else [BENCH_PLOT])]
+
+
+def write_calibration_folder(run: CalibrationRun, folder: str | Path | OutputFolder) -> dict[str, Any]:
     """Write calibrated design, figures, shapes and result; return the result with its files.
 
     Raises:
-        OSError: where the folder cannot be written.
+        OutputError: where a file cannot be written or must not be replaced.
     """
-    files = [*FILES, *([] if run.bench is None else [BENCH_PLOT])]
+    files = list_artifacts(run.bench)
     result = compute_result(run) | {"files": files}
-    with atomic_folder(folder, (*FILES, BENCH_PLOT)) as draft:
+    with open_output(folder, WRITER, files) as output, output.draft() as draft:
         if run.bench is not None:
             write_bench_plot(run.bench, draft / BENCH_PLOT)
         design = replace(run.found.design, name=f"{run.found.design.name}, calibrated"[:200])
-        write_design(design, draft / "trunk.toml", _list_provenance(result, run.found))
+        write_text(draft / "trunk.toml", format_design(design, _list_provenance(result, run.found)))
         write_figure(build_calibration_figure(_build_bars(run)), draft / "calibration.png")
         write_shapes(run.recorded.shapes, draft / "shapes.json")
-        (draft / "result.json").write_text(format_json(result) + "\n")
+        write_text(draft / "result.json", format_json(result) + "\n")
     return result
 
 

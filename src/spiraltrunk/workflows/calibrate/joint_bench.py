@@ -16,10 +16,14 @@ from spiraltrunk.calibration.joint_bench_fit import Interval, RingFit, StaticFit
 from spiraltrunk.calibration.parameters import BenchStiffness
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.errors import ModelError, TakeError
-from spiraltrunk.files.atomic import atomic_folder
+from spiraltrunk.files.atomic import write_text
+from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import format_json, read_versions, to_json
 from spiraltrunk.report import joint_bench_plot
 from spiraltrunk.report.style import write_figure
+
+WRITER = "calibrate --bench"
+"""Name of the command in output folders."""
 
 BENCH_PLOT = "bench.png"
 """File of the plot."""
@@ -152,16 +156,16 @@ def compute_bench_result(bench: Bench) -> dict[str, Any]:
     return dict(to_json({**summarise_bench(bench), "versions": read_versions("numpy"), "files": []}))
 
 
-def write_bench_folder(bench: Bench, folder: str | Path) -> dict[str, Any]:
+def write_bench_folder(bench: Bench, folder: str | Path | OutputFolder) -> dict[str, Any]:
     """Write plot and result; return the result with its files.
 
     Raises:
-        OSError: where the folder cannot be written.
+        OutputError: where a file cannot be written or must not be replaced.
     """
     result = compute_bench_result(bench) | {"files": list(FILES)}
-    with atomic_folder(folder, FILES) as draft:
+    with open_output(folder, WRITER, FILES) as output, output.draft() as draft:
         write_bench_plot(bench, draft / BENCH_PLOT)
-        (draft / "result.json").write_text(format_json(result) + "\n")
+        write_text(draft / "result.json", format_json(result) + "\n")
     return result
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-import re
 import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -27,11 +24,13 @@ from spiraltrunk.cad.output.assembly_guide import format_guide
 from spiraltrunk.cad.output.bill_of_materials import build_bill, estimate_print, format_csv, format_markdown
 from spiraltrunk.cad.output.catalogue import build_parts, check_groups
 from spiraltrunk.cad.output.make_part import MadePart
-from spiraltrunk.design.toml import load_design, write_design
+from spiraltrunk.design.toml import format_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
 from spiraltrunk.field_docs import explain_fields
-from spiraltrunk.files.atomic import atomic_folder, check_foreign_files
+from spiraltrunk.files.atomic import write_text
+from spiraltrunk.files.manifest import compute_digest
+from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import Progress, format_json, ignore_progress
 from spiraltrunk.report.solids.pictures import PlacedPart, write_pictures
 from spiraltrunk.workflows.export.agreement import compute_agreement
@@ -42,11 +41,14 @@ MODEL_FORMATS = ("mjcf", "urdf")
 FORMATS = (*make_part.FORMATS, *MODEL_FORMATS)
 """All formats."""
 
-_OURS = re.compile(r"(?:(?:parts|models|models/assets|pictures)/)?[A-Za-z0-9_]+(?:\.[A-Za-z0-9]+)+")
-"""Paths below the folder that an export can write."""
+WRITER = "export"
+"""Name of the command in output folders."""
 
-_FIRST = ("bom.csv", "bom.md", "guide.md", "result.json", "trunk.toml")
-"""Files that are checked for existence before the work begins; the others are checked at its end."""
+_LISTS = ("bom.csv", "bom.md", "guide.md")
+"""Files about the parts."""
+
+_PICTURES = ("pictures/exploded.png", "pictures/exploded.svg", "pictures/parts.png")
+"""Pictures of the parts."""
 
 _HEAVIEST = {"trunk": 0, "gripper": 1, "housing": 2}
 """Groups whose parts take longest, in the order in which they are started."""
@@ -80,13 +82,17 @@ class Request:
 
 
 def export_robot(
-    design: TrunkDesign, folder: str | Path, request: Request | None = None, *, progress: Progress = ignore_progress
+    design: TrunkDesign,
+    folder: str | Path | OutputFolder,
+    request: Request | None = None,
+    *,
+    progress: Progress = ignore_progress,
 ) -> dict[str, Any]:
     """Make and check the parts and models, then write them to the folder; where anything fails, it stays unchanged.
 
     Args:
         design: the robot.
-        folder: where to, made where it is missing. Files of an earlier export are removed, all others stay.
+        folder: where to, made where it is missing. Unchanged files of an earlier export are removed, all others stay.
         request: what to make; everything by default.
         progress: called as the work goes on.
 
@@ -97,15 +103,24 @@ def export_robot(
         PartError: for a part that fails its checks; says which, where and by how much.
         DesignError: for a design from which a part cannot be derived.
         MissingPackage: where build123d is needed and not installed.
-        OSError: where the folder cannot be written, or holds another's file of the same name.
+        OutputError: where a file cannot be written or must not be replaced.
     """
     request = request or Request()
     definitions = _define(design, request) if request.part_formats else ()
-    earlier = _read_earlier(Path(folder), design)
-    check_foreign_files(folder, _FIRST, earlier)
-    with atomic_folder(folder, earlier) as draft:
-        result = _fill(design, draft, request, definitions, progress)
-    return result | {"removed": sorted(set(earlier) - set(result["files"]))}
+    with open_output(folder, WRITER, _list_files(request, definitions)) as output:
+        with output.draft() as draft:
+            result = _fill(design, draft, request, definitions, progress)
+        return result | {"removed": output.removed}
+
+
+def _list_files(request: Request, definitions: Sequence[Part]) -> list[str]:
+    """Files that are known before the work begins: all but the models."""
+    names = ["result.json", "trunk.toml"]
+    if definitions:
+        endings = (*request.part_formats, "json")
+        names += [f"parts/{part.name}.{ending}" for part in definitions for ending in endings]
+        names += [*_LISTS, *_PICTURES]
+    return names
 
 
 def check_robot(
@@ -149,20 +164,20 @@ def _fill(
         ]  # fmt: skip
         write_pictures(parts, draft / "pictures", title=" ".join(design.name.split()), n_cable=design.n_cable)
         rows = build_bill(design, made, request.options)
-        (draft / "bom.md").write_text(format_markdown(design, rows))
-        (draft / "bom.csv").write_text(format_csv(rows))
-        (draft / "guide.md").write_text(format_guide(design, made, request.options))
+        write_text(draft / "bom.md", format_markdown(design, rows))
+        write_text(draft / "bom.csv", format_csv(rows))
+        write_text(draft / "guide.md", format_guide(design, made, request.options))
     model_formats = tuple(name for name in request.formats if name in MODEL_FORMATS)
     if model_formats:
         from spiraltrunk.sim.export_models import write_models
 
         progress("models", 0, 1)
         write_models(design, draft / "models", model_formats)
-    write_design(design, draft / "trunk.toml")
+    write_text(draft / "trunk.toml", format_design(design))
     written = {str(path.relative_to(draft)) for path in draft.rglob("*") if path.is_file()}
     result = _summarise(design, request, made, sorted({*written, "result.json"}))
-    result["design_sha256"] = _hash(draft / "trunk.toml")
-    (draft / "result.json").write_text(format_json(result) + "\n")
+    result["design_sha256"] = compute_digest(draft / "trunk.toml")
+    write_text(draft / "result.json", format_json(result) + "\n")
     return result
 
 
@@ -238,22 +253,3 @@ def _summarise(design: TrunkDesign, request: Request, made: Sequence[MadePart], 
     if pieces:
         result["agreement"] = compute_agreement(design, measure_trunk(design, pieces))
     return result
-
-
-def _hash(path: Path) -> str:
-    """SHA-256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def _read_earlier(target: Path, wanted: TrunkDesign) -> list[str]:
-    """Files that an earlier export lists, below the folder only, without a design that was changed since."""
-    try:
-        found = json.loads((target / "result.json").read_text())
-        names = found["files"] if "checks" in found else []
-        ours = [name for name in names if isinstance(name, str) and _OURS.fullmatch(name)]
-        path = target / "trunk.toml"
-        if path.exists() and _hash(path) != found.get("design_sha256") and load_design(path) != wanted:
-            ours = [name for name in ours if name != path.name]
-        return ours
-    except (OSError, ValueError, TypeError, KeyError):  # A DesignError is a ValueError.
-        return []

@@ -12,8 +12,9 @@ import numpy as np
 
 from spiraltrunk.control.loop import RunLog
 from spiraltrunk.control.strategy import Milestone
-from spiraltrunk.design.toml import write_design
+from spiraltrunk.design.toml import format_design
 from spiraltrunk.errors import MissingPackage
+from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.results import Progress, format_json, ignore_progress, read_versions, to_json
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_filmstrip, write_plots, write_video
@@ -25,11 +26,13 @@ from spiraltrunk.workflows.grasp.trial import Trial
 FPS = 10
 """Frames per second of the video, which plays in real time."""
 
-FILES = (
-    "result.json", "trunk.toml", "grasp.mp4", "filmstrip.png", "overview.png", "cables.png", "joints.png",
-    "curvature.png", "object.png", "force.png",
+_FILES = (
+    "result.json", "trunk.toml", "overview.png", "cables.png", "joints.png", "curvature.png", "object.png", "force.png",
 )  # fmt: skip
-"""All files that a trial can leave."""
+"""Files that a trial can leave, without its pictures."""
+
+_PICTURES = ("grasp.mp4", "filmstrip.png")
+"""Pictures that a trial can leave."""
 
 _VIEWS = {
     "hung": View(lookat=(0.32, 0.20, 1.14), distance=1.70),
@@ -47,6 +50,11 @@ class Artifacts:
     """Verdict and figures, ready for JSON."""
     missing: str | None = None
     """Why there is no film strip or video, where they were asked for."""
+
+
+def list_files(*, video: bool = True) -> tuple[str, ...]:
+    """All files that a trial can leave; ``video`` says whether film strip and video are asked for."""
+    return (*_FILES, *_PICTURES) if video else _FILES
 
 
 def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -119,7 +127,7 @@ def write_artifacts(
         OSError: where a file cannot be written.
     """
     series, missing = compute_series(trial, name), None
-    write_design(trial.plant.design, folder / "trunk.toml")
+    write_text(folder / "trunk.toml", format_design(trial.plant.design))
     progress("plots", 0, 1)
     write_plots(series, folder)
     if video:
@@ -130,7 +138,7 @@ def write_artifacts(
             missing = str(error)
     files = tuple(sorted({*(path.name for path in folder.iterdir()), "result.json"}))
     result = compute_result(trial, name, files)
-    (folder / "result.json").write_text(format_json(result) + "\n")
+    write_text(folder / "result.json", format_json(result) + "\n")
     return Artifacts(result=result, missing=missing)
 
 

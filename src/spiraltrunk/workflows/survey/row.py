@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -24,12 +26,24 @@ def build_empty_row(entry: Entry, reason: str = "") -> Row:
     return {**asdict(entry), "success": False, "reason": reason, "wall_s": None, **dict.fromkeys(_FIGURES)}
 
 
-def check_row(row: Row) -> None:
-    """Refuse a row with other keys.
+def check_row(row: Row, settings: Mapping[str, Any]) -> None:
+    """Refuse what is no row of the survey with these settings.
 
     Raises:
-        ValueError: with the missing or unknown keys.
+        ValueError: says why; OverflowError and TypeError for numbers that are none.
     """
     differing = row.keys() ^ _KEYS
     if differing:
         raise ValueError(f"{sorted(differing)} missing or unknown")
+    strategy, index = row["strategy"], row["index"]
+    if not isinstance(strategy, str) or strategy not in settings["objects"]:
+        raise ValueError("another strategy")
+    if type(index) is not int or not 0 <= index < settings["trials"]:
+        raise ValueError("another trial")
+    if row["object"] not in settings["objects"][strategy] or not isinstance(row["reason"], str):
+        raise ValueError("another object, or no reason")
+    if not isinstance(row["success"], bool) or type(row["seed"]) is not int:
+        raise ValueError("no outcome")
+    for key in ("wall_s", *_FIGURES):
+        if row[key] is not None and not math.isfinite(row[key]):
+            raise ValueError(f"{key} is no number")

@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk.checks import check_count
+from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import read_versions
 from spiraltrunk.report.style import write_figure
 from spiraltrunk.report.survey import Outcomes, build_heatmap_figure, build_rates_figure
 from spiraltrunk.workflows.survey.code_version import compute_source
 from spiraltrunk.workflows.survey.plan import Entry, SurveyPlan
 from spiraltrunk.workflows.survey.process_pool import run_jobs
-from spiraltrunk.workflows.survey.resume_log import FILES, open_log, write_tables
+from spiraltrunk.workflows.survey.resume_log import FILES, WRITER, open_log, write_tables
 from spiraltrunk.workflows.survey.row import Row, build_empty_row
 from spiraltrunk.workflows.survey.run_entry import compute_row
 from spiraltrunk.workflows.survey.summary import summarize
@@ -31,7 +32,7 @@ def run_survey(
     plan: SurveyPlan,
     *,
     workers: int = 1,
-    folder: Path | None = None,
+    folder: str | Path | OutputFolder | None = None,
     work: Callable[[Entry], Row] = compute_row,
     watch: Watch | None = None,
 ) -> dict[str, Any]:
@@ -51,7 +52,8 @@ def run_survey(
         DesignError: for a number of workers out of range.
         SurveyError: where the folder holds another survey.
         RunError: where processes cannot be started.
-        OSError: where the folder cannot be written.
+        OutputError: where the folder cannot be written, another process writes to it, or a file in it is not the
+            survey's own.
     """
     check_count("survey.workers", workers, least=1, most=MOST_WORKERS)
     watch = watch or (lambda rows: None)
@@ -59,13 +61,14 @@ def run_survey(
         rows: list[Row] = []
         _run_entries(plan, rows, rows.append, workers=workers, work=work, watch=watch)
         return _compute_result(plan, rows)
-    with open_log(folder, _compute_settings(plan)) as log:
-        _write(folder, plan, log.rows)
+    with open_output(folder, WRITER, FILES) as output, open_log(output, _compute_settings(plan)) as log:
+        _write(output, plan, log.rows)
         try:
             _run_entries(plan, log.rows, log.add, workers=workers, work=work, watch=watch)
         finally:
-            result = _write(folder, plan, log.rows)
-        write_pictures(result, sort_rows(plan, log.rows), folder / "rates.png", folder / "heatmap.png")
+            result = _write(output, plan, log.rows)
+        with output.draft(is_partial=True) as draft:
+            write_pictures(result, sort_rows(plan, log.rows), draft / "rates.png", draft / "heatmap.png")
     return result
 
 
@@ -123,8 +126,8 @@ def _compute_result(plan: SurveyPlan, rows: Sequence[Row]) -> dict[str, Any]:
     return {**summarize(plan, rows), "settings": _compute_settings(plan), "files": []}
 
 
-def _write(folder: Path, plan: SurveyPlan, rows: Sequence[Row]) -> dict[str, Any]:
+def _write(output: OutputFolder, plan: SurveyPlan, rows: Sequence[Row]) -> dict[str, Any]:
     result = _compute_result(plan, rows)
     result["files"] = list(FILES if result["complete"] else FILES[:3])
-    write_tables(folder, result, sort_rows(plan, rows), format_markdown(result))
+    write_tables(output, result, sort_rows(plan, rows), format_markdown(result))
     return result

@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from spiraltrunk.design.toml import write_design
-from spiraltrunk.files.atomic import atomic_folder
+from spiraltrunk.design.toml import format_design
+from spiraltrunk.files.atomic import write_text
+from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import format_json
+from spiraltrunk.mocap.protocol.protocol import Run
 from spiraltrunk.mocap.session.session import RunShapes
 from spiraltrunk.mocap.session.shapes_json import write_shapes
 from spiraltrunk.report.page import write_page
@@ -22,30 +24,46 @@ from spiraltrunk.report.style import write_figure
 from spiraltrunk.workflows.validate.comparison import Comparison, compute_result, compute_tilt_deg
 from spiraltrunk.workflows.validate.page import build_page
 
+WRITER = "validate"
+"""Name of the command in output folders."""
+
 _DATA = ("deviations.csv", "report.html", "result.json", "shapes.json", "trunk.toml")
+
+_PLOTS = ("overlay", "boxes")
+"""Kinds of plots."""
 
 _STEP_LABELS = {"bend-dorsal": "Cable 1 in by", "bend-ventral": "Cable 1 out by", "twist": "Cable 2 in by"}
 
 
-def write_comparison(comparison: Comparison, folder: str | Path) -> dict[str, Any]:
+def list_files(runs: Sequence[Run]) -> list[str]:
+    """Names of all artifacts of a comparison of these runs."""
+    return sorted([*(f"{kind}-{name}.png" for name in _name_plots(runs) for kind in _PLOTS), *_DATA])
+
+
+def _name_plots(runs: Sequence[Run]) -> list[str]:
+    """Names of the pairs of plots: one for rest at all tilts, one for each other run."""
+    return list(dict.fromkeys("rest" if run.kind == "rest" else run.name for run in runs))
+
+
+def write_comparison(comparison: Comparison, folder: str | Path | OutputFolder) -> dict[str, Any]:
     """Write all artifacts into a folder, all or none, and return the result.
 
     Raises:
-        OSError: where it cannot be written.
+        OutputError: where a file cannot be written or must not be replaced.
     """
     plots = _list_plots(comparison)
     names = sorted([*plots, *_DATA])
     result = compute_result(comparison, names)
-    with atomic_folder(folder, names) as draft:
+    with open_output(folder, WRITER, names) as output, output.draft() as draft:
         for name, data in plots.items():
             build = build_overlay_figure if name.startswith("overlay") else build_boxes_figure
             write_figure(build(data), draft / name)
-        (draft / "deviations.csv").write_text(_format_deviations(comparison))
+        write_text(draft / "deviations.csv", _format_deviations(comparison))
         write_shapes(comparison.session.shapes, draft / "shapes.json")
-        write_design(comparison.settings.design, draft / "trunk.toml")
+        write_text(draft / "trunk.toml", format_design(comparison.settings.design))
         titles = {draft / name: data.title for name, data in plots.items()}
         write_page(draft / "report.html", "Recordings against the model", build_page(result, titles))
-        (draft / "result.json").write_text(format_json(result) + "\n")
+        write_text(draft / "result.json", format_json(result) + "\n")
     return result
 
 
@@ -68,7 +86,7 @@ def _list_plots(comparison: Comparison) -> dict[str, ShapeComparison]:
     rests = [run for run in runs if run.schedule.run.kind == "rest"]
     data = {"rest": _join_rests(rests, model)} if rests else {}
     data |= {run.schedule.run.name: _build_run_data(run, model) for run in runs if run.schedule.run.kind != "rest"}
-    return {f"{kind}-{name}.png": each for name, each in data.items() for kind in ("overlay", "boxes")}
+    return {f"{kind}-{name}.png": each for name, each in data.items() for kind in _PLOTS}
 
 
 def _name_recordings(runs: Sequence[RunShapes]) -> str:

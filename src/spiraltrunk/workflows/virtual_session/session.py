@@ -13,7 +13,8 @@ import numpy as np
 from spiraltrunk.calibration.predict_states import place_markers
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
-from spiraltrunk.files.atomic import atomic_file
+from spiraltrunk.files.atomic import write_text
+from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
 from spiraltrunk.mocap.protocol.schedule import build_schedule
@@ -23,6 +24,9 @@ from spiraltrunk.workflows.virtual_session.cameras import CAMERAS, PAPERS, recor
 from spiraltrunk.workflows.virtual_session.printed_trunk import PrintedTrunk
 from spiraltrunk.workflows.virtual_session.simulate import SimulatedRun, simulate_run, solve_run
 from spiraltrunk.workflows.virtual_session.synthetic_take import CameraOptions
+
+WRITER = "calibrate --virtual"
+"""Name of the command in output folders."""
 
 
 @explain_fields
@@ -61,26 +65,35 @@ def simulate_session(
     return runs
 
 
+def list_files(runs: Sequence[Run]) -> list[str]:
+    """Names of the files of a session with these runs."""
+    return [*(_name_take(run, take) for run in runs for take in range(max(run.takes, 2))), "protocol.toml"]
+
+
+def _name_take(run: Run, take: int) -> str:
+    return f"{run.name}_{take + 1}.csv"
+
+
 def write_session(
-    design: TrunkDesign, runs: Sequence[SimulatedRun], seed: int, folder: str | Path, options: CameraOptions = CAMERAS
-) -> list[Path]:
+    design: TrunkDesign, runs: Sequence[SimulatedRun], seed: int, folder: str | Path | OutputFolder,
+    options: CameraOptions = CAMERAS,
+) -> list[Path]:  # fmt: skip
     """Write takes as Motive CSV 1.23, named ``RUN_1.csv``, ``RUN_2.csv`` and so on, y up, with a protocol to read them.
 
     Its steps are timed: while a winder takes in slack, nothing moves, so that motion does not show the step.
 
     Raises:
-        OSError: where a file cannot be written.
+        OutputError: where a file cannot be written or must not be replaced.
     """
-    target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
-    files = []
-    for number, run in enumerate(runs):
-        for take in range(max(run.schedule.run.takes, 2)):
-            path = target / f"{run.schedule.run.name}_{take + 1}.csv"
-            files.append(write_motive(record_run(design, run, 1000 * seed + 10 * number + take, options), path))
-    with atomic_file(target / "protocol.toml") as draft:
-        draft.write_text(_format_protocol([run.schedule.run for run in runs], options.period))
-    return [*files, target / "protocol.toml"]
+    planned = [run.schedule.run for run in runs]
+    names = list_files(planned)
+    with open_output(folder, WRITER, names) as output, output.draft() as draft:
+        for number, run in enumerate(runs):
+            for take in range(max(run.schedule.run.takes, 2)):
+                recorded = record_run(design, run, 1000 * seed + 10 * number + take, options)
+                write_motive(recorded, draft / _name_take(run.schedule.run, take))
+        write_text(draft / "protocol.toml", _format_protocol(planned, options.period))
+    return [output.path / name for name in names]
 
 
 def _format_protocol(runs: Sequence[Run], period: float) -> str:
