@@ -31,7 +31,7 @@ GOOD = {
     CableDesign: PAPER.cable,
     MassDesign: PAPER.mass,
     GripperDesign: PAPER.gripper,
-    HousingDesign: PAPER.housing,
+    HousingDesign: replace(PAPER.housing, mass=1.85, neck_mass=0.06),
     ArmDesign: ArmDesign(home=(0.0, 1.0)),
     TrunkDesign: PAPER,
 }
@@ -78,6 +78,7 @@ OUT_OF_RANGE = {
     HousingDesign: {
         "radius": (0.0, -1.0, 1.0),
         "length": (0.0, -1.0, 1.0),
+        "material": ("", "petg", "TPU 95A"),
         "mass": (0.0, -1.0, 100.0),
         "neck_length": (0.0, -1.0, 1.0),
         "neck_mass": (0.0, -1.0, 100.0),
@@ -163,7 +164,8 @@ def test_every_field_refuses_text_for_numbers_and_numbers_for_text(cls, field):
 @pytest.mark.parametrize(("cls", "field"), FIELDS)
 def test_none_is_refused_where_it_says_nothing(cls, field):
     optional = {(JointDesign, "stiffness"), (MassDesign, "sections"), (MassDesign, "center_fraction"),
-                (ArmDesign, "home"), (TrunkDesign, "gripper")}  # fmt: skip
+                (ArmDesign, "home"), (TrunkDesign, "gripper"), (HousingDesign, "mass"),
+                (HousingDesign, "neck_mass")}  # fmt: skip
     if (cls, field) in optional:
         assert getattr(replace(GOOD[cls], **{field: None}), field) is None
     else:

@@ -23,6 +23,7 @@ from spiraltrunk.design import (
     presets,
     write_design,
 )
+from spiraltrunk.design.materials import RIGID
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import compactness
 from spiraltrunk.design.schema import TABLES
@@ -57,7 +58,10 @@ GRIPPERS = st.builds(
     stiffness=spread(1e-9, 9.0),
     tension_max=spread(2e-6, 9e3),
 )
-HOUSINGS = st.builds(HousingDesign, radius=spread(2e-3, 0.99), length=spread(2e-3, 0.99), mass=spread(2e-6, 99.0))
+HOUSINGS = st.builds(
+    HousingDesign, radius=spread(2e-3, 0.99), length=spread(2e-3, 0.99), material=st.sampled_from(list(RIGID)),
+    mass=st.none() | spread(2e-6, 99.0), neck_mass=st.none() | spread(2e-6, 99.0),
+)  # fmt: skip
 ARMS = st.builds(
     ArmDesign,
     model=st.just("panda") | texts(200).map("/arms/{}".format),
@@ -163,6 +167,7 @@ def test_every_key_with_a_dimension_wears_its_unit():
         "n_phalanx",
         "model",
         "mount_site",
+        "material",
     }
     for _, key in KEYS:
         assert (key.name == key.field) if key.field in bare else (key.name.removeprefix(f"{key.field}_") in units)

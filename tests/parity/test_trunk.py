@@ -137,7 +137,7 @@ def test_masses_centres_and_inertias_are_the_designs(design):
 
 def test_nothing_weighs_but_what_the_design_says(design):
     model = trunk_spec(design).compile()
-    carried = design.housing.mass + design.housing.neck_mass
+    carried = design.housing.total_mass + design.housing.total_neck_mass
     assert model.body_mass.sum() == pytest.approx(design.total_mass + carried, rel=1e-9)
 
 

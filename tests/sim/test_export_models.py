@@ -30,7 +30,7 @@ def folder(tmp_path_factory):
 
 
 def expected_mass(design):
-    return design.total_mass + design.housing.mass + design.housing.neck_mass
+    return design.total_mass + design.housing.total_mass + design.housing.total_neck_mass
 
 
 @pytest.mark.parametrize("name", DESIGNS)

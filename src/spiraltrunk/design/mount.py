@@ -8,8 +8,19 @@ from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.checks import check_number, check_numbers, check_text
+from spiraltrunk.design.materials import PETG, Material, find_rigid
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.field_docs import explain_fields
+
+HOUSING_MASS = 1.85
+"""Mass of the housing with motors, its parts printed in PETG [kg] (ours: three GM6020 of 0.468 kg, servo, printed
+parts, screws and wires)."""
+
+PRINTED_MASS = 0.44
+"""What of `HOUSING_MASS` is printed [kg]: the bill's estimate for cup, lid, drums, adapter and double arm in PETG."""
+
+NECK_MASS = 0.060
+"""Mass of the neck in PETG [kg] (ours: a printed shell)."""
 
 
 @explain_fields
@@ -25,19 +36,41 @@ class HousingDesign:
     """Outer radius [m] (ours)."""
     length: float = 0.110
     """Length from the flange to where the neck begins [m] (ours)."""
-    mass: float = 1.85
-    """Mass with motors, without neck [kg] (ours: three GM6020 of 0.468 kg, servo, printed shell)."""
+    material: str = PETG.name
+    """Filament of the housing and of every other rigid printed part: PETG, PLA or ASA (ours)."""
+    mass: float | None = None
+    """Mass with motors, without neck [kg], as weighed; None follows from the material."""
     neck_length: float = 0.060
     """Length of the neck between housing and trunk, as wide as section 1 [m] (ours: keeps a wrapped object clear of the
     housing; it belongs to the trunk and collides)."""
-    neck_mass: float = 0.060
-    """Mass of the neck [kg] (ours: a printed shell)."""
+    neck_mass: float | None = None
+    """Mass of the neck [kg], as weighed; None follows from the material."""
 
     def __post_init__(self) -> None:
+        check_text("housing.material", self.material)
+        find_rigid("housing.material", self.material)
         for name in ("radius", "length", "neck_length"):
             check_number(f"housing.{name}", getattr(self, name), least=1e-3, below=1.0)
-        for name in ("mass", "neck_mass"):
-            check_number(f"housing.{name}", getattr(self, name), least=1e-6, below=100.0)
+        for name, mass in (("housing.mass", self.mass), ("housing.neck_mass", self.neck_mass)):
+            if mass is not None:
+                check_number(name, mass, least=1e-6, below=100.0)
+
+    @property
+    def filament(self) -> Material:
+        """The material of the rigid parts."""
+        return find_rigid("housing.material", self.material)
+
+    @property
+    def total_mass(self) -> float:
+        """Mass with motors, without neck [kg]: as weighed, or m_PETG + m_printed (rho / rho_PETG - 1)."""
+        if self.mass is not None:
+            return self.mass
+        return HOUSING_MASS + PRINTED_MASS * (self.filament.density / PETG.density - 1.0)
+
+    @property
+    def total_neck_mass(self) -> float:
+        """Mass of the neck [kg]: as weighed, or that in PETG times rho / rho_PETG."""
+        return NECK_MASS * (self.filament.density / PETG.density) if self.neck_mass is None else self.neck_mass
 
 
 @explain_fields

@@ -111,6 +111,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
     "housing": (
         Key("radius_mm", HousingDesign, "radius", MILLI),
         Key("length_mm", HousingDesign, "length", MILLI),
+        Key("material", HousingDesign, "material", kind=Kind.TEXT),
         Key("mass_kg", HousingDesign, "mass"),
         Key("neck_length_mm", HousingDesign, "neck_length", MILLI),
         Key("neck_mass_kg", HousingDesign, "neck_mass"),

@@ -106,7 +106,7 @@ def _warn_heavy(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec)
     """Warn where the arm's rated payload is exceeded."""
     from spiraltrunk.sim.robot.arm import arm_payload
 
-    carried = design.housing.mass + design.housing.neck_mass + design.total_mass + shape.mass
+    carried = design.housing.total_mass + design.housing.total_neck_mass + design.total_mass + shape.mass
     rated = arm_payload(design.arm)
     if strategy.job == "grasp" and rated is not None and carried > rated:
         complain(f"the arm carries {carried:.3g} kg, rated for {rated:g}: its torques are checked in the trial", DONE)

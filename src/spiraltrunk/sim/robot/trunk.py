@@ -141,8 +141,8 @@ def add_housing(parent: mujoco.MjsBody, design: TrunkDesign, pos: np.ndarray, qu
     body = parent.add_body(name="housing", pos=pos, quat=trunk_quat_wxyz(quat_wxyz, design.arm.roll))
     neck = body.add_body(name="neck", pos=[housing.length, 0, 0])
     for part, mass, size, length, color in (
-        (body, housing.mass, housing.radius, housing.length, [0.16, 0.18, 0.21, 1]),
-        (neck, housing.neck_mass, radius, housing.neck_length, TRUNK_COLORS[1]),
+        (body, housing.total_mass, housing.radius, housing.length, [0.16, 0.18, 0.21, 1]),
+        (neck, housing.total_neck_mass, radius, housing.neck_length, TRUNK_COLORS[1]),
     ):
         _set_inertia(part, mass, length / 2, (mass * size**2 / 2, mass * (3 * size**2 + length**2) / 12))
         part.gravcomp = 1.0  # The arm's controller compensates this load (Franka: set_load).
