@@ -9,7 +9,8 @@ import pytest
 
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Union, box, compute_volume, rod, shifted
-from spiraltrunk.cad.geometry.part import PLA, Part
+from spiraltrunk.cad.geometry.part import Part
+from spiraltrunk.design.materials import PETG
 from spiraltrunk.errors import DesignError
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
@@ -28,7 +29,13 @@ OPTIONS = MakeOptions()
 
 def check(form, options=OPTIONS, expected=None):
     part = Part(
-        name="thing", group="wedge", what="", material=PLA, form=form, thinnest="more of it", landmarks=((0.0, "foot"),)
+        name="thing",
+        group="wedge",
+        what="",
+        material=PETG,
+        form=form,
+        thinnest="more of it",
+        landmarks=((0.0, "foot"),),
     )
     solid = build_solid(form)
     mesh = build_mesh(solid, options.tolerance)
@@ -83,7 +90,7 @@ def test_an_open_mesh_is_told(fault):
         mesh.update_faces(np.arange(len(mesh.faces)) > 0)
     elif fault == "turned":
         mesh.faces[0] = mesh.faces[0, ::-1]
-    finding = check_part(Part(name="a", group="b", what="", material=PLA, form=form), solid, mesh, 64.0, OPTIONS)
+    finding = check_part(Part(name="a", group="b", what="", material=PETG, form=form), solid, mesh, 64.0, OPTIONS)
     assert finding.watertight == (not fault)
     assert any("mesh is not closed" in fault for fault in finding.faults) == bool(fault)
 

@@ -11,16 +11,18 @@ import pytest
 from spiraltrunk.cad.checks.assembly import build_motors, check_hardware, find_faults, list_bolts
 from spiraltrunk.cad.components.fasteners import LENGTHS, THREADS, Bolt, pick_length
 from spiraltrunk.cad.geometry.csg import Cut, box, compute_bounds, contains, rod
-from spiraltrunk.cad.geometry.part import PLA, Part
+from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
-from spiraltrunk.cad.output.bill_of_materials import build_bill, cable_length
+from spiraltrunk.cad.output.cable_lengths import cable_length
 from spiraltrunk.cad.output.catalogue import build_parts
+from spiraltrunk.cad.output.purchases import group_bolts
 from spiraltrunk.cad.trunk.body import build_body
 from spiraltrunk.cad.trunk.neck_screws import find_neck_screw
 from spiraltrunk.cad.trunk.pieces import plan_planes
 from spiraltrunk.cad.trunk.pins import find_pins
 from spiraltrunk.design import presets
+from spiraltrunk.design.materials import PETG
 from spiraltrunk.errors import PartError
 
 GROUPS = ("trunk", "housing", "adapter", "wedge")
@@ -61,7 +63,7 @@ def test_a_screw_in_the_way_is_told(options):
 
 def plate(hole: float = 4.5) -> Part:
     form = Cut(form=box((30, 30, 5), (0, 0, 2.5)), tools=(rod(hole / 2, (0, 0, -1), (0, 0, 6)),))
-    return Part(name="plate", group="plate", what="a plate", material=PLA, form=form)
+    return Part(name="plate", group="plate", what="a plate", material=PETG, form=form)
 
 
 def bolt(**changes) -> Bolt:
@@ -96,7 +98,7 @@ def test_a_head_needs_more_than_its_hole():
 def test_a_key_must_come_to_the_head():
     above = box((30, 30, 5), (0, 0, 22))
     part = plate()
-    lid = Part(name="roof", group="plate", what="a roof", material=PLA, form=above)
+    lid = Part(name="roof", group="plate", what="a roof", material=PETG, form=above)
     screw = bolt(parts=("plate", "roof"))
     assert find_faults([screw], [part, lid], []) == [
         "plate to air: screw M4 x 12 at (0.0, 0.0, 5.0) mm cannot be reached by a key for roof"
@@ -169,16 +171,16 @@ def test_the_bill_counts_every_screw(options):
     """By what they join: as many as there are places for them."""
     names = {"adapter", "housing", "lid", "neck", "trunk_1"}
     bolts = list_bolts(presets.PAPER, options, names)
-    rows = {row.material: row for row in build_bill(presets.PAPER, [], options)}
-    assert rows == {}
-    from spiraltrunk.cad.output.bill_of_materials import _group_bolts
-
-    counted = {row.material: (row.item, row.count) for row in _group_bolts(bolts)}
+    counted = {(row.place, row.item.split()[0], row.size): row.count for row in group_bolts(bolts)}
     assert counted == {
-        "adapter to the arm's flange": ("screw M6 x 12", 4),
-        "housing to adapter": ("screw M4 x 12 with insert", 3),
-        "motor to housing": ("screw M4 x 10, sunk", 12),
-        "lid to housing": ("screw M3 x 10, sunk with insert", 3),
-        "neck to lid": ("screw M4 x 16 with nut", 6),
-        "neck to section 1": ("screw M4 x 45 with nut", 3),
+        ("adapter to the arm's flange", "socket", "M6 x 12"): 4,
+        ("housing to adapter", "socket", "M4 x 12"): 3,
+        ("inserts of the adapter", "heat-set", "M4"): 3,
+        ("motor to housing", "countersunk", "M4 x 10"): 12,
+        ("lid to housing", "countersunk", "M3 x 10"): 3,
+        ("inserts of the housing", "heat-set", "M3"): 3,
+        ("neck to lid", "socket", "M4 x 16"): 6,
+        ("neck to lid", "nut", "M4"): 6,
+        ("neck to section 1", "socket", "M4 x 45"): 3,
+        ("neck to section 1", "nut", "M4"): 3,
     }

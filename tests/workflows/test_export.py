@@ -15,12 +15,16 @@ from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.output import make_part
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
 from spiraltrunk.design import design_from_rules, load_design, presets
+from spiraltrunk.design.materials import RIGID, SILICONE, TPU
 from spiraltrunk.errors import OutputError, PartError, UnknownName
 from spiraltrunk.workflows.export.export import Request, check_robot, export_robot
 
 pytest.importorskip("build123d", reason="solids need the extra cad")
 
 QUICK = ("drums", "horn")
+
+DENSITY = {material.name: material.density for material in (TPU, SILICONE, *RIGID.values())}
+"""Density of each material [kg/m^3]."""
 
 SOME = ("trunk", "gripper", "shells", "housing", "drums", "horn", "adapter")
 """What is worth a picture; the rest is made in the slow test."""
@@ -82,6 +86,9 @@ def test_what_stands_beside_a_part_says_what_it_is(exported):
     about = json.loads((folder / "parts" / "drum.json").read_text())
     assert about["checks"] == result["checks"]["drum"]
     assert about["count"] == 3
+    assert about["material"] == "PETG"
+    assert about["print"]["layer_mm"] == 0.2
+    assert about["print"]["infill"] == 1.0
     assert about["design"] == '../<short> & "away"'
     assert about["spiraltrunk"] == result["spiraltrunk"]
 
@@ -95,9 +102,10 @@ def test_the_bill_counts_and_weighs(exported):
     assert by_item["drum"]["count"] == "3"
     for name, mass in result["print_mass_kg"].items():
         assert float(by_item[name]["mass_each_g"]) == pytest.approx(1e3 * mass, abs=6e-3)
-        solid = 1.25e6 * result["checks"][name]["volume_m3"]
+        solid = 1e3 * DENSITY[by_item[name]["material"]] * result["checks"][name]["volume_m3"]
         assert 0 < 1e3 * mass <= solid * 1.001
-    assert by_item["motor GM6020"]["count"] == "3"
+    assert by_item["motor RoboMaster GM6020"]["count"] == "3"
+    assert {"kind", "item", "count", "size", "material", "place", "note"} <= set(rows[0])
 
 
 def test_the_picture_is_a_picture(exported):
@@ -241,6 +249,18 @@ def test_every_part_of_a_preset_holds(name):
         "gripper",
         "horn",
     }
+
+
+@pytest.mark.slow
+def test_the_designs_housing_weighs_what_its_print_is_estimated_to():
+    """What of the housing's mass follows from the filament."""
+    from spiraltrunk.design.mount import PRINTED_MASS
+
+    groups = ("housing", "drums", "horn", "adapter")
+    result = check_robot(presets.PAPER, Request(parts=groups, formats=("stl",)))
+    count = {"drum": 3, "neck": 0}
+    printed = sum(count.get(name, 1) * mass for name, mass in result["print_mass_kg"].items())
+    assert printed == pytest.approx(PRINTED_MASS, rel=0.05)
 
 
 @pytest.mark.slow

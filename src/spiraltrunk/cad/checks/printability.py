@@ -84,7 +84,7 @@ def check_part(part: Part, solid: Any, mesh: Trimesh, expected: float, options: 
             f"allowed: at least {options.least_wall:g} mm, two nozzles: {part.thinnest}"
         )
     size = mesh.extents
-    faults += _check_bed(size, options) if part.material.flow else []
+    faults += [] if part.material.is_cast else _check_bed(size, options)
     return Finding(
         watertight=is_closed, volume=volume, expected=expected, min_wall=wall, at=at, area=float(mesh.area),
         size=(float(size[0]), float(size[1]), float(size[2])), faults=tuple(faults),

@@ -17,6 +17,9 @@ M3, M4, M6 = 3.4, 4.5, 6.6
 M3_INSERT, M4_INSERT = 4.0, 5.6
 """Holes for heat-set inserts (makers' data)."""
 
+M3_INSERT_DEEP, M4_INSERT_DEEP = 8.0, 8.5
+"""Depths of these holes (ours: inserts of at most 6 and 8.1 mm, with room for what melts)."""
+
 M6_HEAD = 11.0
 """Counterbore of an M6 socket head (DIN 974)."""
 
@@ -43,13 +46,22 @@ class Thread:
     """Width of a nut across its flats (ISO 4032)."""
     nut: float
     """Largest height of a nut."""
+    key: float
+    """Hexagon key of a socket head (ISO 4762)."""
+    key_sunk: float
+    """Hexagon key of a countersunk head (ISO 10642)."""
+    torque: float
+    """Torque into plastic or onto it [N m] (ours: hand-tight with the short end of the key)."""
 
 
 THREADS = {
-    "M3": Thread(name="M3", shaft=3.0, head=5.5, head_height=3.0, sunk=5.5, flats=5.5, nut=2.4),
-    "M4": Thread(name="M4", shaft=4.0, head=7.0, head_height=4.0, sunk=7.5, flats=7.0, nut=3.2),
-    "M6": Thread(name="M6", shaft=6.0, head=10.0, head_height=6.0, sunk=11.1, flats=10.0, nut=5.2),
-}
+    "M3": Thread(name="M3", shaft=3.0, head=5.5, head_height=3.0, sunk=5.5, flats=5.5, nut=2.4, key=2.5, key_sunk=2.0,
+                 torque=0.5),
+    "M4": Thread(name="M4", shaft=4.0, head=7.0, head_height=4.0, sunk=7.5, flats=7.0, nut=3.2, key=3.0, key_sunk=2.5,
+                 torque=1.0),
+    "M6": Thread(name="M6", shaft=6.0, head=10.0, head_height=6.0, sunk=11.1, flats=10.0, nut=5.2, key=5.0,
+                 key_sunk=4.0, torque=2.5),
+}  # fmt: skip
 """Sizes in use."""
 
 

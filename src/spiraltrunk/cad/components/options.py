@@ -27,6 +27,8 @@ class Motor:
     """Pitch circle of the four M4 screws that hold it to the floor: unconfirmed, measure your motor."""
     rotor_circle: float = 28.0
     """Pitch circle of the four M3 screws that hold the drum: unconfirmed, measure your motor."""
+    current: float = 3.0
+    """Largest current [A] (maker's data)."""
     torque: float = 2.22
     """Largest torque [N m] (0.741 N m/A at 3 A)."""
 

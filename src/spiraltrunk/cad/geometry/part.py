@@ -9,34 +9,9 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.cad.geometry.csg import Form
+from spiraltrunk.design.materials import Material
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.field_docs import explain_fields
-
-
-@explain_fields
-@final
-@dataclass(frozen=True, kw_only=True)
-class Material:
-    """Material of a part."""
-
-    name: str
-    """Name in the bill of materials."""
-    density: float
-    """Density of the solid material [g/cm^3]."""
-    flow: float
-    """Extruded volume per time [mm^3/s]; 0 where it is cast."""
-    infill: float
-    """Infill: filled share of the inside [-]."""
-
-
-TPU = Material(name="TPU 95A", density=1.21, flow=3.0, infill=0.15)
-"""Printed soft parts (paper; density and flow as filament makers state them; infill ours)."""
-
-PLA = Material(name="PLA or PETG", density=1.25, flow=10.0, infill=0.3)
-"""Printed rigid parts (ours)."""
-
-SILICONE = Material(name="Ecoflex 00-30", density=1.07, flow=0.0, infill=1.0)
-"""Cast shells (paper; density by its maker)."""
 
 
 @explain_fields

@@ -8,7 +8,19 @@ from __future__ import annotations
 
 import math
 
-from spiraltrunk.cad.components.fasteners import M3, M3_INSERT, M4, M4_INSERT, M6, M6_HEAD, THREADS, Bolt, sink
+from spiraltrunk.cad.components.fasteners import (
+    M3,
+    M3_INSERT,
+    M3_INSERT_DEEP,
+    M4,
+    M4_INSERT,
+    M4_INSERT_DEEP,
+    M6,
+    M6_HEAD,
+    THREADS,
+    Bolt,
+    sink,
+)
 from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
 from spiraltrunk.cad.geometry.csg import (
     QUARTERS,
@@ -25,7 +37,7 @@ from spiraltrunk.cad.geometry.csg import (
     tube,
     turned,
 )
-from spiraltrunk.cad.geometry.part import PLA, Part, too_small
+from spiraltrunk.cad.geometry.part import Part, too_small
 from spiraltrunk.cad.housing.layout import FOOT, FOOT_ANGLES, FOOT_WIDE, POST, HousingLayout, find_layout, foot_circle
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles
 from spiraltrunk.cad.trunk.neck_screws import BOSS, NECK_WALL, between_cables, find_neck_screw
@@ -36,6 +48,9 @@ SPIGOT_SEAT = 6.5
 
 GUIDE, LIP = 7.0, 2.5
 """Outer radius of a cable's guide under the lid, and radius of the rounded lip at its end [mm] (ours)."""
+
+PORT = 14.0
+"""Width and height of the opening in the housing's wall for the wires and their plugs [mm] (ours)."""
 
 _DEEP, _RISE, _BAR = 4.0, 10.0, 3.0
 """Thickness of the servo's bracket, distance of the servo from the lid, height of the bracket beyond it (ours)."""
@@ -67,12 +82,13 @@ def build_adapter(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
     tools = [*rods(M6 / 2, ring, QUARTERS, -1, ADAPTER + 1), *rods(M6_HEAD / 2, ring, QUARTERS, -1, SPIGOT_SEAT)]
     tools.append(rod((flange.dowel + 0.1) / 2, polar(ring, 0, ADAPTER - 6.0), polar(ring, 0, ADAPTER + 1)))
     # It is turned over about x for assembly, so angles change their sign.
-    tools += rods(M4_INSERT / 2, layout.base, [-a for a in layout.bases], -1, 8.0)
+    tools += rods(M4_INSERT / 2, layout.base, [-a for a in layout.bases], -1, M4_INSERT_DEEP)
     tools.append(rod(8.0, (0, 0, -1), (0, 0, tall + 1)))
     top = -1e3 * (design.housing.neck_length + design.housing.length)
     return (
-        Part(name="adapter", group="adapter", what="plate for a flange ISO 9409-1-50-4-M6", material=PLA,
-             form=Cut(form=Revolved(profile=profile), tools=tuple(tools)), at=(0.0, 0.0, top + ADAPTER), turn=math.pi),
+        Part(name="adapter", group="adapter", what="plate for a flange ISO 9409-1-50-4-M6",
+             material=design.housing.filament, form=Cut(form=Revolved(profile=profile), tools=tuple(tools)),
+             at=(0.0, 0.0, top + ADAPTER), turn=math.pi),
     )  # fmt: skip
 
 
@@ -85,19 +101,20 @@ def _build_cup(design: TrunkDesign, layout: HousingLayout, options: MakeOptions)
         )
     )  # fmt: skip
     posts = rods(POST, layout.post, layout.posts, floor / 2, layout.height)
-    tools = rods(M3_INSERT / 2, layout.post, layout.posts, layout.height - 8, layout.height + 1)
+    tools = rods(M3_INSERT / 2, layout.post, layout.posts, layout.height - M3_INSERT_DEEP, layout.height + 1)
     for axis in motor_angles(design):
         tools += rods(8.0, layout.ring, [axis], -1, floor + 1)
         for x, y in _motor_screws(layout, axis, options):
             tools.append(rod(M4 / 2, (x, y, -1), (x, y, floor + 1)))
             tools.append(shifted(sink(THREADS["M4"], M4), (x, y, 0.0)))  # Countersunk, as the adapter lies over them.
     tools += rods(M4 / 2, layout.base, layout.bases, -1, floor + 1)
-    x, y, _ = polar(layout.radius, layout.posts[0] + 0.2, 0)
-    tools.append(rod(5.0, (0.8 * x, 0.8 * y, floor + 8), (1.1 * x, 1.1 * y, floor + 8)))
+    port = box((0.3 * layout.radius, PORT, PORT), (0.95 * layout.radius, 0, floor + 1.0 + PORT / 2))
+    tools.append(turned(port, "z", layout.posts[0] + 0.2))
     bottom = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER
     return Part(
-        name="housing", group="housing", what=f"cup for {design.n_cable} motors", material=PLA,
-        form=Cut(form=Union(forms=(cup, *posts)), tools=tuple(tools)), at=(0.0, 0.0, bottom), thinnest="a thicker rim",
+        name="housing", group="housing", what=f"cup for {design.n_cable} motors",
+        material=design.housing.filament, form=Cut(form=Union(forms=(cup, *posts)), tools=tuple(tools)),
+        at=(0.0, 0.0, bottom), thinnest="a thicker rim",
     )  # fmt: skip
 
 
@@ -118,8 +135,9 @@ def _build_lid(design: TrunkDesign, layout: HousingLayout, options: MakeOptions)
         tools += [rod(2.5, (0, 0, -1), (0, 0, thick + 1)), *openings]
     top = -1e3 * design.housing.neck_length
     return Part(
-        name="lid", group="housing", what="lid with cable guides and the servo's bracket", material=PLA,
-        form=Cut(form=Union(forms=tuple(forms)), tools=tuple(tools)), at=(0.0, 0.0, top), turn=math.pi,
+        name="lid", group="housing", what="lid with cable guides and the servo's bracket",
+        material=design.housing.filament, form=Cut(form=Union(forms=tuple(forms)), tools=tuple(tools)),
+        at=(0.0, 0.0, top), turn=math.pi,
         thinnest="a thicker plate",
     )  # fmt: skip
 
@@ -206,8 +224,9 @@ def _build_neck(design: TrunkDesign, layout: HousingLayout, options: MakeOptions
     if design.gripper is not None:
         tools.append(rod(2.5, (0, 0, low), (0, 0, high)))
     return Part(
-        name="neck", group="housing", what="neck with the funnel of section 1", material=PLA,
-        form=Cut(form=Union(forms=(shell, *bosses)), tools=tuple(tools)), at=(0.0, 0.0, -tall),
+        name="neck", group="housing", what="neck with the funnel of section 1",
+        material=design.housing.filament, form=Cut(form=Union(forms=(shell, *bosses)), tools=tuple(tools)),
+        at=(0.0, 0.0, -tall),
         thinnest="a thicker neck",
     )  # fmt: skip
 

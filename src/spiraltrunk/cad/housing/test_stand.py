@@ -7,7 +7,7 @@ import math
 from spiraltrunk.cad.components.fasteners import M6, THREADS, Bolt
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import QUARTERS, Cut, Form, Prism, Union, box, polar, rod, rods, shifted, turned
-from spiraltrunk.cad.geometry.part import PLA, Part
+from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.design.trunk import TrunkDesign
 
 TILT = math.pi / 4
@@ -18,6 +18,9 @@ PLATE, WEB = 6.0, 6.0
 
 KEY = 26.0
 """Distance of the plates from their line of intersection [mm]: room for an angled key (ours)."""
+
+N_WEDGE = 3
+"""Wedges for the largest tilt of the paper, 135 deg."""
 
 PER_SECTION = 3
 """Markers on each section (paper)."""
@@ -45,7 +48,8 @@ def build_wedge(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     tools += [turned(shifted(hole, (middle, 0, -PLATE)), "y", -TILT) for hole in holes]
     form = Cut(form=Union(forms=(plate, upper, *walls)), tools=tuple(tools))
     what = "wedge of 45 deg between flange and adapter"
-    return (Part(name="wedge", group="wedge", what=what, material=PLA, form=form, count=3),)
+    material = design.housing.filament
+    return (Part(name="wedge", group="wedge", what=what, material=material, form=form, count=N_WEDGE),)
 
 
 def _find_plates(options: MakeOptions) -> tuple[float, float]:
@@ -72,21 +76,27 @@ def list_wedge_bolts(options: MakeOptions) -> list[Bolt]:
     return bolts
 
 
+def find_seat_height(radius: float) -> float:
+    """Height and width of the marker seat on a section of this radius [mm] (ours)."""
+    return min(max(5.0, 0.3 * radius), 1.4 * radius)
+
+
 def build_markers(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
-    """A marker seat for each section: a block hollowed to the rim's radius, to be glued to the proximal edge."""
+    """A marker seat for each section: a block hollowed to the rim's radius, to be glued flush with the distal edge."""
     parts = []
     for n in range(design.n_section):
         radius = 1e3 * float(design.section_radius[n])
-        wide = min(max(5.0, 0.3 * radius), 1.4 * radius)
+        wide = find_seat_height(radius)
         deep = max(3.0 * options.wall, 4.0)
         hollow = radius - math.sqrt(max(radius**2 - wide**2 / 4, 0.0))
         block = box((deep + hollow, wide, wide), (radius - hollow + (deep + hollow) / 2, 0, wide / 2))
         screw = min(MARKER_SCREW / 2, wide / 2 - options.wall)
         start, end = (radius + options.wall, 0, wide / 2), (radius + deep + 1, 0, wide / 2)
         form = Cut(form=block, tools=(rod(radius, (0, 0, -1), (0, 0, wide + 1)), rod(screw, start, end)))
-        place = (radius, 0.0, 1e3 * float(design.section_length[:n].sum()))
+        edge = design.section_length[:n].sum() + design.scale[n] * design.solid.rim_end
+        place = (radius, 0.0, 1e3 * float(edge) - wide)
         parts.append(
-            Part(name=f"marker_seat_{n + 1:02d}", group="markers", what=f"marker seat of section {n + 1}", material=PLA,
-                 form=shifted(form, (-radius, 0, 0)), count=PER_SECTION, at=place)
+            Part(name=f"marker_seat_{n + 1:02d}", group="markers", what=f"marker seat of section {n + 1}",
+                 material=design.housing.filament, form=shifted(form, (-radius, 0, 0)), count=PER_SECTION, at=place)
         )  # fmt: skip
     return tuple(parts)

@@ -8,7 +8,7 @@ from typing import final
 
 from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
 from spiraltrunk.cad.geometry.csg import QUARTERS, Cut, Form, Revolved, Union, box, polar, rod, rods
-from spiraltrunk.cad.geometry.part import PLA, Part, too_small
+from spiraltrunk.cad.geometry.part import Part, too_small
 from spiraltrunk.cad.trunk.gripper import strand_travel
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
@@ -44,6 +44,16 @@ class Drum:
     """Cable to pay out from straight until all gaps on its side are fully open."""
     turns: float
     """Turns on the drum when wound in, dead turns included."""
+
+    @property
+    def turns_straight(self) -> float:
+        """Turns on the drum when the trunk is straight."""
+        return self.travel_out / (2 * math.pi * self.radius) + DEAD_TURNS
+
+    @property
+    def turns_in(self) -> float:
+        """Turns on the drum when all gaps on its side are closed."""
+        return self.turns_straight + self.travel_in / (2 * math.pi * self.radius)
 
     @property
     def height(self) -> float:
@@ -102,7 +112,10 @@ def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     form = Cut(form=Revolved(profile=profile), tools=(bore, *holes, tie))
     at = polar(motor_ring(design, options), motor_angles(design)[0], _drum_height(design, options))
     what = f"winder drum, {2 * drum.radius:.1f} mm, {drum.turns:.1f} turns"
-    return (Part(name="drum", group="drums", what=what, count=design.n_cable, material=PLA, form=form, at=at),)
+    return (
+        Part(name="drum", group="drums", what=what, count=design.n_cable, material=design.housing.filament,
+             form=form, at=at),
+    )  # fmt: skip
 
 
 def find_arm(design: TrunkDesign, options: MakeOptions) -> float:
@@ -126,7 +139,8 @@ def build_horn(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     screws = [rod(0.6, (0, y, -1), (0, y, thick + 1)) for y in (0.42 * hub, -0.42 * hub)]
     shaft = rod(1.2, (0, 0, -1), (0, 0, thick + 1))
     return (
-        Part(name="horn", group="horn", what=f"double arm of the servo, {arm:.1f} mm to each cable", material=PLA,
+        Part(name="horn", group="horn", what=f"double arm of the servo, {arm:.1f} mm to each cable",
+             material=design.housing.filament,
              form=Cut(form=body, tools=(shaft, *ties, *screws)), turn=math.pi / 2,
              at=(0.0, -options.servo.width, _drum_height(design, options) + 20.0)),
     )  # fmt: skip

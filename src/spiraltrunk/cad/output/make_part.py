@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
@@ -13,6 +13,7 @@ import spiraltrunk
 from spiraltrunk.cad.checks.agreement import place_faces
 from spiraltrunk.cad.checks.printability import Finding, check_part
 from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.components.print_settings import find_settings
 from spiraltrunk.cad.geometry.csg import compute_volume
 from spiraltrunk.cad.geometry.occ import (
     build_mesh,
@@ -89,10 +90,13 @@ def make_part(part: Part, options: MakeOptions, formats: tuple[str, ...], folder
             mesh.export(folder / f"{part.name}.stl")
         if "3mf" in formats:
             write_3mf(mesh, folder / f"{part.name}.3mf", part.name)
-        about = {
+        about: dict[str, Any] = {
             "part": part.name, "what": part.what, "count": part.count, "material": part.material.name, "unit": "mm",
             "design": design, "seed": options.seed, "tolerance_mm": options.tolerance, "nozzle_mm": options.nozzle,
             "spiraltrunk": spiraltrunk.__version__, "checks": made.checks,
         }  # fmt: skip
+        if not part.material.is_cast:
+            settings = find_settings(part.name)
+            about["print"] = {"layer_mm": settings.layer(options), **asdict(settings)}
         (folder / f"{part.name}.json").write_text(json.dumps(about, indent=2, allow_nan=False) + "\n")
     return made

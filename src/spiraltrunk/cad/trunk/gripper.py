@@ -14,8 +14,9 @@ from typing import final
 
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Common, Cut, Form, Revolved, Union, rod, shifted, tube, turned
-from spiraltrunk.cad.geometry.part import TPU, Part, too_small
+from spiraltrunk.cad.geometry.part import Part, too_small
 from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
+from spiraltrunk.design.materials import TPU
 from spiraltrunk.design.trunk import TrunkDesign
 
 STRAND = 0.6

@@ -13,11 +13,12 @@ import numpy as np
 
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, compute_bounds, polar, rod, shifted, turned
-from spiraltrunk.cad.geometry.part import TPU, Part
+from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.trunk.body import Body, build_body
 from spiraltrunk.cad.trunk.gripper import add_socket
 from spiraltrunk.cad.trunk.neck_screws import cut_neck_screws
 from spiraltrunk.cad.trunk.pins import find_pins
+from spiraltrunk.design.materials import TPU
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 

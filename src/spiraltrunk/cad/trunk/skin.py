@@ -12,8 +12,9 @@ import numpy as np
 
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.csg import Cut, Form, Revolved, Union, shifted, tube
-from spiraltrunk.cad.geometry.part import PLA, SILICONE, Part
+from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.trunk.body import ShellSeat, build_body
+from spiraltrunk.design.materials import SILICONE
 from spiraltrunk.design.trunk import TrunkDesign
 
 CUT_DEPTH = 0.25
@@ -36,7 +37,7 @@ def build_shells(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
 def build_moulds(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     """Core and ring of each shell's mould."""
-    return tuple(part for n, shell in _list_shells(design, options) for part in _build_mould(n, shell, options))
+    return tuple(part for n, shell in _list_shells(design, options) for part in _build_mould(n, shell, design, options))
 
 
 def draw_wrinkles(n: int, inner: float, outer: float, height: float, options: MakeOptions) -> tuple[Revolved, ...]:
@@ -81,7 +82,7 @@ def _build_shell(n: int, shell: ShellSeat, options: MakeOptions) -> Part:
     )  # fmt: skip
 
 
-def _build_mould(n: int, shell: ShellSeat, options: MakeOptions) -> tuple[Part, Part]:
+def _build_mould(n: int, shell: ShellSeat, design: TrunkDesign, options: MakeOptions) -> tuple[Part, Part]:
     inner, outer, begin, end = shell
     height, wide = end - begin, outer + MOULD_WALL
     # The step has the shell's outline and centres the ring.
@@ -93,11 +94,11 @@ def _build_mould(n: int, shell: ShellSeat, options: MakeOptions) -> tuple[Part, 
     )  # fmt: skip
     wall = tube(outer, wide, -STEP, height)
     ridges: tuple[Form, ...] = draw_wrinkles(n, inner, outer, height, options)
-    at = (0.0, 0.0, begin)
+    at, material = (0.0, 0.0, begin), design.housing.filament
     common = f"of the mould of shell {n + 1}"
     return (
-        Part(name=f"mould_core_{n + 1:02d}", group="moulds", what=f"core and floor {common}", material=PLA,
+        Part(name=f"mould_core_{n + 1:02d}", group="moulds", what=f"core and floor {common}", material=material,
              form=shifted(core, (0, 0, MOULD_WALL + STEP)), at=at),
-        Part(name=f"mould_ring_{n + 1:02d}", group="moulds", what=f"ring with ridges {common}", material=PLA,
+        Part(name=f"mould_ring_{n + 1:02d}", group="moulds", what=f"ring with ridges {common}", material=material,
              form=shifted(Union(forms=(wall, *ridges)), (0, 0, STEP)), at=at),
     )  # fmt: skip

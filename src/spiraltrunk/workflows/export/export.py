@@ -163,10 +163,11 @@ def _fill(
             for one in made
         ]  # fmt: skip
         write_pictures(parts, draft / "pictures", title=" ".join(design.name.split()), n_cable=design.n_cable)
-        rows = build_bill(design, made, request.options)
-        write_text(draft / "bom.md", format_markdown(design, rows))
-        write_text(draft / "bom.csv", format_csv(rows))
-        write_text(draft / "guide.md", format_guide(design, made, request.options))
+        bill = build_bill(design, made, request.options)
+        guide = format_guide(design, [one.part for one in made], bill, request.options)
+        write_text(draft / "bom.md", format_markdown(design, bill))
+        write_text(draft / "bom.csv", format_csv(bill))
+        write_text(draft / "guide.md", guide)
     model_formats = tuple(name for name in request.formats if name in MODEL_FORMATS)
     if model_formats:
         from spiraltrunk.sim.export_models import write_models

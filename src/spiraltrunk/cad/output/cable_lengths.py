@@ -1,0 +1,42 @@
+"""Lengths to cut for the cables of trunk and gripper, in mm."""
+
+from __future__ import annotations
+
+import math
+
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.csg import polar
+from spiraltrunk.cad.housing.layout import find_layout
+from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
+from spiraltrunk.design.trunk import TrunkDesign
+
+KNOT = 60.0
+"""Cable for a knot or for tying an end [mm] (ours)."""
+
+
+def cable_length(design: TrunkDesign, options: MakeOptions) -> float:
+    """Length to cut for one of the trunk's cables [mm].
+
+    It runs from the knot at the tip through the straight trunk, the neck and its guide to the drum, with all turns on
+    the drum and both ends.
+    """
+    drum, layout = find_drum(design, options), find_layout(design, options)
+    inside = 1e3 * float(design.cable_in_section.sum() + design.straight_gap.sum())
+    neck = 1e3 * design.housing.neck_length + options.plate + layout.height - layout.groove
+    hole, axis = polar(1e3 * float(design.hole_position[0, 0, 1]), design.cable.angles[0], 0.0), motor_angles(design)[0]
+    apart = math.dist(hole, polar(motor_ring(design, options), axis, 0.0))
+    way = math.sqrt(max(apart**2 - drum.radius**2, 0.0))
+    return inside + neck + way + 2 * math.pi * drum.radius * drum.turns + 2 * KNOT
+
+
+def cable_to_hold(design: TrunkDesign, options: MakeOptions) -> float:
+    """What of `cable_length` stands out at the tip of the straight trunk before the knot is made [mm]."""
+    drum = find_drum(design, options)
+    return KNOT + 2 * math.pi * drum.radius * (drum.turns - drum.turns_straight)
+
+
+def strand_length(design: TrunkDesign) -> float:
+    """Length to cut for a strand of the gripper [mm]: from servo to fingertip, with slack and both ends."""
+    if design.gripper is None:
+        return 0.0
+    return 1e3 * (design.length + design.housing.neck_length + design.gripper.finger_length) + 80.0 + 2 * KNOT

@@ -1,0 +1,113 @@
+"""A step of the assembly guide, and what the steps are written from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import final
+
+from spiraltrunk.cad.components.fasteners import THREADS
+from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.part import Part
+from spiraltrunk.cad.housing.winder import Drum, find_drum
+from spiraltrunk.cad.output.bill_of_materials import Bill
+from spiraltrunk.cad.trunk.body import Body, build_body
+from spiraltrunk.cad.trunk.pieces import plan_planes
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.field_docs import explain_fields
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """One step; the guide orders nothing itself, a test proves that no step needs what a later one makes."""
+
+    title: str
+    """What is done."""
+    groups: frozenset[str]
+    """Groups of parts (`catalogue.GROUPS`) of which one makes the step necessary."""
+    needs: tuple[str, ...] = ()
+    """Results of earlier steps."""
+    makes: tuple[str, ...]
+    """Its results."""
+    takes: tuple[str, ...] = ()
+    """Places in the bill whose items it uses up."""
+    tools: tuple[str, ...] = ()
+    """Tools."""
+    work: tuple[str, ...]
+    """What to do, in order."""
+    check: str
+    """How to see that it is done."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True)
+class Build:
+    """What is built: the design, how it is made, its parts and its bill."""
+
+    design: TrunkDesign
+    """The robot."""
+    options: MakeOptions
+    """How the parts are made."""
+    parts: tuple[Part, ...]
+    """The parts that are made."""
+    bill: Bill
+    """What is made and bought."""
+
+    @cached_property
+    def groups(self) -> frozenset[str]:
+        """Groups that are made."""
+        return frozenset(part.group for part in self.parts)
+
+    @cached_property
+    def body(self) -> Body:
+        """Dimensions of the trunk's body."""
+        return build_body(self.design, self.options)
+
+    @cached_property
+    def drum(self) -> Drum:
+        """Dimensions of the drums."""
+        return find_drum(self.design, self.options)
+
+    @property
+    def has_gripper(self) -> bool:
+        """Whether the design has a gripper."""
+        return self.design.gripper is not None
+
+    @property
+    def n_piece(self) -> int:
+        """Number of pieces of the trunk."""
+        return len(plan_planes(self.design, self.body, self.options)) - 1
+
+    @property
+    def n_shell(self) -> int:
+        """Number of shells."""
+        return sum(seat is not None for seat in self.body.seats)
+
+    @property
+    def dressed(self) -> str:
+        """Name of the trunk before it is weighed: with its shells, where it has any."""
+        return "trunk with shells" if self.n_shell else "trunk"
+
+    def count(self, place: str) -> int:
+        """Number of the first item that is bought for a place."""
+        return next((row.count for row in self.bill.bought if row.place == place), 0)
+
+
+def name_key(size: str, *, is_sunk: bool = False) -> str:
+    """The hexagon key of a screw."""
+    thread = THREADS[size]
+    return f"hex key {thread.key_sunk if is_sunk else thread.key:g} mm"
+
+
+def name_spanner(size: str) -> str:
+    """The spanner of a nut."""
+    return f"spanner {THREADS[size].flats:g} mm"
+
+
+def join(words: Sequence[str]) -> str:
+    """Words as a sentence lists them."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))

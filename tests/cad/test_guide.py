@@ -1,0 +1,216 @@
+"""The guide can be followed: no step needs what a later one makes, and it uses up what the bill lists."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from spiraltrunk.cad.checks.assembly import list_bolts
+from spiraltrunk.cad.components.print_settings import find_settings
+from spiraltrunk.cad.geometry.csg import compute_volume, contains, polar
+from spiraltrunk.cad.housing.layout import find_layout
+from spiraltrunk.cad.housing.test_stand import N_WEDGE, list_wedge_bolts
+from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
+from spiraltrunk.cad.output.assembly_guide import format_guide, list_steps
+from spiraltrunk.cad.output.bill_of_materials import build_bill, format_markdown
+from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
+from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
+from spiraltrunk.cad.output.step import Build
+from spiraltrunk.cad.trunk.gripper import LUG_ARC, add_socket, find_seat
+from spiraltrunk.design import presets
+
+DESIGNS = {name: presets.get(name) for name in presets.NAMES}
+DESIGNS["bare"] = replace(presets.PAPER, gripper=None, name="bare")
+
+
+def build(design, options, groups=("all",)):
+    """The build of these groups, with volumes of definitions in place of solids."""
+    parts = build_parts(design, groups, options)
+    made = [
+        SimpleNamespace(part=part, finding=SimpleNamespace(volume=compute_volume(part.form), area=100.0))
+        for part in parts
+    ]
+    return Build(design, options, parts, build_bill(design, made, options))
+
+
+@pytest.fixture(scope="module", params=[*DESIGNS])
+def built(request):
+    from spiraltrunk.cad.components.options import MakeOptions
+
+    return build(DESIGNS[request.param], MakeOptions())
+
+
+def test_no_step_needs_what_a_later_one_makes(built):
+    done = set()
+    for step in list_steps(built):
+        assert set(step.needs) <= done, step.title
+        assert not done & set(step.makes), step.title
+        done |= set(step.makes)
+
+
+def test_all_that_is_made_is_needed_but_the_robot_itself(built):
+    steps = list_steps(built)
+    needed = {need for step in steps for need in step.needs}
+    made = {thing for step in steps for thing in step.makes}
+    assert made - needed == {"tilted flange", "robot with markers", "robot under tension"}
+
+
+def test_each_purchase_is_taken_in_one_step(built):
+    places = Counter(place for step in list_steps(built) for place in step.takes)
+    assert set(places.values()) == {1}
+    assert {row.place for row in built.bill.bought} <= set(places)
+    text = format_guide(built.design, built.parts, built.bill, built.options)
+    for row in built.bill.bought:
+        assert str(row) in text
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_each_purchase_for_one_group_is_taken_too(group, options):
+    one = build(presets.PAPER, options, (group,))
+    places = Counter(place for step in list_steps(one) for place in step.takes)
+    assert {row.place for row in one.bill.bought} <= set(places)
+    assert format_guide(one.design, one.parts, one.bill, options)
+
+
+def test_as_many_screws_as_holes(built):
+    """By what they join, from the screws that the assembly check places in the solids."""
+    bolts = list_bolts(built.design, built.options, {part.name for part in built.parts})
+    wedge = list_wedge_bolts(built.options)
+    wanted = Counter(bolt.what for bolt in bolts)
+    wanted["wedge to flange or bench"] = 4
+    wanted["adapter or wedge onto wedge"] = N_WEDGE * sum(bolt.nut_at is not None for bolt in wedge)
+    wanted["drum to rotor"] = 4 * built.design.n_cable
+    bought, nuts = Counter(), Counter()
+    for row in built.bill.bought:
+        bought[row.place] += row.count * ("screw" in row.item)
+        nuts[row.place] += row.count * (row.item.startswith("nut"))
+    assert +bought == wanted
+    with_nuts = {bolt.what for bolt in (*bolts, *wedge) if bolt.nut_at is not None}
+    assert +nuts == Counter({what: wanted[what] for what in with_nuts})
+
+
+def test_counts_are_the_designs(built):
+    n = built.design.n_cable
+    counts = Counter()
+    for row in built.bill.bought:
+        counts[row.item] += row.count
+    assert counts["motor RoboMaster GM6020"] == counts["cable"] == counts["crimp bead"] == n
+    assert counts["reflective marker"] == 3 * built.design.n_section
+    assert counts["servo DS-929MG"] == (built.design.gripper is not None)
+    assert counts["strand"] == (0 if built.design.gripper is None else 2 * built.design.gripper.n_finger)
+    inserts = [row.count for row in built.bill.bought if row.item == "heat-set insert"]
+    layout = find_layout(built.design, built.options)
+    assert sorted(inserts) == sorted([len(layout.bases), len(layout.posts)])
+
+
+def test_each_step_says_what_to_do_and_how_to_check(built):
+    steps = list_steps(built)
+    assert len({step.title for step in steps}) == len(steps)
+    for step in steps:
+        assert step.work
+        assert step.check
+        assert step.makes
+    servo = any("ervo" in step.title for step in steps)
+    assert servo == (built.design.gripper is not None)
+
+
+def test_the_head_says_that_nothing_was_built(built):
+    text = format_guide(built.design, built.parts, built.bill, built.options)
+    assert "Nothing was built from this guide yet" in text.split("##", maxsplit=1)[0]
+    for part in built.parts:
+        if not part.material.is_cast:
+            settings = find_settings(part.name)
+            assert settings.lines >= 2
+            assert 0 < settings.infill <= 1
+    numbers = [int(number) for number in re.findall(r"^### (\d+)\.", text, re.MULTILINE)]
+    assert numbers == list(range(1, len(numbers) + 1))
+    for title, number in re.findall(r"- Needs: .*?([a-z ]+) \(step (\d+)\)", text):
+        assert f"Makes: {title.strip()}" in text or int(number) > 0
+
+
+def test_the_tables_have_as_many_cells_as_columns(built):
+    for line in format_markdown(built.design, built.bill).splitlines():
+        if line.startswith("|"):
+            assert line.count("|") in (4, 7)
+
+
+@pytest.mark.parametrize("name", ["PLA", "PETG", "ASA"])
+def test_the_rigid_material_is_chosen_in_the_design(name, options):
+    design = replace(presets.PAPER, housing=replace(presets.PAPER.housing, material=name))
+    one = build(design, options)
+    materials = {part.group: part.material.name for part in one.parts}
+    assert {materials[group] for group in ("housing", "drums", "horn", "adapter", "wedge", "markers", "moulds")} == {
+        name
+    }
+    assert materials["trunk"] == materials["gripper"] == "TPU 95A"
+    assert f"Rigid parts are of {name}." in format_guide(design, one.parts, one.bill, options)
+
+
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
+def test_anticlockwise_winds_a_cable_in_that_runs_outside(design, options):
+    """The cable meets its drum tangentially, away from the axis, where the drum moves on along the cable."""
+    drum, ring = find_drum(design, options), motor_ring(design, options)
+    hole = 1e3 * float(design.hole_position[0, 0, 1])
+    for angle, axis in zip(design.cable.angles, motor_angles(design), strict=True):
+        guide = np.array(polar(hole, angle, 0.0)[:2])
+        center = np.array(polar(ring, axis, 0.0)[:2])
+        apart = center - guide
+        spread = math.asin(drum.radius / math.hypot(*apart))
+        bearing = math.atan2(apart[1], apart[0])
+        way = math.sqrt(apart @ apart - drum.radius**2)
+        touches = [guide + way * np.array([math.cos(bearing + s), math.sin(bearing + s)]) for s in (spread, -spread)]
+        outer = max(touches, key=lambda point: math.hypot(*point))
+        arm = outer - center
+        assert arm @ (outer - guide) == pytest.approx(0.0, abs=1e-9)
+        moves = np.array([-arm[1], arm[0]])  # Anticlockwise, seen from the trunk.
+        assert moves @ (outer - guide) > 0
+
+
+def test_the_gripper_locks_anticlockwise(options):
+    """Lugs are at 0 and 180 deg from finger 1: entered a quarter turn clockwise of it, they pass below the lip."""
+    seat = find_seat(presets.PAPER, options)
+    tools = add_socket(seat, 0.0)
+    ring, level = (seat.inner + seat.outer) / 2, -seat.lip - seat.lug / 2
+
+    def has_room(turn, z):
+        edges = [turn + lug + side * LUG_ARC / 2 for lug in (0.0, math.pi) for side in (-1, 0, 1)]
+        points = np.array([polar(ring, angle, z) for angle in edges])
+        return np.any([contains(tool, points) for tool in tools], axis=0).all()
+
+    entry = -math.pi / 2
+    assert has_room(entry, -seat.lip / 2)
+    assert all(has_room(turn, level) for turn in np.linspace(entry, 0.0, 10))
+    assert not has_room(0.0, -seat.lip / 2)
+    assert not has_room(entry - math.pi / 4, level)
+
+
+def test_a_cable_reaches_from_drum_to_tip_with_the_lid_lifted(built):
+    """What stands out at the tip is all that the turns, the way and the knot do not use."""
+    design, options, drum = built.design, built.options, built.drum
+    around = 2 * math.pi * drum.radius
+    assert drum.turns_straight < drum.turns_in < drum.turns
+    used = KNOT + drum.turns_straight * around
+    straight = 1e3 * float(design.cable_in_section.sum() + design.straight_gap.sum())
+    assert cable_length(design, options) - used - cable_to_hold(design, options) > straight
+    assert cable_to_hold(design, options) > 2 * KNOT
+
+
+def test_the_code_for_other_dimensions_runs(built, monkeypatch, tmp_path):
+    """With the numbers that it shows it makes the same export again."""
+    from spiraltrunk.design import write_design
+    from spiraltrunk.workflows.export import export
+
+    asked = []
+    monkeypatch.setattr(export, "export_robot", lambda design, folder, request: asked.append((design, request)))
+    monkeypatch.chdir(tmp_path)
+    write_design(built.design, "trunk.toml")
+    text = format_guide(built.design, built.parts, built.bill, built.options)
+    exec(text.split("```python")[1].split("```")[0], {})
+    assert asked[0][0] == built.design
+    assert asked[0][1].options == built.options
