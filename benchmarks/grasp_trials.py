@@ -23,10 +23,10 @@ import numpy as np
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.workflows.grasp.trial import run_trial
 from spiraltrunk.workflows.grasp.world import EXACT, draw_scene
-from spiraltrunk.workflows.survey.process_pool import run_jobs
 from spiraltrunk.workflows.survey.summary import wilson
 
 BAR = 0.96

@@ -2,31 +2,24 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
-from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import closing
 from dataclasses import dataclass
-from typing import Any, final
+from functools import partial
+from typing import final
 
 import mujoco
 import numpy as np
 
-from spiraltrunk.errors import MissingPackage
+from spiraltrunk.errors import MissingPackage, RunError
+from spiraltrunk.processes.pool import run_jobs
 
 SUPERSAMPLING = 2
 """Pixels rendered along each side of an output pixel; in software rendering faster than multisampling."""
 
 _CHUNK = 6
 """Frames that a process renders per task."""
-
-_AHEAD = 2
-"""Pending tasks per process, which bounds the memory."""
 
 
 @final
@@ -71,7 +64,7 @@ def render_frames(
             for frame in _render_in_pool(model, positions, view, workers):
                 yield frame
                 done += 1
-        except (BrokenProcessPool, OSError):
+        except (RunError, OSError):
             pass  # No memory for processes, or one was killed.
     yield from _render_serially(model, positions[done:], view)
 
@@ -102,46 +95,18 @@ def _render_in_pool(
     model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View, workers: int
 ) -> Iterator[np.ndarray]:
     """Pictures in order, rendered by processes with an OpenGL context each."""
-    chunks = deque(positions[first : first + _CHUNK] for first in range(0, len(positions), _CHUNK))
-    pool = ProcessPoolExecutor(
-        workers, mp_context=multiprocessing.get_context("spawn"), initializer=_set_scene, initargs=(model, view)
-    )
-    pending: deque[Future[list[np.ndarray]]] = deque()
-    try:
-        with _mask_interrupts():
-            pending.append(pool.submit(_render_chunk, chunks.popleft()))
-        while pending:
-            while chunks and len(pending) < workers * _AHEAD:
-                pending.append(pool.submit(_render_chunk, chunks.popleft()))
-            yield from pending.popleft().result()
-    finally:
-        pool.shutdown(cancel_futures=True)
+    chunks = [positions[first : first + _CHUNK] for first in range(0, len(positions), _CHUNK)]
+    rendered: dict[int, list[np.ndarray]] = {}
+    with closing(run_jobs(partial(_render_chunk, model, view), enumerate(chunks), workers)) as outcomes:
+        for i in range(len(chunks)):
+            while i not in rendered:
+                outcome = next(outcomes)
+                rendered[outcome.job[0]] = outcome.unwrap()
+            yield from rendered.pop(i)
 
 
-_scene: list[Any] = []
-"""Model and view of a rendering process."""
-
-
-def _set_scene(model: mujoco.MjModel, view: View) -> None:
-    _scene[:] = [model, view]
-
-
-def _render_chunk(positions: Sequence[np.ndarray]) -> list[np.ndarray]:
-    model, view = _scene
-    return list(_render_serially(model, positions, view))
-
-
-@contextmanager
-def _mask_interrupts() -> Iterator[None]:
-    """Start processes that ignore Ctrl-C; the parent process ends them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+def _render_chunk(model: mujoco.MjModel, view: View, job: tuple[int, Sequence[np.ndarray]]) -> list[np.ndarray]:
+    return list(_render_serially(model, job[1], view))
 
 
 def _downsample(picture: np.ndarray) -> np.ndarray:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from functools import partial
-from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, final
 
@@ -32,6 +29,7 @@ from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.manifest import compute_digest
 from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import Progress, format_json, ignore_progress
+from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.report.solids.pictures import PlacedPart, write_pictures
 from spiraltrunk.workflows.export.agreement import compute_agreement
 
@@ -67,7 +65,7 @@ class Request:
     options: MakeOptions = field(default_factory=MakeOptions)
     """How the parts are made."""
     workers: int = 1
-    """Processes that make parts; more than one needs an importable main module."""
+    """Processes that make parts."""
 
     def __post_init__(self) -> None:
         check_groups(self.parts)
@@ -191,16 +189,12 @@ def _make(
         PartError: with the first fault and the number of others.
     """
     jobs = sorted(definitions, key=lambda part: _HEAVIEST.get(part.group, 9))
-    arguments = (request.options, request.part_formats, folder, design.name)
+    work = partial(
+        make_part.make_part, options=request.options, formats=request.part_formats, folder=folder, design=design.name
+    )
     made: dict[str, MadePart] = {}
     progress("parts", 0, len(jobs))
-    workers = _count_workers(jobs, request.workers)
-    with nullcontext() if workers == 1 else _open_pool(workers) as pool:
-        if pool is None:
-            finished = (make_part.make_part(part, *arguments) for part in jobs)
-        else:
-            futures = [pool.submit(make_part.make_part, part, *arguments) for part in jobs]
-            finished = (future.result() for future in as_completed(futures))
+    with closing(_share(work, jobs, _count_workers(jobs, request.workers))) as finished:
         for one in finished:
             made[one.part.name] = one
             progress(one.part.name, len(made), len(jobs))
@@ -218,20 +212,14 @@ def _count_workers(jobs: Sequence[Part], most: int) -> int:
     return max(1, min(most, heavy + (len(jobs) - heavy) // 12))
 
 
-@contextmanager
-def _open_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """A pool of spawned processes that are terminated where the block raises, as one part may take half a minute."""
-    others = set(active_children())
-    ignore_interrupts = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)  # The main process answers Ctrl-C.
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=ignore_interrupts)
-    try:
-        yield pool
-    except BaseException:
-        for process in set(active_children()) - others:
-            process.terminate()
-        raise
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+def _share(work: Callable[[Part], MadePart], jobs: Sequence[Part], workers: int) -> Generator[MadePart, None, None]:
+    """Parts as they are made; closing it stops processes at once, as one part may take half a minute."""
+    if workers == 1:
+        yield from map(work, jobs)
+        return
+    with closing(run_jobs(work, jobs, workers)) as outcomes:
+        for outcome in outcomes:
+            yield outcome.unwrap()
 
 
 def _summarise(design: TrunkDesign, request: Request, made: Sequence[MadePart], files: list[str]) -> dict[str, Any]:

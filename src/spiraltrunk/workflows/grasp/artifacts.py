@@ -120,7 +120,7 @@ def write_artifacts(
         name: name of the object.
         folder: an existing folder.
         video: whether to draw film strip and video.
-        workers: processes that draw the video; more than one need a main module that can be imported.
+        workers: processes that draw the video.
         progress: called as the work goes on.
 
     Raises:

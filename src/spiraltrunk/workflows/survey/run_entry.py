@@ -10,11 +10,11 @@ from spiraltrunk import strategies
 from spiraltrunk.control.strategy import Status
 from spiraltrunk.design import presets
 from spiraltrunk.files.results import to_json
+from spiraltrunk.processes.worker import format_error
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.grasp.trial import Trial, run_scene
 from spiraltrunk.workflows.grasp.world import draw_scene
 from spiraltrunk.workflows.survey.plan import Entry
-from spiraltrunk.workflows.survey.process_pool import format_error
 from spiraltrunk.workflows.survey.row import Row, build_empty_row
 
 

@@ -10,11 +10,11 @@ from typing import Any
 from spiraltrunk.checks import check_count
 from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import read_versions
+from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.report.style import write_figure
 from spiraltrunk.report.survey import Outcomes, build_heatmap_figure, build_rates_figure
 from spiraltrunk.workflows.survey.code_version import compute_source
 from spiraltrunk.workflows.survey.plan import Entry, SurveyPlan
-from spiraltrunk.workflows.survey.process_pool import run_jobs
 from spiraltrunk.workflows.survey.resume_log import FILES, WRITER, open_log, write_tables
 from spiraltrunk.workflows.survey.row import Row, build_empty_row
 from spiraltrunk.workflows.survey.run_entry import compute_row

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import time
 from dataclasses import replace
 from typing import Any
@@ -38,29 +37,3 @@ def hang_after_third(entry: Entry) -> dict[str, Any]:
     if entry.index >= 3:
         time.sleep(60)
     return work(entry)
-
-
-def double(number: int) -> int:
-    return 2 * number
-
-
-def tell_threads(name: str) -> str | None:
-    print("what a library prints")
-    return os.environ.get(name)
-
-
-def shout(job: object) -> object:
-    """Ended by a signal of the terminal, if any could reach it."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        os.kill(os.getpid(), number)
-    return job
-
-
-class Unreadable:
-    """A job or function that a process cannot take over."""
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return sys.exit, (3,)
-
-    def __call__(self, job: object) -> object:
-        return job
