@@ -174,3 +174,165 @@ sys.exit(main())
 def test_ctrl_c_while_modules_are_loaded_is_one_line() -> None:
     done = subprocess.run([sys.executable, "-c", WHILE_LOADING], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (130, "spiraltrunk: interrupted\n")
+
+
+def run(program: str, tmp_path: Path) -> str:
+    """What a program of this package's says whose function ``command`` is interrupted; it ends as by SIGTERM."""
+    (tmp_path / "other.py").write_text(OTHER)
+    tail = (
+        "from spiraltrunk.cli.signals import run_interruptibly; code = run_interruptibly(command); print('code', code)"
+    )
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    done = subprocess.run(
+        [sys.executable, "-c", f"{program}\n{tail}"], capture_output=True, text=True, check=True,
+        env=os.environ | {"PYTHONPATH": path},
+    )  # fmt: skip
+    assert done.stderr == "spiraltrunk: terminated\n"
+    printed, _, code = done.stdout.rpartition("code ")
+    assert code == "143\n"
+    return printed.replace("\n", " ").strip()
+
+
+OTHER = """
+import os, signal
+def interrupt():
+    os.kill(os.getpid(), signal.SIGTERM)
+    print("whole")
+class Destroyed:
+    def __del__(self):
+        interrupt()
+"""
+"""A module that cannot be left at any moment."""
+
+AT_ONCE = """
+import os, signal
+def command():
+    os.kill(os.getpid(), signal.SIGTERM); print("not here")
+"""
+
+IN_OTHER_CODE = """
+import other
+def command():
+    other.interrupt()
+    print("not here")
+"""
+
+BEHIND_OTHER_CODE = """
+import os, signal
+import other
+def command():
+    other.call = lambda: inner()
+    exec("def pass_on(): call()", vars(other))
+    other.pass_on()
+    print("not here")
+def inner():
+    os.kill(os.getpid(), signal.SIGTERM)
+    print("whole")
+"""
+
+IN_AN_IMPORT = """
+import sys, os
+from pathlib import Path
+import other
+(Path(other.__file__).parent / "late.py").write_text("import other; other.interrupt()")
+def command():
+    import late
+    print("not here")
+"""
+
+ENTERING_A_CONTEXT = """
+import os, signal
+from contextlib import contextmanager
+@contextmanager
+def opened():
+    os.kill(os.getpid(), signal.SIGTERM)
+    print("opened")
+    try:
+        yield
+    finally:
+        print("closed")
+def command():
+    with opened():
+        print("not here")
+"""
+
+IN_A_DESTRUCTOR = """
+import os, signal
+class Destroyed:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        print("not here")
+def command():
+    Destroyed()
+    print("not here")
+"""
+
+IN_AN_ERROR = """
+import other
+def command():
+    try:
+        raise ValueError
+    except ValueError:
+        other.interrupt()
+        print("not here")
+"""
+
+MOMENTS = {
+    "at once": (AT_ONCE, ""),
+    "in other code": (IN_OTHER_CODE, "whole"),
+    "called by other code": (BEHIND_OTHER_CODE, "whole"),
+    "in an import": (IN_AN_IMPORT, "whole"),
+    "entering a context": (ENTERING_A_CONTEXT, "opened closed"),
+    "in a destructor": (IN_A_DESTRUCTOR, ""),
+    "in an error": (IN_AN_ERROR, "whole"),
+}
+"""Programs, and what they still do after the signal."""
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_a_command_is_left_where_it_can_be(moment: str, tmp_path: Path) -> None:
+    program, still_done = MOMENTS[moment]
+    assert run(program, tmp_path) == still_done
+
+
+TWICE = """
+import sys, time
+from spiraltrunk.cli import signals
+signals._REPEAT_TIME = 0.0
+def command():
+    print("held", flush=True)
+    while True:
+        time.sleep(600)
+exec("def hold(): command()", other := {"command": command, "__name__": "other"})
+print(signals.run_interruptibly(other["hold"]))
+"""
+"""A command that stays in code that cannot be left."""
+
+
+def test_a_second_signal_ends_what_the_first_did_not() -> None:
+    running = start(sys.executable, "-c", TWICE)
+    assert running.stdout is not None
+    assert running.stdout.readline() == "held\n"
+    running.terminate()
+    while running.poll() is None:
+        running.terminate()
+        time.sleep(0.05)
+    assert running.returncode == 143
+    assert running.communicate() == ("", "")
+
+
+BEFORE = """
+import os, signal, sys
+class Stop:
+    def find_spec(self, name, path=None, target=None):
+        if name == "spiraltrunk.cli.entry":
+            os.kill(os.getpid(), signal.SIGTERM)
+sys.meta_path.insert(0, Stop())
+from spiraltrunk.__main__ import main
+sys.exit(main())
+"""
+
+
+def test_a_signal_while_modules_are_loaded_is_one_line() -> None:
+    done = subprocess.run([sys.executable, "-c", BEFORE], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (143, "spiraltrunk: terminated\n")

@@ -5,12 +5,13 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Sequence
+from functools import partial
 from typing import final
 
 from spiraltrunk import __version__
 from spiraltrunk.cli.arguments import Parser
-from spiraltrunk.cli.output import BAD_INPUT, DONE, FAILED, INTERRUPTED, UsageError, complain, put
-from spiraltrunk.cli.signals import Terminated, raise_signals
+from spiraltrunk.cli.output import BAD_INPUT, DONE, FAILED, UsageError, complain, put
+from spiraltrunk.cli.signals import run_interruptibly
 from spiraltrunk.cli.verbs import bench, calibrate, completion, design, export, grasp, shape, survey, validate
 from spiraltrunk.errors import RunError, SpiralTrunkError
 
@@ -22,16 +23,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a verb and return the exit code; errors of the package are printed as one line."""
     _prepare_environment()
     _prepare_log()
+    return run_interruptibly(partial(_run, argv))
+
+
+def _run(argv: Sequence[str] | None) -> int:
     try:
-        with raise_signals():
-            arguments = _build_parser().parse_args(argv)
-            return put(*arguments.run(arguments))
+        arguments = _build_parser().parse_args(argv)
+        return put(*arguments.run(arguments))
     except SystemExit as stop:  # Help and version.
         return int(stop.code or 0)
-    except Terminated as stop:
-        return complain(str(stop), stop.code)
-    except KeyboardInterrupt:
-        return complain("interrupted", INTERRUPTED)
     except BrokenPipeError:
         return DONE
     except RunError as error:
