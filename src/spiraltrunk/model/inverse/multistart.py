@@ -155,7 +155,7 @@ def solve_targets(
     problem = Problem(*forces, *posed)
     solution = equilibrium.allocate(trunk, count)
     for case, members in _group_rows(load_cases.cases).items():
-        table, limits = _keep_start_table(key, _round_case(case), options)
+        table, limits = _keep_start_table(key, round_case(case), options)
         rows, turn = np.array(members), np.dot(forces[0][members[0]], table.base.T)
         _seek(rows, limits, (case.loads is None, trunk, problem, targets, table.starts, turn, solution))
     return equilibrium.build_shape(solution, batch)
@@ -199,7 +199,7 @@ def _group_rows(cases: list[LoadCase]) -> dict[LoadCase, list[int]]:
     return groups
 
 
-def _round_case(case: LoadCase) -> LoadCase:
+def round_case(case: LoadCase) -> LoadCase:
     """The load case on the grid for which a start table is computed."""
     force = None if case.force is None else tuple(round(2 * part) / 2 for part in case.force)
     down = min(max(_STEP * round(case.theta_0 / _STEP), -MOST_TURNED), MOST_TURNED)

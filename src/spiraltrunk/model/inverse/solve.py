@@ -1,6 +1,6 @@
 """Inverse model: cable tensions for a tip position, a tip pose, a whole shape or a curl round a circle.
 
-The forward model is the static equilibrium without friction. The unknowns are the cable tensions from 0 to the design's
+The forward model is the static equilibrium. Without friction the unknowns are the cable tensions from 0 to the design's
 largest: any such tensions have an equilibrium, which a set of cable lengths need not have. The solution holds the
 tensions and the cable lengths of the same shape. Starts with low tension are preferred. Three cables give three degrees
 of freedom: a tip position is met exactly, a direction, a shape or a circle in least squares.
@@ -21,11 +21,14 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.model.identity_cache import IdentityKey
+from spiraltrunk.model.inverse.friction import read_friction, solve_with_friction
 from spiraltrunk.model.inverse.kernels.target_residual import Targets, gap_rows
 from spiraltrunk.model.inverse.multistart import InverseOptions, read_load_cases, solve_targets
+from spiraltrunk.model.inverse.path_search import Goal
 from spiraltrunk.model.inverse.start_table import build_no_targets, section_axes
 from spiraltrunk.model.kinematics.enclosure import first_wrapped, snug_bend
-from spiraltrunk.model.kinematics.shape import Shape, Status
+from spiraltrunk.model.kinematics.shape import Shape, Status, describe_batch, describe_range
+from spiraltrunk.model.statics.loading_path import LoadingPath
 from spiraltrunk.model.statics.loads import Loads
 
 __all__ = ["InverseOptions", "InverseSolution", "curl", "follow", "solve"]
@@ -45,12 +48,12 @@ _DEFAULT, _CURL = InverseOptions(), InverseOptions(tolerance=1e-3, tries=24)
 
 @explain_fields
 @final
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class InverseSolution:
     """Tensions, cable lengths and equilibrium of each target; leading axes ``...`` are those of the batch."""
 
     shape: Shape
-    """Equilibrium at these tensions, as `statics.solve` finds it from the straight trunk."""
+    """Equilibrium at these tensions, as `statics.solve` finds it from the straight trunk, or at the end of ``path``."""
     tension: np.ndarray
     """Tension of each cable, shape (..., n_cable) [N]."""
     pull: np.ndarray
@@ -67,6 +70,8 @@ class InverseSolution:
     """Angle between the tip's direction and the target's, if it has one, shape (...) [rad]."""
     gap: np.ndarray | None = None
     """Gap between each section's surface and the circle of a curl, negative inside, shape (..., n_section) [m]."""
+    path: LoadingPath | None = None
+    """Where there is friction: which cable is loaded first and how each is held, for `statics.load_along`."""
 
     @property
     def points(self) -> np.ndarray:
@@ -78,6 +83,13 @@ class InverseSolution:
         """The gravest status in words."""
         return Status.worst(self.status).advice
 
+    def __repr__(self) -> str:
+        parts = [
+            f"distance {describe_range(self.distance)} m", f"tension {describe_range(self.tension)} N",
+            f"pull {describe_range(self.pull)} m",
+        ]  # fmt: skip
+        return describe_batch(self, self.status, parts if self.path is None else [*parts, repr(self.path)])
+
 
 def solve(
     design: TrunkDesign,
@@ -88,6 +100,7 @@ def solve(
     theta_0: ArrayLike = math.pi / 2,
     roll: ArrayLike = 0.0,
     loads: Loads | None = None,
+    friction: float | None = None,
     options: InverseOptions | None = None,
 ) -> InverseSolution:
     """Cable tensions for a tip position, or for position and direction in least squares.
@@ -102,16 +115,23 @@ def solve(
         theta_0: angle of the base axis below the horizontal, shape (...) [rad]; pi / 2 hangs.
         roll: rotation of the trunk about its base axis, shape (...) [rad].
         loads: loads besides its weight.
-        options: options of the search.
+        friction: coefficient between cables and holes [-]; None takes the design's, 0 by default.
+        options: options of the search; ``samples`` is used without friction only.
+
+    With friction the shape depends on the order of loading, and the solution's ``path`` is part of the answer: one
+    cable may be held by a tension first, then one or two are pulled to their lengths, one after the other.
+    `statics.load_along` with this path, base pose, loads, friction and ``options.statics`` gives the solution's shape.
 
     Returns:
         Tensions, pulls and shape; the status is OUT_OF_REACH where the residual exceeds the tolerance.
 
     Raises:
         ModelError: for wrong shapes, and numbers that are not finite or out of range.
-        DesignError: for arguments of another type.
+        DesignError: for a friction out of range, and arguments of another type.
     """
     check_type("design", design, TrunkDesign)
+    options = _read_options(options, _DEFAULT)
+    mu = read_friction(design, friction, options)
     wanted, count = read_numbers("tip", tip, _PLACES, shape=(..., 3), unit="m"), design.n_section
     aimed: np.ndarray = np.zeros(3) if direction is None else _read_unit("direction", direction)
     weight = float(read_numbers("direction_weight", direction_weight, Range(least=1e-6, most=1e3), shape=()))
@@ -120,18 +140,21 @@ def solve(
     point, heading, last = np.zeros((*batch, count, 3)), np.zeros((*batch, 3)), np.zeros(count)
     point[..., -1, :], heading[:], last[-1] = wanted, aimed, 1.0
     point, heading = point.reshape(-1, count, 3), heading.reshape(-1, 3)
-    turn = 0.0 if direction is None else weight
-    targets = _build_targets(design, point=point, weight=last, heading=heading, turn=turn)
-    options = _read_options(options, _DEFAULT)
-    shape = solve_targets(design, cases, targets, options, batch)
+    turn, path = 0.0 if direction is None else weight, None
+    if mu > 0:
+        goals = [Goal(end, way, turn) for end, way in zip(point[:, -1], heading, strict=True)]
+        shape, path = solve_with_friction(design, cases, goals, mu, options, batch=batch)
+    else:
+        targets = _build_targets(design, point=point, weight=last, heading=heading, turn=turn)
+        shape = solve_targets(design, cases, targets, options, batch)
     away = shape.points[..., -1, :] - wanted
     x, y, z = away[..., 0], away[..., 1], away[..., 2]
     distance = np.sqrt(x * x + y * y + z * z)
     if direction is None:
-        return _build_solution(shape, distance, distance <= options.tolerance)
+        return _build_solution(shape, distance, distance <= options.tolerance, path=path)
     chord = np.linalg.norm(section_axes(shape.points)[..., -1, :] - aimed, axis=-1)
     is_reached = np.hypot(distance, turn * chord) <= options.tolerance
-    return _build_solution(shape, distance, is_reached, turn=2 * np.arcsin(np.minimum(chord / 2, 1.0)))
+    return _build_solution(shape, distance, is_reached, turn=2 * np.arcsin(np.minimum(chord / 2, 1.0)), path=path)
 
 
 def follow(
@@ -263,6 +286,7 @@ def _build_solution(
     *,
     turn: np.ndarray | None = None,
     gap: np.ndarray | None = None,
+    path: LoadingPath | None = None,
 ) -> InverseSolution:
     """The solution, with the batch axes of the shape."""
     has_failed = shape.status == _NOT_CONVERGED
@@ -271,9 +295,10 @@ def _build_solution(
     else:
         status = np.where(has_failed, _NOT_CONVERGED, np.where(is_reached, _CONVERGED, _OUT_OF_REACH))
     tension = shape.cable_change * 0 if shape.forces is None else shape.forces.cable_tension
+    pull = shape.cable_change if path is None else np.where(path.by_tension, shape.cable_change, path.pull)
     return InverseSolution(
-        shape=shape, tension=tension, pull=shape.cable_change, distance=np.asarray(distance), status=status,
-        turn=None if turn is None else np.asarray(turn), gap=gap,
+        shape=shape, tension=tension, pull=pull, distance=np.asarray(distance), status=status,
+        turn=None if turn is None else np.asarray(turn), gap=gap, path=path,
     )  # fmt: skip
 
 

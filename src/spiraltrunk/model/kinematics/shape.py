@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, TypeVar, final
@@ -82,7 +83,7 @@ class History:
 
 @explain_fields
 @final
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Shape:
     """Section ends, joints and cables of the trunk, and the forces of an equilibrium.
 
@@ -114,6 +115,32 @@ class Shape:
     def advice(self) -> str:
         """The most severe status in words."""
         return Status.worst(self.status).advice
+
+    def __repr__(self) -> str:
+        sections, cables = self.points.shape[-2], self.cable_change.shape[-1]
+        x, y, z = (describe_range(self.points[..., -1, axis]) for axis in range(3))
+        parts = [
+            f"{sections} sections", f"{cables} cables", f"tip x {x}, y {y}, z {z} m",
+            f"pull {describe_range(self.cable_change)} m",
+        ]  # fmt: skip
+        return describe_batch(self, self.status, parts)
+
+
+def describe_batch(part: object, status: np.ndarray, parts: list[str]) -> str:
+    """One line: class, batch axes, ``parts``, and how many solutions have each status."""
+    names = [Status(int(value)).name for value in np.ravel(status)]
+    if np.ndim(status) == 0:
+        return f"{type(part).__name__}({', '.join([*parts, *names])})"
+    each = [f"{name} {count}" for name, count in sorted(Counter(names).items())]
+    return f"{type(part).__name__}({', '.join([f'batch {np.shape(status)}', *parts, *each])})"
+
+
+def describe_range(array: np.ndarray) -> str:
+    """Least and largest number of an array, "0.012 to 0.5"; one number where both are the same."""
+    if np.size(array) == 0:
+        return "none"
+    least, most = f"{np.min(array):.3g}", f"{np.max(array):.3g}"
+    return least if least == most else f"{least} to {most}"
 
 
 _Part = TypeVar("_Part", Shape, Forces, History)

@@ -185,15 +185,24 @@ def _choose_kernel(friction: float, options: StaticsOptions) -> Any:
     return increment_rows if friction > 0 else solve_rows
 
 
-def _solve(kernel: Any, design: TrunkDesign, arguments: _Arguments) -> Shape:
+def _solve(kernel: Any, design: TrunkDesign, arguments: _Arguments, *, falls_back: bool = True) -> Shape:
     """Shapes by a kernel; where incremental loading with friction does not converge, by quasi-static loading."""
     options = arguments.options
     trunk, straight = get_trunk(design, options)
     nd, solution = 3 if options.has_torsion else 2, _start(arguments, trunk)
     _run(kernel, _build_problem(arguments, straight), solution, trunk, nd)
-    if arguments.friction > 0 and options.quasi_static is None:
+    if falls_back and arguments.friction > 0 and options.quasi_static is None:
         _fall_back(arguments, solution, trunk, straight, nd)
     return build_shape(solution, arguments.batch)
+
+
+def solve_in_increments(
+    design: TrunkDesign, cables: CableInput, forces: BodyForces, base: np.ndarray, start: Shape | None, **model: Any
+) -> Shape:
+    """`solve` from checked inputs, row by row of the start, without fallback; ``model``: friction and options."""
+    batch = base.shape[:-2] if start is None else start.status.shape
+    arguments = _Arguments(cables, forces, base, batch, start, **model)
+    return _solve(increment_rows, design, arguments, falls_back=False)
 
 
 def _fall_back(arguments: _Arguments, solution: Solution, trunk: Trunk, straight: np.ndarray, nd: int) -> None:
