@@ -5,7 +5,8 @@ reached within 0.5 mm, as `statics.load_along` replays the answers.
 
 A target is the tip after a drawn loading of the hanging trunk: in half of them one cable is held by 0.1 to 20 N first;
 then one cable is pulled by up to its stroke, and in three of four another one after it. Loadings in which a winder
-stalls, or which do not converge, reach nothing and are drawn again.
+stalls, cable is left over with every joint shut, or which do not converge, do not reach their pulls: they are drawn
+again.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def draw_tips(count: int, friction: float, seed: int) -> tuple[np.ndarray, np.nd
     while sum(len(tip) for tip, _ in found) < count:
         shape = statics.load_along(PAPER, draw_paths(20, rng), friction=friction)
         assert shape.forces is not None
-        is_reached = (shape.status == Status.CONVERGED) | (shape.status == Status.ALL_SHUT)
+        is_reached = shape.status == Status.CONVERGED
         found.append((shape.points[is_reached, -1], shape.forces.cable_tension[is_reached]))
         drawn += 20
     tip, tension = (np.concatenate(parts)[:count] for parts in zip(*found, strict=True))

@@ -30,11 +30,23 @@ _GOOD = 0.3
 _LEAST_GAIN = 1e-4
 """Predicted relative gain below which a search has ended [-]."""
 
+_SLOW = 0.7
+"""Part of the residual left by a step above which it counts as slow [-]."""
+
+_SLOW_MOST = 4
+"""Slow steps in a row with which a search has ended [-]."""
+
 _DAMPING_MOST = 1e3
 """Damping at which a search has ended [-]."""
 
 _REPEATED = 1.3
 """Factor on the distance of starts of an order that was tried already [-]."""
+
+_FROM_STARTS = 0.75
+"""Part of the tries that begin at the table's starts; the others begin beside the best loading found [-]."""
+
+_SHIFTS = np.array([[0.5, 0.0, 0.0], [0.0, 0.7, -0.7], [0.0, -0.7, 0.7], [-0.5, 0.3, 0.3]])
+"""Where beside it, in the scaled unknowns [-]."""
 
 _HELD_UNIT = 26.0
 """Tension at which its scale turns from linear to logarithmic, over the least tension that bends the trunk [-]."""
@@ -80,17 +92,27 @@ def search_path(loading: StagedLoading, starts: FrictionStarts, goal: Goal, limi
     misses = goal.residual(starts.tip @ turned.T, starts.heading @ turned.T)
     score = np.linalg.norm(misses, axis=1) * (1 + 0.3 * starts.values[:, 0] / loading.design.cable.tension_max)
     best: Found | None = None
-    for _ in range(min(tries, score.size)):
-        index = int(np.argmin(score))
-        held, first, second = starts.cables[index].tolist()
-        score[index] = math.inf
-        score[(starts.cables == starts.cables[index]).all(axis=1)] *= _REPEATED
-        found = _Search(loading, (held, first, second), goal).run(starts.values[index], rounds, enough)
+    for attempt in range(min(tries, score.size)):
+        shift = np.zeros(TURNS)
+        if best is not None and attempt >= _FROM_STARTS * tries:
+            cables, values, shift = best.cables, best.values, _SHIFTS[attempt % len(_SHIFTS)]
+        else:
+            cables, values = _take_next(starts, score)
+        found = _Search(loading, cables, goal).run(values, shift, rounds, enough)
         best = found if best is None or found.norm < best.norm else best
         if best.norm <= enough:
             break
     assert best is not None  # There is at least one start: rest.
     return best
+
+
+def _take_next(starts: FrictionStarts, score: np.ndarray) -> tuple[tuple[int, int, int], np.ndarray]:
+    """Cables and values of the best start, which is then not taken again, and its order later."""
+    index = int(np.argmin(score))
+    held, first, second = starts.cables[index].tolist()
+    score[index] = math.inf
+    score[(starts.cables == starts.cables[index]).all(axis=1)] *= _REPEATED
+    return (held, first, second), starts.values[index]
 
 
 class _Trial(NamedTuple):
@@ -149,10 +171,11 @@ class _Search:
                 columns[:, turn] = (other.residual - trial.residual) / (x[turn] - trial.x[turn])
         return columns
 
-    def run(self, start: np.ndarray, rounds: int, enough: float) -> Found:
-        """Search from tension and pulls ``start`` until the norm is ``enough`` or nothing is gained."""
-        best, damping, jacobian = self.load(self.scale(start), [self.loading.rest]), 1e-6, None
-        while math.isfinite(best.norm) and best.norm > 0.5 * enough and self.count < rounds:
+    def run(self, start: np.ndarray, shift: np.ndarray, rounds: int, enough: float) -> Found:
+        """Search from tension and pulls ``start``, shifted, until the norm is ``enough`` or nothing is gained."""
+        x = np.clip(self.scale(start) + shift, 0.0, self.most)
+        best, damping, jacobian, slow = self.load(x, [self.loading.rest]), 1e-6, None, 0
+        while 0.5 * enough < best.norm < math.inf and self.count < rounds and slow < _SLOW_MOST:
             is_fresh = jacobian is None
             jacobian = self.differentiate(best) if jacobian is None else jacobian
             x = best.x + bounded_step(best.x, self.most, jacobian, best.residual, damping)
@@ -164,6 +187,7 @@ class _Search:
                 jacobian = None
                 continue
             trial = self.load(x, [self.loading.rest])
+            slow = slow + 1 if trial.norm > _SLOW * best.norm else 0
             is_poor = not trial.norm <= _GOOD * best.norm
             if math.isfinite(trial.norm):
                 change = trial.residual - best.residual - jacobian @ step

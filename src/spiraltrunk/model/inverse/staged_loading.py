@@ -42,8 +42,8 @@ class State(NamedTuple):
 
     @property
     def is_sound(self) -> np.ndarray:
-        """Whether each converged and no winder stalled, shape (b,) [bool]."""
-        return np.asarray((self.shape.status == Status.CONVERGED) | (self.shape.status == Status.ALL_SHUT))
+        """Whether each converged with no winder stalled and no cable left over, shape (b,) [bool]."""
+        return np.asarray(self.shape.status == Status.CONVERGED)
 
 
 def select_rows(state: State, rows: np.ndarray) -> State:
