@@ -27,6 +27,7 @@ CALLS = {
     ],
     "reference.bend_dorsal_points": ["-c", MODEL + "reference.bend_dorsal_points(PAPER, [0.05], 0.4)"],
     "inverse.solve": ["-c", MODEL + "inverse.solve(PAPER, [0.1, -0.4, 0.0])"],
+    "inverse.solve, friction": ["-c", MODEL + "inverse.solve(PAPER, [0.1, -0.4, 0.0], friction=0.15)"],
     "grasp": ["-m", "spiraltrunk", "grasp", "--no-video"],
     "python -c pass": ["-c", "pass"],
 }  # fmt: skip

@@ -11,6 +11,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.model import inverse, statics
 from spiraltrunk.model.inverse.path_search import bounded_step
+from spiraltrunk.model.inverse.solve import InverseSolution
 from spiraltrunk.model.inverse.staged_loading import assign_turns
 from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics.loads import Loads
@@ -45,7 +46,7 @@ def draw(count: int, friction: float, seed: int) -> np.ndarray:
     return np.array(tips)
 
 
-def replay(solution: inverse.InverseSolution, row: int, friction: float) -> Shape:
+def replay(solution: InverseSolution, row: int, friction: float) -> Shape:
     """The path of one row by `statics.solve` alone."""
     path = solution.path
     assert path is not None
