@@ -80,7 +80,9 @@ def main() -> int:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=300, metavar="N", help="targets per friction (default 300)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the draws (default 0)")
+    parser.add_argument(
+        "--seed", type=int, default=1, metavar="N", help="seed of the draws (default 1; the search was tuned on 0)"
+    )
     parser.add_argument("--frictions", type=float, nargs="+", default=[0.1, 0.2, 0.4], metavar="MU")
     given = parser.parse_args()
     print("friction  targets   drawn<=0.5mm   median[mm]   99th[mm]  ms/target  without[ms]")

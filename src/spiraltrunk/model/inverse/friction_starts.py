@@ -19,7 +19,7 @@ _GRID = 13
 _STEPS_MOST = 2 * _GRID
 """Most steps of a cable, which is longer than straight where another one is pulled."""
 
-_HELD = (0.0, 13.0, 130.0)
+_HELD = (0.0, 13.0, 60.0, 200.0)
 """Tensions of the cable held by tension, over the least tension that bends the trunk noticeably [-]."""
 
 _ROUGH = 1e-6

@@ -33,14 +33,17 @@ _LEAST_GAIN = 1e-4
 _SLOW = 0.7
 """Part of the residual left by a step above which it counts as slow [-]."""
 
-_SLOW_MOST = 4
-"""Slow steps in a row with which a search has ended [-]."""
+_SLOW_MOST = 6
+"""Slow or failed steps in a row with which a search has ended [-]."""
 
 _DAMPING_MOST = 1e3
 """Damping at which a search has ended [-]."""
 
 _REPEATED = 1.3
 """Factor on the distance of starts of an order that was tried already [-]."""
+
+_LESS = (0.97, 0.93, 0.85)
+"""Parts of a start's pulls that are tried where the start itself is not sound [-]."""
 
 _FROM_STARTS = 0.75
 """Part of the tries that begin at the table's starts; the others begin beside the best loading found [-]."""
@@ -171,10 +174,19 @@ class _Search:
                 columns[:, turn] = (other.residual - trial.residual) / (x[turn] - trial.x[turn])
         return columns
 
+    def begin(self, x: np.ndarray) -> _Trial:
+        """Loading at ``x``, or with less pull where the table's coarser loading held and this one does not."""
+        trial = self.load(x, [self.loading.rest])
+        for share in _LESS:
+            if math.isfinite(trial.norm):
+                break
+            trial = self.load(x * np.array([1.0, share, share]), [self.loading.rest])
+        return trial
+
     def run(self, start: np.ndarray, shift: np.ndarray, rounds: int, enough: float) -> Found:
         """Search from tension and pulls ``start``, shifted, until the norm is ``enough`` or nothing is gained."""
-        x = np.clip(self.scale(start) + shift, 0.0, self.most)
-        best, damping, jacobian, slow = self.load(x, [self.loading.rest]), 1e-6, None, 0
+        best = self.begin(np.clip(self.scale(start) + shift, 0.0, self.most))
+        damping, jacobian, slow = 1e-6, None, 0
         while 0.5 * enough < best.norm < math.inf and self.count < rounds and slow < _SLOW_MOST:
             is_fresh = jacobian is None
             jacobian = self.differentiate(best) if jacobian is None else jacobian
@@ -196,7 +208,7 @@ class _Search:
                 damping = 3 * damping if is_fresh and trial.norm > 0.8 * best.norm else max(damping / 10, 1e-9)
                 best, jacobian = trial, None if is_poor else jacobian
             else:
-                damping = max(10 * damping, 1e-3) if is_fresh else max(3 * damping, 1e-4)
+                damping = max(30 * damping, 1e-2) if is_fresh else max(3 * damping, 1e-3)
                 jacobian = jacobian if is_fresh else None
         return Found(self.unscale(best.x), self.cables, best.states[-1].pull[0], best.norm)
 
