@@ -57,7 +57,7 @@ def run_world(seed: int, kind: str) -> dict[str, Any]:
         "seed": seed, "kind": kind, "wall_s": wall, "cpu_s": cpu, "is_settled": found.fit.has_converged,
         "held_out_m": {k: mean_errors(found.held_out, kinds, (k,)) for k in ("rest", "bend-dorsal", "twist")},
         "judged_m": mean_errors(found.held_out, kinds, JUDGED),
-        "noise_m": found.fit.noise_model.noise, "discrepancy_m": found.fit.noise_model.discrepancy,
+        "noise_m": found.fit.noise, "discrepancy_m": max(one.discrepancy for one in found.misfits),
         "unsettled": sum(run.unsettled for run in played),
         "off": score(found, world.values), "away": name_each(found, found.fit.values - world.values),
         "ratio": {p.name: p.width_ratio for p in found.parameters},

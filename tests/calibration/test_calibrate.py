@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from spiraltrunk.calibration.calibrate import Settings, Weighing, calibrate, compute_rmse
+from spiraltrunk.calibration.fit_problem import FitProblem, split_half
 from spiraltrunk.calibration.identifiability import advise, list_unidentified
-from spiraltrunk.calibration.map_fit import MODEL_ERROR, FitProblem, add_model_error, inflate, split_half
+from spiraltrunk.calibration.map_fit import MODEL_ERROR, add_model_error, inflate
 from spiraltrunk.calibration.noise_model import Block, NoiseModel, build_covariance, factorise, whiten
 from spiraltrunk.calibration.parameters import (
     BenchStiffness,

@@ -71,7 +71,7 @@ def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, ca
      (["--virtual", "x", "--out", "y"], "--out given with --virtual"),
      (["--virtual", "x", "--mass-g", "200"], "without takes"),
      (["rest-000=a.csv", "--mass-sd-g", "1"], "--mass-g"), (["rest-000=a.csv", "--mass-g", "0"], "above 0"),
-     (["rest-000=a.csv", "--hold-out", "rest-000=a.csv"], "fitted and held out"),
+     (["rest-000=a.csv", "--hold-out", "rest-000=a.csv"], "every take is held out"),
      (["rest-000=a.csv", "--seed", "3"], "--seed given without --virtual"),
      (["other.csv"], "belongs to no run"), (["rest-000=missing.csv", "--axes", "y-up"], "missing.csv"),
      (["rest-000=missing.csv", "--protocol", "none.toml"], "none.toml")],
@@ -90,10 +90,24 @@ def test_what_is_fitted_does_not_judge_under_another_name(takes, tmp_path, capsy
     first = takes / "rest-045_1.csv"
     copy = tmp_path / "copy.csv"
     copy.write_bytes(first.read_bytes())
-    for other in (f"{takes}/./rest-045_1.csv", f"rest-045={copy}"):
-        arguments = [str(first), "--hold-out", other, "--protocol", str(takes / "protocol.toml")]
-        assert main(["calibrate", *arguments]) == 2
-        assert "the same file as" in capsys.readouterr().err
+    arguments = [str(first), "--hold-out", f"rest-045={copy}", "--protocol", str(takes / "protocol.toml")]
+    assert main(["calibrate", *arguments]) == 2
+    assert "the same file as" in capsys.readouterr().err
+
+
+def test_of_all_takes_those_held_out_are_not_fitted(takes, capsys):
+    """As anybody types it: every file, and one of them held out, be it under another path."""
+    files = sorted(str(path) for path in takes.glob("rest-045_*.csv"))
+    arguments = [*files, "--hold-out", f"{takes}/./rest-045_2.csv", "--protocol", str(takes / "protocol.toml")]
+    assert main(["calibrate", *arguments, "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert [path.rsplit("/")[-1] for path in result["takes"]["fitted"]] == ["rest-045_1.csv"]
+    assert [path.rsplit("/")[-1] for path in result["takes"]["held_out"]] == ["rest-045_2.csv"]
+    assert result["held_out"]["all"]["shapes"] == 1
+    (misfit,) = result["misfit_by_run"]
+    assert misfit["take"] == "rest-045_1.csv"
+    assert 0 < misfit["registered_rms_m"] <= misfit["rms_m"] < 5e-3
+    assert not misfit["is_out_of_proportion"]
 
 
 def test_a_folder_that_cannot_be_written_is_told_before_the_fit(takes, capsys):
@@ -102,3 +116,31 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_fit(takes, capsys):
     said = capsys.readouterr().err
     assert "cannot be written" in said
     assert "reading" not in said
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1500)
+@pytest.mark.parametrize("seed", [2000, 2003, 2005])
+def test_more_recordings_do_not_make_a_calibration_worse(seed, tmp_path, capsys):
+    """All first takes of a simulated session, through files; with the twist friction used to be told as 0.23 to 0.3."""
+    assert main(["calibrate", "--virtual", str(tmp_path), "--seed", str(seed), "--json"]) == 0
+    truth = json.loads(capsys.readouterr().out)
+    first = sorted(str(path) for path in tmp_path.glob("*_1.csv"))
+    held = ["--hold-out", str(tmp_path / "bend-dorsal_2.csv")]
+    weighed = ["--mass-g", f"{truth['mass_g']:.6f}", "--protocol", str(tmp_path / "protocol.toml")]
+    assert main(["calibrate", *first, *held, *weighed, "--json"]) == 0
+    said = capsys.readouterr()
+    result = json.loads(said.out)
+    true = {
+        "friction": truth["friction"],
+        "give": 1e-3 * truth["give_mm_per_n"],
+        "slack_1": 1e-3 * truth["slack_mm"][0],
+    }
+    for name, value in true.items():
+        parameter = result["parameters"][name]
+        assert parameter["low_95"] <= value <= parameter["high_95"], name
+        assert parameter["is_told"] or name == "give", name
+    assert abs(result["parameters"]["friction"]["value"] - truth["friction"]) < 0.01
+    assert result["held_out"]["all"]["calibrated_mean_rmse_m"] < 0.5e-3
+    assert [row["take"] for row in result["misfit_by_run"] if row["is_out_of_proportion"]] == ["twist_1.csv"]
+    assert "twist_1.csv is misfitted" in said.err

@@ -80,6 +80,11 @@ def test_without_json_there_are_tables(tmp_path, capsys):
      (["--ring-down", "1=flat.csv", "--inertia-kg-m2", "1=1e-5"], "joint 1: "),
      (["--ring-down", "1=ring.csv", "--inertia-kg-m2", "1=nan"], "above 0"),
      (["--ring-down", "1=ring.csv", "--inertia-kg-m2", "1=0"], "above 0"),
+     (["--ring-down", "1=ring.csv", "--inertia-kg-m2", "1=-2", "--inertia-sd-percent", "-5"], "'1=-2'; allowed: above"),
+     (["--ring-down", "1=ring.csv", "--inertia-kg-m2", "1=2", "--inertia-sd-percent", "-5"], "is -5; allowed: 0 or"),
+     (["--ring-down", "99=ring.csv", "--inertia-kg-m2", "99=1"], "joint 99; allowed: 1 to 17, as the design"),
+     (["--bench", "far.csv"], "joint 18; allowed: 1 to 17, as the design"),
+     (["--bench", "nan.csv"], "angle_deg is 'nan'; allowed: 0 to 180"),
      (["--ring-down", "1=ring.csv", "--inertia-kg-m2", "1=1", "--inertia-kg-m2", "1=2"], "twice"),
      (["--ring-down", "1=ring.csv", "--inertia-kg-m2", "1=1", "--inertia-kg-m2", "2=2"], "joint 2 without"),
      (["--bench", "few.csv", "--inertia-kg-m2", "1=1"], "without --ring-down"),
@@ -95,7 +100,9 @@ def test_bad_records_and_options_are_one_line(arguments, words, capsys, tmp_path
     (tmp_path / "few.csv").write_text(HEAD + "2,0.05,10,1\n2,0.05,20,2\n")
     (tmp_path / "idle.csv").write_text(HEAD + "1,0.05,0,4\n" * 4)
     (tmp_path / "lever.csv").write_text(HEAD + "1,0,10,4\n" * 4)
+    (tmp_path / "nan.csv").write_text(HEAD + "1,0.05,10,nan\n")
     _write_loads(tmp_path / "good.csv")
+    _write_loads(tmp_path / "far.csv", (18,))
     _write_ring(tmp_path / "ring.csv")
     (tmp_path / "flat.csv").write_text("time_s,acceleration\n" + "".join(f"{i},0\n" for i in range(40)))
     before = sorted(tmp_path.iterdir())

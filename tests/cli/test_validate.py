@@ -179,6 +179,10 @@ BAD = {
     "one twice": (["bend=a.csv", "bend=a.csv"], "given twice"),
     "one twice, spelled differently": (["bend=a.csv", "bend=./a.csv"], "'./a.csv' is given twice"),
     "a section 0": (["bend=a.csv", "--alignment", "run:0-5"], "'run:0-5'; allowed: base, run or shape; the last two"),
+    "a section beyond the last": (
+        ["bend=a.csv", "--alignment", "run:99"],
+        "'run:99', with section 99; allowed: sections 1 to 18, as the design",
+    ),
     "sections backwards": (["bend=a.csv", "--alignment", "run:5-1"], "the lower end of a range first"),
 }
 
@@ -202,7 +206,7 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(capsys: pytest.
 
 def test_sections_that_the_design_does_not_have_are_named(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     told = refuse([*validate(folder), "--alignment", "run:1-99"], capsys)
-    assert "alignment has section 99; allowed: sections 1 to 18" in told
+    assert "--alignment is 'run:1-99', with section 99; allowed: sections 1 to 18, as the design has" in told
 
 
 def test_a_broken_recording_leaves_the_last_report(

@@ -16,7 +16,8 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spiraltrunk.calibration.map_fit import FitProblem, MapEstimate, estimate_map
+from spiraltrunk.calibration.fit_problem import FitProblem
+from spiraltrunk.calibration.map_fit import MapEstimate, estimate_map
 from spiraltrunk.calibration.parameters import (
     BenchStiffness,
     Gaussian,
@@ -115,6 +116,25 @@ class Errors:
 @explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
+class RunMisfit:
+    """How well the calibrated model expresses the fitted takes of one run."""
+
+    take: str
+    """Its takes, their names joined by "+"."""
+    kind: str
+    """What was pulled, of `measured_shapes.KINDS`."""
+    n_shape: int
+    """Distinct shapes [-]."""
+    rms: float
+    """Root mean square distance of the measured from the predicted points [m]."""
+    registered_rms: float
+    """The same without the part that an error of the registration explains [m]."""
+    discrepancy: float
+    """Standard deviation of the model's error that the fit allowed for, at the tip of the straight trunk [m]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
 class Calibration:
     """A calibrated trunk."""
 
@@ -132,6 +152,8 @@ class Calibration:
     """Parameter vector, covariance and noise model."""
     fitted: Errors
     """Errors on the shapes that were fitted."""
+    misfits: tuple[RunMisfit, ...]
+    """Misfit of each run that was fitted."""
     held_out: Errors
     """Errors on the others."""
     unsolved: int
@@ -180,7 +202,8 @@ def calibrate(
     return Calibration(
         design=apply_parameters(design, fit.values)[0], winders=winders, parameters=describe(design, fit, prior),
         correlation=fit.covariance / np.outer(spread, spread), names=prior.names, fit=fit, fitted=fitted,
-        held_out=held_out, unsolved=int(equilibria.has_failed[of_shape].sum()),
+        held_out=held_out, misfits=_name_misfits(fit, shapes, chosen, (states, of_shape)),
+        unsolved=int(equilibria.has_failed[of_shape].sum()),
     )  # fmt: skip
 
 
@@ -191,6 +214,25 @@ def compute_rmse(predicted: np.ndarray, measured: np.ndarray) -> np.ndarray:
     count = seen.sum(axis=-1)
     total = np.where(seen, square, 0.0).sum(axis=-1)
     return np.sqrt(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+
+
+def _name_misfits(
+    fit: MapEstimate, shapes: MeasuredShapes, chosen: np.ndarray, known: tuple[tuple[State, ...], np.ndarray]
+) -> tuple[RunMisfit, ...]:
+    """Misfits of the chains by the takes that were fitted."""
+    states, of_shape = known
+    chain = np.array([state.chain for state in states])[of_shape]
+    out = []
+    for one in fit.misfits:
+        own = np.flatnonzero(chosen & (chain == one.chain))
+        takes = dict.fromkeys(shapes.take[i] for i in own)
+        out.append(
+            RunMisfit(
+                take="+".join(takes), kind=shapes.kind[own[0]], n_shape=len(np.unique(of_shape[own])), rms=one.rms,
+                registered_rms=one.registered_rms, discrepancy=one.noise_model.discrepancy,
+            )
+        )  # fmt: skip
+    return tuple(out)
 
 
 def _check(design: TrunkDesign, shapes: MeasuredShapes, chosen: np.ndarray) -> None:

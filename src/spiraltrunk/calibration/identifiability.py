@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from spiraltrunk.calibration.calibrate import Calibration, Parameter
+from spiraltrunk.calibration.calibrate import Calibration, Parameter, RunMisfit
 
 CORRELATED = 0.95
 """Correlation above which two parameters are identified together only [-] (ours)."""
+
+MISFITTED = 3.0
+"""RMS of a run over the median of the others above which the run is misfitted [-] (ours)."""
+
+_LEAST_MISFIT = 2e-3
+"""RMS over the trunk's length below which no run is misfitted [-] (ours: 1 mm)."""
 
 _HOW = {
     "stiffness": "a bending take that shuts this joint and holds shapes before it does",
@@ -30,6 +36,17 @@ def list_correlated(calibration: Calibration) -> tuple[tuple[str, str, float], .
     upper = np.triu(np.abs(calibration.correlation), 1)
     pairs = np.argwhere(upper > CORRELATED)
     return tuple((calibration.names[i], calibration.names[j], float(calibration.correlation[i, j])) for i, j in pairs)
+
+
+def list_misfitted(calibration: Calibration) -> tuple[RunMisfit, ...]:
+    """Runs whose misfit is out of proportion to that of the other fitted runs: the model does not express them."""
+    rms = [run.registered_rms for run in calibration.misfits]
+    least = _LEAST_MISFIT * calibration.design.length
+    return tuple(
+        run
+        for i, run in enumerate(calibration.misfits)
+        if len(rms) > 1 and rms[i] > max(MISFITTED * float(np.median([*rms[:i], *rms[i + 1 :]])), least)
+    )
 
 
 def advise(calibration: Calibration, *, was_weighed: bool) -> tuple[str, ...]:

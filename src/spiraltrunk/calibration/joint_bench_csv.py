@@ -100,7 +100,11 @@ def _parse(cell: str, column: tuple[str, tuple[float, float]], where: tuple[str,
     if not least <= value <= most or (name == "joint" and not value.is_integer()):
         number = "a whole number from " if name == "joint" else ""
         file, line, place = where
+        given = cell.strip()[:40] if math.isfinite(value) else repr(cell.strip()[:40])
         raise TakeError(
-            f"{name} is {cell.strip()[:40]}; allowed: {number}{least:g} to {most:g}", file=file, line=line, column=place
+            f"{name} is {given}; allowed: {number}{least:g} to {most:g}",
+            file=file,
+            line=line,
+            column=place,
         )
     return value

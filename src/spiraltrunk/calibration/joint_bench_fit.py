@@ -155,7 +155,8 @@ def fit_ring_down(time: ArrayLike, acceleration: ArrayLike, inertia: float, iner
     """
     t, a = _read_record(time, acceleration)
     if not (math.isfinite(inertia) and inertia > 0 and math.isfinite(inertia_spread) and inertia_spread >= 0):
-        raise ModelError(f"inertia is {inertia!r} +- {inertia_spread!r}; allowed: finite, above 0 kg m^2")
+        allowed = "finite, above 0 kg m^2, with a standard deviation of 0 or more"
+        raise ModelError(f"inertia is {inertia!r} with a standard deviation of {inertia_spread!r}; allowed: {allowed}")
     begin = _guess_ring_down(t, a)
     found = least_squares(lambda p: _ring_down(p, t) - a, begin, x_scale=np.maximum(np.abs(begin), 1e-3), max_nfev=300)
     cosine, omega, ratio, sine, _ = found.x.tolist()

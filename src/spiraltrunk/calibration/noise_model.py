@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
-from scipy.optimize import minimize
+from scipy.optimize import minimize_scalar
 
-_LENGTH_SCALE, _STROKE_SCALE = 0.3, 0.03
-"""Correlation lengths of the discrepancy: along the trunk over its length [-], and in cable pulled in [m] (ours: a
-third of the trunk, and a quarter of the paper's stroke)."""
+_STROKE_SCALE = 0.03
+"""Correlation length of the discrepancy in cable pulled in [m] (ours: a quarter of the paper's stroke)."""
 
 _LEAST_NOISE = 1e-5
 """Least standard deviation of the measurement noise [m]."""
@@ -23,8 +24,25 @@ Below a millimetre the misfit has several minima, as two joints that shut one af
 they shut the other way round; the intervals take in what lies between them (ours, see docs/validation/calibration.md).
 """
 
+LEAST_TWIST = 1e-2
+"""The same for a twist [m].
+
+Where one cable has shut a joint and another pulls it along its limit, models differ that agree in every bend: how the
+joint's axes move and how a sticking cable yields decide which joints give way. With joints of two hinges the same model
+twists 12 mm farther or less far (docs/validation/forward_models.md).
+"""
+
+_MOST = 0.2
+"""Largest standard deviation of noise and of discrepancy [m]."""
+
 _MOST_RESIDUALS = 450
 """Residuals of a chain from which the noise model is fitted; states are left out until there are no more."""
+
+_SWEEPS = 2
+"""Sweeps of the coordinate descent over the standard deviations."""
+
+_PENALTY = 0.05
+"""Prior of the logarithm of each standard deviation: half the inverse of its variance [-]."""
 
 
 @final
@@ -35,7 +53,7 @@ class NoiseModel:
     noise: float = 0.5e-3
     """Of each coordinate of each point of one take [m]."""
     discrepancy: float = 1e-3
-    """Of the model's error at the tip, along each axis [m]."""
+    """Of the model's error at the tip of the straight trunk, along each axis [m]."""
     turn: float = 2e-3
     """Of the registration's rotation about each axis [rad] (ours: 1 mm over the length of the trunk)."""
     shift: float = 3e-4
@@ -57,22 +75,34 @@ class Block:
     """Cable pulled in on the way to the state, shape (m,) [m]."""
     weight: np.ndarray
     """Takes that each is the mean of, less where it is an outlier, shape (m,) [-]."""
+    least_discrepancy: float = LEAST_DISCREPANCY
+    """Least standard deviation of its discrepancy [m]."""
+
+
+Part = tuple[Block, np.ndarray, np.ndarray]
+"""A chain with its residuals (3 m,) [m] and their Jacobian (3 m, n_parameter)."""
+
+Terms = tuple[float, np.ndarray, np.ndarray]
+"""A chain's terms of the likelihood: 1/2 r^T C^-1 r + 1/2 log|C|, J^T C^-1 J and J^T C^-1 r."""
+
+_BY_POINT = ("points", "at", "along", "stroke", "weight")
 
 
 def build_covariance(block: Block, model: NoiseModel) -> np.ndarray:
     """Covariance of the residuals of a chain, point by point and axis by axis, shape (3 m, 3 m) [m^2].
 
-    Residuals of neighbouring sections and steps are correlated wherever the model is wrong. With s, t the distances
-    along the trunk over its length and u, v the cable pulled in on the way, the covariance of two residuals along the
-    same axis is
+    Residuals of neighbouring sections and steps are correlated wherever the model is wrong. An error of a joint's bend
+    displaces all that is beyond it in proportion to the distance. With s <= t the distances along the trunk over its
+    length and u, v the cable pulled in on the way, independent errors of all bends give two residuals along the same
+    axis the covariance of an integrated Wiener process,
 
-        sigma_n^2 [same point] + sigma_d^2 s t exp(-(s - t)^2 / (2 * 0.3^2)) exp(-|u - v| / 30 mm) + registration,
+        sigma_n^2 [same point] + sigma_d^2 s^2 (3 t - s) / 2 exp(-|u - v| / 30 mm) + registration,
 
     a Gaussian process for the model's discrepancy (Kennedy and O'Hagan, Bayesian calibration of computer models, 2001),
     and for the registration a small rotation and shift of the whole chain.
     """
-    apart = block.along[:, None] - block.along
-    alike = np.outer(block.along, block.along) * np.exp(-(apart**2) / (2 * _LENGTH_SCALE**2))
+    near, far = np.minimum.outer(block.along, block.along), np.maximum.outer(block.along, block.along)
+    alike = near**2 * (3 * far - near) / 2
     alike *= np.exp(-np.abs(block.stroke[:, None] - block.stroke) / _STROKE_SCALE)
     same = model.discrepancy**2 * alike + np.diag(model.noise**2 / block.weight)
     whole = np.kron(same, np.eye(3))
@@ -94,42 +124,90 @@ def factorise(block: Block, model: NoiseModel) -> np.ndarray:
     return np.linalg.cholesky(build_covariance(block, model))
 
 
+def compute_spread(block: Block, model: NoiseModel) -> np.ndarray:
+    """Root mean square distance of each point by the noise model, shape (m,) [m]."""
+    return np.asarray(np.sqrt(np.diag(build_covariance(block, model)).reshape(-1, 3).sum(axis=1)))
+
+
 def whiten(factor: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Whitened residuals or Jacobian L^-1 r, of unit covariance [-]; ``rows`` has shape (3 m, ...) [m]."""
     return solve_triangular(factor, rows, lower=True, check_finite=False)
 
 
-def fit_noise_model(
+def fit_noise_models(
     blocks: list[Block],
     residuals: list[np.ndarray],
     jacobians: list[np.ndarray],
     covariance: np.ndarray,
-    first: NoiseModel,
-) -> NoiseModel:
+    first: list[NoiseModel],
+) -> list[NoiseModel]:
     """Maximum marginal likelihood estimate of the standard deviations, the parameters integrated out.
+
+    The noise is that of all chains, the discrepancy each chain's own. They are found one after the other (coordinate
+    descent), with a wide prior about where they begin.
 
     Args:
         blocks: chains of states.
         residuals: measured minus predicted at the prior's mean, linearised, each (3 m,) [m].
         jacobians: of the predictions by the parameters, each (3 m, n_parameter).
         covariance: of the prior, shape (n_parameter, n_parameter).
-        first: where to begin, and the registration's errors, which are given.
+        first: where to begin, one a chain, and the registration's errors, which are given.
     """
-    thinned = [_thin(*parts) for parts in zip(blocks, residuals, jacobians, strict=True)]
-    precision = np.linalg.inv(covariance)
+    fit = _Fit(
+        [_thin(*part) for part in zip(blocks, residuals, jacobians, strict=True)], np.linalg.inv(covariance), first
+    )
+    for _ in range(_SWEEPS):
+        fit.fit_noise()
+        for i in range(len(blocks)):
+            fit.fit_discrepancy(i)
+    return fit.models
 
-    def penalise(logs: np.ndarray) -> float:
-        model = replace(first, noise=float(np.exp(logs[0])), discrepancy=float(np.exp(logs[1])))
-        return _negative_log_likelihood(thinned, model, precision) + 0.05 * float(((logs - begin) ** 2).sum())
 
-    begin = np.log([first.noise, first.discrepancy])
-    corners = [begin + np.array([0.7 * a, 0.7 * b]) for a, b in ((0, 0), (1, 0), (0, 1))]
-    best = minimize(
-        penalise, begin, method="Nelder-Mead",
-        options={"initial_simplex": corners, "xatol": 0.03, "fatol": 0.1, "maxfev": 60},
-    ).x  # fmt: skip
-    noise, discrepancy = np.exp(np.clip(best, np.log([_LEAST_NOISE, LEAST_DISCREPANCY]), np.log(0.1))).tolist()
-    return replace(first, noise=noise, discrepancy=discrepancy)
+@final
+class _Fit:
+    """Coordinate descent over the logarithms of the standard deviations."""
+
+    def __init__(self, parts: list[Part], precision: np.ndarray, first: list[NoiseModel]) -> None:
+        self.parts, self.precision, self.first, self.models = parts, precision, first, list(first)
+        self.terms = [_compute_terms(part, model) for part, model in zip(parts, first, strict=True)]
+
+    def fit_noise(self) -> None:
+        """Fit the noise of all chains."""
+
+        def penalise(log: float) -> float:
+            terms = self._compute_all(math.exp(log))
+            away = log - math.log(self.first[0].noise)
+            return _negative_log_likelihood(terms, self.precision) + _PENALTY * away**2
+
+        noise = math.exp(_minimise(penalise, _LEAST_NOISE))
+        self.terms = self._compute_all(noise)
+        self.models = [replace(model, noise=noise) for model in self.models]
+
+    def fit_discrepancy(self, i: int) -> None:
+        """Fit the discrepancy of chain ``i``."""
+        part, model = self.parts[i], self.models[i]
+
+        def penalise(log: float) -> float:
+            own = _compute_terms(part, replace(model, discrepancy=math.exp(log)))
+            away = log - math.log(self.first[i].discrepancy)
+            terms = [*self.terms[:i], own, *self.terms[i + 1 :]]
+            return _negative_log_likelihood(terms, self.precision) + _PENALTY * away**2
+
+        self.models[i] = replace(model, discrepancy=math.exp(_minimise(penalise, part[0].least_discrepancy)))
+        self.terms[i] = _compute_terms(part, self.models[i])
+
+    def _compute_all(self, noise: float) -> list[Terms]:
+        return [
+            _compute_terms(part, replace(model, noise=noise))
+            for part, model in zip(self.parts, self.models, strict=True)
+        ]
+
+
+def _minimise(function: Callable[[float], float], least: float) -> float:
+    """Logarithm of a standard deviation, ``least`` to `_MOST`, at which a function of it has its minimum."""
+    bounds = math.log(least), math.log(_MOST)
+    found = minimize_scalar(function, bounds=bounds, method="bounded", options={"xatol": 0.05, "maxiter": 14})
+    return float(found.x)
 
 
 def _thin(block: Block, residual: np.ndarray, jacobian: np.ndarray) -> tuple[Block, np.ndarray, np.ndarray]:
@@ -138,27 +216,27 @@ def _thin(block: Block, residual: np.ndarray, jacobian: np.ndarray) -> tuple[Blo
     kept = np.isin(block.at[:, 0], states[:: min(step, len(states))])
     rows = np.repeat(kept, 3)
     return (
-        Block(**{part.name: getattr(block, part.name)[kept] for part in fields(Block)}),
+        replace(block, **{name: getattr(block, name)[kept] for name in _BY_POINT}),
         residual[rows],
         jacobian[rows],
     )
 
 
-def _negative_log_likelihood(
-    parts: list[tuple[Block, np.ndarray, np.ndarray]], model: NoiseModel, precision: np.ndarray
-) -> float:
+def _compute_terms(part: Part, model: NoiseModel) -> Terms:
+    block, residual, jacobian = part
+    factor = factorise(block, model)
+    r, j = whiten(factor, residual), whiten(factor, jacobian)
+    return 0.5 * float(r @ r) + float(np.log(np.diag(factor)).sum()), j.T @ j, j.T @ r
+
+
+def _negative_log_likelihood(terms: list[Terms], precision: np.ndarray) -> float:
     """Minus the logarithm of the marginal likelihood of residuals r with Jacobian J, but for a constant.
 
     1/2 r^T C^-1 r + 1/2 log|C| - 1/2 b^T A^-1 b + 1/2 log|A|, with A = P + J^T C^-1 J, b = J^T C^-1 r and P the prior's
     precision (Rasmussen and Williams, Gaussian processes for machine learning, 2006, section 2.7).
     """
-    normal, moment, total = precision.copy(), np.zeros(len(precision)), 0.0
-    for block, residual, jacobian in parts:
-        factor = factorise(block, model)
-        r, j = whiten(factor, residual), whiten(factor, jacobian)
-        total += 0.5 * float(r @ r) + float(np.log(np.diag(factor)).sum())
-        normal += j.T @ j
-        moment += j.T @ r
-    lower = cho_factor(normal, lower=True)
+    total = sum(own for own, _, _ in terms)
+    lower = cho_factor(precision + sum(normal for _, normal, _ in terms), lower=True)
+    moment = np.sum([moment for _, _, moment in terms], axis=0)
     total -= 0.5 * float(moment @ cho_solve(lower, moment))
     return total + float(np.log(np.diag(lower[0])).sum())

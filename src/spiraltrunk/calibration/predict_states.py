@@ -89,6 +89,11 @@ def compute_step(state: State, states: tuple[State, ...]) -> float:
     return float(np.abs(np.nan_to_num(np.array(state.pull)) - begin).max())
 
 
+def is_one_increment(state: State, states: tuple[State, ...]) -> bool:
+    """Whether `predict_statics` loads a state in one increment from the one before."""
+    return compute_step(state, states) <= _OPTIONS.increment + 1e-8
+
+
 @final
 @dataclass(frozen=True, kw_only=True)
 class Equilibria:
@@ -110,7 +115,9 @@ class Equilibria:
         return np.array([int(shape.status) == Status.NOT_CONVERGED for shape in self.shapes])
 
 
-def predict_statics(design: TrunkDesign, states: tuple[State, ...], winders: Winders) -> Equilibria:
+def predict_statics(
+    design: TrunkDesign, states: tuple[State, ...], winders: Winders, options: statics.StaticsOptions = _OPTIONS
+) -> Equilibria:
     """The equilibrium of every state, with the design's friction.
 
     A cable begins to pull when its slack has been taken in, and lengthens in proportion to its tension.
@@ -125,13 +132,13 @@ def predict_statics(design: TrunkDesign, states: tuple[State, ...], winders: Win
         pull = np.clip(np.where(is_relaxed, 0.0, commanded - winders.slack), -most, most)
         # As many increments whatever the slack is, or else the prediction would jump with it.
         step = compute_step(state, states)
-        increment = 1.5 * max(step / max(math.ceil(step / _OPTIONS.increment - 1e-6), 1), 1e-4)
+        increment = 1.5 * max(step / max(math.ceil(step / options.increment - 1e-6), 1), 1e-4)
         shapes.append(
             statics.solve(
                 design, pull=pull, tension=np.where(is_relaxed, 0.0, design.cable.tension_max),
                 by_tension=is_relaxed, theta_0=state.theta_0,
                 start=None if state.before < 0 else shapes[state.before],
-                options=replace(_OPTIONS, cable_stiffness=stiffness, increment=increment),
+                options=replace(options, cable_stiffness=stiffness, increment=increment),
             )
         )  # fmt: skip
         lengths.append(np.where(is_relaxed, np.nan, design.cable_stroke - pull))

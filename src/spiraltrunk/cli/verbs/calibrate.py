@@ -29,7 +29,7 @@ def add_verb(verbs: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--hold-out", type=read_text, action="append", default=[], metavar="TAKE",
-        help="a recording to evaluate the fit on, not fitted itself; can be repeated",
+        help="a recording to evaluate the fit on; it is not fitted, though it be among the TAKEs; can be repeated",
     )  # fmt: skip
     parser.add_argument("--protocol", type=read_text, default="paper", metavar="FILE", help="protocol, a TOML file")
     parser.add_argument(
@@ -56,13 +56,13 @@ def add_verb(verbs: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> Answer:
     _check(arguments)
-    if calibrate_bench.has_bench(arguments) and not arguments.takes:
-        return calibrate_bench.run_bench(arguments)
     from spiraltrunk.design import load_design
     from spiraltrunk.mocap.protocol.toml import load_protocol
 
     protocol = load_protocol(arguments.protocol)
     design = load_design(arguments.design or protocol.design)
+    if calibrate_bench.has_bench(arguments) and not arguments.takes:
+        return calibrate_bench.run_bench(arguments, design)
     if arguments.virtual is not None:
         return _simulate(arguments, design, protocol)
     return _fit(arguments, design, protocol)
@@ -90,9 +90,6 @@ def _check(arguments: argparse.Namespace) -> None:
     for message, applies in rules.items():
         if applies:
             raise UsageError(message)
-    both = sorted(set(arguments.takes) & set(arguments.hold_out))
-    if both:
-        raise UsageError(f"{both[0]!r} is fitted and held out; allowed: one of them")
     calibrate_bench.read_ring_downs(arguments)
 
 
@@ -142,12 +139,12 @@ def _fit(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> A
         run_calibration,
         write_calibration_folder,
     )
-    from spiraltrunk.workflows.calibrate.recordings import Recordings, split_takes
+    from spiraltrunk.workflows.calibrate.recordings import Recordings, leave_out, split_takes
 
     given, held_out = sort_takes(protocol, arguments.takes), sort_takes(protocol, arguments.hold_out)
-    fitted, held_out = (given, held_out) if held_out else split_takes(given)
+    fitted, held_out = (leave_out(given, held_out), held_out) if held_out else split_takes(given)
     recordings = Recordings(protocol=protocol, design=design, fitted=fitted, held_out=held_out, axes=arguments.axes)
-    bench = calibrate_bench.fit_bench_records(arguments) if calibrate_bench.has_bench(arguments) else None
+    bench = calibrate_bench.fit_bench_records(arguments, design) if calibrate_bench.has_bench(arguments) else None
     settings = _read_settings(arguments, bench)
     names = list_artifacts(bench)
     with open_out(arguments.out, WRITER, names) as output, show_progress(sys.stderr) as progress:
@@ -171,11 +168,24 @@ def _format(result: dict[str, Any]) -> str:
     header = ("parameter", "before", "fitted", "low", "high", "unit", "")
     parts = [format_table(rows, header=header, title="Parameters with 95 % intervals", indent=2)]
     parts += [_format_errors(result[part], part.replace("_", " ")) for part in ("held_out", "fitted") if result[part]]
+    parts.append(_format_misfits(result["misfit_by_run"]))
     if result["bench"] is not None:
         parts.append(calibrate_bench.format_bench(result["bench"]))
     if result["to_record"]:
         parts.append("\n".join(["To determine the others:", *(f"  {words}" for words in result["to_record"])]))
     return "\n\n".join(parts)
+
+
+def _format_misfits(misfits: list[dict[str, Any]]) -> str:
+    from spiraltrunk.report import format_table
+
+    rows = [
+        (row["take"], str(row["shapes"]), f"{1e3 * row['rms_m']:.2f}", f"{1e3 * row['registered_rms_m']:.2f}",
+         f"{1e3 * row['discrepancy_at_tip_m']:.1f}", "out of proportion" if row["is_out_of_proportion"] else "")
+        for row in misfits
+    ]  # fmt: skip
+    header = ("takes", "shapes", "RMS", "registered", "discrepancy at tip", "")
+    return format_table(rows, header=header, title="Misfit of the fitted runs in mm", indent=2)
 
 
 def _format_errors(errors: dict[str, Any], words: str) -> str:

@@ -9,6 +9,7 @@ from spiraltrunk.cli.arguments import read_number, read_text
 from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, format_json, open_out, quote
 
 if TYPE_CHECKING:
+    from spiraltrunk.design import TrunkDesign
     from spiraltrunk.workflows.calibrate.joint_bench import Bench, RingDownFile
 
 _PERCENT = 5.0
@@ -40,19 +41,19 @@ def has_bench(arguments: argparse.Namespace) -> bool:
     return arguments.bench is not None or bool(arguments.ring_down)
 
 
-def fit_bench_records(arguments: argparse.Namespace) -> Bench:
-    """Read and fit the records."""
+def fit_bench_records(arguments: argparse.Namespace, design: TrunkDesign) -> Bench:
+    """Read and fit the records of a design's joints."""
     from spiraltrunk.workflows.calibrate.joint_bench import fit_bench
 
-    return fit_bench(arguments.bench, read_ring_downs(arguments))
+    return fit_bench(arguments.bench, read_ring_downs(arguments), design.n_joint)
 
 
-def run_bench(arguments: argparse.Namespace) -> Answer:
+def run_bench(arguments: argparse.Namespace, design: TrunkDesign) -> Answer:
     """Fit joint bench records without takes."""
     from spiraltrunk.workflows.calibrate.joint_bench import FILES, WRITER, compute_bench_result, write_bench_folder
 
     with open_out(arguments.out, WRITER, FILES) as output:
-        bench = fit_bench_records(arguments)
+        bench = fit_bench_records(arguments, design)
         result = compute_bench_result(bench) if output is None else write_bench_folder(bench, output)
     return DONE, format_json(result) if arguments.json else add_file_count(format_bench(result), result, arguments)
 
@@ -112,6 +113,11 @@ def read_ring_downs(arguments: argparse.Namespace) -> list[RingDownFile]:
             inertia[joint] = float(read_number(value))
         except argparse.ArgumentTypeError as error:
             raise UsageError(f"--inertia-kg-m2 {text}: {error}, above 0 kg m^2") from None
+        if inertia[joint] <= 0:
+            raise UsageError(f"--inertia-kg-m2 is {quote(text)}; allowed: above 0 kg m^2")
+    percent = _PERCENT if arguments.inertia_sd_percent is None else arguments.inertia_sd_percent
+    if percent < 0:
+        raise UsageError(f"--inertia-sd-percent is {percent:g}; allowed: 0 or more")
     files = [_split("--ring-down", text, "JOINT=FILE") for text in arguments.ring_down]
     recorded = {joint for joint, _ in files}
     for joint in sorted(recorded - inertia.keys()):
@@ -122,9 +128,8 @@ def read_ring_downs(arguments: argparse.Namespace) -> list[RingDownFile]:
         return []
     from spiraltrunk.workflows.calibrate.joint_bench import RingDownFile
 
-    share = (_PERCENT if arguments.inertia_sd_percent is None else arguments.inertia_sd_percent) / 100
     return [
-        RingDownFile(joint=joint, path=path, inertia=inertia[joint], inertia_spread=share * inertia[joint])
+        RingDownFile(joint=joint, path=path, inertia=inertia[joint], inertia_spread=percent / 100 * inertia[joint])
         for joint, path in files
     ]
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_number, read_text
-from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, complain, format_json, open_out
+from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, complain, format_json, open_out, quote
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.shape_load import MODELS
 
@@ -69,12 +70,22 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.mocap.signal.registration import read_alignment
 
     protocol = load_protocol(arguments.protocol)
+    design = load_design(arguments.design or protocol.design)
+    _check_alignment(arguments.alignment, design.n_section)
     settings = SessionSettings(
-        design=load_design(arguments.design or protocol.design), axes=arguments.axes, model=arguments.model,
+        design=design, axes=arguments.axes, model=arguments.model,
         alignment=None if arguments.alignment is None else read_alignment(arguments.alignment),
         friction=arguments.friction, rotations=arguments.rotations,
     )  # fmt: skip
     return _plan(arguments, protocol, settings) if arguments.plan else _compare(arguments, protocol, settings)
+
+
+def _check_alignment(text: str | None, n_section: int) -> None:
+    """Refuse sections that the design has not."""
+    most = max((int(number) for number in re.findall(r"[0-9]{1,9}", text or "")), default=0)
+    if most > n_section:
+        allowed = f"sections 1 to {n_section}, as the design has, three or more, such as run:1-5"
+        raise UsageError(f"--alignment is {quote(str(text))}, with section {most}; allowed: {allowed}")
 
 
 def _compare(arguments: argparse.Namespace, protocol: Protocol, settings: SessionSettings) -> Answer:

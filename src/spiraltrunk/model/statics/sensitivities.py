@@ -6,20 +6,21 @@ At an equilibrium the moments about every free bend q vanish, and a taut cable h
 
 with K the joints' stiffness, V the potential of weight and loads, L_k the length of gap k and T_k its tension, l the
 length that the winder leaves, c the compliance of winder and cable, and T_0 the tension at the winder. Where the cable
-slides, T_k follows from T_(k-1) by `kernels.capstan_law`; where it sticks, it is T_(k-1) less a constant. By the
-implicit function theorem a parameter p moves bends and tensions by
+slides, T_k follows from T_(k-1) by `kernels.capstan_law`; where it sticks, it is T_(k-1) less a constant, or, with a
+stiffness of sticking holes, changes with the cable beyond the hole. By the implicit function theorem a parameter p
+moves bends and tensions by
 
     [ dG/dq   dG/dT_0 ] [ dq/dp   ]     [ dG/dp           ]
     [ dL/dq   -c      ] [ dT_0/dp ] = - [ d(L - l - cT)/dp ].
 
 A joint pressed against its limit moves along the rim of its cone only: the equations are reduced to the free
-directions, and the reaction times the rim's curvature is added to dG/dq. The friction force of a sticking hole depends
-on the loading history and is taken as constant.
+directions, and the reaction times the rim's curvature is added to dG/dq. What a sticking hole remembers of the loading
+history is differentiated in `spiraltrunk.calibration.sensitivities`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple, final
 
 import numpy as np
@@ -36,7 +37,7 @@ from spiraltrunk.model.statics.kernels.capstan_law import tension_ratio
 from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Work, linearise, room_for_work
 from spiraltrunk.model.statics.loads import Loads, read_angle, read_forces
 
-__all__ = ["ByCables", "by_cables", "by_parameters"]
+__all__ = ["ByCables", "Equilibrium", "Gaps", "by_cables"]
 
 _STEP = 1e-5
 """Step of the central differences of turns by bends [rad], and of holes by their fraction [-]."""
@@ -44,11 +45,8 @@ _STEP = 1e-5
 _NO_FRICTION = 1e-6
 """Coefficient of friction below which every cable counts as sliding towards its winder [-]."""
 
-_SLIDES = 0.02
+SLIDES = 0.02
 """Largest relative deviation of the exponent mu w from the capstan law's at which a cable counts as sliding [-]."""
-
-_STALLED = 1e-5
-"""Cable left over from which a winder has reached its largest tension before its length [m]."""
 
 _OPTIONS = StaticsOptions()
 
@@ -88,7 +86,7 @@ def by_cables(
     base = base_orientation(read_angle("theta_0", theta_0), read_angle("roll", roll))
     if base.shape != (3, 3):
         raise ModelError("theta_0 or roll is a batch; allowed: one number each")
-    state = _Equilibrium(design, shape, base, loads)
+    state = Equilibrium(design, shape, base, loads)
     matrix, free = state.equations(np.arange(design.n_cable), 0.0)
     left = float(np.abs(free.T @ state.moment()).max())
     if left > 1e-5:
@@ -108,45 +106,8 @@ def by_cables(
     )  # fmt: skip
 
 
-def by_parameters(
-    design: TrunkDesign,
-    shape: Shape,
-    *,
-    theta_0: float,
-    length: np.ndarray,
-    compliance: float,
-    softness: float = 0.0,
-) -> np.ndarray:
-    """Derivatives of the section ends by the parameters of a calibration.
-
-    Args:
-        design: the trunk as solved.
-        shape: its equilibrium by `statics.solve` with the default options but the compliance.
-        theta_0: as solved [rad].
-        length: sum of the gaps that each winder leaves without tension, not a number for a relaxed cable, shape
-            (n_cable,) [m].
-        compliance: of each winder with its cable [m/N].
-        softness: a joint at its limit counts as free where its reaction is below this part of its elastic moment [-],
-            so that a fit can move it off the limit.
-
-    Returns:
-        Rows by the logarithm of each joint's stiffness, the logarithm of the mass, the centre of mass over the
-        section's length, the friction coefficient, the slack of each cable, the hole fraction and the compliance, shape
-        (n_joint + 5 + n_cable, n_section, 3) [m over the parameter's unit]; 0 for the slack of an inactive cable.
-    """
-    state = _Equilibrium(design, shape, base_orientation(theta_0), None)
-    state.free_soft_joints(softness)
-    with np.errstate(invalid="ignore"):
-        left = shape.gap.sum(axis=0) - compliance * state.winder_tension - length
-        held = np.flatnonzero((state.winder_tension > 0) & (np.abs(left) < _STALLED))
-    matrix, free = state.equations(held, compliance)
-    right = state.right_hand_sides(held, free)
-    solved = np.linalg.lstsq(matrix, right, rcond=1e-13)[0] if matrix.size else right
-    return state.move(free @ solved[: free.shape[1]])
-
-
 @final
-class _Gaps(NamedTuple):
+class Gaps(NamedTuple):
     """Cables of one shape at each joint's gap, first axes (n_joint, n_cable)."""
 
     length: np.ndarray
@@ -157,19 +118,23 @@ class _Gaps(NamedTuple):
 
 
 @final
-class _Equilibrium:
+class Equilibrium:
     """One equilibrium and the terms of its linear equations."""
 
-    def __init__(self, design: TrunkDesign, shape: Shape, base: np.ndarray, loads: Loads | None) -> None:
+    def __init__(
+        self, design: TrunkDesign, shape: Shape, base: np.ndarray, loads: Loads | None, slides: float = SLIDES
+    ) -> None:
         assert shape.history is not None  # An equilibrium has both.
         assert shape.forces is not None
         self.design, self.bend, self.base, self.loads = design, shape.history.bend.copy(), base, loads
         self.trunk = get_trunk(design, _OPTIONS)[0]
         self.tension, self.winder_tension = shape.forces.gap_tension, shape.forces.cable_tension
         self.reaction = shape.forces.limit_reaction
-        self.work = self._linearise(design)
-        self.gaps = self._measure(design)
-        self.mode = self._find_modes()
+        self.work = self.linearise(design)
+        self.gaps = self.measure(design)
+        self.mode = self._find_modes(slides)
+        self.sticking = np.zeros_like(self.mode)
+        """Stiffness of sticking holes [N/m]; 0 holds their friction forces as they are."""
         self.elastic = self.trunk.stiffness[:, :2] * self.bend[:, :2]
 
     def free_soft_joints(self, softness: float) -> None:
@@ -177,7 +142,7 @@ class _Equilibrium:
         elastic = self.trunk.stiffness[:, 0] * np.linalg.norm(self.bend[:, :2], axis=1)
         self.reaction = np.where(self.reaction > softness * elastic, self.reaction, 0.0)
 
-    def _linearise(self, design: TrunkDesign) -> Work:
+    def linearise(self, design: TrunkDesign) -> Work:
         """Gradient and Hessian of elasticity and weight alone: cables without tension."""
         fields = read_forces(design, self.loads)
         nothing, idle = np.zeros(design.n_cable), np.zeros((design.n_joint, design.n_cable))
@@ -188,7 +153,7 @@ class _Equilibrium:
         linearise(self.bend, case, nothing, work)
         return work
 
-    def _measure(self, design: TrunkDesign) -> _Gaps:
+    def measure(self, design: TrunkDesign) -> Gaps:
         beyond, before = hole_positions(design)
         across = np.einsum("jxy,jcy->jcx", self.work.rotation, beyond) - before
         length = np.sqrt((across**2).sum(axis=-1) + SHUT**2)
@@ -196,31 +161,32 @@ class _Equilibrium:
         slope = np.einsum("jcx,jcax->jca", across, turned) / length[..., None]
         turn, at_beyond = find_hole_turns(self.work.rotation, before, beyond)
         turn[1:] += at_beyond[:-1]
-        return _Gaps(length, slope, turn)
+        return Gaps(length, slope, turn)
 
-    def _find_modes(self) -> np.ndarray:
+    def _find_modes(self, slides: float) -> np.ndarray:
         """1 where a cable slides to its winder, -1 where it slides away, 0 where it sticks, (n_joint, n_cable) [-]."""
         if self.design.cable.friction < _NO_FRICTION:
             return np.where(self.tension > 0, 1.0, 0.0)
         before = np.vstack([self.winder_tension, self.tension[:-1]])
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.log(before / self.tension) / (self.design.cable.friction * self.gaps.turn)
-        return np.where(np.abs(share - 1) < _SLIDES, 1.0, np.where(np.abs(share + 1) < _SLIDES, -1.0, 0.0))
+        return np.where(np.abs(share - 1) < slides, 1.0, np.where(np.abs(share + 1) < slides, -1.0, 0.0))
 
-    def _ratio(self, turn: np.ndarray) -> np.ndarray:
+    def ratio(self, turn: np.ndarray) -> np.ndarray:
         """Tension beyond over tension before each hole; 1 where it sticks, shape of ``turn`` [-]."""
         return np.asarray(tension_ratio(self.mode * self.design.cable.friction, turn))
 
-    def _tensions_at(self, turn: np.ndarray) -> np.ndarray:
-        """Gap tensions at other turns, with the same winder tensions and friction of sticking holes [N]."""
-        last, out = self.winder_tension.copy(), np.empty_like(self.tension)
-        held = np.vstack([self.winder_tension, self.tension[:-1]]) - self.tension
-        for k, ratio in enumerate(self._ratio(turn)):
-            last = np.where(self.mode[k] == 0.0, last - held[k], last * ratio)
-            out[k] = last
+    def carry_tension(self, change: np.ndarray) -> np.ndarray:
+        """Changes of the gap tensions by those at each hole, dT_k = T_k / T_(k-1) dT_(k-1) + change_k.
+
+        ``change`` has the shape (n_joint, n_cable, ...) [N over any unit], and so has what is returned.
+        """
+        out, ratio = np.array(change, float), self.ratio(self.gaps.turn)
+        for k in range(1, len(out)):
+            out[k] += ratio[k].reshape(-1, *[1] * (out.ndim - 2)) * out[k - 1]
         return out
 
-    def _tension_by_bend(self) -> np.ndarray:
+    def tension_by_bend(self) -> np.ndarray:
         """Tension of gap k of cable c by bend a of joint j, shape (n_joint k, n_cable, n_joint j, 2) [N/rad]."""
         count = self.design.n_joint
         beyond, before = hole_positions(self.design)
@@ -229,18 +195,17 @@ class _Equilibrium:
             bends = (self.bend[:, :2] + side * _STEP * np.eye(2)[a] for side in (1.0, -1.0))
             ends = [find_hole_turns(bend_rotation(bend), before, beyond) for bend in bends]
             near[..., a], far[..., a] = ((up - down) / (2 * _STEP) for up, down in zip(*ends, strict=True))
-        out, mu = np.zeros((count, self.design.n_cable, count, 2)), self.design.cable.friction
-        last, ratio = np.zeros(out.shape[1:]), self._ratio(self.gaps.turn)
-        for k in range(count):
-            turned = np.zeros_like(last)
-            turned[:, k] = near[k]
-            if k:
-                turned[:, k - 1] = far[k - 1]
-            mode = self.mode[k][:, None, None]
-            here = last * ratio[k][:, None, None] - mode * mu * self.tension[k][:, None, None] * turned
-            last = np.where(mode == 0.0, last, here)
-            out[k] = last
-        return out
+        by_turn = -(self.mode * self.design.cable.friction * self.tension)[..., None]
+        change = self.sticking[..., None, None] * self.cable_beyond_by_bend()
+        k = np.arange(count)
+        change[k, :, k] += by_turn * near
+        change[k[1:], :, k[:-1]] += by_turn[1:] * far[:-1]
+        return self.carry_tension(change)
+
+    def cable_beyond_by_bend(self) -> np.ndarray:
+        """Cable beyond hole k, the gaps from k on, by bend a of joint j, shape as `tension_by_bend` [m/rad]."""
+        is_beyond = np.triu(np.ones((self.design.n_joint, self.design.n_joint)))
+        return np.einsum("kj,jca->kcja", is_beyond, self.gaps.slope)
 
     def moment(self) -> np.ndarray:
         """G without the reactions of the pressed joints, shape (2 n_joint,) [N m]."""
@@ -260,45 +225,13 @@ class _Equilibrium:
             axes, rim = _free_axes(self.bend[k, :2], float(self.reaction[k]))
             hessian[rows, rows] += rim
             free.append(axes)
-        hessian += np.einsum("kca,kcjb->kajb", self.gaps.slope, self._tension_by_bend()).reshape(2 * count, -1)
+        hessian += np.einsum("kca,kcjb->kajb", self.gaps.slope, self.tension_by_bend()).reshape(2 * count, -1)
         basis = block_diag(*free)
         slope = self.gaps.slope[:, held].transpose(1, 0, 2).reshape(len(held), 2 * count)
-        by_winder = np.cumprod(self._ratio(self.gaps.turn), axis=0)
+        by_winder = np.cumprod(self.ratio(self.gaps.turn), axis=0)
         lever = by_winder[:, held].T.repeat(2, axis=1) * slope
         top = np.hstack([basis.T @ hessian @ basis, basis.T @ lever.T])
         return np.vstack([top, np.hstack([slope @ basis, -compliance * np.eye(len(held))])]), basis
-
-    def right_hand_sides(self, held: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """Minus the derivatives of moments and lengths by each parameter, shape (n_equation, n_parameter)."""
-        joints, cables = self.design.n_joint, self.design.n_cable
-        size = joints + 5 + cables
-        moment, length = np.zeros((2 * joints, size)), np.zeros((cables, size))
-        moment[:, :joints] = block_diag(*self.elastic[:, :, None])
-        moment[:, joints] = (self.work.gradient - self.elastic).ravel()
-        moment[:, joints + 1] = self._moment_by_center()
-        less = np.cumsum(self.mode * self.gaps.turn, axis=0) * self.tension
-        moment[:, joints + 2] = -np.einsum("kc,kca->ka", less, self.gaps.slope).ravel()
-        length[range(cables), range(joints + 3, joints + 3 + cables)] = -1.0
-        length[:, -1] = -self.winder_tension
-        up, down = (self._at_holes(side * _STEP) for side in (1.0, -1.0))
-        moment[:, -2], length[:, -2] = (up[0] - down[0]) / (2 * _STEP), (up[1] - down[1]) / (2 * _STEP)
-        return -np.vstack([free.T @ moment, length[held]])
-
-    def _moment_by_center(self) -> np.ndarray:
-        """Derivative of the moments by the centre of mass over the section's length, shape (2 n_joint,) [N m]."""
-        fraction = float(self.design.section_center[0] / self.design.section_length[0])
-        other = replace(self.design, mass=replace(self.design.mass, center_fraction=0.5 * fraction))
-        return (self._linearise(other).gradient - self.work.gradient).ravel() / (-0.5 * fraction)
-
-    def _at_holes(self, change: float) -> tuple[np.ndarray, np.ndarray]:
-        """Moments of the cables [N m] and lengths over those of the straight trunk [m] at another hole fraction."""
-        cable = self.design.cable
-        other = replace(self.design, cable=replace(cable, hole_fraction=cable.hole_fraction + change))
-        gaps = self._measure(other)
-        beyond, before = hole_positions(other)
-        straight = np.linalg.norm(beyond - before, axis=-1).sum(axis=0)
-        moment = np.einsum("kc,kca->ka", self._tensions_at(gaps.turn), gaps.slope).ravel()
-        return moment, gaps.length.sum(axis=0) - straight
 
     def move(self, bend: np.ndarray) -> np.ndarray:
         """Displacement of the section ends per column of bends, shape (columns, n_section, 3)."""

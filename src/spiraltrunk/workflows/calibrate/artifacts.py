@@ -11,7 +11,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings, calibrate
-from spiraltrunk.calibration.identifiability import advise, list_correlated, list_unidentified
+from spiraltrunk.calibration.identifiability import advise, list_correlated, list_misfitted, list_unidentified
 from spiraltrunk.design.toml import format_design
 from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.output_folder import OutputFolder, open_output
@@ -70,6 +70,7 @@ def compute_result(run: CalibrationRun) -> dict[str, Any]:
     """All figures, ready for JSON; SI unless a key names its unit."""
     found, recordings = run.found, run.recordings
     was_weighed = run.settings.weighing is not None or bool(run.settings.bench)
+    misfitted = list_misfitted(found)
     result = {
         "design": recordings.design.name,
         "protocol": recordings.protocol.name,
@@ -86,8 +87,16 @@ def compute_result(run: CalibrationRun) -> dict[str, Any]:
         "fitted": _average_errors(found.fitted, run.recorded.shapes),
         "held_out": _average_errors(found.held_out, run.recorded.shapes),
         "bench": None if run.bench is None else summarise_bench(run.bench),
-        "noise_m": found.fit.noise_model.noise,
-        "discrepancy_at_tip_m": found.fit.noise_model.discrepancy,
+        "misfit_by_run": [
+            {
+                "take": one.take, "kind": one.kind, "shapes": one.n_shape, "rms_m": one.rms,
+                "registered_rms_m": one.registered_rms, "discrepancy_at_tip_m": one.discrepancy,
+                "is_out_of_proportion": one in misfitted,
+            }
+            for one in found.misfits
+        ],
+        "noise_m": found.fit.noise,
+        "discrepancy_at_tip_m": max(one.discrepancy for one in found.misfits),
         "points_that_count_less": found.fit.n_outlier,
         "is_settled": found.fit.has_converged,
         "shapes_not_solved": found.unsolved,
@@ -201,4 +210,8 @@ def _list_warnings(run: CalibrationRun) -> list[str]:
         "the fit ended before the misfit converged": not found.fit.has_converged,
         f"{found.unsolved} shapes did not converge": found.unsolved,
     }
-    return [text for text, applies in warnings.items() if applies]
+    return [text for text, applies in warnings.items() if applies] + [
+        f"{one.take} is misfitted: RMS {1e3 * one.registered_rms:.2f} mm after registration, far above the other runs; "
+        "the model does not express it, and it counts less in the fit"
+        for one in list_misfitted(found)
+    ]

@@ -79,18 +79,23 @@ class Bench:
     """Ring-downs."""
 
 
-def fit_bench(loads: str | None, ring_downs: Sequence[RingDownFile]) -> Bench:
+def fit_bench(loads: str | None, ring_downs: Sequence[RingDownFile], n_joint: int) -> Bench:
     """Read and fit joint bench records.
 
     Args:
         loads: file of static loads, if there is one.
         ring_downs: ring-down records.
+        n_joint: number of the trunk's joints.
 
     Raises:
-        TakeError: for records that cannot be read or fitted.
+        TakeError: for records that cannot be read or fitted, or are of a joint that the trunk has not.
     """
-    static = []
-    for joint in () if loads is None else load_static_loads(loads):
+    loaded, static = () if loads is None else load_static_loads(loads), []
+    named = [*((joint.joint, str(loads)) for joint in loaded), *((ring.joint, ring.path) for ring in ring_downs)]
+    for number, file in named:
+        if number > n_joint:
+            raise TakeError(f"it is of joint {number}; allowed: 1 to {n_joint}, as the design", file=file)
+    for joint in loaded:
         try:
             static.append((joint, fit_static(joint.bend, joint.mass, joint.lever_arm)))
         except ModelError as error:

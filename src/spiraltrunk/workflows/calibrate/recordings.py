@@ -6,6 +6,7 @@ import filecmp
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import final
 
 import numpy as np
@@ -59,6 +60,19 @@ def split_takes(takes: Mapping[str, Sequence[str]]) -> tuple[dict[str, list[str]
     """Fitted and held-out takes: of each run with several takes, the last one is held out."""
     fitted = {run: list(files[:-1]) if len(files) > 1 else list(files) for run, files in takes.items()}
     return fitted, {run: [files[-1]] for run, files in takes.items() if len(files) > 1}
+
+
+def leave_out(takes: Mapping[str, Sequence[str]], held_out: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """The takes that are not held out.
+
+    Raises:
+        TakeError: where none is left.
+    """
+    away = {(run, Path(file).resolve()) for run, files in held_out.items() for file in files}
+    left = {run: [file for file in files if (run, Path(file).resolve()) not in away] for run, files in takes.items()}
+    if not any(left.values()):
+        raise TakeError("every take is held out; allowed: one or more that are fitted")
+    return {run: files for run, files in left.items() if files}
 
 
 def read_recordings(recordings: Recordings) -> RecordedShapes:
