@@ -38,14 +38,14 @@ class PrintSettings:
 
 SETTINGS: dict[str, PrintSettings] = {
     "trunk": PrintSettings(
-        lines=2, infill=0.15, stands_on="flat cut end (in one piece: the base)",
+        lines=2, infill=0.15, stands_on="flat cut end: trunk_1 with its base up (in one piece: the base)",
         supports="everywhere, also on the part: in each gap; joints solid, see step Print",
     ),
     "gripper": PrintSettings(
         lines=2, infill=0.15, stands_on="tenon", supports="under the plate; finger joints solid, see step Print"
     ),
     "mould_core": PrintSettings(lines=2, infill=0.15, stands_on="floor"),
-    "mould_ring": PrintSettings(lines=2, infill=0.15, stands_on="either end"),
+    "mould_ring": PrintSettings(lines=2, infill=0.15, stands_on="smooth end"),
     "housing": PrintSettings(lines=4, infill=0.4, stands_on="floor"),
     "lid": PrintSettings(lines=4, infill=0.4, stands_on="outer face, guides up"),
     "neck": PrintSettings(lines=4, infill=0.4, stands_on="foot", supports="inside, under the funnel"),

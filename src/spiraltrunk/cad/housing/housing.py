@@ -52,6 +52,9 @@ GUIDE, LIP = 7.0, 2.5
 PORT = 14.0
 """Width and height of the opening in the housing's wall for the wires and their plugs [mm] (ours)."""
 
+PORT_TURN = 0.2
+"""Angle of that opening past the first post [rad] (ours)."""
+
 _DEEP, _RISE, _BAR = 4.0, 10.0, 3.0
 """Thickness of the servo's bracket, distance of the servo from the lid, height of the bracket beyond it (ours)."""
 
@@ -109,7 +112,7 @@ def _build_cup(design: TrunkDesign, layout: HousingLayout, options: MakeOptions)
             tools.append(shifted(sink(THREADS["M4"], M4), (x, y, 0.0)))  # Countersunk, as the adapter lies over them.
     tools += rods(M4 / 2, layout.base, layout.bases, -1, floor + 1)
     port = box((0.3 * layout.radius, PORT, PORT), (0.95 * layout.radius, 0, floor + 1.0 + PORT / 2))
-    tools.append(turned(port, "z", layout.posts[0] + 0.2))
+    tools.append(turned(port, "z", layout.posts[0] + PORT_TURN))
     bottom = -1e3 * (design.housing.neck_length + design.housing.length) + ADAPTER
     return Part(
         name="housing", group="housing", what=f"cup for {design.n_cable} motors",

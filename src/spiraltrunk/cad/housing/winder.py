@@ -111,7 +111,10 @@ def build_drums(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
     bore = rod(max(2.0, core / 3), (0, 0, -1), (0, 0, drum.height + 1))
     form = Cut(form=Revolved(profile=profile), tools=(bore, *holes, tie))
     at = polar(motor_ring(design, options), motor_angles(design)[0], _drum_height(design, options))
-    what = f"winder drum, {2 * drum.radius:.1f} mm, {drum.turns:.1f} turns"
+    what = (
+        f"winder drum, groove {2 * core:.1f} mm across ({2 * drum.radius:.1f} mm to the cable's middle), "
+        f"{drum.turns:.1f} turns"
+    )
     return (
         Part(name="drum", group="drums", what=what, count=design.n_cable, material=design.housing.filament,
              form=form, at=at),

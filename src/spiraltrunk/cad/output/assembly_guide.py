@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+import spiraltrunk
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.components.print_settings import find_settings
 from spiraltrunk.cad.geometry.part import Part
@@ -46,14 +47,34 @@ def _introduce(build: Build) -> list[str]:
         "**Nothing was built from this guide yet.** No part was printed or cast by us, no motor turned. Every "
         "dimension comes from the design and was checked in the computer alone. Print settings, torques and "
         "electronics are our choice where no source is named. Write down what you find.", "",
-        f"{design.n_section} sections, {1e3 * design.length:.0f} mm long, {1e3 * design.base_width:.0f} mm wide at the "
+        f"{design.n_section} sections, {1e3 * design.length:.0f} mm long{_split_length(build)}, "
+        f"{1e3 * design.base_width:.0f} mm wide at the "
         f"base, {design.n_cable} cables, {'with' if build.has_gripper else 'without'} gripper. What to make and to buy "
         "is in `bom.md`, the parts are in `parts`, their pictures in `pictures`. Rigid parts are of "
         f"{housing.filament.name}.{soft}", "",
         "Dorsal is where cable 1 runs. Base is the end at the arm, tip the other. A screw in plastic is tightened by "
-        f"hand with the short end of the key, at most {TORQUES} (our choice). Mains voltage in the supply is work for "
+        f"hand, the short arm of the key as handle where only the long one reaches, at most {TORQUES} (our choice). "
+        f"Mains voltage in the supply is work for "
         "who is trained for it.", "",
+        f"This page was written by spiraltrunk {spiraltrunk.__version__}. Steps that export again need it installed "
+        "with its CAD packages: `pip install '.[cad]'` in the folder of its source, where `README.md`, `SAFETY.md` and "
+        "`docs/install.md` are. One name for one part: the double arm is the file `horn`; the round horn comes with "
+        "the servo.", "",
+        "![parts taken apart; motors, servo and wedges are not drawn](pictures/exploded.png)", "",
+        *(("![the open housing, seen from the trunk](pictures/top_view.svg)", "") if "housing" in build.groups else ()),
     ]  # fmt: skip
+
+
+def _split_length(build: Build) -> str:
+    """How the trunk's length and the sizes of its printed pieces agree."""
+    if build.design.gripper is None or "trunk" not in build.groups:
+        return ""
+    plate = 1e3 * build.design.length - build.body.end
+    piece = "piece" if build.n_piece == 1 else f"{build.n_piece} pieces together"
+    return (
+        f" from the base joint to the plate of the gripper (the printed {piece} {build.body.end:.0f} mm, the plate, "
+        f"which is printed with the gripper, {plate:.1f} mm)"
+    )
 
 
 def _list_settings(build: Build) -> list[str]:
@@ -90,7 +111,9 @@ def _list_tools(steps: Sequence[Step]) -> list[str]:
 
 def _format_step(number: int, step: Step, made: dict[str, int], bill: Bill) -> list[str]:
     """One step; ``made`` gives the number of the step that made each thing so far."""
-    lines = [f"### {number}. {step.title}", ""]
+    lines = [f"### {number}. {step.title}"]
+    if step.needs or step.tools:
+        lines.append("")
     if step.needs:
         told = [f"{need} ({f'step {made[need]}' if need in made else 'from another export'})" for need in step.needs]
         lines.append(f"- Needs: {', '.join(told)}.")
@@ -110,10 +133,10 @@ def _other_dimensions(build: Build) -> list[str]:
         return []
     bed = ", ".join(f"{size:g}" for size in x.bed)
     fields = f"length={servo.length:g}, width={servo.width:g}, lug_pitch={servo.lug_pitch:g}, "
-    fields += f"shaft_offset={servo.shaft_offset:g}, hub_diameter={servo.hub_diameter:g}"
+    fields += f"shaft_offset={servo.shaft_offset:g}, hub_diameter={servo.hub_diameter:g}, turn={servo.turn:g}"
     return [
         "## Other dimensions", "",
-        "With your numbers in place of ours, in Python:", "",
+        "With your numbers in place of ours (mm; `turn` in degrees), in Python, in this folder:", "",
         "```python",
         "from spiraltrunk.cad.components.options import MakeOptions, Motor, Servo",
         "from spiraltrunk.design import load_design",

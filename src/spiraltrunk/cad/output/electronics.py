@@ -60,6 +60,7 @@ def list_electronics(design: TrunkDesign, options: MakeOptions) -> list[Purchase
         (n, "blade fuse with holder", f"{own:g} A", "one a motor, behind the relay"),
         (1, "pair of wires, red and black", f"{pick_wire(main)}, 2 m", "supply, main fuse, relay, fuse block"),
         (n, "pair of wires, red and black", f"{pick_wire(own)}, 3 m", "fuse block to motor, along the arm"),
+        (1, "pair of wires", f"{pick_wire(2.0)}, 3 m", "emergency stop button and relay's coil"),
         (n, "power plug of the motor", "XT30 by its manual: compare", "often comes with the motor"),
         (1, "USB-CAN adapter", "gs_usb (candleLight), 1 Mbit/s",
          "SocketCAN on Linux; or a RoboMaster development board as bus master, as in the paper"),
@@ -80,6 +81,7 @@ def list_servo_electronics() -> list[Purchase]:
          "a servo controller, or the RoboMaster development board's PWM output"),
         (1, "step-down converter", f"{VOLTAGE:g} V to 5 V, 3 A", "feeds the servo, not the USB port"),
         (1, "blade fuse with holder", "2 A", "before the converter"),
+        (1, "pair of wires, red and black", f"{pick_wire(2.0)}, 1 m", "main fuse to converter, converter to driver"),
         (1, "servo extension lead", "3 x 0.34 mm2 (22 AWG), 3 m", "servo to driver, along the arm"),
     )  # fmt: skip
     return [

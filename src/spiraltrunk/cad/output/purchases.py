@@ -124,7 +124,7 @@ def _list_cables(design: TrunkDesign, groups: set[str], options: MakeOptions) ->
         room = f"; at most {wide - 0.3:.1f} mm across and 1 mm long" if design.gripper is not None else ""
         rows.append(
             Purchase(kind=CABLES, item="crimp bead", count=design.n_cable, size=f"hole {options.hole:g} mm",
-                     material="brass", place="knots at the tip", note=f"under each knot{room}"
+                     material="brass", place="knots at the tip", note=f"under each knot, and a few more to try{room}"
                      + (f": the groove is {high:g} mm deep" if room else ""))
         )  # fmt: skip
     if design.gripper is not None and {"horn", "gripper"} & groups:
@@ -143,7 +143,8 @@ def _list_supplies(design: TrunkDesign, groups: set[str], silicone: float, optio
 
     rows: list[Purchase] = []
     if "trunk" in groups and len(plan_planes(design, build_body(design, options), options)) > 2:
-        rows.append(row("cyanoacrylate glue with polyolefin primer", "20 g", "pieces of the trunk", "sticks to TPU"))
+        rows.append(row("cyanoacrylate glue with polyolefin primer", "20 g", "pieces of the trunk",
+                        "sticks to TPU; one bottle for needles, laps and marker seats too"))  # fmt: skip
     if "shells" in groups:
         total = 1e-3 * (1 + WASTE) * silicone
         grams = 1e-3 * SILICONE.density * total
@@ -157,5 +158,6 @@ def _list_supplies(design: TrunkDesign, groups: set[str], silicone: float, optio
     if "markers" in groups:
         count = PER_SECTION * design.n_section
         rows.append(row("reflective marker", "M3 stud", "marker seats", "sphere; size by your cameras", count))
-        rows.append(row("cyanoacrylate glue with polyolefin primer", "5 g", "marker seats", "the same as the trunk's"))
+        if not any("cyanoacrylate" in own.item for own in rows):  # Else that of the trunk's seam does.
+            rows.append(row("cyanoacrylate glue with polyolefin primer", "5 g", "marker seats", "sticks to TPU"))
     return rows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,6 +13,7 @@ from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.housing.winder import Drum, find_drum
 from spiraltrunk.cad.output.bill_of_materials import Bill
+from spiraltrunk.cad.output.tools import find_tools
 from spiraltrunk.cad.trunk.body import Body, build_body
 from spiraltrunk.cad.trunk.pieces import plan_planes
 from spiraltrunk.design.trunk import TrunkDesign
@@ -34,12 +36,15 @@ class Step:
     """Its results."""
     takes: tuple[str, ...] = ()
     """Places in the bill whose items it uses up."""
-    tools: tuple[str, ...] = ()
-    """Tools."""
     work: tuple[str, ...]
     """What to do, in order."""
     check: str
     """How to see that it is done."""
+
+    @property
+    def tools(self) -> tuple[str, ...]:
+        """The tools that its sentences name."""
+        return find_tools((*self.work, self.check))
 
 
 @explain_fields
@@ -92,15 +97,27 @@ class Build:
         """Name of the trunk before it is weighed: with its shells, where it has any."""
         return "trunk with shells" if self.n_shell else "trunk"
 
+    def estimate(self, group: str) -> float:
+        """The bill's estimate of the mass of all pieces of a group [g]."""
+        names = {part.name for part in self.parts if part.group == group}
+        return sum(row.count * row.mass for row in self.bill.made if row.item in names)
+
+    @property
+    def pull_wire(self) -> int:
+        """Length of a wire that reaches from the tip through trunk, neck and lid, and stands out at both ends [mm]."""
+        beyond = 60.0 + 2 * 100.0
+        return 50 * math.ceil((1e3 * (self.design.length + self.design.housing.neck_length) + beyond) / 50)
+
     def count(self, place: str) -> int:
         """Number of the first item that is bought for a place."""
         return next((row.count for row in self.bill.bought if row.place == place), 0)
 
 
-def name_key(size: str, *, is_sunk: bool = False) -> str:
-    """The hexagon key of a screw."""
+def name_key(size: str, *, is_sunk: bool = False, long: float = 0.0) -> str:
+    """The hexagon key of a screw, with the length of its longer arm [mm] where a short one does not reach."""
     thread = THREADS[size]
-    return f"hex key {thread.key_sunk if is_sunk else thread.key:g} mm"
+    reach = f", {long:.0f} mm long" if long else ""
+    return f"hex key {thread.key_sunk if is_sunk else thread.key:g} mm{reach}"
 
 
 def name_spanner(size: str) -> str:

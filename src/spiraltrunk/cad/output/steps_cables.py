@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from spiraltrunk.cad.housing.test_stand import find_seat_height
+from spiraltrunk.cad.housing.layout import find_layout
+from spiraltrunk.cad.housing.test_stand import N_WEDGE, find_seat_height
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
+from spiraltrunk.cad.output.payload import compute_payload
 from spiraltrunk.cad.output.step import Build, Step, name_key
 
 
@@ -12,28 +14,35 @@ def list_cable_steps(build: Build) -> list[Step]:
     steps = [_drums(build), _thread(build), _knots(build)]
     if build.has_gripper:
         steps.append(_gripper(build))
-    return [*steps, _markers(build), _pull(build)]
+    return [*steps, _markers(build), _payload(build), _pull(build)]
 
 
 def _drums(build: Build) -> Step:
-    drum, n = build.drum, build.design.n_cable
+    drum, n, tension = build.drum, build.design.n_cable, build.design.cable.tension_max
     return Step(
         title="Cables onto the drums", groups=frozenset({"drums"}), needs=("printed drums", "housing on the arm"),
         makes=("wound drums",), takes=("trunk", "drum to rotor"),
-        tools=(name_key("M3"), "tweezers", "masking tape", "sewing thread"),
         work=(
-            f"Cut {n} cables of {cable_length(build.design, build.options):.0f} mm. "
-            "Harden one end of each to a needle.",
-            f"On the bench: push {KNOT:g} mm of the other end from outside through the small hole at the bottom of the "
-            "drum's groove into its bore. Tie a double figure of eight in the bore and pull it tight against the hole.",
-            "Drum onto its rotor, wide flange down, four screws, crosswise.",
+            f"Cut {n} cables of {cable_length(build.design, build.options):.0f} mm with scissors for braid. "
+            "Harden one end of each to a needle with a drop of cyanoacrylate glue.",
+            f"On the bench, drum on the table: push {KNOT:g} mm of the other end with tweezers from outside through "
+            "the small hole at the bottom of the drum's groove into its bore. Tie a double figure of eight in the bore "
+            "and pull it tight against the hole.",
+            f"Drum onto its rotor, wide flange down, four screws with the {name_key('M3')}, crosswise.",
             f"Turn each rotor by hand anticlockwise, seen from above, until {drum.turns_straight:.1f} turns of cable "
             "lie side by side in one layer, from the bottom up. All drums wind in the same sense, and "
-            "anticlockwise pulls.",
-            "Lock each drum: a strip of tape from the drum over its turns to the motor's body. Tie 300 mm of thread to "
-            "the strip's end and lead it out through the opening in the wall: the strips are pulled out by it later.",
+            "anticlockwise pulls (arrows in `pictures/top_view.svg`).",
+            "Lock each drum: a strip of masking tape, 6 mm wide, from the drum over its turns to the motor's body. Tie "
+            "300 mm of sewing thread to the strip's end and lead it out through the opening in the wall: the strips "
+            "are pulled out by it in the last step. Until then they alone hold the turns.",
+            "Try the end at the tip before it matters, on 300 mm of the rest of a cable: crimp a bead with crimping "
+            "pliers and "
+            f"knot as in the step after the next, then a pull of {1.25 * tension:.0f} N ({1.25 * tension / 9.81:.1f} "
+            f"kg on a luggage "
+            "scale) for a minute. Cyanoacrylate holds UHMWPE badly: where bead or knot slips, tie two figures of eight "
+            "on each other, and where that slips too, lower `cable.tension_max_n` to half of what held. We tried none.",
         ),
-        check="with the drum held by hand, a pull of 50 N on its cable (5 kg on a luggage scale) moves no knot; the "
+        check="with the drum held by hand, a pull of 50 N on its cable (5 kg on the luggage scale) moves no knot; the "
         "turns lie side by side and none crosses another.",
     )  # fmt: skip
 
@@ -44,16 +53,21 @@ def _thread(build: Build) -> Step:
         title="Thread the trunk and shut the lid", groups=frozenset({"drums", "housing", "trunk"}),
         needs=("wound drums", "trunk with strands" if build.has_gripper else "trunk on the lid"),
         makes=("threaded trunk",), takes=("cable guides", "lid to housing"),
-        tools=(name_key("M3", is_sunk=True), "a second person", "tweezers", "masking tape"),
         work=(
-            "Wax the rounded lips of the guides under the lid. The second person holds lid and trunk "
+            "Wax the rounded lips of the guides under the lid. A second person holds lid and trunk "
             f"{max(50.0, hold - KNOT):.0f} mm above the housing, dorsal marks in line.",
-            "Cable k goes from drum k, on the drum's side that is away from the housing's middle, into guide k, "
-            "through the neck, and through row k of holes to the tip. Draw it out at the tip; tape it there.",
-            *(("Lead the servo's wire out through the opening in the wall. Keep the strands clear of the drums.",)
-              if build.has_gripper else ()),
+            "Cable k leaves drum k on the side towards the housing's wall and goes to guide k, the next guide "
+            "clockwise "
+            "of drum k, seen from above: `pictures/top_view.svg` shows it. Lap its needle 15 mm along the lower end of "
+            "pull wire k, which sticks out of guide k, fix the lap with a drop of cyanoacrylate glue and let it dry: "
+            f"it must stay thinner than {build.options.hole:g} mm. Draw the wire out at the tip, the cable follows "
+            "through neck and holes; cut the lap off and hold the cable at the tip with masking tape. Where it jams, "
+            "draw back and make the lap thinner.",
+            *(("Lead the servo's wire out through the opening in the wall, along the posts. Keep the strands clear of "
+               "the drums.",) if build.has_gripper else ()),
             "Lower the lid and draw the slack out at the tip meanwhile. No cable may be caught under the lid or behind "
-            "a drum: look through the opening. Lid screws.",
+            "a drum: look through the opening, and under the lid's rim until it is down. Lid screws with the "
+            f"{name_key('M3', is_sunk=True)}.",
         ),
         check=f"at the tip of the straight trunk {hold:.0f} mm of each cable stand out, to 20 mm, and a cable that is "
         "pulled there gives by no more than 2 mm.",
@@ -65,23 +79,25 @@ def _knots(build: Build) -> Step:
     shown = ", ".join(f"{1e3 * gap:.1f}" for gap in gaps[[0, build.design.n_joint // 2, -1]])
     deep = 4 * build.options.cable
     room = (
-        f" Knot and bead must stay inside the ring of {deep:g} mm depth that the gripper's plate leaves: if the knot "
-        "is higher, crimp the bead, put a drop of cyanoacrylate on it, and leave the knot out."
+        f" Knot and bead must stay inside the ring of {deep:g} mm depth that the gripper's plate leaves, the ends laid "
+        "along it: if the knot is higher, leave it out and use what held in the pull on the bench."
         if build.has_gripper
         else ""
     )
     return Step(
         title="Knots at the tip", groups=frozenset({"drums", "housing", "trunk"}), needs=("threaded trunk",),
         makes=("trunk with cables",), takes=("knots at the tip",),
-        tools=("crimping pliers", "scissors for braid", "tweezers", "straight edge"),
         work=(
             "Trunk straight up, held along a straight edge. Pull one cable taut by hand (5 N, 0.5 kg), push a bead "
-            f"down to the face of the tip, crimp it lightly and tie a figure of eight on it.{room}",
-            "Do the same with the others in turn, then cut the ends 3 mm behind the knots.",
-            "Pull the strips of tape out of the housing by their threads.",
+            "down to the face of the tip with tweezers, crimp it lightly with crimping pliers and tie a figure of "
+            f"eight on it.{room}",
+            "Do the same with the others in turn, then cut the ends 3 mm behind the knots with scissors for braid. "
+            "The strips of tape on the drums stay in: without power nothing else holds the turns.",
         ),
-        check=f"let go, the trunk stands or hangs without any cable slack by more than 3 mm. Straight, the cable spans "
-        f"{shown} mm in the first, middle and last gap.",
+        check="with the tape still on the drums, push the tip gently (2 N) away from the side of each cable k in turn: "
+        "cable k resists and is taut in the first gap, its drum does not turn. Let go: no cable is slack by more than "
+        f"3 mm. Straight, the cable spans {shown} mm in the "
+        "first, middle and last gap.",
     )  # fmt: skip
 
 
@@ -90,16 +106,19 @@ def _gripper(build: Build) -> Step:
     fingers = 0 if gripper is None else gripper.n_finger
     return Step(
         title="Gripper", groups=frozenset({"gripper", "horn"}), needs=("trunk with cables", "clear gripper"),
-        makes=("robot",), tools=("tweezers", "scissors for braid", "electrical tape"),
+        makes=("robot",),
         work=(
+            "Finger 1 is the finger in line with one of the two lugs of the tenon. Mark it with a pen.",
             f"Untwist the last 60 mm of both groups. Lead all {2 * fingers} strands into the hole of the tenon. In the "
-            f"plate, {fingers} channels lead from there to the fingers: fish one strand of CLOSE to the inner hole and "
-            "one of OPEN to the outer hole of each finger, through a channel's open end, and on to the fingertip.",
+            f"plate, {fingers} channels lead from there to the fingers: with tweezers fish one strand of CLOSE (black "
+            "end) to the inner hole and one of OPEN (white end) to the outer hole of each finger, through a channel's "
+            "open end, and on to the fingertip.",
             "Push the tenon in with finger 1 a quarter turn clockwise of dorsal (seen from the tip, looking at the "
             "trunk), drawing the strands along. Turn it by 90 deg anticlockwise: finger 1 is dorsal, the lugs are "
-            "locked. A ring of tape over the seam keeps it from turning back.",
-            "Servo at its middle (1500 us), fingers straight. Pull each strand taut, tie a figure of eight at the "
-            "fingertip, cut it 3 mm behind.",
+            "locked. A ring of electrical tape over the seam keeps it from turning back.",
+            "Servo at its middle (1500 us, fed as on the bench), fingers straight. Pull each strand taut, tie a "
+            "figure of eight at the "
+            "fingertip, cut it 3 mm behind with scissors for braid.",
         ),
         check="1400 us and 1600 us move all fingers, to opposite sides; note which closes. Then go towards the two "
         "pulses noted for the servo, and stop where the fingers meet.",
@@ -112,11 +131,13 @@ def _markers(build: Build) -> Step:
     return Step(
         title="Only for motion capture: the markers", groups=frozenset({"markers"}),
         needs=("robot" if build.has_gripper else "trunk with cables", "printed marker seats"),
-        makes=("robot with markers",), takes=("marker seats",), tools=("pen", "strip of paper"),
+        makes=("robot with markers",), takes=("marker seats",),
         work=(
-            "Mark three places on each section's edge towards the tip, 120 deg apart: a strip of paper as long as the "
+            "With a pen mark three places on each section's edge towards the tip, 120 deg apart: a strip of paper as "
+            "long as the "
             "section is round, folded in three. The first is dorsal (cable 1), the others follow as the cables do.",
-            "Glue a seat to each, its end flush with the edge, marker_seat_NN to section NN. Glue holds on the TPU "
+            "Fix a seat to each with cyanoacrylate glue over the primer of the trunk's seam, its end flush with the "
+            "edge, marker_seat_NN to section NN. Glue holds on the TPU "
             "rim, not on silicone: put it on the rim only. A seat must not stand into the gap.",
             "Turn a marker's stud into each.",
             f"The markers lie {heights[0]:.1f} mm (section 1) to {heights[1]:.1f} mm (section {design.n_section}) "
@@ -127,27 +148,70 @@ def _markers(build: Build) -> Step:
     )  # fmt: skip
 
 
+def _payload(build: Build) -> Step:
+    load, design = compute_payload(build.design), build.design
+    wedges = f" Each wedge adds {build.estimate('wedge') / N_WEDGE:.0f} g." if "wedge" in build.groups else ""
+    soft, printed = build.estimate("trunk") + build.estimate("shells"), 1e3 * float(design.section_mass.sum())
+    more = (
+        f" With the bill's estimate of {soft:.0f} g for trunk and shells in place of {printed:.0f} g it is "
+        f"{load.mass + 1e-3 * (soft - printed):.2f} kg."
+    ) * bool(soft)
+    panda = " A Panda or FR3 carries 3 kg, by its maker's data." * (design.arm.model in ("panda", "fr3"))
+    gripper = f", the gripper's {1e3 * design.gripper.mass:.1f} g" if design.gripper is not None else ""
+    return Step(
+        title="Tell the arm its payload", groups=frozenset({"housing", "adapter"}),
+        needs=("robot" if build.has_gripper else "trunk with cables", "adapter on the flange"),
+        makes=("arm with its payload",),
+        work=(
+            f"In the arm's settings, before it is powered again: mass {load.mass:.2f} kg, centre of mass "
+            f"{1e3 * load.center:.0f} mm from the flange on the flange's z axis (0, 0, {load.center:.3f} m), moments "
+            f"about it {load.transverse:.4f}, {load.transverse:.4f}, {load.axial:.4f} kg m2 (x, y, z). They are the "
+            "simulation's, with the trunk straight and with the masses of the `trunk.toml` that this page was made "
+            f"from; wires{gripper} and what is held come on top. After weighing export again and use those numbers."
+            f"{more}{wedges}",
+            f"Add up mass, wedges and the heaviest object, and compare the sum with what the arm carries.{panda} The "
+            "centre of mass moves with the trunk: stay slow. With wedges it is tilted and further away: weigh and "
+            "measure.",
+        ),
+        check="the arm holds its pose in hand guiding without drifting up or down.",
+    )  # fmt: skip
+
+
 def _pull(build: Build) -> Step:
-    motor, drum, cable = build.options.motor, build.drum, build.design.cable
-    per_newton = 1e-3 * drum.radius * motor.current / motor.torque
+    motor, drum, cable, layout = (
+        build.options.motor, build.drum, build.design.cable, find_layout(build.design, build.options)
+    )  # fmt: skip
+    per_newton, away = 1e-3 * drum.radius * motor.current / motor.torque, layout.radius + 1e3 * build.design.length
+    n = build.design.n_cable
     return Step(
         title="First pull", groups=frozenset({"housing", "drums"}),
-        needs=("robot" if build.has_gripper else "trunk with cables", "checked motors"), makes=("robot under tension",),
-        tools=("safety glasses", "emergency stop within reach", "luggage scale"),
+        needs=("robot" if build.has_gripper else "trunk with cables", "checked motors", "arm with its payload"),
+        makes=("robot under tension",),
         work=(
-            "Read `SAFETY.md` of the project first; `spiraltrunk export` moves nothing, and what drives the motors "
-            "must obey it. Nobody within reach of trunk and arm. The emergency stop lets the cables go: nothing may "
-            "hang in the trunk that must not fall.",
-            f"{per_newton:.4f} A pull 1 N ({motor.torque:g} N m at {motor.current:g} A on a drum of "
-            f"{2 * drum.radius:.1f} mm; friction is not counted). Limit the current to {5 * per_newton:.2f} A (5 N) "
-            f"first. Never above {cable.tension_max * per_newton:.2f} A ({cable.tension_max:g} N, "
-            "`cable.tension_max_n`).",
-            "Connect the 24 V supply in place of the bench supply. Take the slack up with 2 N on every cable: this is "
-            "the zero of the turn counts. It is lost at power-off.",
+            "**This release contains no software that drives the motors.** The build ends here, with the tape on the "
+            "drums, until you have such a program and have tried it on a motor without a cable. What can be done "
+            "without: the push of each side in the step of the knots, the servo with its own driver, and the "
+            "models and simulations. Do not take the tape out and wind by hand: the drums cannot be reached any more.",
+            "The program must obey `SAFETY.md`, which lies beside `README.md` in the source of spiraltrunk (not in "
+            "this "
+            "folder). In short: no command older than 20 ms, current limited in size and rate, tension never below a "
+            "floor, and ramped down to it on a fault before it goes to zero.",
+            f"What such a program needs (untried; compare the motor's manual): GM6020 in current mode, frame 0x1FE for "
+            f"the ids 1 to 4, two bytes a motor, high byte first, 16384 for 3 A; feedback as on the bench. "
+            f"{per_newton:.4f} A pull 1 N ({motor.torque:g} N m at {motor.current:g} A, cable's middle on a circle of "
+            f"{2 * drum.radius:.1f} mm; friction is not counted). First limit: {5 * per_newton:.2f} A (5 N). Never "
+            f"above {cable.tension_max * per_newton:.2f} A ({cable.tension_max:g} N, `cable.tension_max_n`).",
+            f"Wear safety glasses; nobody within {1e-3 * away + 0.5:.1f} m of the trunk and within the arm's reach. "
+            f"The "
+            "emergency stop lets the cables go: nothing may hang in the trunk that must not fall.",
+            f"Connect the 24 V supply in place of the bench supply. The program pulls 2 N on all {n} cables; only then "
+            "pull the strips of tape out by their threads. This is the zero of the turn counts; it is lost at "
+            "power-off, and the trunk must be held before the power goes.",
             f"Pull one cable in by 5 mm, and let it out again. A cable may be pulled in by {drum.travel_in:.0f} mm "
             f"from straight (then {drum.turns_in:.1f} turns are on the drum) and let out by "
             f"{drum.travel_out:.0f} mm.",
-            "Compare the current with a luggage scale on a free cable before you call it a tension.",
+            "A current is no tension before it was compared: on a drum with a spare cable, outside the trunk, against "
+            "a luggage scale.",
         ),
         check="each cable bends the trunk to its own side, the angle in the feedback changes with the sense that was "
         "noted on the bench, and the emergency stop lets go at once.",

@@ -7,6 +7,7 @@ import math
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.output.step import Build, Step, join
 from spiraltrunk.cad.trunk.gripper import STRAND, build_finger, find_seat
+from spiraltrunk.cad.trunk.pieces import plan_planes
 from spiraltrunk.design.materials import SILICONE
 
 PRINTED = {
@@ -23,6 +24,10 @@ PRINTED = {
 """What the printing step makes of each group."""
 
 
+_PINS = ("pieces of the trunk",)
+"""Place of the trunk's pins in the bill."""
+
+
 def list_part_steps(build: Build) -> list[Step]:
     """The steps from the bought motors to a weighed trunk."""
     steps = [_measure(build), _print(build), _clear(build)]
@@ -37,7 +42,8 @@ def _measure(build: Build) -> Step:
     motor, servo, layout = build.options.motor, build.options.servo, find_layout(build.design, build.options)
     floor, wall = build.options.plate, build.drum.wall
     work = [
-        f"Motor: pitch circle of the four M4 threads in its underside ({motor.floor_circle:g} mm assumed), pitch "
+        f"With a calliper, motor: pitch circle of the four M4 threads in its underside ({motor.floor_circle:g} mm "
+        f"assumed), pitch "
         f"circle of the four M3 threads in its rotor ({motor.rotor_circle:g} mm), diameter ({motor.diameter:g} mm), "
         f"height ({motor.height:g} mm).",
         f"Depth of these threads: the M4 screws enter by {10 - floor:g} mm and the M3 screws by {8 - wall:g} mm. A "
@@ -54,7 +60,7 @@ def _measure(build: Build) -> Step:
     )
     return Step(
         title="Measure what was bought", groups=frozenset({"housing", "drums", "horn"}),
-        makes=("measured motors",), takes=("motors", "servo"), tools=("calliper",), work=tuple(work),
+        makes=("measured motors",), takes=("motors", "servo"), work=tuple(work),
         check="every number agrees with the export that you print from.",
     )  # fmt: skip
 
@@ -62,23 +68,28 @@ def _measure(build: Build) -> Step:
 def _print(build: Build) -> Step:
     makes = tuple(name for group, names in PRINTED.items() if group in build.groups for name in names)
     work = [
-        'Set each part up as the table "Print settings" says. Load it as it lies in its file: the orientation is '
-        "right. Temperatures are those on the spool's label. Dry TPU before (8 h at 50 degC, our choice).",
+        'Set each part up for the 3D printer in a slicer with modifier bodies, as the table "Print settings" says. '
+        "Load it as it lies in its file: the orientation is right. Temperatures are those on the spool's label. Dry "
+        "TPU before (8 h at 50 degC, our choice).",
     ]
     if "trunk" in build.groups:
         wide = 2 * max(joint.radius for joint in build.body.joints) + 2.0
+        starts, planes = build.body.starts, plan_planes(build.design, build.body, build.options)
+        thin = float(starts[-1]) - (planes[-2] if build.n_piece > 1 else 0.0)
         work.append(
-            f"Trunk: the elastic joints must be solid. Put a modifier cylinder of {wide:.0f} mm on the axis, over the "
-            f"whole height of each piece, with 100 % infill. Joint {build.design.n_joint} is "
-            f"{2 * build.body.joints[-1].radius:.2f} mm thick: print the layers near it at 15 mm/s."
+            f"Trunk: the elastic joints must be solid. Put a modifier cylinder of {wide:.0f} mm diameter on the axis, "
+            f"over the whole height of each piece, with 100 % infill. The thinnest joint, {build.design.n_joint}, is "
+            f"{2 * build.body.joints[-1].radius:.2f} mm thick: print at 15 mm/s from {thin - 2:.0f} to {thin + 4:.0f} "
+            f"mm above the bed{f' (trunk_{build.n_piece})' * (build.n_piece > 1)}."
         )
     if "gripper" in build.groups:
         work.append(f"Gripper: 100 % infill at the finger joints: {join(_list_finger_joints(build))} from the bed.")
     return Step(
         title="Print", groups=frozenset(PRINTED),
         needs=("measured motors",) if {"housing", "drums", "horn"} & build.groups else (), makes=makes,
-        tools=("3D printer", "slicer with modifier bodies", "calliper"), work=tuple(work),
-        check="the largest dimensions agree with `size_m` in each part's JSON file to 0.3 mm, and no wall is open.",
+        work=tuple(work),
+        check="the largest dimensions agree with `size_m` in each part's JSON file to 0.3 mm (it is in m: 0.088 is 88 "
+        "mm; all other lengths there and in the drawing files are in mm), and no wall has a hole or a split layer.",
     )  # fmt: skip
 
 
@@ -97,61 +108,100 @@ def _list_finger_joints(build: Build) -> list[str]:
 
 
 def _clear(build: Build) -> Step:
-    options = build.options
     soft = tuple(name for name in ("trunk", "gripper") if name in build.groups)
-    makes = ["trunk" if name == "trunk" and build.n_piece == 1 else f"clear {name}" for name in soft]
-    drills = [f"drill {options.hole:g} mm in a pin vice"]
-    holes = f"Push the {options.hole:g} mm drill through every cable hole by hand"
-    if build.has_gripper:
-        drills += [f"drill {options.pair_hole:g} mm", f"drill {STRAND * options.hole:g} mm"]
-        holes += (
-            f", the {options.pair_hole:g} mm drill through the channel on the trunk's axis, the "
-            f"{STRAND * options.hole:g} mm drill through the gripper's fingers"
-        )
+    rigid = tuple(name for name, group in (("neck", "housing"), ("wedges", "wedge")) if group in build.groups)
+    cleared = tuple("trunk" if name == "trunk" and build.n_piece == 1 else f"clear {name}" for name in soft)
     return Step(
-        title="Take the supports out and clear the holes", groups=frozenset({"trunk", "gripper"}),
-        needs=tuple(f"printed {name}" for name in soft), makes=tuple(makes),
-        tools=("flush cutter", "tweezers", *drills, "weight of 50 g", "scissors for braid", "cyanoacrylate glue"),
+        title="Take the supports out and clear the holes",
+        groups=frozenset({"trunk", "gripper", "housing", "wedge"}),
+        needs=tuple(f"printed {name}" for name in (*soft, *rigid)), makes=(*cleared, *(f"clear {n}" for n in rigid)),
         work=(
-            "Cut the supports out of the gaps from outside inwards. Leave the round joint on the axis unhurt: it is "
-            "the spring.",
-            "Bend each joint once to every side until the faces of the gap meet. Remove what keeps them apart.",
-            f"{holes}. Then make a needle: harden 20 mm of a piece of cable with a drop of glue and cut it at a slant.",
+            *((f"Break the supports out of the {join(rigid)}.",) if rigid else ()),
+            *((_clear_gaps(), *_clear_holes(build)) if soft else ()),
         ),
-        check="a cable in each row of holes slides when a weight of 50 g hangs on it.",
+        check="a cable in each row of holes slides when a weight of 50 g hangs on it." if soft
+        else "no support is left.",
     )  # fmt: skip
+
+
+def _clear_gaps() -> str:
+    return (
+        "With a flush cutter and tweezers take the supports out of the gaps, from outside inwards. Leave the round "
+        "joint on the axis unhurt: it is the spring. Bend each joint once to every side until the faces of the gap "
+        "meet. Remove what keeps them apart."
+    )
+
+
+def _clear_holes(build: Build) -> tuple[str, ...]:
+    """Sentences on the holes: no drill is long enough for the rows, and none fits the gaps."""
+    hole, pair = 0.8 * build.options.hole, 0.8 * build.options.pair_hole
+    rows = (
+        f"Clear each row of cable holes with a spring steel wire {hole:.1f} mm thick and 400 mm long, one end cut at "
+        "a slant, the other in a pin vice: twist it through one section after the other from the piece's end and "
+        "guide it across the gaps with tweezers (the rows run closer to the axis from section to section). A drill is "
+        "too short for the rows and does not fit into the gaps."
+    )
+    needle = (
+        "Make a needle of the test cable: harden its last 20 mm with a drop of cyanoacrylate glue and cut it at a "
+        "slant with scissors for braid."
+    )
+    if not build.has_gripper:
+        return rows, needle
+    hollow = build.body.n_hollow
+    beside = (
+        f" from section {hollow + 1} on there are two holes of {build.options.hole:g} mm beside the axis, for the wire "
+        "of the rows."
+    ) * (hollow < build.design.n_joint)
+    axis = (
+        f"Clear the channel on the trunk's axis in the same way with a spring steel wire {pair:.1f} mm thick; it runs "
+        f"through the joints;{beside} If it is fused and does not open from either end, print the piece again, drier "
+        "and slower: there is no other way for the gripper's strands. Find out now, before the pieces are joined."
+    ).replace("joints; If", "joints. If")
+    fingers = f"Clear the gripper's fingers with a drill {STRAND * build.options.hole:g} mm in the pin vice."
+    return rows, axis, fingers, needle
 
 
 def _join(build: Build) -> Step:
     n = build.count("pieces of the trunk")
     return Step(
         title="Join the pieces of the trunk", groups=frozenset({"trunk"}), needs=("clear trunk",), makes=("trunk",),
-        takes=("pieces of the trunk",), tools=("flat table", "2 rubber bands", "steel wire 0.5 mm"),
+        takes=("pieces of the trunk",),
         work=(
-            f"Lay the {build.n_piece} pieces in a row, trunk\\_1 at the base. Push the {n} pins half their length into "
-            "the piece nearer to the base, without glue. Where a pin does not go in by hand, drill the hole to its "
-            "diameter.",
-            "Put a wire through each cable hole across the cut, and through those of the gripper's channel. Fit the "
+            f"Lay the {build.n_piece} pieces in a row on a flat table, trunk\\_1 at the base. Push the {n} pins half "
+            f"their length into "
+            f"the piece nearer to the base, without glue. Where a pin does not go in by hand, open its hole with a "
+            f"{_pin_drill(build)} by hand.",
+            "Put a soft steel wire 0.5 mm thick through each cable hole across the cut, and through those of the "
+            "gripper's channel. Fit the "
             "pieces dry: every hole meets a hole, and the seam is shut. Of several ways that fit, any is right.",
             "Brush primer on both faces, wait as its maker says, put glue between pins and rim (not within 3 mm of a "
-            "hole), press together for one minute, and pull the wires out.",
+            "hole), press together for one minute, hold with two rubber bands along the trunk until it has cured, "
+            "and pull the wires out.",
         ),
         check="the seam holds a pull of 20 N by hand, and the weight of 50 g still pulls a cable through.",
     )  # fmt: skip
+
+
+def _pin_drill(build: Build) -> str:
+    size = next((row.size for row in build.bill.bought if row.item.startswith("dowel") and row.place in _PINS), "3 x")
+    return f"drill {size.split(' ')[0]} mm"
 
 
 def _cast(build: Build) -> Step:
     return Step(
         title="Cast the shells", groups=frozenset({"shells", "moulds"}), needs=("printed moulds",), makes=("shells",),
         takes=("shells",),
-        tools=("scale 0.1 g", "cups and spatulas", "nitrile gloves", "vacuum chamber (or patience)", "spirit level"),
         work=(
             "Spray core and ring of each mould with release and let it dry as its maker says.",
-            "Set ring NN on the step of core NN. Press clay round the seam outside. Level the moulds on a tray.",
-            f"Weigh equal parts A and B of {SILICONE.name}. `bom.md` gives the grams of each shell. Mix for what you "
+            "Set ring NN on the step of core NN, the end without ridges down; it fits no other way. Press clay round "
+            "the "
+            "seam outside. Level the moulds on a tray with a spirit level.",
+            f"Weigh equal parts A and B of {SILICONE.name} on a scale to 0.1 g, in cups and spatulas that are new. "
+            "`bom.md` gives the grams of each shell. Mix for what you "
             "can pour within the pot life, and wear nitrile gloves: latex stops the cure. Pot life, degassing and cure "
             "time are those of the silicone's data sheet.",
-            "Degas the mixture, or pour it in a thin stream from high up. Fill each mould to the brim and scrape "
+            "Degas the mixture in a vacuum chamber, or without one pour it in a thin stream from high up. Fill each "
+            "mould to the brim and scrape "
             "it flat.",
             "When it has cured, pull the core out first. Then fold the shell inwards off the ridges of the ring. The "
             "ridges have made the shell's wrinkles.",
@@ -166,12 +216,15 @@ def _dress(build: Build) -> Step:
     rest = f" The other {bare} {'sections stay' if bare > 1 else 'section stays'} bare." if bare else ""
     return Step(
         title="Put the shells on", groups=frozenset({"shells", "trunk"}), needs=("trunk", "shells"),
-        makes=("trunk with shells",), tools=("water with a drop of dish soap",),
+        makes=("trunk with shells",),
         work=(
-            f"Wet shell {seats[0]:02d}, stretch it over the tip, and roll it along the trunk into the groove of "
+            f"Wet shell {seats[0]:02d} in water with a drop of dish soap, stretch it over the tip, and roll it along "
+            f"the trunk into the groove of "
             f"section {seats[0]}. Go on with the next, up to {seats[-1]:02d}: from the base to the tip, as no shell "
             f"can pass another.{rest}",
-            f"The shells are {100 * build.options.shell_grip:g} % narrower than their grooves and hold without glue.",
+            f"The shells are {100 * build.options.shell_grip:g} % narrower than their grooves and hold without glue. "
+            f"A shell "
+            "is a plain ring: either end may point to the base.",
         ),
         check="each shell lies between its two rims all round, and no shell stands in a gap when the trunk is curled.",
     )  # fmt: skip
@@ -183,20 +236,40 @@ def _weigh(build: Build) -> Step:
     keys = "put the result into `mass.density_kg_per_m3`"
     if design.mass.sections is not None:
         keys += " and delete `mass.sections_g`, which holds the masses of the authors' trunk"
+    clothes = " with its shells" * bool(build.n_shell)
     work = [
-        f"Trunk in kg divided by {volume:.6g} m3, the volume of the sections' outlines: {keys}. Sections of one piece "
-        "cannot be weighed one by one; who prints a second trunk can cut it at the joints and give `mass.sections_g`.",
+        f"On a scale to 0.1 g: trunk{clothes} in kg, divided by {volume:.6g} m3, the volume of the sections' outlines: "
+        f"{keys}. Sections of one piece cannot be weighed one by one; who prints a second trunk can cut it at the "
+        "joints and give `mass.sections_g`.",
     ]
     if "gripper" in build.groups:
         work.append("Gripper in g: `gripper.mass_g`.")
     if "housing" in build.groups:
         work.append(
-            "Neck in kg, its supports out: `housing.neck_mass_kg`. The housing is weighed when its motors are in."
+            "Neck in kg: a new line `neck_mass_kg = ...` in the section `[housing]`. The housing is weighed when its "
+            "motors are in."
         )
+    needs = (build.dressed, *(f"clear {n}" for n, group in _WEIGHED if group in build.groups))
     return Step(
-        title="Weigh, and write it into the `trunk.toml` beside this page", groups=frozenset({"trunk"}),
-        needs=(build.dressed, *(["clear gripper"] if "gripper" in build.groups else [])), makes=("weighed trunk",),
-        tools=("scale 0.1 g",), work=tuple(work),
-        check="`spiraltrunk export trunk.toml --formats mjcf --out models` reads the file and writes models with your "
-        "masses. The estimate in `bom.md` is rough: for the authors' trunk it is 40 % too high.",
+        title="Weigh, and write it into the `trunk.toml` beside this page", groups=frozenset({"trunk"}), needs=needs,
+        makes=("weighed trunk",), work=tuple(work),
+        check="on a Linux computer, `spiraltrunk export trunk.toml --formats mjcf --out models` reads the file and "
+            "writes models with your "
+        f"masses. {_expect_mass(build)}",
     )  # fmt: skip
+
+
+_WEIGHED = (("gripper", "gripper"), ("neck", "housing"))
+"""What is weighed beside the trunk, and its group."""
+
+
+def _expect_mass(build: Build) -> str:
+    """What the scale may show: the design's and the bill's number, and what each counts."""
+    soft, skin = build.estimate("trunk"), build.estimate("shells")
+    design = 1e3 * float(build.design.section_mass.sum())
+    whole = f" and {skin:.0f} g of silicone, together {soft + skin:.0f} g" * bool(skin)
+    return (
+        f"Expect a number between the two that are known before: the design counts {design:.0f} g for all sections "
+        "(the density is that of the authors' trunk; whether it was weighed with its shells is not published), and "
+        f"`bom.md` estimates {soft:.0f} g of TPU{whole}. The scale is right."
+    )

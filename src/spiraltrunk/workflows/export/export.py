@@ -21,6 +21,7 @@ from spiraltrunk.cad.output.assembly_guide import format_guide
 from spiraltrunk.cad.output.bill_of_materials import build_bill, estimate_print, format_csv, format_markdown
 from spiraltrunk.cad.output.catalogue import build_parts, check_groups
 from spiraltrunk.cad.output.make_part import MadePart
+from spiraltrunk.cad.output.top_view import format_top_view
 from spiraltrunk.design.toml import format_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import PartError, UnknownName
@@ -47,6 +48,9 @@ _LISTS = ("bom.csv", "bom.md", "guide.md")
 
 _PICTURES = ("pictures/exploded.png", "pictures/exploded.svg", "pictures/parts.png")
 """Pictures of the parts."""
+
+_TOP_VIEW = "pictures/top_view.svg"
+"""Picture of the open housing, where it is made."""
 
 _HEAVIEST = {"trunk": 0, "gripper": 1, "housing": 2}
 """Groups whose parts take longest, in the order in which they are started."""
@@ -117,8 +121,12 @@ def _list_files(request: Request, definitions: Sequence[Part]) -> list[str]:
     if definitions:
         endings = (*request.part_formats, "json")
         names += [f"parts/{part.name}.{ending}" for part in definitions for ending in endings]
-        names += [*_LISTS, *_PICTURES]
+        names += [*_LISTS, *_PICTURES, *([_TOP_VIEW] if _has_housing(definitions) else [])]
     return names
+
+
+def _has_housing(definitions: Sequence[Part]) -> bool:
+    return any(part.group == "housing" for part in definitions)
 
 
 def check_robot(
@@ -161,6 +169,8 @@ def _fill(
             for one in made
         ]  # fmt: skip
         write_pictures(parts, draft / "pictures", title=" ".join(design.name.split()), n_cable=design.n_cable)
+        if _has_housing(definitions):
+            write_text(draft / _TOP_VIEW, format_top_view(design, request.options))
         bill = build_bill(design, made, request.options)
         guide = format_guide(design, [one.part for one in made], bill, request.options)
         write_text(draft / "bom.md", format_markdown(design, bill))
