@@ -14,6 +14,7 @@ import pytest
 from spiraltrunk.cad.checks.assembly import list_bolts
 from spiraltrunk.cad.components.print_settings import find_settings
 from spiraltrunk.cad.geometry.csg import compute_volume, contains, polar
+from spiraltrunk.cad.housing.housing import find_bracket
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.test_stand import N_WEDGE, list_wedge_bolts
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
@@ -21,7 +22,9 @@ from spiraltrunk.cad.output.assembly_guide import format_guide, list_steps
 from spiraltrunk.cad.output.bill_of_materials import build_bill, format_markdown
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
+from spiraltrunk.cad.output.payload import compute_payload
 from spiraltrunk.cad.output.step import Build
+from spiraltrunk.cad.output.top_view import find_port, find_servo, format_top_view
 from spiraltrunk.cad.trunk.gripper import LUG_ARC, add_socket, find_seat
 from spiraltrunk.design import presets
 
@@ -150,6 +153,100 @@ def test_the_rigid_material_is_chosen_in_the_design(name, options):
     }
     assert materials["trunk"] == materials["gripper"] == "TPU 95A"
     assert f"Rigid parts are of {name}." in format_guide(design, one.parts, one.bill, options)
+
+
+NOUNS = (
+    "calliper", "drill", "hex key", "spanner", "jaws", "scissors", "pliers", "soldering iron", "luggage scale", "pen",
+    "cold metal plate", "bench supply", "Linux", "tweezers", "masking tape", "electrical tape", "sewing thread",
+    "gauge", "steel wire", "multimeter", "screwdriver", "glasses", "gloves", "rubber band", "straight edge",
+    "blocks of", "cups", "spirit level", "flush cutter", "pin vice", "second person", "vacuum chamber", "dish soap",
+    "cyanoacrylate glue",
+)  # fmt: skip
+"""What a reader takes for a tool, whatever size or purpose follows."""
+
+
+def test_each_tool_of_a_sentence_is_in_its_steps_list_and_in_the_guides(built):
+    text = format_guide(built.design, built.parts, built.bill, built.options)
+    listed = set(text.split("## Tools")[1].split("## Steps")[0].strip().removeprefix("- ").split("\n- "))
+    used = set()
+    for step in list_steps(built):
+        said = " ".join((*step.work, step.check))
+        taken = {str(row) for row in built.bill.bought if row.place in step.takes}
+        for noun in NOUNS:
+            if re.search(rf"(?i)\b{noun}", said):
+                is_known = any(noun.lower() in own.lower() for own in {*step.tools, *taken})
+                assert is_known or (noun == "drill" and "A drill is too short" in said), (step.title, noun)
+        for tool in step.tools:
+            assert tool in said, (step.title, tool)
+        used |= set(step.tools)
+    assert used == listed
+    assert {noun for noun in NOUNS if any(noun.lower() in tool.lower() for tool in used)} >= {
+        "calliper", "hex key", "jaws", "luggage scale", "bench supply", "steel wire"
+    }  # fmt: skip
+
+
+def test_the_order_of_what_cannot_be_done_later(built):
+    """Pull wires lie in the neck before the lid closes it; the flange is ready before wedges; payload before power."""
+    at = {step.title: k for k, step in enumerate(list_steps(built))}
+    said = {step.title: " ".join(step.work) for step in list_steps(built)}
+    wired = next(title for title in at if "Pull wires" in said[title])
+    assert at[wired] < at["Neck onto the lid"] < at["Thread the trunk and shut the lid"]
+    assert at["Prepare the arm's flange"] < at["Only to measure at a tilt: the wedges"]
+    assert at["Knots at the tip"] < at["Tell the arm its payload"] < at["First pull"]
+    out = [title for title, text in said.items() if "pull the strips of tape out" in text]
+    assert out == ["First pull"]
+    assert "no software that drives the motors" in said["First pull"]
+
+
+def test_lengths_add_up(built):
+    """The pieces and the gripper's plate are the trunk's length."""
+    head = format_guide(built.design, built.parts, built.bill, built.options).split("## Print")[0]
+    if built.has_gripper:
+        found = re.search(r"(\d+) mm long from .*?(?:together|piece) (\d+) mm, .*?gripper, ([\d.]+) mm\)", head)
+        total, pieces, plate = (float(number) for number in found.groups())
+        assert pieces + plate == pytest.approx(total, abs=1.05)
+    assert f"{2 * built.drum.radius:.1f} mm to the cable's middle" in format_markdown(built.design, built.bill)
+
+
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
+def test_the_payload_is_the_simulations(design):
+    """Mass, centre and moments of the straight robot in MuJoCo, less the gripper."""
+    import mujoco
+
+    from spiraltrunk.sim.robot.trunk import trunk_spec
+
+    model = trunk_spec(replace(design, gripper=None)).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    body = model.body("housing").id
+    load = compute_payload(design)
+    assert load.mass == pytest.approx(model.body_subtreemass[body], rel=1e-9)
+    assert data.subtree_com[body] == pytest.approx([0.0, 0.0, load.center], abs=1e-9)
+    about = np.zeros((3, 3))
+    for k in range(body, model.nbody):
+        turn, apart = data.ximat[k].reshape(3, 3), data.xipos[k] - data.subtree_com[body]
+        about += turn @ np.diag(model.body_inertia[k]) @ turn.T
+        about += model.body_mass[k] * (apart @ apart * np.eye(3) - np.outer(apart, apart))
+    assert np.diag(about) == pytest.approx([load.transverse, load.transverse, load.axial], rel=1e-6)
+
+
+def test_the_top_view_shows_the_openings_where_the_parts_have_them(built):
+    from xml.etree import ElementTree as ET
+
+    parts = {part.name: part for part in built.parts}
+    layout = find_layout(built.design, built.options)
+    port = find_port(layout)
+    middle = polar(layout.radius - built.options.rim / 2, port, built.options.plate + 8.0)
+    solid = {angle: contains(parts["housing"].form, np.array([polar(layout.radius - 1.0, angle, middle[2])]))[0]
+             for angle in (port, port + 0.3)}  # fmt: skip
+    assert solid == {port: False, port + 0.3: True}
+    if built.has_gripper:
+        turn, away = find_bracket(built.design, layout, built.options)
+        x, y, _ = polar(away, turn + math.pi / 2, 0.0)  # In the lid's frame; turned over about x: y to -y.
+        assert math.atan2(-y, x) % (2 * math.pi) == pytest.approx(find_servo(built.design, built.options))
+    root = ET.fromstring(format_top_view(built.design, built.options))
+    words = [one.text for one in root.iter() if one.text and one.text.strip()]
+    assert sum(word.startswith("motor ") for word in words) == built.design.n_cable
 
 
 @pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 import xml.etree.ElementTree as ET
 from dataclasses import replace
@@ -56,6 +57,9 @@ def test_everything_is_there_and_listed(exported, short):
         assert name in told
     assert {"models/trunk.xml", "models/hybrid.urdf", "bom.md", "bom.csv", "guide.md", "trunk.toml"} <= found
     assert {"pictures/parts.png", "pictures/exploded.png", "pictures/exploded.svg"} <= found
+    assert ("pictures/top_view.svg" in found) == ("housing" in SOME)
+    for name in re.findall(r"\]\((pictures/[^)]*)\)", (folder / "guide.md").read_text()):
+        assert name in found
     assert load_design(folder / "trunk.toml") == short
     hidden = [path for path in folder.parent.parent.rglob("*") if ".spiraltrunk" in path.parts]
     assert [path.name for path in hidden if path.is_file()] == ["manifest.json"]

@@ -60,9 +60,15 @@ def _introduce(build: Build) -> list[str]:
         "with its CAD packages: `pip install '.[cad]'` in the folder of its source, where `README.md`, `SAFETY.md` and "
         "`docs/install.md` are. One name for one part: the double arm is the file `horn`; the round horn comes with "
         "the servo.", "",
-        "![parts taken apart; motors, servo and wedges are not drawn](pictures/exploded.png)", "",
-        *(("![the open housing, seen from the trunk](pictures/top_view.svg)", "") if "housing" in build.groups else ()),
+        *(_PICTURES if "housing" in build.groups else ()),
     ]  # fmt: skip
+
+
+_PICTURES = (
+    "![parts taken apart; motors, servo and wedges are not drawn](pictures/exploded.png)", "",
+    "![the open housing, seen from the trunk](pictures/top_view.svg)", "",
+)  # fmt: skip
+"""Pictures of the whole robot."""
 
 
 def _split_length(build: Build) -> str:

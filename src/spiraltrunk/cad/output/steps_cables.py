@@ -151,11 +151,13 @@ def _markers(build: Build) -> Step:
 def _payload(build: Build) -> Step:
     load, design = compute_payload(build.design), build.design
     wedges = f" Each wedge adds {build.estimate('wedge') / N_WEDGE:.0f} g." if "wedge" in build.groups else ""
-    soft, printed = build.estimate("trunk") + build.estimate("shells"), 1e3 * float(design.section_mass.sum())
+    neck = sum(row.mass for row in build.bill.made if row.item == "neck")
+    printed = build.estimate("trunk") + build.estimate("shells") + neck
+    counted = 1e3 * (float(design.section_mass.sum()) + design.housing.total_neck_mass)
     more = (
-        f" With the bill's estimate of {soft:.0f} g for trunk and shells in place of {printed:.0f} g it is "
-        f"{load.mass + 1e-3 * (soft - printed):.2f} kg."
-    ) * bool(soft)
+        f" With the bill's estimate of {printed:.0f} g for trunk, shells and neck in place of the {counted:.0f} g that "
+        f"the design counts for them it is {load.mass + 1e-3 * (printed - counted):.2f} kg."
+    ) * (neck > 0 and "trunk" in build.groups)
     panda = " A Panda or FR3 carries 3 kg, by its maker's data." * (design.arm.model in ("panda", "fr3"))
     gripper = f", the gripper's {1e3 * design.gripper.mass:.1f} g" if design.gripper is not None else ""
     return Step(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.output.step import Build, Step, join
@@ -136,7 +137,8 @@ def _clear_holes(build: Build) -> tuple[str, ...]:
     """Sentences on the holes: no drill is long enough for the rows, and none fits the gaps."""
     hole, pair = 0.8 * build.options.hole, 0.8 * build.options.pair_hole
     rows = (
-        f"Clear each row of cable holes with a spring steel wire {hole:.1f} mm thick and 400 mm long, one end cut at "
+        f"Clear each row of cable holes with a spring steel wire {hole:.1f} mm thick and {_reach(build)} mm long, one "
+        f"end cut at "
         "a slant, the other in a pin vice: twist it through one section after the other from the piece's end and "
         "guide it across the gaps with tweezers (the rows run closer to the axis from section to section). A drill is "
         "too short for the rows and does not fit into the gaps."
@@ -159,6 +161,12 @@ def _clear_holes(build: Build) -> tuple[str, ...]:
     ).replace("joints; If", "joints. If")
     fingers = f"Clear the gripper's fingers with a drill {STRAND * build.options.hole:g} mm in the pin vice."
     return rows, axis, fingers, needle
+
+
+def _reach(build: Build) -> int:
+    """Length of a wire that passes the longest piece of the trunk and can be held at its end [mm]."""
+    planes = plan_planes(build.design, build.body, build.options)
+    return 50 * math.ceil((max(high - low for low, high in pairwise(planes)) + 100.0) / 50)
 
 
 def _join(build: Build) -> Step:
@@ -269,7 +277,7 @@ def _expect_mass(build: Build) -> str:
     design = 1e3 * float(build.design.section_mass.sum())
     whole = f" and {skin:.0f} g of silicone, together {soft + skin:.0f} g" * bool(skin)
     return (
-        f"Expect a number between the two that are known before: the design counts {design:.0f} g for all sections "
-        "(the density is that of the authors' trunk; whether it was weighed with its shells is not published), and "
-        f"`bom.md` estimates {soft:.0f} g of TPU{whole}. The scale is right."
+        f"Which number you will get nobody knows yet: the design counts {design:.0f} g for all sections (its default "
+        "density is that of the authors' trunk, and whether that was weighed with its shells is not published), "
+        f"`bom.md` estimates {soft:.0f} g of TPU{whole}."
     )

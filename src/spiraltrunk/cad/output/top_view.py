@@ -47,7 +47,7 @@ def find_touch(guide: tuple[float, float], drum: tuple[float, float], radius: fl
 def format_top_view(design: TrunkDesign, options: MakeOptions) -> str:
     """The open housing seen from the trunk, dorsal to the right, as SVG."""
     layout = find_layout(design, options)
-    size = 2 * _SCALE * (layout.radius + 14.0)
+    size = 2 * _SCALE * (layout.radius + 24.0)
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{size:.0f}" height="{size + 70:.0f}" '
         f'viewBox="{-size / 2:.0f} {-size / 2:.0f} {size:.0f} {size + 70:.0f}" font-family="sans-serif" '
@@ -59,8 +59,8 @@ def format_top_view(design: TrunkDesign, options: MakeOptions) -> str:
         *(_circle(polar(layout.post, angle, 0.0)[:2], 4.0, "#222222", 2) for angle in layout.posts),
         *_draw_winders(design, layout, options),
         *_draw_openings(design, layout, options),
-        _text((0.0, -layout.radius - 14.0 - 4.0), "seen from the trunk; arrows: the sense that pulls"),
-        _text((0.0, -layout.radius - 14.0 - 11.0), "dashed: motor; full: drum; small: guide above it in the lid"),
+        _text((0.0, -layout.radius - 24.0 - 4.0), "seen from the trunk; arrows: the sense that pulls"),
+        _text((0.0, -layout.radius - 24.0 - 11.0), "dashed: motor; full: drum; small: guide above it in the lid"),
         "</svg>",
     ]
     return "\n".join(lines) + "\n"
@@ -83,7 +83,7 @@ def _draw_winders(design: TrunkDesign, layout: HousingLayout, options: MakeOptio
             f'<path d="M{_SCALE * (x + begin[0]):.1f},{-_SCALE * (y + begin[1]):.1f} A{_SCALE * arrow:.1f},'
             f'{_SCALE * arrow:.1f} 0 0 0 {_SCALE * (x + end[0]):.1f},{-_SCALE * (y + end[1]):.1f}" fill="none" '
             'stroke="#222222" stroke-width="3" marker-end="url(#head)"/>',
-            _text((x, y - 1.5), f"motor {k + 1}"),
+            _text((x, y - drum.radius - 5.0), f"motor {k + 1}"),
             _text(polar(ring - 7.5, angle, 0.0)[:2], f"guide {k + 1}"),
         ]
     return lines
@@ -100,7 +100,7 @@ def _draw_openings(design: TrunkDesign, layout: HousingLayout, options: MakeOpti
             f'<line x1="{_SCALE * low[0]:.1f}" y1="{-_SCALE * low[1]:.1f}" x2="{_SCALE * high[0]:.1f}" '
             f'y2="{-_SCALE * high[1]:.1f}" stroke="#222222" stroke-width="8"/>'
         )
-        lines.append(_text(polar(layout.radius + 9.0, angle, 0.0)[:2], name))
+        lines.append(_text(polar(layout.radius + 12.0, angle, 0.0)[:2], name))
     return lines
 
 
