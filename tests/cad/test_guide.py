@@ -202,7 +202,7 @@ def test_lengths_add_up(built):
     """The pieces and the gripper's plate are the trunk's length."""
     head = format_guide(built.design, built.parts, built.bill, built.options).split("## Print")[0]
     if built.has_gripper:
-        found = re.search(r"(\d+) mm long from .*?(?:together|piece) (\d+) mm, .*?gripper, ([\d.]+) mm\)", head)
+        found = re.search(r"(\d+) mm long from .*?(?:together|piece) (\d+) mm, .*?gripper, ([\d.]+) mm;", head)
         total, pieces, plate = (float(number) for number in found.groups())
         assert pieces + plate == pytest.approx(total, abs=1.05)
     assert f"{2 * built.drum.radius:.1f} mm to the cable's middle" in format_markdown(built.design, built.bill)

@@ -65,7 +65,7 @@ def _introduce(build: Build) -> list[str]:
 
 
 _PICTURES = (
-    "![parts taken apart; motors, servo and wedges are not drawn](pictures/exploded.png)", "",
+    "![parts taken apart; motors, servo, wedges and wiring are not drawn](pictures/exploded.png)", "",
     "![the open housing, seen from the trunk](pictures/top_view.svg)", "",
 )  # fmt: skip
 """Pictures of the whole robot."""
@@ -79,7 +79,8 @@ def _split_length(build: Build) -> str:
     piece = "piece" if build.n_piece == 1 else f"{build.n_piece} pieces together"
     return (
         f" from the base joint to the plate of the gripper (the printed {piece} {build.body.end:.0f} mm, the plate, "
-        f"which is printed with the gripper, {plate:.1f} mm)"
+        f"which is printed with the gripper, {plate:.1f} mm; the channel takes the point off the base's cone, so a "
+        "piece may measure up to 1 mm less)"
     )
 
 

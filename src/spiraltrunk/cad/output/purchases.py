@@ -82,7 +82,7 @@ def _list_fasteners(
         rows += [
             Purchase(kind=FASTENERS, item="dowel pin ISO 8734", count=len(pin.angles),
                      size=f"{pin.diameter:g} x {2 * pin.depth:g}", material="steel", place="pieces of the trunk",
-                     note=f"across the cut at {pin.height:.0f} mm from the base")
+                     note=f"across the cut at {pin.height:.0f} mm from the base joint")
             for pin in find_pins(design, body, planes, options)
         ]  # fmt: skip
     return rows
