@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import resource
+import subprocess
 import sys
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 
 from spiraltrunk.errors import MissingPackage, TakeError
 from spiraltrunk.mocap import load_take
+from spiraltrunk.mocap.recordings import c3d
 from spiraltrunk.mocap.recordings.c3d import load_c3d
 
 LABELS = ["section_01:Marker1", "section_01:Marker2", "loose"]
@@ -88,3 +91,31 @@ def test_a_file_that_is_cut_off_is_noted(path):
     take = load_c3d(file, axes="y-up")
     assert len(take.frame) < 400
     assert take.notes == (f"the header says 400 frames, the file has {len(take.frame)}",)
+
+
+def _change_group(file):
+    """Put a parameter into a group that there is not, with which ezc3d reads beyond its memory."""
+    data = bytearray(file.read_bytes())
+    data[data.index(b"\x01LABELS")] = 0x80
+    file.write_bytes(data)
+
+
+def test_a_file_on_which_ezc3d_dies_is_refused(path, tmp_path):
+    file = path(points())
+    _change_group(file)
+    code = "import ezc3d, sys; ezc3d.c3d(sys.argv[1])"
+    limited = lambda: resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # noqa: E731
+    died = subprocess.run([sys.executable, "-c", code, str(file)], check=False, capture_output=True, preexec_fn=limited)
+    assert died.returncode < 0
+    with pytest.raises(TakeError, match=r"take\.c3d.*is it damaged\?; allowed: a C3D file that ezc3d reads in 30 s"):
+        load_c3d(file, axes="y-up")
+
+
+def test_a_file_that_takes_too_long_or_too_much_is_refused(path, monkeypatch):
+    file = path(points())
+    for name in ("_SECONDS", "_MEMORY"):
+        with monkeypatch.context() as patch:
+            patch.setattr(c3d, name, 0 if name == "_SECONDS" else 1 << 24)
+            with pytest.raises(TakeError, match="is it damaged"):
+                load_c3d(file, axes="y-up")
+    assert len(load_c3d(file, axes="y-up").frame) == 5

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import io
+import json
 import math
+import os
 import struct
-from itertools import takewhile
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
 from spiraltrunk.errors import MissingPackage, TakeError
+from spiraltrunk.files.limited_process import run_limited
 from spiraltrunk.files.text_lines import open_take
 from spiraltrunk.mocap.recordings.axes import read_axes
 from spiraltrunk.mocap.recordings.take import Marker, Take
@@ -20,6 +23,14 @@ _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _FARTHEST = 1e4
 _MOST_FRAMES = 2**16 - 1
 _BLOCK, _KEY = 512, 0x50
+
+_SECONDS, _SECOND_BYTES = 30, 1_000_000
+"""Time that a file may take [s], and the bytes that may take a second more (ours: ezc3d reads 9 MB in one)."""
+
+_MEMORY, _MEMORY_SHARE = 2 << 30, 25
+"""Address space that a file may take [bytes], and that for each byte of it (ours: ezc3d takes 13)."""
+
+_TASK = Path(__file__).with_name("c3d_task.py")
 
 
 def load_c3d(path: str | Path, *, axes: str) -> Take:
@@ -31,14 +42,15 @@ def load_c3d(path: str | Path, *, axes: str) -> Take:
     turn = read_axes(axes)
     with open_take(path) as file:
         first, last = _read_frame_numbers(file, str(path))
-    content = _read(path)
-    rate, unit = _read_scale(content["parameters"]["POINT"], str(path))
-    position = _read_points(content["data"], unit, str(path))
-    labels = _labels(content["parameters"])
+        size = file.seek(0, io.SEEK_END)
+    head, points, residual = _read(path, size)
+    rate, unit = _check_scale(head["rate"], head["unit"], str(path))
+    position = _place_points(points, residual, unit, str(path))
+    labels = head["labels"]
     if len(labels) < len(position):
         raise TakeError(f"{len(position)} markers and {len(labels)} labels; allowed: a label each", file=str(path))
     placed = position @ turn.T
-    frame = int(content["header"]["points"]["first_frame"]) + np.arange(position.shape[1])
+    frame = head["first_frame"] + np.arange(position.shape[1])
     is_cut = len(frame) < last + 1 - first < _MOST_FRAMES
     notes = (f"the header says {last + 1 - first} frames, the file has {len(frame)}",) if is_cut else ()
     markers = tuple(
@@ -68,9 +80,8 @@ def _read_frame_numbers(file: BinaryIO, source: str) -> tuple[int, int]:
     return first, last
 
 
-def _read_scale(point: Any, source: str) -> tuple[float, float]:
+def _check_scale(rate: float, unit: str, source: str) -> tuple[float, float]:
     """Rate [Hz] and unit [m]."""
-    rate, unit = float(_first(point, "RATE", math.nan)), str(_first(point, "UNITS", "")).strip()
     if not (math.isfinite(rate) and 0.01 <= rate <= 1e5):
         raise TakeError(f"POINT:RATE is {rate:g}; allowed: a rate in Hz", file=source)
     if unit.lower() not in _UNITS:
@@ -78,38 +89,32 @@ def _read_scale(point: Any, source: str) -> tuple[float, float]:
     return rate, _UNITS[unit.lower()]
 
 
-def _read_points(data: Any, unit: float, source: str) -> np.ndarray:
+def _place_points(raw: np.ndarray, residual: np.ndarray, unit: float, source: str) -> np.ndarray:
     """Positions in the file's axes, not a number where a marker was not seen, shape (n_marker, n, 3) [m]."""
-    raw = np.asarray(data["points"], float)
-    if raw.ndim != 3 or not raw.shape[1] or not raw.shape[2]:
+    if raw.ndim != 3 or not raw.shape[1] or not raw.shape[2] or residual.size != raw[0].size:
         raise TakeError(f"there are {raw.shape[1:]} markers and frames; allowed: at least one of each", file=source)
     position = np.moveaxis(raw[:3], 0, -1) * unit
-    residual = np.asarray(data["meta_points"]["residuals"], float).reshape(raw.shape[1:])
-    position[~np.isfinite(position).all(axis=-1) | (residual < 0)] = np.nan
+    position[~np.isfinite(position).all(axis=-1) | (residual.reshape(raw.shape[1:]) < 0)] = np.nan
     if np.nanmax(np.abs(position), initial=0.0) > _FARTHEST:
         raise TakeError(f"a marker is farther than {_FARTHEST:g} m; allowed: nearer: is the unit right?", file=source)
     return position
 
 
-def _read(path: str | Path) -> Any:
+def _read(path: str | Path, size: int) -> tuple[dict[str, Any], np.ndarray, np.ndarray]:
+    """Rate, unit, labels and first frame, points and residuals, by ezc3d in a process with limits.
+
+    ezc3d trusts the counts and lengths in a file: on a damaged one it reads beyond its memory, or asks for all of it.
+    """
+    if find_spec("ezc3d") is None:
+        raise MissingPackage("C3D needs the package ezc3d: pip install 'spiraltrunk[mocap]', or export CSV")
+    seconds, memory = _SECONDS + size // _SECOND_BYTES, _MEMORY + _MEMORY_SHARE * size
     try:
-        import ezc3d  # type: ignore[import-untyped]
-    except ImportError:
-        raise MissingPackage("C3D needs the package ezc3d: pip install 'spiraltrunk[mocap]', or export CSV") from None
-    try:
-        return ezc3d.c3d(str(path))
-    except Exception as error:  # ezc3d raises whatever C++ throws.
-        reason = " ".join(str(error).split())[:200]
-        raise TakeError(f"{reason}; allowed: a C3D file that ezc3d reads", file=str(path)) from None
-
-
-def _first(group: Any, key: str, default: object) -> Any:
-    values = np.ravel(group[key]["value"]) if key in group else np.empty(0)
-    return values[0] if len(values) else default
-
-
-def _labels(parameters: Any) -> list[str]:
-    """All labels, those of LABELS2 and so on included."""
-    group = parameters["POINT"]
-    keys = takewhile(group.__contains__, ("LABELS", *(f"LABELS{i}" for i in range(2, 100))))
-    return [str(name).strip() for key in keys for name in group[key]["value"]]
+        stream = io.BytesIO(run_limited(_TASK, "read", os.fsencode(path), seconds=seconds, memory=memory))
+    except (TimeoutError, ChildProcessError):
+        allowed = f"a C3D file that ezc3d reads in {seconds} s and {memory / 1e9:.1f} GB"
+        raise TakeError(f"ezc3d cannot read it: is it damaged?; allowed: {allowed}", file=str(path)) from None
+    head = json.loads(stream.readline())
+    if "error" in head:
+        reason = " ".join(head["error"].split())[:200]
+        raise TakeError(f"{reason}; allowed: a C3D file that ezc3d reads", file=str(path))
+    return head, np.load(stream), np.load(stream)

@@ -1,40 +1,16 @@
-"""Compile an MJCF or split a mesh into convex parts, within limits of time and memory.
+"""Compile an MJCF or split a mesh into convex parts: tasks of `files.limited_process`.
 
-A script for a process of its own: ``python -P limited_child.py TASK PARENT SECONDS BYTES``. It imports nothing of the
-package, so that it starts as fast as what it needs. `limited_process` speaks with it over standard input and output.
+It imports nothing of the package, so that its process starts as fast as what it needs.
 """
 
 from __future__ import annotations
 
-import ctypes
 import io
 import json
-import os
 import resource
-import signal
-import sys
-
-_PR_SET_PDEATHSIG = 1
 
 
-def main() -> None:
-    """Limit this process, do the task, and write its result."""
-    task = {"compile": _compile, "decompose": _decompose}[sys.argv[1]]
-    parent, seconds, memory = map(int, sys.argv[2:])
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # The parent ends this process.
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        return
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
-    resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    with os.fdopen(os.dup(1), "wb") as output:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # What libraries print is no result.
-        output.write(task(sys.stdin.buffer.read()))
-
-
-def _compile(sent: bytes) -> bytes:
+def run_compile(sent: bytes) -> bytes:
     """Verdict on a document as a line of JSON.
 
     Args:
@@ -71,7 +47,7 @@ def _is_finite(model: object, data: object) -> bool:
     return all(bool(np.isfinite(array).all()) for array in arrays)
 
 
-def _decompose(sent: bytes) -> bytes:
+def run_decompose(sent: bytes) -> bytes:
     """Vertices and triangles of each convex part, one array after the other.
 
     Args:
@@ -89,7 +65,3 @@ def _decompose(sent: bytes) -> bytes:
         for array in part:
             np.save(output, np.asarray(array))
     return output.getvalue()
-
-
-if __name__ == "__main__":
-    main()
