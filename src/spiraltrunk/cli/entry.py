@@ -10,6 +10,7 @@ from typing import final
 
 from spiraltrunk import __version__
 from spiraltrunk.cli.arguments import Parser
+from spiraltrunk.cli.missing_package import describe_missing
 from spiraltrunk.cli.output import BAD_INPUT, DONE, FAILED, UsageError, complain, put
 from spiraltrunk.cli.signals import run_interruptibly
 from spiraltrunk.cli.verbs import bench, calibrate, completion, design, export, grasp, shape, survey, validate
@@ -38,6 +39,10 @@ def _run(argv: Sequence[str] | None) -> int:
         return complain(f"error: {error}", FAILED)
     except (SpiralTrunkError, UsageError) as error:
         return complain(f"error: {error}", BAD_INPUT)
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] in ("", "spiraltrunk"):
+            raise
+        return complain(f"error: {describe_missing(str(error.name))}", BAD_INPUT)
     except OSError as error:
         reason = error.strerror or str(error)
         if error.filename is None:
