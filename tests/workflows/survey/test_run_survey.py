@@ -16,7 +16,7 @@ import pytest
 
 from spiraltrunk.errors import OutputError, SurveyError
 from spiraltrunk.files.output_folder import open_output
-from spiraltrunk.workflows.survey.plan import SurveyPlan
+from spiraltrunk.workflows.survey.plan import SurveyPlan, derive_seed
 from spiraltrunk.workflows.survey.resume_log import FILES, Log
 from spiraltrunk.workflows.survey.run_survey import run_survey
 
@@ -130,7 +130,8 @@ DEEP = b"[" * 200_000
 NOISE = random.Random(5).randbytes(4096)
 
 ROW = {
-    "strategy": "kick", "object": "a", "index": 0, "seed": 1, "success": True, "reason": "", "wall_s": None,
+    "strategy": "kick", "object": "box-60", "index": 0, "seed": derive_seed(7, "kick", 0), "success": True,
+    "reason": "", "wall_s": None,
     "width_m": 0.1, "mass_kg": 0.1, "friction": None, "stiffness_factor": None, "simulated_s": None,
     "real_time_factor": None, "planning_wall_s": None, "lift_m": None, "hold_s": None, "place_error_m": None,
     "retries": None,
@@ -154,8 +155,9 @@ BROKEN = {
         f"{key} {value!r:.20}": ("trials.jsonl", json.dumps(ROW | {key: value}).encode() + b"\n", "line 1 of")
         for key, value in (
             ("strategy", "juggle"), ("strategy", []), ("index", 5), ("index", -1), ("index", "0"), ("index", True),
-            ("object", "banana"), ("seed", None), ("success", 1), ("reason", 7), ("width_m", "wide"),
-            ("width_m", math.nan), ("mass_kg", 10**400), ("other", 1),
+            ("object", "banana"), ("seed", None), ("seed", 1), ("success", 1), ("reason", 7),
+            ("width_m", "wide"), ("width_m", math.nan), ("mass_kg", 10**400), ("width_m", 1e308), ("lift_m", True),
+            ("other", 1),
         )
     },
 }  # fmt: skip
@@ -178,9 +180,15 @@ def test_a_broken_folder_is_refused(whole: Path, fakes: ModuleType, plan: Survey
 
 def test_the_row_that_is_spoiled_is_a_row_else(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     """What the broken rows are made of is refused for nothing but what is broken."""
-    row = ROW | {"object": plan.objects["kick"][0]}
-    (whole / "trials.jsonl").write_text(json.dumps(row) + "\n")
+    (whole / "trials.jsonl").write_text(json.dumps(ROW) + "\n")
     assert run_survey(plan, folder=whole, work=fakes.work)["complete"]
+
+
+def test_a_reason_that_is_no_utf_8_is_in_the_table(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
+    """As that of an object's file whose name is none."""
+    (whole / "trials.jsonl").write_text(json.dumps(ROW | {"success": False, "reason": "no file a\udcff"}) + "\n")
+    assert run_survey(plan, folder=whole, work=fakes.work)["complete"]
+    assert "no file a\\udcff" in (whole / "table.md").read_text()
 
 
 def test_a_trial_that_is_there_twice_is_refused(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:

@@ -106,7 +106,8 @@ def write_tables(
     text = json.dumps({**result, "rows": list(rows)}, indent=2, allow_nan=False)
     with output.draft(is_partial=True) as draft:
         write_text(draft / "survey.json", text + "\n")
-        write_text(draft / "table.md", markdown)
+        # Names of files that are no UTF-8 have half surrogates.
+        write_text(draft / "table.md", markdown.encode("utf-8", "backslashreplace").decode())
 
 
 def _read_rows(path: Path, data: bytes, settings: Mapping[str, Any]) -> tuple[list[dict[str, Any]], int]:

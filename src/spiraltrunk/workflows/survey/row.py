@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from spiraltrunk.workflows.survey.plan import Entry
+from spiraltrunk.workflows.survey.plan import Entry, derive_seed
 
 Row = dict[str, Any]
 """One trial in plain values, ready for JSON."""
@@ -17,6 +16,9 @@ _FIGURES = (
     "lift_m", "hold_s", "place_error_m", "retries",
 )  # fmt: skip
 """Figures of the scene and of the trial; null where there are none."""
+
+_MOST = 1e9
+"""Size that no figure of a trial reaches (ours)."""
 
 _KEYS = {"strategy", "object", "index", "seed", "success", "reason", "wall_s", *_FIGURES}
 
@@ -40,10 +42,13 @@ def check_row(row: Row, settings: Mapping[str, Any]) -> None:
         raise ValueError("another strategy")
     if type(index) is not int or not 0 <= index < settings["trials"]:
         raise ValueError("another trial")
-    if row["object"] not in settings["objects"][strategy] or not isinstance(row["reason"], str):
+    objects = settings["objects"][strategy]
+    if row["object"] != objects[index % len(objects)] or not isinstance(row["reason"], str):
         raise ValueError("another object, or no reason")
-    if not isinstance(row["success"], bool) or type(row["seed"]) is not int:
+    if type(row["seed"]) is not int or row["seed"] != derive_seed(settings["seed"], strategy, index):
+        raise ValueError("another seed")
+    if not isinstance(row["success"], bool):
         raise ValueError("no outcome")
     for key in ("wall_s", *_FIGURES):
-        if row[key] is not None and not math.isfinite(row[key]):
+        if row[key] is not None and (type(row[key]) not in (int, float) or not abs(row[key]) < _MOST):
             raise ValueError(f"{key} is no number")
