@@ -192,7 +192,7 @@ def run_command(name: str, what: str, work: Path) -> dict[str, Any]:
         environment |= {key: value for key, value in around.environment.items() if value}
         for key in (key for key, value in around.environment.items() if not value):
             environment.pop(key, None)
-        sinks = _open_sink(around.sink, work / "printed"), _open_sink(around.error_sink, work / "messages")
+        sinks = _open_sink(around.sink, room / "printed"), _open_sink(around.error_sink, room / "messages")
         began = time.monotonic()
         try:
             code: int | None = subprocess.run(
@@ -206,9 +206,9 @@ def run_command(name: str, what: str, work: Path) -> dict[str, Any]:
             for number in sinks:
                 os.close(number)
         left = sorted(str(path.relative_to(out)) for path in out.rglob("*") if path.is_file() and path.name != FILLER)
-        faults = list(find_faults(name, around, code, work, left))
+        faults = list(find_faults(name, around, code, room, left))
+    said = "" if around.error_sink else (room / "messages").read_text(errors="replace")[-2000:]
     shutil.rmtree(room)
-    said = "" if around.error_sink else (work / "messages").read_text(errors="replace")[-2000:]
     return {
         "command": name, "surroundings": what, "code": code, "faults": faults, "is_mounted": is_mounted,
         "seconds": round(time.monotonic() - began, 1), "left": left[:8], "said": said.splitlines()[-3:],
@@ -219,11 +219,11 @@ def _python_path() -> list[str]:
     return [part for part in os.environ.get("PYTHONPATH", "").split(os.pathsep) if part]
 
 
-def find_faults(name: str, around: Surroundings, code: int | None, work: Path, left: Sequence[str]) -> Iterator[str]:
+def find_faults(name: str, around: Surroundings, code: int | None, room: Path, left: Sequence[str]) -> Iterator[str]:
     """What a command does that it must not."""
     writes, is_heard = any("OUT" in part for part in COMMANDS[name]), 2 not in around.closed and not around.error_sink
     right = {"never": {0, 1}, "may": {0, 1, 2}, "writes": {2} if writes else {0, 1}}[around.refused]
-    messages = (work / "messages").read_text(errors="replace") if is_heard else ""
+    messages = (room / "messages").read_text(errors="replace") if is_heard else ""
     if code not in right:
         yield f"exit {code}, allowed: {sorted(right)}"
     odd = [line for line in messages.splitlines() if not line.startswith("spiraltrunk: ")]
@@ -238,7 +238,7 @@ def find_faults(name: str, around: Surroundings, code: int | None, work: Path, l
         yield f"files left: {list(left)[:5]}"
     if code in (0, 1) and "--json" in COMMANDS[name] and not around.sink and 1 not in around.closed:
         try:
-            json.loads((work / "printed").read_text(), parse_constant=lambda constant: 1 / 0)
+            json.loads((room / "printed").read_text(), parse_constant=lambda constant: 1 / 0)
         except (ValueError, ZeroDivisionError) as error:
             yield f"no strict JSON: {error}"
 

@@ -68,7 +68,7 @@ def play(entry: Entry) -> dict[str, Any]:
 def play_all(work: Callable[[Entry], Any], jobs: Any, workers: int) -> Iterator[SimpleNamespace]:
     """`run_jobs` without processes."""
     for job in jobs:
-        yield SimpleNamespace(job=job, result=play(job), fault=None)
+        yield SimpleNamespace(job=job, result=play(job), fault=None, error=None)
 
 
 def play_some(work: Callable[[Entry], Any], jobs: Any, workers: int) -> Iterator[SimpleNamespace]:

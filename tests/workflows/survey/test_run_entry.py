@@ -96,3 +96,12 @@ def test_grasp_plays_a_trial_again(capsys: pytest.CaptureFixture[str]) -> None:
     assert [row[key] for key in same] == [result[key] for key in same]
     assert row["friction"] == result["world"]["friction"]
     assert math.isclose(row["simulated_s"], result["phases"][-1]["end_s"], abs_tol=1e-9)
+
+
+def test_a_package_that_is_missing_ends_the_trial(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*arguments: object, **options: object) -> None:
+        raise ModuleNotFoundError(name="mink")
+
+    monkeypatch.setattr(work, "run_scene", fail)
+    with pytest.raises(ModuleNotFoundError):
+        compute_row(ENTRY)

@@ -255,3 +255,15 @@ def test_a_trial_that_breaks_is_a_failed_trial(fakes: ModuleType, plan: SurveyPl
     assert result["complete"]
     for told in result["strategies"].values():
         assert (told["trials"], told["successes"], told["failures"]) == (5, 4, {kind: 1})
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_missing_package_is_no_failure_of_a_strategy(
+    workers: int, fakes: ModuleType, plan: SurveyPlan, tmp_path: Path
+) -> None:
+    with pytest.raises(ModuleNotFoundError) as caught:
+        run_survey(plan, workers=workers, folder=tmp_path / "out", work=fakes.miss_package)
+    assert caught.value.name == "coacd"
+    rows = load(tmp_path / "out")["rows"]
+    assert all(row["index"] != 1 for row in rows)
+    assert run_survey(plan, folder=tmp_path / "out", work=fakes.work)["complete"]

@@ -22,6 +22,9 @@ def compute_row(entry: Entry) -> Row:
     """Run a trial with the paper's robot; an exception in it is a failure with that reason.
 
     ``spiraltrunk grasp`` runs the same trial for the same strategy, object and seed.
+
+    Raises:
+        ImportError: where a package is missing, which is no failure of the strategy.
     """
     began = time.perf_counter()
     row = build_empty_row(entry)
@@ -31,6 +34,8 @@ def compute_row(entry: Entry) -> Row:
         row["width_m"], row["mass_kg"], row["friction"] = scene.shape.width, scene.shape.mass, scene.shape.friction
         row["stiffness_factor"] = scene.trunk.stiffness_factor
         row |= _summarise(run_scene(presets.PAPER, scene, strategy=strategy, seed=entry.seed))
+    except ImportError:
+        raise
     except Exception as error:
         row["reason"] = format_error(error)
     return row | {"wall_s": time.perf_counter() - began}

@@ -112,6 +112,8 @@ def _run_entries(
     watch(rows)
     with closing(run_jobs(work, left, workers)) as outcomes:
         for outcome in outcomes:
+            if isinstance(outcome.error, ImportError):
+                raise outcome.error
             keep(build_empty_row(outcome.job, outcome.fault or "") if outcome.result is None else outcome.result)
             watch(rows)
 

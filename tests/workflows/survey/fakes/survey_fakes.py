@@ -37,3 +37,9 @@ def hang_after_third(entry: Entry) -> dict[str, Any]:
     if entry.index >= 3:
         time.sleep(60)
     return work(entry)
+
+
+def miss_package(entry: Entry) -> dict[str, Any]:
+    if entry.index == 1:
+        raise ModuleNotFoundError("No module named 'coacd'", name="coacd")
+    return work(entry)
