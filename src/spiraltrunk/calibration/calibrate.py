@@ -133,6 +133,7 @@ class RunMisfit:
     """Standard deviation of the model's error that the fit allowed for, at the tip of the straight trunk [m]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Calibration:

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.calibration.noise_model import LEAST_DISCREPANCY, LEAST_TWIST, Block
+from spiraltrunk.calibration.noise_model import LEAST_DISCREPANCY, LEAST_TWIST, TWIST_POWER, Block, compute_levers
 from spiraltrunk.calibration.parameters import apply_parameters
 from spiraltrunk.calibration.predict_states import (
     Equilibria,
@@ -79,21 +79,31 @@ def split_half(problem: FitProblem, odd: int) -> FitProblem:
 
 def build_blocks(problem: FitProblem, predicted: np.ndarray) -> list[Block]:
     """The seen points, chain by chain."""
-    along = np.cumsum(problem.design.section_length) - problem.design.section_length + problem.marker_offset
     stroke = np.zeros(len(problem.states))
     for i, state in enumerate(problem.states):
         stroke[i] = (0.0 if state.before < 0 else stroke[state.before]) + compute_step(state, problem.states)
     seen = np.isfinite(problem.measured).all(axis=-1)
     chains = np.array([state.chain for state in problem.states])
     parts = [np.argwhere(seen & (chains == chain)[:, None]) for chain in np.unique(chains)]
-    blocks = [
-        Block(
-            points=predicted[s, n], at=np.stack([s, n], axis=-1), along=(along / problem.design.length)[n],
-            stroke=stroke[s], weight=problem.count[s, n].astype(float),
-            least_discrepancy=LEAST_TWIST if problem.states[s[0]].kind == "twist" else LEAST_DISCREPANCY,
-        )
-        for s, n in (at.T for at in parts if len(at))
-    ]  # fmt: skip
+    levers = {is_twist: _compute_levers(problem, is_twist) for is_twist in (False, True)}
+    blocks = []
+    for s, n in (at.T for at in parts if len(at)):
+        is_twist = problem.states[s[0]].kind == "twist"
+        blocks.append(
+            Block(
+                points=predicted[s, n], at=np.stack([s, n], axis=-1), lever=levers[is_twist][n], stroke=stroke[s],
+                weight=problem.count[s, n].astype(float),
+                least_discrepancy=LEAST_TWIST if is_twist else LEAST_DISCREPANCY,
+            )
+        )  # fmt: skip
     if not blocks:
         raise ModelError("no point was seen in the takes that are fitted; allowed: at least one shape")
     return blocks
+
+
+def _compute_levers(problem: FitProblem, is_twist: bool) -> np.ndarray:
+    """Displacement of all markers by the errors of the bends, of `noise_model.compute_levers`."""
+    design = problem.design
+    start = np.cumsum(design.section_length) - design.section_length
+    spread = design.scale[:-1] ** -(TWIST_POWER if is_twist else 0.0)
+    return compute_levers((start + problem.marker_offset) / design.length, start[1:] / design.length, spread)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -10,7 +12,7 @@ import numpy as np
 from spiraltrunk.calibration.fit_problem import FitProblem, split_half
 from spiraltrunk.calibration.levenberg_marquardt import ENOUGH, ChainMisfit, Search
 from spiraltrunk.calibration.noise_model import NoiseModel
-from spiraltrunk.calibration.parameters import Gaussian
+from spiraltrunk.calibration.parameters import Gaussian, keep_positive
 from spiraltrunk.files.results import Progress, ignore_progress
 
 _LEVELS = (
@@ -67,7 +69,7 @@ def estimate_map(
     """MAP estimate by Levenberg-Marquardt, with Huber weights for outliers.
 
     The odd and the even states are fitted first, from the prior's mean on; all states are then fitted from the better
-    of these two estimates, and the noise model with them.
+    of these two estimates, and the noise model with them. A twist without a bending is also fitted from other starts.
 
     Args:
         problem: what is fitted.
@@ -81,15 +83,10 @@ def estimate_map(
     work, halves = 3 * len(_LEVELS) + _ROUNDS, []
     levels = [replace(level, turn=registration[0], shift=registration[1]) for level in _LEVELS]
     for odd in (0, 1):
-        half = Search(split_half(problem, odd), prior, prior.mean, levels[0])
-        for i, level in enumerate(levels):
-            progress("fitting half of the steps", odd * len(levels) + i, work)
-            half.assume(level)
-            half.descend()
-        halves.append(half.values)
-    searches = [Search(problem, prior, begin, levels[-1]) for begin in halves]
-    for search in searches:
-        search.descend()
+        progress("fitting half of the steps", odd * len(levels), work)
+        halves.append(_search_from(split_half(problem, odd), prior, prior.mean, levels).values)
+    searches = [_search_from(problem, prior, begin, levels[-1:]) for begin in halves]
+    searches += [_search_from(problem, prior, begin, levels) for begin in list_starts(problem, prior)]
     search = min(searches, key=Search.misfit)
     for done in range(_ROUNDS):
         progress("fitting", 3 * len(levels) + done, work)
@@ -103,6 +100,34 @@ def estimate_map(
         values=search.values, covariance=add_model_error(covariance, prior), misfits=search.measure_misfits(),
         n_outlier=search.count_outliers(), has_converged=has_converged,
     )  # fmt: skip
+
+
+def _search_from(problem: FitProblem, prior: Gaussian, begin: np.ndarray, levels: Sequence[NoiseModel]) -> Search:
+    """A search under each noise model, one after the other."""
+    search = Search(problem, prior, begin, levels[0])
+    for level in levels:
+        search.assume(level)
+        search.descend()
+    return search
+
+
+def list_starts(problem: FitProblem, prior: Gaussian) -> list[np.ndarray]:
+    """Further starts for a twist without a bending, which has several minima; none for other recordings.
+
+    Friction is a standard deviation below or above the prior's mean, and the slack of all cables at it or one above.
+    """
+    kinds = {state.kind for state in problem.states}
+    if "twist" not in kinds or kinds & {"bend-dorsal", "bend-ventral"}:
+        return []
+    k = prior.names.index("friction")
+    slack = [i for i, name in enumerate(prior.names) if name.startswith("slack_")]
+    starts = []
+    for friction, share in itertools.product((-1.0, 1.0), (0.0, 1.0)):
+        begin = prior.mean.copy()
+        begin[k] += friction * prior.spread[k]
+        begin[slack] += share * prior.spread[slack]
+        starts.append(keep_positive(prior.names, begin))
+    return starts
 
 
 def inflate(covariance: np.ndarray, values: np.ndarray, halves: list[np.ndarray], n_joint: int) -> np.ndarray:

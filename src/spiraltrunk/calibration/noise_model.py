@@ -28,8 +28,15 @@ LEAST_TWIST = 1e-2
 """The same for a twist [m].
 
 Where one cable has shut a joint and another pulls it along its limit, models differ that agree in every bend: how the
-joint's axes move and how a sticking cable yields decide which joints give way. With joints of two hinges the same model
-twists 12 mm farther or less far (docs/validation/forward_models.md).
+joint's axes move and how a sticking cable yields decide which joints give way (`benchmarks/calibration_twist.py`). Twice
+the 4 to 5 mm that are estimated from a twist without a bending, as the parameters absorb a part (ours).
+"""
+
+TWIST_POWER = 2
+"""Inverse power of the joint's size with which errors of bends in a twist grow towards the tip [-].
+
+Errors of a joint's moment are in proportion to its size, as the levers of cables are, and its stiffness to the third
+power of the size.
 """
 
 _MOST = 0.2
@@ -69,8 +76,8 @@ class Block:
     """Prediction at the start, shape (m, 3) [m]."""
     at: np.ndarray
     """Index of state and section of each, shape (m, 2) [-]."""
-    along: np.ndarray
-    """Distance along the trunk over its length, shape (m,) [-]."""
+    lever: np.ndarray
+    """Displacement by the error of each joint's bend, of `compute_levers`, shape (m, n_joint) [-]."""
     stroke: np.ndarray
     """Cable pulled in on the way to the state, shape (m,) [m]."""
     weight: np.ndarray
@@ -85,30 +92,44 @@ Part = tuple[Block, np.ndarray, np.ndarray]
 Terms = tuple[float, np.ndarray, np.ndarray]
 """A chain's terms of the likelihood: 1/2 r^T C^-1 r + 1/2 log|C|, J^T C^-1 J and J^T C^-1 r."""
 
-_BY_POINT = ("points", "at", "along", "stroke", "weight")
+_BY_POINT = ("points", "at", "lever", "stroke", "weight")
 
 
 def build_covariance(block: Block, model: NoiseModel) -> np.ndarray:
     """Covariance of the residuals of a chain, point by point and axis by axis, shape (3 m, 3 m) [m^2].
 
-    Residuals of neighbouring sections and steps are correlated wherever the model is wrong. An error of a joint's bend
-    displaces all that is beyond it in proportion to the distance. With s <= t the distances along the trunk over its
-    length and u, v the cable pulled in on the way, independent errors of all bends give two residuals along the same
-    axis the covariance of an integrated Wiener process,
+    Residuals of neighbouring sections and steps are correlated wherever the model is wrong. With u, v the cable pulled
+    in on the way and a_j the levers of `compute_levers`, the covariance of two residuals along the same axis is
 
-        sigma_n^2 [same point] + sigma_d^2 s^2 (3 t - s) / 2 exp(-|u - v| / 30 mm) + registration,
+        sigma_n^2 [same point] + sigma_d^2 sum_j a_j a_j' exp(-|u - v| / 30 mm) + registration,
 
     a Gaussian process for the model's discrepancy (Kennedy and O'Hagan, Bayesian calibration of computer models, 2001),
     and for the registration a small rotation and shift of the whole chain.
     """
-    near, far = np.minimum.outer(block.along, block.along), np.maximum.outer(block.along, block.along)
-    alike = near**2 * (3 * far - near) / 2
+    alike = block.lever @ block.lever.T
     alike *= np.exp(-np.abs(block.stroke[:, None] - block.stroke) / _STROKE_SCALE)
     same = model.discrepancy**2 * alike + np.diag(model.noise**2 / block.weight)
     whole = np.kron(same, np.eye(3))
     turned = differentiate_rotation(block.points)
     whole += model.turn**2 * turned @ turned.T
     return whole + model.shift**2 * np.kron(np.ones_like(same), np.eye(3))
+
+
+def compute_levers(along: np.ndarray, joint: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    """Displacement of points by independent errors of the joints' bends.
+
+    An error of a bend displaces what is beyond the joint in proportion to the distance.
+
+    Args:
+        along: distance of the points from the base over the trunk's length, shape (m,) [-].
+        joint: the same of the joints, shape (n_joint,) [-].
+        spread: standard deviations of the errors, relative to one another, shape (n_joint,) [-].
+
+    Returns:
+        Shape (m, n_joint) [-]; the root of the sum of squares is 1 at the tip.
+    """
+    levers = np.maximum(along[:, None] - joint, 0.0) * spread
+    return np.asarray(levers / np.linalg.norm((1.0 - joint) * spread))
 
 
 def differentiate_rotation(points: np.ndarray) -> np.ndarray:
