@@ -28,8 +28,8 @@ LEAST_TWIST = 1e-2
 """The same for a twist [m].
 
 Where one cable has shut a joint and another pulls it along its limit, models differ that agree in every bend: how the
-joint's axes move and how a sticking cable yields decide which joints give way (`benchmarks/calibration_twist.py`). Twice
-the 4 to 5 mm that are estimated from a twist without a bending, as the parameters absorb a part (ours).
+joint's axes move and how a sticking cable yields decide which joints give way (`benchmarks/calibration_twist.py`).
+Twice the 4 to 5 mm that are estimated from a twist without a bending, as the parameters absorb a part (ours).
 """
 
 TWIST_POWER = 2
