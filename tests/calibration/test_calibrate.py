@@ -135,7 +135,7 @@ def test_a_winder_gives_as_much_as_its_tension_says():
 def test_whitened_residuals_have_the_covariance_that_was_asked_for():
     draw = np.random.default_rng(0)
     block = Block(
-        points=draw.standard_normal((4, 3)), at=np.zeros((4, 2), int), along=np.linspace(0.2, 1, 4),
+        points=draw.standard_normal((4, 3)), at=np.zeros((4, 2), int), lever=np.eye(4) * np.linspace(0.2, 1, 4),
         stroke=np.zeros(4), weight=np.ones(4),
     )  # fmt: skip
     noise = NoiseModel()

@@ -4,9 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from spiraltrunk.calibration.noise_model import Block, NoiseModel, build_covariance, factorise, fit_noise_models, whiten
+from spiraltrunk.calibration.noise_model import (
+    Block,
+    NoiseModel,
+    build_covariance,
+    compute_levers,
+    factorise,
+    fit_noise_models,
+    whiten,
+)
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.model.kinematics.frames import bend_rotation, section_frames
 
 SECTIONS = np.linspace(1 / 15, 1.0, 15)
+LEVERS = compute_levers(SECTIONS, np.arange(17) / 17, np.ones(17))
 
 
 def _block(states, least=5e-4):
@@ -16,19 +27,32 @@ def _block(states, least=5e-4):
     at = np.stack([np.repeat(range(states), 15), np.tile(range(15), states)], axis=-1)
     stroke = 0.005 * np.repeat(range(states), 15)
     return Block(
-        points=points, at=at, along=along, stroke=stroke, weight=np.ones(count), least_discrepancy=least
+        points=points, at=at, lever=np.tile(LEVERS, (states, 1)), stroke=stroke, weight=np.ones(count),
+        least_discrepancy=least,
     )  # fmt: skip
 
 
 def test_discrepancy_is_that_of_independent_errors_of_the_bends():
-    """An error at x moves what is at s > x by s - x: their sum over all x is the closed form of the covariance."""
-    block, model = _block(1), NoiseModel(noise=1e-9, discrepancy=2e-3, turn=0.0, shift=0.0)
-    x = (np.arange(20_000) + 0.5) / 20_000
-    lever = np.maximum(SECTIONS[:, None] - x, 0.0)
-    expected = lever @ lever.T / len(x)
-    expected *= model.discrepancy**2 / expected[-1, -1]
-    got = build_covariance(block, model)[::3, ::3]
-    np.testing.assert_allclose(got, expected, rtol=1e-4, atol=1e-12)
+    """With many joints alike it is an integrated Wiener process, s^2 (3 t - s) / 2 for s <= t."""
+    joint = (np.arange(20_000) + 0.5) / 20_000
+    near, far = np.minimum.outer(SECTIONS, SECTIONS), np.maximum.outer(SECTIONS, SECTIONS)
+    levers = compute_levers(SECTIONS, joint, np.ones(len(joint)))
+    np.testing.assert_allclose(levers @ levers.T, near**2 * (3 * far - near) / 2, rtol=1e-4, atol=1e-12)
+    model = NoiseModel(noise=1e-9, discrepancy=2e-3, turn=0.0, shift=0.0)
+    got = build_covariance(_block(1), model)[::3, ::3]
+    np.testing.assert_allclose(got, (2e-3) ** 2 * LEVERS @ LEVERS.T, atol=1e-15)
+
+
+def test_levers_are_what_errors_of_bends_do_to_the_trunk():
+    """Against the kinematics: each joint of the straight trunk bent by a little."""
+    start = np.cumsum(PAPER.section_length) - PAPER.section_length
+    ends, spread = np.cumsum(PAPER.section_length) / PAPER.length, PAPER.scale[:-1] ** -2.0
+    levers = compute_levers(ends, start[1:] / PAPER.length, spread)
+    bends = np.zeros((PAPER.n_joint, PAPER.n_joint, 2))
+    bends[range(PAPER.n_joint), range(PAPER.n_joint), 1] = 1e-6 * spread
+    frames = section_frames(PAPER, bend_rotation(bends))
+    moved = (frames[..., :3, 3] + PAPER.section_length[:, None] * frames[..., :3, 0])[..., 1].T
+    np.testing.assert_allclose(levers, moved / np.linalg.norm(moved[-1]), atol=1e-6)
 
 
 def test_a_chain_that_the_model_does_not_express_gets_a_discrepancy_of_its_own():
