@@ -120,7 +120,7 @@ def test_all_strategies_with_their_objects_or_one(
         (["--workers", "0"], "allowed: a whole number from 1 to 64"),
         (["--workers", "65"], "survey.workers is 65; allowed: a whole number from 1 to 64"),
         (["--seed", "-1"], "allowed: a whole number from 0"),
-        (["--object", "banana"], "cylinder-60"),
+        (["--object", "banana"], "ball-80"),
         (["--object", "cylinder-120", "--strategies", "pinch"], "is 120 mm wide; allowed: 0 to 40 mm, what pinch can"),
         (["--object", "cylinder-60"], "what pinch can take"),
         (

@@ -8,6 +8,7 @@ import pytest
 
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import RunError
 from spiraltrunk.sim import SimPlant
 from spiraltrunk.sim.plant import CONTROL_PERIOD, TENSION_SLEW
 
@@ -73,8 +74,13 @@ def test_a_winder_pulls_no_harder_than_its_ceiling(plant):
     assert (seen.cable_pull < 0.09).all()
 
 
-def test_no_command_pulls_harder_than_the_motors_or_pushes(plant):
-    seen = _still(plant, 0.3, cable_tension=np.array([1e6, -5.0, 0.0]))
+@pytest.mark.parametrize("tension", [1e6, 1.001 * PAPER.cable.tension_max, -5.0, -1e-3])
+def test_a_command_of_more_than_the_motors_do_is_refused_and_nothing_moves(plant, tension):
+    before = plant.reset().time
+    with pytest.raises(RunError, match=r"cable_tension is .*allowed: 0 to 60 N"):
+        _still(plant, 0.3, cable_tension=np.array([tension, 0.0, 0.0]))
+    assert plant.data.time == before
+    seen = _still(plant, 0.3, cable_tension=np.array([PAPER.cable.tension_max, 0.0, 0.0]))
     np.testing.assert_allclose(seen.cable_tension, [PAPER.cable.tension_max, 0.0, 0.0], atol=1e-9)
 
 

@@ -138,9 +138,9 @@ def test_authors_overflow_is_measured_from_the_straight_gap():
 
 
 def soft_base():
-    """A trunk without weight that curls from the base."""
+    """A trunk of next to no weight that curls from the base."""
     soft = tuple(0.01 * 1.5**i for i in range(PAPER.n_joint))
-    mass = replace(PAPER.mass, density=1e-3, sections=None)
+    mass = replace(PAPER.mass, density=0.1, sections=None)
     return replace(PAPER, joint=replace(PAPER.joint, stiffness=soft), mass=mass)
 
 
