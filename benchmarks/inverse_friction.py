@@ -6,7 +6,7 @@ reached within 0.5 mm, as `statics.load_along` replays the answers.
 A target is the tip after a drawn loading of the hanging trunk: in half of them one cable is held by 0.1 to 20 N first;
 then one cable is pulled by up to its stroke, and in three of four another one after it. Loadings in which a winder
 stalls, cable is left over with every joint shut, or which do not converge, do not reach their pulls: they are drawn
-again.
+again. The search was tuned on the draws of seed 0; the default is another one.
 """
 
 from __future__ import annotations
@@ -80,9 +80,7 @@ def main() -> int:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=300, metavar="N", help="targets per friction (default 300)")
-    parser.add_argument(
-        "--seed", type=int, default=1, metavar="N", help="seed of the draws (default 1; the search was tuned on 0)"
-    )
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the draws (default 1)")
     parser.add_argument("--frictions", type=float, nargs="+", default=[0.1, 0.2, 0.4], metavar="MU")
     given = parser.parse_args()
     print("friction  targets   drawn<=0.5mm   median[mm]   99th[mm]  ms/target  without[ms]")

@@ -222,10 +222,12 @@ def set_words(data: bytes, draw: random.Random, start: int, end: int) -> bytes:
         if kind == 0:
             changed[at : at + 1] = bytes([draw.randrange(256)])
         elif kind == 1:
-            struct.pack_into("<H", changed, at & ~1, draw.choice((0, 1, 2, 255, 0x7FFF, 0x8000, 0xFFFF)))
+            struct.pack_into(
+                "<H", changed, min(at & ~1, len(changed) - 2), draw.choice((0, 1, 2, 255, 0x7FFF, 0x8000, 0xFFFF))
+            )
         elif kind == 2:
             value = draw.choice((float("nan"), float("inf"), 1e38, -1e38, 1e-40, 0.0, -1.0))
-            struct.pack_into("<f", changed, at & ~3, value)
+            struct.pack_into("<f", changed, min(at & ~3, len(changed) - 4), value)
         else:
             changed[at : at + 4] = draw.choice((b"\xff" * 4, b"\0" * 4, b"\x80\0\0\0", b"\xff\xff\xff\x7f"))
     return bytes(changed)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shutil
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -236,3 +238,18 @@ def test_a_chosen_alignment_is_compared_with_the_plain_ones(folder: Path, capsys
     assert list(told["mean_rmse_by_alignment_m"]) == ["base", "run", "shape", "run:2,5,8"]
     chosen = told["mean_rmse_by_alignment_m"]["run:2,5,8"]
     assert chosen["bend"] == pytest.approx(told["runs"]["bend"]["mean_rmse_m"])
+
+
+def test_a_path_that_is_no_utf_8_is_written(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    there = Path(shutil.copytree(folder, tmp_path / "a\udcff"))
+    assert cli.main([*validate(there), "--out", str(tmp_path / "out")]) == 0
+    assert "a\\udcff" in (tmp_path / "out" / "report.html").read_text()
+    assert "files in" in capsys.readouterr().out
+
+
+def test_closed_standard_error_loses_no_result(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stderr", None)
+    assert cli.main([*validate(folder), "--json"]) == 0
+    assert "runs" in json.loads(capsys.readouterr().out)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from spiraltrunk.files.atomic import atomic_file, write_file
+from spiraltrunk.files.atomic import atomic_file, write_file, write_text
 
 KILLED = """
 import os, signal, sys
@@ -56,3 +56,8 @@ def test_an_error_of_another_file_keeps_its_name(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as caught, atomic_file(tmp_path / "a.txt"):
         (tmp_path / "source.txt").read_text()
     assert caught.value.filename == str(tmp_path / "source.txt")
+
+
+def test_names_of_files_that_are_no_utf_8_are_escaped(tmp_path: Path) -> None:
+    write_text(tmp_path / "a.txt", "räum a\udcff")
+    assert (tmp_path / "a.txt").read_bytes() == "räum a\\udcff".encode()

@@ -32,7 +32,8 @@ def put(code: int, text: str) -> int:
     if sys.stdout is None:  # Started with its standard output closed.
         return code
     try:
-        print(text)
+        # Names of files that are no UTF-8 have half surrogates.
+        print(text.encode(sys.stdout.encoding or "utf-8", "backslashreplace").decode(sys.stdout.encoding or "utf-8"))
         sys.stdout.flush()
     except OSError as error:
         # Python would report the error again at exit, when it flushes the buffer.

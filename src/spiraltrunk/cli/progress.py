@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TextIO
 
 
 @contextmanager
-def show_progress(stream: TextIO) -> Iterator[Callable[[str, int, int], None]]:
-    """A `files.results.Progress` callback: a bar on a terminal, elsewhere one line for each new step."""
-    if not stream.isatty():
+def show_progress(stream: TextIO | None) -> Iterator[Callable[[str, int, int], None]]:
+    """A `files.results.Progress` callback: a bar on a terminal, elsewhere one line for each new step.
+
+    Standard error that is closed, None where it is from the start, ends no command.
+    """
+    if stream is None or not stream.isatty():
         steps: list[str] = []
 
         def print_step(step: str, done: int, total: int) -> None:
             if step not in steps[-1:]:
                 steps.append(step)
-                print(f"spiraltrunk: {step}", file=stream, flush=True)
+                print_progress(step, stream)
 
         yield print_step
         return
@@ -27,3 +30,10 @@ def show_progress(stream: TextIO) -> Iterator[Callable[[str, int, int], None]]:
     with Progress(*columns, console=Console(file=stream), transient=True) as bar:
         task = bar.add_task("starting", total=None)
         yield lambda step, done, total: bar.update(task, description=step, completed=done, total=total or None)
+
+
+def print_progress(line: str, stream: TextIO | None) -> None:
+    """Print a line of progress where there is somebody to read it."""
+    if stream is not None:
+        with suppress(OSError):
+            print(f"spiraltrunk: {line}", file=stream, flush=True)

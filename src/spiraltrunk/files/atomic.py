@@ -58,12 +58,12 @@ def write_file(path: str | Path, data: bytes) -> None:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """`write_file` in UTF-8.
+    """`write_file` in UTF-8; half surrogates, as in names of files that are no UTF-8, are escaped.
 
     Raises:
         OSError: where it cannot be written; it names ``path``.
     """
-    write_file(path, text.encode())
+    write_file(path, text.encode(errors="backslashreplace"))
 
 
 def _name(target: Path, error: OSError) -> OSError:

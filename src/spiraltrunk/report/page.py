@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from spiraltrunk.files.atomic import atomic_file
+from spiraltrunk.files.atomic import write_text
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 1060px; margin: 2em auto; padding: 0 1em; }
@@ -62,11 +62,10 @@ def write_page(path: str | Path, title: str, blocks: Sequence[str]) -> Path:
         OSError: where it cannot be written.
     """
     body = "\n".join(blocks)
-    with atomic_file(path) as draft:
-        draft.write_text(
-            f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
-            f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<style>{_STYLE}</style>\n</head>\n'
-            f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n",
-            encoding="utf-8",
-        )
+    write_text(
+        path,
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(title)}</title>\n'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">\n<style>{_STYLE}</style>\n</head>\n'
+        f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n",
+    )
     return Path(path)

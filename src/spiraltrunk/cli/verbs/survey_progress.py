@@ -6,14 +6,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, TextIO
 
+from spiraltrunk.cli.progress import print_progress
+
 Watch = Callable[[Sequence[Mapping[str, Any]]], None]
 """Called with all rows so far."""
 
 
 @contextmanager
-def show_survey(stream: TextIO, names: Sequence[str], trials: int) -> Iterator[Watch]:
+def show_survey(stream: TextIO | None, names: Sequence[str], trials: int) -> Iterator[Watch]:
     """A callback for all rows so far, before the first trial and after each."""
-    if not stream.isatty():
+    if stream is None or not stream.isatty():
         yield _build_line_printer(stream, trials * len(names))
         return
     from rich.console import Console
@@ -41,12 +43,12 @@ def show_survey(stream: TextIO, names: Sequence[str], trials: int) -> Iterator[W
         yield show
 
 
-def _build_line_printer(stream: TextIO, total: int) -> Watch:
+def _build_line_printer(stream: TextIO | None, total: int) -> Watch:
     is_first = True
 
     def print_line(rows: Sequence[Mapping[str, Any]]) -> None:
         nonlocal is_first
-        head = f"spiraltrunk: {len(rows)}/{total}"
+        head = f"{len(rows)}/{total}"
         if is_first:
             is_first = False
             text = f"{head} trials are there already" if rows else f"{head} trials"
@@ -55,6 +57,6 @@ def _build_line_printer(stream: TextIO, total: int) -> Watch:
             own = [other["success"] for other in rows if other["strategy"] == row["strategy"]]
             what = f"{row['strategy']}, {row['object']}, seed {row['seed']}: {row['reason']}"
             text = f"{head} {what} ({sum(own)} of {len(own)} succeeded)"
-        print(text, file=stream, flush=True)
+        print_progress(text, stream)
 
     return print_line

@@ -106,8 +106,7 @@ def write_tables(
     text = json.dumps({**result, "rows": list(rows)}, indent=2, allow_nan=False)
     with output.draft(is_partial=True) as draft:
         write_text(draft / "survey.json", text + "\n")
-        # Names of files that are no UTF-8 have half surrogates.
-        write_text(draft / "table.md", markdown.encode("utf-8", "backslashreplace").decode())
+        write_text(draft / "table.md", markdown)
 
 
 def _read_rows(path: Path, data: bytes, settings: Mapping[str, Any]) -> tuple[list[dict[str, Any]], int]:

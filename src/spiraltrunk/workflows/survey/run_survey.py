@@ -54,6 +54,7 @@ def run_survey(
         RunError: where processes cannot be started.
         OutputError: where the folder cannot be written, another process writes to it, or a file in it is not the
             survey's own.
+        ImportError: where the trials need a package that is missing.
     """
     check_count("survey.workers", workers, least=1, most=MOST_WORKERS)
     watch = watch or (lambda rows: None)

@@ -1,0 +1,61 @@
+"""Standard error that is closed or full ends no command, and names that are no UTF-8 are printed."""
+
+from __future__ import annotations
+
+import io
+import os
+import pathlib
+import sys
+
+import pytest
+
+from spiraltrunk.cli.output import put
+from spiraltrunk.cli.progress import show_progress
+from spiraltrunk.cli.verbs.survey_progress import show_survey
+
+ROW = {"strategy": "kick", "object": "box-60", "seed": 1, "success": True, "reason": ""}
+
+
+def open_broken():
+    """A stream whose reader is gone."""
+    reading, writing = os.pipe()
+    os.close(reading)
+    return io.TextIOWrapper(os.fdopen(writing, "wb", buffering=0), write_through=True)
+
+
+@pytest.mark.parametrize("stream", [None, "broken", "/dev/full"])
+def test_progress_that_nobody_reads_is_left_out(stream: str | None) -> None:
+    for kind in ("steps", "survey"):
+        opened = None if stream is None else open_broken() if stream == "broken" else pathlib.Path(stream).open("w")  # noqa: SIM115
+        if kind == "steps":
+            with show_progress(opened) as progress:
+                progress("reading", 0, 1)
+                progress("report", 0, 1)
+        else:
+            with show_survey(opened, ["kick"], 2) as watch:
+                watch([])
+                watch([ROW])
+
+
+def test_progress_is_a_line_a_step() -> None:
+    stream = io.StringIO()
+    with show_progress(stream) as progress:
+        for step in ("reading", "reading", "report"):
+            progress(step, 0, 1)
+    with show_survey(stream, ["kick"], 2) as watch:
+        watch([])
+        watch([ROW])
+    assert stream.getvalue().splitlines() == [
+        "spiraltrunk: reading", "spiraltrunk: report", "spiraltrunk: 0/2 trials",
+        "spiraltrunk: 1/2 kick, box-60, seed 1:  (1 of 1 succeeded)",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("encoding", "printed"), [("utf-8", "räum a\\udcff"), ("ascii", "r\\xe4um a\\udcff")])
+def test_names_that_the_stream_cannot_hold_are_escaped(
+    encoding: str, printed: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding=encoding))
+    assert put(0, "räum a\udcff") == 0
+    assert raw.getvalue().decode() == f"{printed}\n"
