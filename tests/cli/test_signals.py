@@ -198,9 +198,14 @@ import os, signal
 def interrupt():
     os.kill(os.getpid(), signal.SIGTERM)
     print("whole")
-class Destroyed:
-    def __del__(self):
-        interrupt()
+SOURCE = '''
+import os, signal
+def typeof_pyval():
+    os.kill(os.getpid(), signal.SIGTERM)
+    print("whole")
+def _compile_for_args():
+    typeof_pyval()
+'''
 """
 """A module that cannot be left at any moment."""
 
@@ -256,6 +261,16 @@ def command():
         print("not here")
 """
 
+IN_NUMBA = """
+import other
+exec(other.SOURCE, numba := {"__name__": "numba.core.typing"})
+def command():
+    numba["typeof_pyval"]()
+    print("not here")
+"""
+
+COMPILING = IN_NUMBA.replace("typeof_pyval", "_compile_for_args")
+
 IN_A_DESTRUCTOR = """
 import os, signal
 class Destroyed:
@@ -283,6 +298,8 @@ MOMENTS = {
     "called by other code": (BEHIND_OTHER_CODE, "whole"),
     "in an import": (IN_AN_IMPORT, "whole"),
     "entering a context": (ENTERING_A_CONTEXT, "opened closed"),
+    "in Numba, called by compiled code": (IN_NUMBA, "whole"),
+    "in Numba, compiling": (COMPILING, ""),
     "in a destructor": (IN_A_DESTRUCTOR, ""),
     "in an error": (IN_AN_ERROR, "whole"),
 }

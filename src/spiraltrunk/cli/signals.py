@@ -25,8 +25,7 @@ _OWN = ("spiraltrunk", "__main__")
 """Modules that can be left at any moment."""
 
 _INTERRUPTIBLE = (
-    "numba", "llvmlite", "scipy", "concurrent.futures._base", "threading", "selectors", "multiprocessing.connection",
-    "subprocess",
+    "scipy.optimize", "concurrent.futures._base", "threading", "selectors", "multiprocessing.connection", "subprocess"
 )  # fmt: skip
 """Other modules in which a command stays for seconds, and that pass exceptions on: they can be left but in `_WHOLE`.
 
@@ -35,6 +34,13 @@ _INTERRUPTIBLE = (
 
 _WHOLE = ("__init__", "__enter__", "__exit__")
 """Functions of these modules that do not leave half a process, lock or thread behind."""
+
+_COMPILERS, _COMPILING = ("numba", "llvmlite"), "_compile_for_args"
+"""Modules that can be left below this function of Numba's.
+
+Elsewhere compiled code calls them, for the type of an argument or to return an array, and ignores their exceptions: it
+then goes on without, ends with a SystemError or returns a tuple with null pointers, at which Python crashes.
+"""
 
 _CACHES = ("numba.core.caching",)
 """Modules among these that would leave a temporary file."""
@@ -137,11 +143,15 @@ class _Interruption:
 
     def _find_leaving(self, frame: FrameType | None) -> FrameType | None:
         """The innermost frame that can be left, with all those that it is called by."""
-        leaving = frame
+        stack = []
         while frame is not None and frame is not self._bottom:
-            if not _is_interruptible(frame):
-                leaving = frame.f_back
+            stack.append(frame)
             frame = frame.f_back
+        leaving = stack[0] if stack else frame
+        for i, inner in enumerate(stack):
+            is_compiling = any(outer.f_code.co_name == _COMPILING for outer in stack[i:])
+            if not _is_interruptible(inner, is_compiling=is_compiling):
+                leaving = inner.f_back
         return leaving
 
     def _leave(self, frame: FrameType, event: str, argument: object) -> None:
@@ -152,11 +162,11 @@ class _Interruption:
             raise self._stop
 
 
-def _is_interruptible(frame: FrameType) -> bool:
+def _is_interruptible(frame: FrameType, *, is_compiling: bool) -> bool:
     module = frame.f_globals.get("__name__", "")
-    if _is_below(module, _OWN):
-        return True
-    return _is_below(module, _INTERRUPTIBLE) and not _is_below(module, _CACHES) and frame.f_code.co_name not in _WHOLE
+    if _is_below(module, _COMPILERS):
+        return is_compiling and not _is_below(module, _CACHES)
+    return _is_below(module, _OWN) or (_is_below(module, _INTERRUPTIBLE) and frame.f_code.co_name not in _WHOLE)
 
 
 def _is_below(module: str, packages: tuple[str, ...]) -> bool:
