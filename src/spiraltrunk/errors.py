@@ -85,6 +85,10 @@ class RunError(SpiralTrunkError, RuntimeError):
     """A run that cannot start or cannot go on."""
 
 
+class DriveError(SpiralTrunkError, RuntimeError):
+    """A bus, motor, servo or arm that cannot be reached or refuses, or a command that it must not get."""
+
+
 def describe(value: object, most: int = 80) -> str:
     """The value's `repr` on one line, of at most ``most`` characters."""
     text = " ".join(repr(value).split())

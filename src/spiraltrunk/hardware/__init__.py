@@ -1,0 +1,1 @@
+"""The real robot: motors, servo and arm behind ports, with twins that answer, behave and fail like the devices."""

@@ -1,0 +1,1 @@
+"""Arm: one port over the drivers of the robot arm."""

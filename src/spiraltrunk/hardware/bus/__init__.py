@@ -1,0 +1,1 @@
+"""Buses: frames to and from the motors."""

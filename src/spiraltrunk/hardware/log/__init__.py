@@ -1,0 +1,1 @@
+"""Log of a run on hardware or twin, readable after a crash."""

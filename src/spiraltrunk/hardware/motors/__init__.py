@@ -1,0 +1,1 @@
+"""Motors and servo: what they are told and what they answer."""

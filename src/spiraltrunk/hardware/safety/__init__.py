@@ -1,0 +1,1 @@
+"""Safety: states, limits, and the faults that end motion."""

@@ -1,0 +1,50 @@
+"""Faults: what can go wrong, and one that has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import final
+
+from spiraltrunk.field_docs import explain_fields
+
+
+@final
+class FaultKind(Enum):
+    """Every cause for which a driver leaves the armed state; its value is what logs and messages call it."""
+
+    BAD_COMMAND = "bad command"
+    STALE_COMMAND = "stale command"
+    STALE_FEEDBACK = "stale feedback"
+    FROZEN_FEEDBACK = "frozen feedback"
+    IMPLAUSIBLE_FEEDBACK = "implausible feedback"
+    BUS = "bus"
+    COUNT_LOST = "turn count lost"
+    OVER_TEMPERATURE = "over-temperature"
+    VOLTAGE = "supply voltage"
+    STALL = "stall"
+    SLACK = "slack or broken cable"
+    CABLE_SLIP = "cable slip"
+    TANGLED_DRUM = "tangled drum"
+    OVER_TENSION = "tension over its ceiling"
+    LENGTH_LIMIT = "length limit"
+    ARM = "arm"
+    SERVO = "servo"
+    WATCHDOG = "watchdog"
+    STOPPED = "stopped by a person"
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class Fault:
+    """A fault that was noticed."""
+
+    kind: FaultKind
+    """What it is."""
+    time: float
+    """When it was noticed, on the driver's clock [s]."""
+    cable: int | None
+    """Cable that it concerns, counted from 0; None where it concerns all."""
+    text: str
+    """What was measured and what is allowed, one line."""
