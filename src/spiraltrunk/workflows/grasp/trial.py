@@ -13,6 +13,7 @@ from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
@@ -34,8 +35,8 @@ class Trial:
     """Seed from which the scene was drawn."""
     options: SceneOptions
     """Options of the scene."""
-    plant: SimPlant
-    """The simulator after the trial, with its trace."""
+    plant: SimMachine
+    """The simulated machine after the trial, with its trace."""
     log: RunLog
     """Messages between plant and strategy."""
     verdict: Verdict

@@ -16,7 +16,7 @@ from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.machine import SimMachine
 
 Span = tuple[float, float]
 Condition = tuple[bool, str]
@@ -79,8 +79,8 @@ class Evidence:
     """Limits of the arm."""
 
     @classmethod
-    def from_run(cls, plant: SimPlant, log: RunLog) -> Evidence:
-        """Evidence of a run on a simulated plant."""
+    def from_run(cls, plant: SimMachine, log: RunLog) -> Evidence:
+        """Evidence of a run on a simulated machine."""
         return cls(
             trace=plant.trace, task=plant.task, moments=Moments.from_log(log), gave_up=log.gave_up,
             warnings=plant.warnings, limits=plant.arm_limits,

@@ -1,0 +1,169 @@
+"""The simulated machine below any controller: arm, cables and gripper that are driven directly, and the ground truth.
+
+`SimPlant` drives it with ideal winders; the twin of the hardware drives it through motors, buses and a driver.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from spiraltrunk.control.arm_limits import ArmLimits
+from spiraltrunk.control.messages import CameraObservation
+from spiraltrunk.design import presets
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import RunError
+from spiraltrunk.sim.ground_truth import Sample, TruthRecorder
+from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.sim.robot.cable_friction import CableFriction
+from spiraltrunk.sim.robot.gripper import GROUPS
+from spiraltrunk.sim.scene.build import build_model, build_task
+from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
+from spiraltrunk.sim.sensors import Sensors
+
+CONTROL_PERIOD = 0.02
+"""Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
+
+GRIPPER_TIME = 0.4
+"""Time of the gripper's servo from slack to full tension [s] (ours)."""
+
+EXTREMES_PERIOD = 0.01
+"""Sampling period of contacts and joint bends [s]."""
+
+_DIVERGED = tuple(
+    int(kind)
+    for kind in (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+)
+
+
+class SimMachine:
+    """A trunk on an arm and an object in MuJoCo.
+
+    Args:
+        design: the design of the robot; the paper's by default.
+        options: the scene of the trial.
+
+    Raises:
+        DesignError: for a value of another type, and where MuJoCo cannot compile the scene.
+    """
+
+    control_period = CONTROL_PERIOD
+    """Time between two samples of the trace [s]."""
+
+    def __init__(self, design: TrunkDesign | None = None, options: SceneOptions | None = None) -> None:
+        self.design = presets.PAPER if design is None else design
+        self.options = SceneOptions() if options is None else options
+        self.model = build_model(self.design, self.options)
+        self.task = build_task(self.design, self.options)
+        self.data = mujoco.MjData(self.model)
+        self.trace: list[Sample] = []
+        """Ground truth at the end of every control period, the initial state first."""
+        self.reach = ArmReach(self.design)
+        """Inverse kinematics of the arm, as its controller has it."""
+        names = self.reach.joint_names
+        self._friction = CableFriction(self.model, self.design, self.options.trunk)
+        self._truth = TruthRecorder(self.model, self.design, names)
+        self._arm_motors = _actuators_of(self.model, names)
+        self._sensors = Sensors(self.options.sensors)
+        self._object = self.model.body("object").id
+        gain, gear = self.model.actuator_gainprm[self._arm_motors, 0], self.model.actuator_gear[self._arm_motors, 0]
+        self._arm_stiffness = gain * gear**2
+        self._grippers = [self.model.actuator(name).id for name in GROUPS] if self.design.gripper else []
+
+    @property
+    def arm_limits(self) -> ArmLimits:
+        """Limits of the arm, those that are known."""
+        return self.reach.limits
+
+    @property
+    def warnings(self) -> int:
+        """Number of warnings of the solver since the last reset."""
+        return int(sum(warning.number for warning in self.data.warning))
+
+    def restore(self) -> None:
+        """Restore the initial state: object at rest, trunk straight and slack, arm at rest in its home posture."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.trace.clear()
+        self._sensors.reset()
+        self._arm_command = self.reach.home.copy()
+        self.data.qpos[self._truth.arm_q] = self._arm_command
+        self.model.actuator_forcerange[self._truth.motors] = 0.0
+        self._servo_offset = self._find_servo_offset()
+        self.data.ctrl[self._arm_motors] = self._arm_command + self._servo_offset
+        self._friction.reset(self.data)
+        mujoco.mj_forward(self.model, self.data)
+        self.trace.append(self._truth.sample(self.data, self._arm_command))
+
+    def set_arm(self, position: np.ndarray) -> None:
+        """Set the targets of the arm's joints, shape (n_arm,) [rad]."""
+        self._arm_command = position
+        self.data.ctrl[self._arm_motors] = position + self._servo_offset
+
+    def set_cables(self, tension: np.ndarray, pull: np.ndarray | float) -> None:
+        """Set the largest tension [N] and the largest pull [m] of each cable, shape (n_cable,), until set again."""
+        self.model.actuator_forcerange[self._truth.motors, 0] = -tension
+        straight = self._truth.straight_length
+        self.data.ctrl[self._truth.motors] = np.maximum(straight - np.minimum(pull, straight), 0.0)
+
+    def set_gripper(self, share: float) -> None:
+        """Set the tension of the gripper's cables over its largest, from -1 (opening) to 1 (closing) [-]."""
+        if self.design.gripper is not None:
+            tension = self.design.gripper.tension_max
+            self.data.ctrl[self._grippers] = max(0.0, tension * share), max(0.0, -tension * share)
+
+    def advance(self, duration: float) -> None:
+        """Advance the physics by a whole number of time steps [s]."""
+        self._friction.step(self.data, round(duration / TIMESTEP))
+
+    def update_extremes(self) -> None:
+        """Take the present contacts and joint bends into the extremes of the next sample."""
+        self._truth.update_extremes(self.data)
+
+    def record(self) -> None:
+        """Append a sample to the trace.
+
+        Raises:
+            RunError: where the simulation diverged.
+        """
+        if self._has_diverged():
+            raise RunError(f"the simulation diverged after {self.trace[-1].time:.2f} s; reset it, and ask for less")
+        self.trace.append(self._truth.sample(self.data, self._arm_command))
+
+    def read_arm(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Measured positions, velocities, accelerations and torques of the arm's joints, each of shape (n_arm,)."""
+        data, torque = self.data, self.data.qfrc_actuator[self._truth.arm_v]
+        position, velocity = data.qpos[self._truth.arm_q], data.qvel[self._truth.arm_v]
+        return position, velocity, data.qacc[self._truth.arm_v], self._sensors.read_torque(torque)
+
+    def read_cable_tension(self) -> np.ndarray:
+        """True tension of each cable at its motor, shape (n_cable,) [N]."""
+        return np.asarray(-self.data.actuator_force[self._truth.motors])
+
+    def read_camera(self) -> CameraObservation | None:
+        """The camera's latest observation of the object; None without a camera."""
+        data = self.data
+        return self._sensors.read_camera(float(data.time), data.xpos[self._object], data.xquat[self._object])
+
+    def _has_diverged(self) -> bool:
+        """Whether MuJoCo warned of a state that is not finite or too large; it resets the state then and goes on."""
+        warning = self.data.warning
+        return any(warning[kind].number for kind in _DIVERGED) or not np.isfinite(self.data.qpos).all()
+
+    def _find_servo_offset(self) -> np.ndarray:
+        """Offset of the servos' targets by which they hold the trunk's weight at rest, shape (n_arm,) [rad].
+
+        The arm's controller compensates a known load (Franka: set_load).
+        """
+        data = self.data
+        data.ctrl[self._arm_motors] = self._arm_command
+        mujoco.mj_forward(self.model, data)
+        held = data.qfrc_actuator[self._truth.arm_v].copy()
+        data.qacc[:] = 0.0
+        mujoco.mj_inverse(self.model, data)
+        return np.asarray((data.qfrc_inverse[self._truth.arm_v] - held) / self._arm_stiffness)
+
+
+def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
+    """Position actuator of each joint, in the order of ``joints``."""
+    driven = {int(model.actuator_trnid[i, 0]): i for i in range(model.nu) if model.actuator_trntype[i] == 0}
+    return np.array([driven[model.joint(name).id] for name in joints])
