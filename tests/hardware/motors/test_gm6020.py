@@ -106,5 +106,5 @@ def test_the_data_sheet_is_what_its_sources_say():
 
 
 def test_three_motors_take_half_of_the_bus():
-    """A frame with 8 bytes takes 111 bits and at most 24 stuffed ones (ISO 11898-1); a tick has a command and 3 answers."""
+    """A frame with 8 bytes takes 111 bits and at most 24 stuffed ones (ISO 11898-1); a tick has four frames."""
     assert 0.44 <= 4 * 111 / 1e6 / GM6020.period <= 4 * 135 / 1e6 / GM6020.period <= 0.54
