@@ -239,6 +239,15 @@ def test_nobody_waits_for_an_adapter_that_is_read_in_a_thread():
     assert adapter.shutdowns == 1
 
 
+def test_the_echo_of_what_was_sent_is_no_frame():
+    _, bus = open_fake(build_message(0x1FE, is_rx=False), build_message(0x206), interface="gs_usb")
+    frames, end = [], time.monotonic() + SOON
+    while not frames and time.monotonic() < end:
+        frames += bus.receive()
+    bus.close()
+    assert [frame.id for frame in frames] == [0x206]
+
+
 def test_a_serial_adapter_at_a_pseudo_terminal():
     """The slcan text both ways: ``t`` with id, length and bytes in hexadecimal; garbage is passed over."""
     pty = pytest.importorskip("pty", reason="a pseudo-terminal needs POSIX")

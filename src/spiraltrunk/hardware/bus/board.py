@@ -187,7 +187,7 @@ class BoardBus(FrameBus):
     def _forget(self) -> None:
         self._pulse = None
         self._is_clearing = False
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(Exception):  # A line that is gone raises `termios.error`, which is no OSError.
             self._port.reset_output_buffer()
 
     def receive(self) -> list[Frame]:
@@ -229,7 +229,7 @@ class BoardBus(FrameBus):
 
 
 def open_board(port: str, clock: Clock, watchdog: WatchdogSettings | None = None) -> BoardBus:
-    """Open the serial port of a board, such as ``/dev/ttyACM0``; nothing is sent.
+    """Open the serial port of a board, such as ``/dev/ttyACM0``, for this program alone; nothing is sent.
 
     Raises:
         DriveError: where it cannot be opened.
@@ -240,8 +240,8 @@ def open_board(port: str, clock: Clock, watchdog: WatchdogSettings | None = None
     except ImportError:
         raise MissingPackage("a board needs pyserial: pip install 'spiraltrunk[hardware]'") from None
     try:
-        line = serial.serial_for_url(port, baudrate=BAUD_RATE, timeout=0, write_timeout=WRITE_TIMEOUT)
-    except (OSError, ValueError, AttributeError) as error:
+        line = serial.serial_for_url(port, baudrate=BAUD_RATE, timeout=0, write_timeout=WRITE_TIMEOUT, exclusive=True)
+    except (OSError, ValueError, LookupError, AttributeError) as error:
         raise DriveError(
             f"board {describe(port)} cannot be opened: {error}; check name, cable and permissions"
         ) from error

@@ -64,6 +64,7 @@ class CanBus(FrameBus):
         self._name = ":".join(address)
         self._clock = clock
         self._is_stamped = address.interface in KERNEL_STAMPED
+        self._has_echo = address.interface == "gs_usb"
         self._queue = FrameQueue()
         self._last = clock.now()
         self._is_off = False
@@ -102,6 +103,8 @@ class CanBus(FrameBus):
             if message.is_error_frame:
                 self._ignored += 1
                 self._is_off |= bool(message.arbitration_id & BUS_OFF)
+            elif self._has_echo and not message.is_rx:
+                continue  # What this adapter sent itself.
             elif _is_plain(message):
                 frames.append(Frame(message.arbitration_id, bytes(message.data), arrival))
                 self._is_off = False
@@ -127,7 +130,7 @@ class CanBus(FrameBus):
         """Drop what a serial adapter has not taken yet, so that it is not sent when the line is free again."""
         port = getattr(self._bus, "serialPortOrig", None)
         if port is not None:
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(Exception):  # A line that is gone raises `termios.error`, which is no OSError.
                 port.reset_output_buffer()
 
     def _date(self, stamp: float) -> float:

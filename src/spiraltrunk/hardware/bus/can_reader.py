@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections import deque
 from typing import TYPE_CHECKING, final
@@ -19,6 +20,9 @@ WAIT = 0.05
 
 PAUSE = 0.001
 """Pause after something unreadable, so that a driver that is broken takes no whole core (ours) [s]."""
+
+UNREADABLE = (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, AssertionError)
+"""Errors of parsing."""
 
 
 @final
@@ -67,13 +71,12 @@ def is_gone(error: BaseException) -> bool:
 
     What arrives is never trusted: python-can raises errors of parsing as they are, or as the cause of its own.
     """
-    import can
-
-    return isinstance(error.__cause__ or error, (OSError, can.CanError))
+    return not isinstance(error.__cause__ or error, UNREADABLE)
 
 
 def skip_unreadable(bus: can.BusABC, error: BaseException) -> None:
     """Drop what a serial adapter sent that is no text: python-can keeps it, and would fail on it again and again."""
     skip = getattr(bus, "flush", None)
     if skip is not None and isinstance(error.__cause__ or error, UnicodeDecodeError):
-        skip()
+        with contextlib.suppress(Exception):  # Where the adapter is gone, the next attempt to receive says so.
+            skip()
