@@ -6,11 +6,19 @@ from dataclasses import dataclass, field
 from typing import final
 
 from spiraltrunk.checks import check_count, check_number
+from spiraltrunk.design.drum import DrumOptions
 from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
 
 ADAPTER = 10.0
 """Thickness of the adapter without its spigot [mm] (ours: room for the heads of the M6 screws)."""
+
+_DRUM = DrumOptions()
+
+
+def to_mm(length: float) -> float:
+    """A length [m] in mm, without the rounding error that the multiplication adds to a decimal."""
+    return round(1e3 * length, 12)
 
 
 @explain_fields
@@ -19,17 +27,17 @@ ADAPTER = 10.0
 class Motor:
     """Motor of the winders, RoboMaster GM6020, in mm."""
 
-    diameter: float = 66.7
+    diameter: float = to_mm(_DRUM.motor_diameter)
     """Outer diameter (maker's data)."""
     height: float = 45.0
     """Height with rotor (maker's data)."""
     floor_circle: float = 56.0
     """Pitch circle of the four M4 screws that hold it to the floor: unconfirmed, measure your motor."""
-    rotor_circle: float = 28.0
+    rotor_circle: float = to_mm(_DRUM.rotor_circle)
     """Pitch circle of the four M3 screws that hold the drum: unconfirmed, measure your motor."""
     current: float = 3.0
     """Largest current [A] (maker's data)."""
-    torque: float = 2.22
+    torque: float = _DRUM.torque_max
     """Largest torque [N m] (0.741 N m/A at 3 A)."""
 
 
@@ -95,7 +103,7 @@ class MakeOptions:
     """Largest deviation of the meshes from the solids."""
     seed: int = 0
     """Seed of the wrinkles of the shells."""
-    cable: float = 0.5
+    cable: float = to_mm(_DRUM.cable_diameter)
     """Diameter of the UHMWPE cables (ours: braid of some 500 N)."""
     hole_play: float = 0.5
     """Diametral clearance of a cable in its hole (ours)."""
@@ -106,7 +114,7 @@ class MakeOptions:
     """Relative undersize of a shell's inner radius to its seat, so that it grips [-] (ours)."""
     n_wrinkle: int = 9
     """Horizontal cuts in each shell (ours; the paper gives no number)."""
-    clearance: float = 0.2
+    clearance: float = to_mm(_DRUM.motor_clearance)
     """Clearance between mating parts (ours)."""
     plate: float = 5.0
     """Thickness of plates that carry motors and arm (ours)."""
@@ -127,6 +135,15 @@ class MakeOptions:
             raise DesignError("bed_mm", got=self.bed, allowed="three lengths, X Y Z")
         for axis, size in zip("XYZ", self.bed, strict=True):
             check_number(f"bed_mm {axis}", size, least=40.0, most=5000.0)
+
+    @property
+    def drum(self) -> DrumOptions:
+        """Motor and cable for which the drums are sized."""
+        return DrumOptions(
+            cable_diameter=self.cable / 1e3, motor_diameter=self.motor.diameter / 1e3,
+            motor_clearance=self.clearance / 1e3, rotor_circle=self.motor.rotor_circle / 1e3,
+            torque_max=self.motor.torque,
+        )  # fmt: skip
 
     @property
     def least_wall(self) -> float:

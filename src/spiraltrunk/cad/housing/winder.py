@@ -6,21 +6,16 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from spiraltrunk.cad.components.options import ADAPTER, MakeOptions
+from spiraltrunk.cad.components.options import ADAPTER, MakeOptions, to_mm
 from spiraltrunk.cad.geometry.csg import QUARTERS, Cut, Form, Revolved, Union, box, polar, rod, rods
-from spiraltrunk.cad.geometry.part import Part, too_small
+from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.trunk.gripper import strand_travel
+from spiraltrunk.design import drum as sizing
+from spiraltrunk.design.drum import SCREW_HEAD, SPARE, full_turns, opening, size_drum, winding_width
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Unquoted
 
-DEAD_TURNS = 2.0
-"""Turns that stay on a drum to unload the knot (ours)."""
-
-SPARE = 0.1
-"""Relative spare travel [-] (ours)."""
-
-ROTOR_SCREW, HEAD, TIE = 3.2, 2.9, 1.2
-"""Diameter of the holes for the rotor's M3 screws, radius of their heads, diameter of holes for cable ends [mm]."""
+ROTOR_SCREW, TIE = 3.2, 1.2
+"""Diameter of the holes for the rotor's M3 screws, and of holes for cable ends [mm]."""
 
 
 @final
@@ -44,11 +39,13 @@ class Drum:
     """Cable to pay out from straight until all gaps on its side are fully open."""
     turns: float
     """Turns on the drum when wound in, dead turns included."""
+    dead_turns: float
+    """Turns that stay on the drum to unload the knot."""
 
     @property
     def turns_straight(self) -> float:
         """Turns on the drum when the trunk is straight."""
-        return self.travel_out / (2 * math.pi * self.radius) + DEAD_TURNS
+        return self.travel_out / (2 * math.pi * self.radius) + self.dead_turns
 
     @property
     def turns_in(self) -> float:
@@ -62,38 +59,20 @@ class Drum:
 
 
 def find_drum(design: TrunkDesign, options: MakeOptions) -> Drum:
-    """Size the drum to wind the whole stroke in one layer.
-
-    Its radius is limited by the distance of its axis from the cable's hole and by the rotor's screws. The tension is
-    the motor's torque over the radius.
+    """The drum of `size_drum`, in mm, with rim and flange.
 
     Raises:
         DesignError: where the motor is too weak, or the hole too near to the drum's axis.
     """
-    motor = options.motor
-    ring, hole = motor_ring(design, options), 1e3 * float(design.hole_position[0, 0, 1])
-    angles = sorted(angle % (2 * math.pi) for angle in design.cable.angles)
-    places = zip(motor_angles(design), angles, strict=True)
-    distance = min(math.dist(polar(ring, axis, 0), polar(hole, angle, 0)) for axis, angle in places)
-    rim = motor.rotor_circle / 2 - HEAD  # A key reaches the screws' heads beside the rim.
-    radius = min(distance - 2.0, rim - 2.5 * options.cable)
-    least = motor.rotor_circle / 2 + ROTOR_SCREW / 2 + options.wall
-    if radius < 5.0:
-        hint = "the cable holes at the base lie too near to the motors' axes; take another base"
-        raise too_small("drum: radius", radius, 5.0, hint)
-    if motor.torque / (1e-3 * radius) < design.cable.tension_max:
-        raise DesignError(
-            "part drum: tension", got=Unquoted(f"{motor.torque / (1e-3 * radius):.0f} N at most on {radius:.1f} mm"),
-            allowed=f"at least cable.tension_max_n, {design.cable.tension_max:g} N: a stronger motor or less tension",
-        )  # fmt: skip
-    travel_in = 1e3 * design.cable_stroke
-    half = design.delta_theta / 2
-    travel_out = 1e3 * float(2 * design.hole_to_joint.sum()) * (math.sin(2 * half) - math.sin(half))
-    turns = (1 + SPARE) * (travel_in + travel_out) / (2 * math.pi * radius) + DEAD_TURNS
+    sized, motor = size_drum(design, options.drum), options.motor
+    radius, travel_in = to_mm(sized.winding_radius), 1e3 * sized.travel_in
+    travel_out = opening(1e3 * float(2 * design.hole_to_joint.sum()), design.delta_theta)
+    turns = full_turns(travel_in + travel_out, radius, sized.dead_turns)
     return Drum(
-        radius=radius, rim=rim, flange=least,
-        width=1.2 * options.cable * (turns + 1), wall=max(3.0, options.wall), travel_in=travel_in,
-        travel_out=travel_out, turns=turns,
+        radius=radius, rim=motor.rotor_circle / 2 - 1e3 * SCREW_HEAD,
+        flange=motor.rotor_circle / 2 + ROTOR_SCREW / 2 + options.wall, width=winding_width(options.cable, turns),
+        wall=max(3.0, options.wall), travel_in=travel_in, travel_out=travel_out, turns=turns,
+        dead_turns=sized.dead_turns,
     )  # fmt: skip
 
 
@@ -150,18 +129,13 @@ def build_horn(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
 
 
 def motor_ring(design: TrunkDesign, options: MakeOptions) -> float:
-    """Distance of the motors' axes from the trunk's [mm]: one motor for each cable, side by side."""
-    gap = options.motor.diameter + 2 * options.clearance
-    return gap / 2 / math.sin(math.pi / design.n_cable)
+    """Distance of the motors' axes from the trunk's [mm]."""
+    return sizing.motor_ring(options.motor.diameter + 2 * options.clearance, design.n_cable)
 
 
 def motor_angles(design: TrunkDesign) -> tuple[float, ...]:
-    """Angles of the motors' axes, evenly spaced, each half a step past its cable [rad].
-
-    The offset gives each cable a free length to its drum, and thereby a small fleet angle.
-    """
-    step = 2 * math.pi / design.n_cable
-    return tuple(step * (k + 0.5) for k in range(design.n_cable))
+    """Angles of the motors' axes [rad]."""
+    return sizing.motor_angles(design)
 
 
 def _drum_height(design: TrunkDesign, options: MakeOptions) -> float:
