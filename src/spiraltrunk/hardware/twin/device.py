@@ -1,0 +1,13 @@
+"""What a twin consists of: devices that a clock advances in steps."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+
+class TwinDevice(ABC):
+    """A simulated device: motors, watchdog, servo."""
+
+    @abstractmethod
+    def advance(self, dt: float) -> None:
+        """Advance by ``dt`` [s]: read what arrived, integrate, answer."""
