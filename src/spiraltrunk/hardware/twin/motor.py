@@ -51,7 +51,7 @@ class MotorParameters:
     wound: float = 0.0
     """Cable on the drum at the start, beyond that of the straight, just taut trunk [m]."""
     is_reversed: bool = False
-    """Whether the encoder counts down when the cable is wound in."""
+    """Whether the drum winds the cable in when the motor turns backwards."""
 
     def __post_init__(self) -> None:
         for name in ("rotor_inertia", "torque_constant", "current_max", "current_time", "resistance", "supply"):
@@ -120,13 +120,18 @@ class MotorTwin:
         self.heating = 0.0
         """Heating by something else than the current [K/s]."""
         self._slope, self._high = p.back_emf / p.resistance, p.supply / p.resistance
-        self._per_rad = (-1.0 if p.is_reversed else 1.0) * p.encoder_counts / math.tau
+        self._per_rad = self.direction * p.encoder_counts / math.tau
         self._dt = 0.0
 
     @property
     def parameters(self) -> MotorParameters:
         """Numbers of the motor."""
         return self._p
+
+    @property
+    def direction(self) -> float:
+        """1 where the motor's positive sense winds in, -1 where it pays out [-]."""
+        return -1.0 if self._p.is_reversed else 1.0
 
     @property
     def count(self) -> int:

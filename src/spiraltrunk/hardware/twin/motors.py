@@ -128,7 +128,7 @@ class MotorTwins(TwinDevice):
                 values = decode_command(frame.data)
                 if values is not None and (self._board is None or self._board.is_open):
                     for cable, slot in slots:
-                        self._commands[cable] = values[slot] * _AMPERE
+                        self._commands[cable] = self.motors[cable].direction * values[slot] * _AMPERE
             elif frame.id == HEARTBEAT_ID and self._board is not None:
                 self._send([self._board.hear(frame.data, self._time)])
 
@@ -159,7 +159,7 @@ class MotorTwins(TwinDevice):
 
 def _encode(motor: MotorTwin) -> bytes:
     """Content of a motor's feedback, with what its fields cannot hold limited to what they can."""
-    sign = -1.0 if motor.parameters.is_reversed else 1.0
+    sign = motor.direction
     speed = round(sign * motor.speed / SPEED_PER_RPM)
     current = round(sign * motor.current / _AMPERE)
     return encode_feedback(

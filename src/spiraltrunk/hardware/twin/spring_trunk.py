@@ -10,6 +10,7 @@ from typing import final
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
+from spiraltrunk.hardware.twin.anchor import CABLE_DAMPING_TIME
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.trunk_curl import POINTS, TrunkCurl, compute_curl
 from spiraltrunk.model.kinematics.frames import base_orientation
@@ -21,17 +22,31 @@ _Row = tuple[float, ...]
 class SpringTrunk(CableLoad):
     """Stand-in for the simulated trunk: it curls in one plane at a time, with weight, inertia and damping.
 
-    State is the curl b of `trunk_curl`, shape (2,) [m]; cable c is stretched by ``wound_c - l_c(b)`` and cannot push:
+    State is the curl b of `trunk_curl`, shape (2,) [m]; cable c is elongated by e_c = wound_c - l_c(b) and cannot push:
 
-        M(s) b'' + C(s) b' = -dU/db + sum_c k_c max(0, wound_c - l_c) dl_c/db,   |b| <= stroke,
+        M b'' + C(s) b' = -dU/db + sum_c T_c dl_c/db,   T_c = max(0, k_c e_c + k_c tau de_c/dt),   |b| <= stroke,
 
     with U the elastic and the potential energy. A step is backward Euler, linearised once (Rosenbrock), where the
     Hessian of the weight is left out; at the stroke, where every gap is shut, the outward speed ends. Torsion, friction
     in the holes, contact and shapes with two bends are left out, too: `statics` and the simulation have them.
     """
 
-    def __init__(self, design: TrunkDesign, *, theta_0: float = math.pi / 2, roll: float = 0.0) -> None:
-        """A straight trunk at rest; its base axis is ``theta_0`` below the horizontal and rolled by ``roll`` [rad]."""
+    def __init__(
+        self,
+        design: TrunkDesign,
+        *,
+        theta_0: float = math.pi / 2,
+        roll: float = 0.0,
+        cable_damping_time: float = CABLE_DAMPING_TIME,
+    ) -> None:
+        """A straight trunk at rest.
+
+        Args:
+            design: the trunk.
+            theta_0: angle of its base axis below the horizontal [rad].
+            roll: rotation about the base axis [rad].
+            cable_damping_time: damping of a cable over its stiffness, tau [s].
+        """
         self._stroke = design.cable_stroke
         self._directions = [(float(y), float(z)) for _, y, z in design.cable_direction]
         self._curl = compute_curl(design)
@@ -39,6 +54,8 @@ class SpringTrunk(CableLoad):
         down = base_orientation(float(theta_0), float(roll)).T @ (0.0, -GRAVITY, 0.0)
         self._down: tuple[float, float, float] = (float(down[0]), float(down[1]), float(down[2]))
         self._curled, self._velocity = (0.0, 0.0), (0.0, 0.0)
+        self._before: Sequence[float] | None = None
+        self._damping_time = cable_damping_time
         self._look()
 
     @property
@@ -59,12 +76,17 @@ class SpringTrunk(CableLoad):
         """
         if len(wound) != len(self._directions):
             raise DriveError(f"{len(wound)} cables on the drums; allowed: the trunk's {len(self._directions)}")
-        self._move(wound, stiffness, dt)
+        rate, before = self._damping_time / dt, self._before or wound
+        self._before = tuple(wound)
+        damped = [w + rate * (w - w0) for w, w0 in zip(wound, before, strict=True)]
+        cables = self._cables
+        self._move(wound, damped, stiffness, dt)
         self._look()
         tension = []
-        for length, (taken, _, _), k in zip(wound, self._cables, stiffness, strict=True):
-            stretch = length - taken
-            tension.append(k * stretch if stretch > 0.0 else 0.0)
+        for i, (taken, _, _) in enumerate(self._cables):
+            is_taut = wound[i] > taken
+            stretch = damped[i] - taken - rate * (taken - cables[i][0])
+            tension.append(stiffness[i] * stretch if is_taut and stretch > 0.0 else 0.0)
         return tension
 
     def energy(self) -> float:
@@ -76,8 +98,8 @@ class SpringTrunk(CableLoad):
             width * (curl.force[i] + 0.5 * (curl.force[i + 1] - curl.force[i]) * width * self._per_step)
             for i, width in enumerate(steps)
         )
-        _, mass, _, _, _, axial, lateral = self._values
-        kinetic = 0.5 * mass * (self._velocity[0] ** 2 + self._velocity[1] ** 2)
+        _, _, _, _, axial, lateral = self._values
+        kinetic = 0.5 * curl.mass * (self._velocity[0] ** 2 + self._velocity[1] ** 2)
         weight = (axial - curl.axial[0]) * x + lateral * (self._curled[0] * y + self._curled[1] * z)
         return kinetic + elastic - weight
 
@@ -89,12 +111,12 @@ class SpringTrunk(CableLoad):
         i = min(int(at), POINTS - 2)
         part, (row, slope) = at - i, self._rows[i]
         self._values = [value + part * rise for value, rise in zip(row, slope, strict=True)]
-        force, _, _, common, lever, _, lateral = self._values
+        force, _, common, lever, _, lateral = self._values
         per = self._per_step
         u, v = (b / s, e / s) if s > 1e-12 else (0.0, 0.0)
         x, y, z = self._down
-        d_common, d_lever = slope[3] * per, slope[4] * per
-        pull = x * slope[5] * per + slope[6] * per * (b * y + e * z) - force
+        d_common, d_lever = slope[2] * per, slope[3] * per
+        pull = x * slope[4] * per + slope[5] * per * (b * y + e * z) - force
         self._force = (pull * u + lateral * y, pull * v + lateral * z)
         cables = []
         for p, q in self._directions:
@@ -106,14 +128,19 @@ class SpringTrunk(CableLoad):
         rise = slope[0] * per - across
         self._stiff = (across + rise * u * u, rise * u * v, across + rise * v * v)
 
-    def _move(self, wound: Sequence[float], stiffness: Sequence[float], dt: float) -> None:
-        """Step of the curl: ``(M + dt C + dt^2 K) dv = dt (F - C v - dt K v)``."""
-        _, mass, damping, _, _, _, _ = self._values
+    def _move(self, wound: Sequence[float], damped: Sequence[float], stiffness: Sequence[float], dt: float) -> None:
+        """Step of the curl: ``(M + dt C + dt^2 K) dv = dt (F - C v - dt K v)``.
+
+        ``damped`` is wound + tau dwound/dt. The damping of a cable is in K, as k (1 + tau / dt).
+        """
+        mass, damping = self._curl.mass, self._values[1]
         (f, g), (k_yy, k_yz, k_zz), (v, w) = self._force, self._stiff, self._velocity
-        for length, (taken, p, q), k in zip(wound, self._cables, stiffness, strict=True):
-            stretch = length - taken
-            if stretch > 0.0:
-                tension = k * stretch
+        more = 1.0 + self._damping_time / dt
+        for i, (taken, p, q) in enumerate(self._cables):
+            if wound[i] > taken:
+                k = stiffness[i]
+                tension = k * (damped[i] - taken)
+                k *= more
                 f, g = f + tension * p, g + tension * q
                 k_yy, k_yz, k_zz = k_yy + k * p * p, k_yz + k * p * q, k_zz + k * q * q
         f -= damping * v + dt * (k_yy * v + k_yz * w)
@@ -133,9 +160,7 @@ class SpringTrunk(CableLoad):
 
 def _interleave(curl: TrunkCurl) -> list[tuple[_Row, _Row]]:
     """Values of all tables at each point, and their rise to the next one."""
-    points = list(
-        zip(curl.force, curl.mass, curl.damping, curl.common, curl.lever, curl.axial, curl.lateral, strict=True)
-    )
+    points = list(zip(curl.force, curl.damping, curl.common, curl.lever, curl.axial, curl.lateral, strict=True))
     return [
         (here, tuple(b - a for a, b in zip(here, there, strict=True))) for here, there in itertools.pairwise(points)
     ]

@@ -36,10 +36,11 @@ class TrunkCurl:
 
     step: float
     """Step of s [m]."""
+    mass: float
+    """Inertia of the curl, the mean over s of the sum of m |dx/ds|^2 over the sections [kg]; a mass that changed with
+    the shape would need forces of its own to keep the energy."""
     force: tuple[float, ...]
     """Tension T that a lone cable needs without weight: derivative of the elastic energy [N]."""
-    mass: tuple[float, ...]
-    """Sum of m |dx/ds|^2 over the sections [kg]."""
     damping: tuple[float, ...]
     """Sum of K_i (dq_i/ds)^2 times the damping time of the joints [N s/m]."""
     common: tuple[float, ...]
@@ -70,14 +71,14 @@ def compute_curl(design: TrunkDesign) -> TrunkCurl:
     dq, dx = np.gradient(q, s, axis=0), np.gradient(centre, s, axis=0)
     tables = {
         "force": np.interp(s, taken, tension),
-        "mass": np.einsum("n,snk->s", mass, dx**2),
         "damping": design.joint.damping_time * (stiffness * dq**2).sum(axis=1),
         "common": common,
         "lever": _per_s(along, s),
         "axial": centre[:, :, 0] @ mass,
         "lateral": _per_s(centre[:, :, 1] @ mass, s),
     }
-    return TrunkCurl(step=float(s[1]), **{name: tuple(table.tolist()) for name, table in tables.items()})
+    inertia = float(np.einsum("n,snk->s", mass, dx**2).mean())
+    return TrunkCurl(step=float(s[1]), mass=inertia, **{name: tuple(table.tolist()) for name, table in tables.items()})
 
 
 def _bends(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,79 @@
+"""Twins as most of the tests need them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from spiraltrunk.hardware.bus.frame_bus import Frame
+from spiraltrunk.hardware.bus.memory_bus import MemoryBus, build_memory_pair
+from spiraltrunk.hardware.motors.gm6020 import TORQUE_PER_RAW, CommandMode, Feedback, decode_feedback, encode_command
+from spiraltrunk.hardware.twin.anchor import Anchor
+from spiraltrunk.hardware.twin.board import BoardTwin
+from spiraltrunk.hardware.twin.cable_load import CableLoad
+from spiraltrunk.hardware.twin.clock import TwinClock
+from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
+from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
+from spiraltrunk.hardware.twin.motors import MotorTwins
+
+
+@dataclass
+class Setup:
+    """Three motors on a bus in memory, with both ends able to fail."""
+
+    clock: TwinClock
+    bus: FaultyBus
+    motor_end: FaultyBus
+    motors: MotorTwins
+    injector: FaultInjector
+
+    def command(self, *torques: float) -> None:
+        """Send torques [N m]."""
+        values = [round(torque / TORQUE_PER_RAW) for torque in torques] + [0] * (4 - len(torques))
+        self.bus.send(Frame(CommandMode.CURRENT.value, encode_command(values, CommandMode.CURRENT)))
+        self.bus.flush()
+
+    def run(self, duration: float) -> list[Frame]:
+        """Let time pass, and return what arrived meanwhile."""
+        frames, end = [], self.clock.now() + duration
+        while self.clock.now() < end - 1e-9:
+            self.clock.sleep_until(self.clock.now() + 1e-3)
+            frames += self.bus.receive()
+        return frames
+
+
+def feedback_of(frames: Sequence[Frame], motor_id: int = 1) -> list[Feedback]:
+    """Feedback of one motor, as its codec reads it."""
+    read = [decode_feedback(frame.data) for frame in frames if frame.id == 0x204 + motor_id]
+    return [feedback for feedback in read if feedback is not None]
+
+
+@pytest.fixture
+def build() -> Callable[..., Setup]:
+    """Builder of twins; the driver's end gets the injector's faults, or the motors' with ``at_motors``."""
+
+    def build_setup(
+        load: CableLoad | None = None,
+        *,
+        at_motors: bool = False,
+        seed: int = 0,
+        feedback_period: float = 1e-3,
+        board: BoardTwin | None = None,
+        **parameters: Any,
+    ) -> Setup:
+        clock = TwinClock()
+        ends: tuple[MemoryBus, MemoryBus] = build_memory_pair(clock)
+        driver = FaultyBus(ends[0], clock, is_driver=True, seed=seed)
+        device = FaultyBus(ends[1], clock, is_driver=False, seed=seed)
+        twins = [MotorTwin(MotorParameters(**parameters)) for _ in range(3)]
+        load = Anchor(0.0, 0.0, 0.0) if load is None else load
+        motors = MotorTwins(device, load, twins, feedback_period=feedback_period, board=board)
+        injector = FaultInjector(motors, device if at_motors else driver)
+        clock.attach(injector)
+        clock.attach(motors)
+        return Setup(clock, driver, device, motors, injector)
+
+    return build_setup
