@@ -1,0 +1,248 @@
+"""Writer of logs: MCAP with JSON messages, from a thread of its own, so that the control loop never waits for the disc.
+
+The file grows by a whole chunk every `CHUNK_PERIOD`, which the kernel has from then on: a process that is killed loses
+what came since. Each is followed by fsync(2), so that a power failure loses little more.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import threading
+import time as wall
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import IO, TYPE_CHECKING, Any, cast, final
+
+import numpy as np
+
+from spiraltrunk.errors import DriveError, MissingPackage, SpiralTrunkError, describe
+from spiraltrunk.files.results import to_json
+from spiraltrunk.hardware.log.channels import CHANNELS, format_schema, list_columns
+from spiraltrunk.hardware.log.log_file import PendingStream, create_log
+from spiraltrunk.hardware.log.metadata import RECORD, LogMetadata, format_metadata
+
+if TYPE_CHECKING:
+    from mcap.writer import Writer
+
+CHUNK_PERIOD = 0.3
+"""Time after which a chunk is closed and written [s] (ours): a third of the 1 s that may be lost."""
+
+_NAP = 0.01
+"""Time between two looks at the queue [s] (ours): the thread then works for a fraction of a millisecond at once, and
+the control loop, which shares the interpreter, waits no longer."""
+
+_SLICE = 50
+"""Messages encoded at once (ours): about half a millisecond."""
+
+_BREATH = 0.0002
+"""Pause between two of these [s] (ours)."""
+
+_SLOW = 0.5
+"""Time of one write from which the disc is called slow [s] (ours): together with `CHUNK_PERIOD` still below 1 s."""
+
+MOST_QUEUED = 50_000
+"""Messages that wait at most (ours): 20 s at 500 Hz with five messages each."""
+
+_MOST_PENDING = 32_000_000
+"""Bytes that wait at most for a disc that takes none (ours)."""
+
+_LONGEST_CLOSE = 10.0
+"""Time that closing waits at most for the disc [s] (ours)."""
+
+_Message = tuple[str, float, Mapping[str, Any]]
+
+
+@final
+class LogWriter:
+    """A log that is being written; a context manager. `write` never waits and never raises for the disc's sake.
+
+    Where the disc is slow or full, one warning is logged, control goes on, and messages that found no room are counted
+    in `n_lost`; the count is written to the log as soon as there is room.
+    """
+
+    def __init__(self, path: str | Path, clock_origin: float, metadata: LogMetadata, *, waits: bool = False) -> None:
+        """Make the file and start its thread.
+
+        Args:
+            path: file to make, by convention named ``.mcap``.
+            clock_origin: time on the driver's clock now [s], which is `LogMetadata.wall_start` by the wall clock.
+            metadata: what is known at the start.
+            waits: whether `write` waits for room instead of losing messages: for a twin faster than real time.
+
+        Raises:
+            OutputError: where the file exists or cannot be made.
+            MissingPackage: where mcap is not installed.
+        """
+        self._waits = waits
+        self._metadata = replace(metadata, clock_origin=float(clock_origin))
+        self._stream = PendingStream()
+        self._writer = _start_writer(self._stream, self._metadata)
+        self._channels: dict[str, int] = {}
+        self._fields = {channel: list_columns(channel).keys() - {"time"} for channel in CHANNELS}
+        self._descriptor = create_log(Path(path), self._stream.take())
+        self._queue: deque[_Message] = deque()
+        self._lost, self._told, self._unwritten, self._sequence = 0, 0, 0, 0
+        self._time = float(clock_origin)
+        self._has_warned = self._is_closing = self._is_dead = False
+        self._thread = threading.Thread(target=self._run, name="spiraltrunk log", daemon=True)
+        self._thread.start()
+
+    @property
+    def n_lost(self) -> int:
+        """Messages lost so far."""
+        return self._lost
+
+    def write(self, channel: str, time: float, values: Mapping[str, Any]) -> None:
+        """Queue one message; the caller changes neither the mapping nor its arrays any more.
+
+        Args:
+            channel: topic, of `CHANNELS`.
+            time: time on the driver's clock [s].
+            values: fields of the channel's dataclass but for its time; arrays, numbers or texts.
+
+        Raises:
+            DriveError: for an unknown channel, and after `close`.
+        """
+        if channel not in CHANNELS or self._is_closing:
+            allowed = "a log that is open" if channel in CHANNELS else ", ".join(CHANNELS)
+            raise DriveError(f"channel of the log is {describe(channel)}; allowed: {allowed}")
+        while self._waits and not self._is_dead and len(self._queue) >= MOST_QUEUED:
+            wall.sleep(_NAP)
+        if self._is_dead or len(self._queue) >= MOST_QUEUED:
+            self._lost += 1
+        else:
+            self._queue.append((channel, time, values))
+
+    def close(self) -> None:
+        """Write what is queued, index and footer; harmless when called again.
+
+        A disc that takes nothing holds it up by at most 10 s; the file is then without a footer, and readable.
+        """
+        self._is_closing = True
+        self._thread.join(_LONGEST_CLOSE)
+        if self._thread.is_alive():
+            self._warn(f"the disc took nothing for {_LONGEST_CLOSE:g} s")
+
+    def __enter__(self) -> LogWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        """Main function of the thread."""
+        try:
+            self._write_chunks()
+            self._drain()
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._commit()
+        except Exception as error:  # Control goes on, whatever it is.
+            self._warn(f"{type(error).__name__}: {error}")
+        finally:
+            self._is_dead = True
+            self._lost += len(self._queue) + self._unwritten
+            os.close(self._descriptor)
+
+    def _write_chunks(self) -> None:
+        due = wall.monotonic() + CHUNK_PERIOD
+        while not self._is_closing:
+            wall.sleep(_NAP)
+            if self._stream.pending < _MOST_PENDING:
+                self._drain()
+            if wall.monotonic() >= due:
+                self._tell_loss()
+                self._writer.flush()  # type: ignore[no-untyped-call]
+                self._commit()
+                due = wall.monotonic() + CHUNK_PERIOD
+
+    def _drain(self) -> None:
+        """Encode what is queued, in slices between which the control loop has the interpreter."""
+        for i in range(1, len(self._queue) + 1):
+            self._encode(*self._queue.popleft())
+            if i % _SLICE == 0:
+                wall.sleep(_BREATH)
+
+    def _encode(self, channel: str, time: float, values: Mapping[str, Any]) -> None:
+        try:
+            self._time = float(time)
+            moment = self._metadata.wall_start + round(1e9 * (self._time - self._metadata.clock_origin))
+            if values.keys() != self._fields[channel]:
+                raise ValueError(f"fields are {', '.join(values)}; allowed: {', '.join(sorted(self._fields[channel]))}")
+            data = _format_message(self._time, values)
+            if not 0 <= moment < 1 << 64:
+                raise ValueError("the time is out of range")
+        except (TypeError, ValueError, OverflowError, RecursionError) as error:
+            self._lost += 1
+            self._warn(f"a message of {channel} cannot be written: {error}")
+            return
+        self._unwritten += 1
+        self._sequence = (self._sequence + 1) % (1 << 32)
+        self._writer.add_message(self._find_channel(channel), moment, data, moment, self._sequence)
+
+    def _find_channel(self, channel: str) -> int:
+        """Number of a channel, registered where it is new."""
+        if channel not in self._channels:
+            schema = self._writer.register_schema(CHANNELS[channel].__name__, "jsonschema", format_schema(channel))
+            self._channels[channel] = self._writer.register_channel(channel, "json", schema)
+        return self._channels[channel]
+
+    def _tell_loss(self) -> None:
+        """Say in the log that messages were lost."""
+        if (lost := self._lost) > self._told:
+            self._told = lost
+            self._encode("/warning", self._time, {"text": f"{lost} messages of the log are lost so far"})
+
+    def _commit(self) -> None:
+        """Write and fsync; a disc that is slow or refuses is warned of once."""
+        began = wall.monotonic()
+        try:
+            self._stream.commit(lambda data: os.write(self._descriptor, data))
+            self._unwritten = 0
+            os.fsync(self._descriptor)
+        except OSError as error:
+            self._warn(error.strerror or str(error))
+        if (took := wall.monotonic() - began) > _SLOW:
+            self._warn(f"writing took {took:.1f} s; allowed: {_SLOW:g} s, so that a crash loses at most 1 s")
+
+    def _warn(self, reason: str) -> None:
+        if not self._has_warned:
+            self._has_warned = True
+            text = str(SpiralTrunkError(f"the log is not written as it should be ({reason}); control goes on"))
+            logging.getLogger("spiraltrunk").warning(text)
+
+
+def _start_writer(stream: PendingStream, metadata: LogMetadata) -> Writer:
+    try:
+        from mcap.writer import CompressionType, Writer
+    except ImportError:
+        raise MissingPackage("mcap is not installed: pip install 'spiraltrunk[hardware]'") from None
+    writer = Writer(cast("IO[bytes]", stream), compression=CompressionType.ZSTD)  # It writes, tells and flushes only.
+    writer.start(profile="", library="spiraltrunk")
+    writer.add_metadata(RECORD, format_metadata(metadata))
+    return writer
+
+
+def _format_message(time: float, values: Mapping[str, Any]) -> bytes:
+    """JSON of a message; numbers that are not finite become null.
+
+    Raises:
+        TypeError, ValueError, RecursionError: where a value has no JSON.
+    """
+    message = {"time": time, **values}
+    try:
+        return json.dumps(message, default=_to_list, allow_nan=False, separators=(",", ":")).encode()
+    except ValueError:
+        return json.dumps(to_json(message), allow_nan=False, separators=(",", ":")).encode()
+
+
+def _to_list(value: object) -> object:
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no JSON")
