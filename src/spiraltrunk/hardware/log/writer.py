@@ -86,7 +86,8 @@ class LogWriter:
         self._fields = {channel: list_columns(channel).keys() - {"time"} for channel in CHANNELS}
         self._descriptor = create_log(Path(path), self._stream.take())
         self._queue: deque[_Message] = deque()
-        self._lost, self._told, self._unwritten, self._sequence = 0, 0, 0, 0
+        self._refused = 0  # Counted by the caller's thread,
+        self._failed, self._told, self._unwritten, self._sequence = 0, 0, 0, 0  # these by the log's.
         self._time = float(clock_origin)
         self._has_warned = self._is_closing = self._is_dead = False
         self._thread = threading.Thread(target=self._run, name="spiraltrunk log", daemon=True)
@@ -95,7 +96,7 @@ class LogWriter:
     @property
     def n_lost(self) -> int:
         """Messages lost so far."""
-        return self._lost
+        return self._refused + self._failed
 
     def write(self, channel: str, time: float, values: Mapping[str, Any]) -> None:
         """Queue one message; the caller changes neither the mapping nor its arrays any more.
@@ -114,7 +115,8 @@ class LogWriter:
         while self._waits and not self._is_dead and len(self._queue) >= MOST_QUEUED:
             wall.sleep(_NAP)
         if self._is_dead or len(self._queue) >= MOST_QUEUED:
-            self._lost += 1
+            self._refused += 1
+            self._warn("the disc is too slow, and messages are lost")
         else:
             self._queue.append((channel, time, values))
 
@@ -141,13 +143,14 @@ class LogWriter:
         try:
             self._write_chunks()
             self._drain()
+            self._tell_loss()
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._commit()
         except Exception as error:  # Control goes on, whatever it is.
             self._warn(f"{type(error).__name__}: {error}")
         finally:
             self._is_dead = True
-            self._lost += len(self._queue) + self._unwritten
+            self._failed += len(self._queue) + self._unwritten
             os.close(self._descriptor)
 
     def _write_chunks(self) -> None:
@@ -179,7 +182,7 @@ class LogWriter:
             if not 0 <= moment < 1 << 64:
                 raise ValueError("the time is out of range")
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
-            self._lost += 1
+            self._failed += 1
             self._warn(f"a message of {channel} cannot be written: {error}")
             return
         self._unwritten += 1
@@ -195,7 +198,7 @@ class LogWriter:
 
     def _tell_loss(self) -> None:
         """Say in the log that messages were lost."""
-        if (lost := self._lost) > self._told:
+        if (lost := self.n_lost) > self._told:
             self._told = lost
             self._encode("/warning", self._time, {"text": f"{lost} messages of the log are lost so far"})
 
