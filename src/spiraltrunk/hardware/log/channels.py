@@ -162,6 +162,16 @@ class EndLog:
 
     time: Number
     """Driver's clock, shape (n,) [s]."""
+    step: Count
+    """Number of the last command, -1 where there was none, shape (n,) [-]."""
+    phase: Text
+    """Last phase."""
+    action: Text
+    """Last action within the phase."""
+    milestone: Text
+    """What the last step worked towards; None between milestones."""
+    is_done: Flag
+    """Whether the strategy has ended, shape (n,)."""
     gave_up: Text
     """Why the strategy ended before its goal, if it did."""
     planning: Number

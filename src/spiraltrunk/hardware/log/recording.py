@@ -97,15 +97,13 @@ class LoggedPlant(Plant):
 
     def watch(self, observation: Observation, status: Status) -> None:
         """Log the status of the last command."""
-        milestone = None if status.milestone is None else status.milestone.value
-        self._log.write("/status", self._clock.now(), {
-            "step": self._step - 1, "phase": status.phase, "action": status.action, "milestone": milestone,
-            "is_done": status.is_done, "gave_up": status.gave_up,
-        })  # fmt: skip
+        self._log.write("/status", self._clock.now(), _list_status(self._step - 1, status))
 
     def end(self, run: RunLog) -> None:
         """Log how the run ended."""
-        self._log.write("/end", self._clock.now(), {"gave_up": run.gave_up, "planning": run.planning})
+        last = run.statuses[-1] if run.statuses else Status(phase="", action="", gave_up=run.gave_up)
+        values = _list_status(self._step - 1, last) | {"planning": run.planning}
+        self._log.write("/end", self._clock.now(), values)
 
     def _log_observation(self, seen: Observation) -> Observation:
         now, camera = self._clock.now(), seen.camera
@@ -123,6 +121,12 @@ _SEEN = (
     "T_world_base", "arm_position", "arm_velocity", "cable_pull", "cable_tension", "base_force", "base_torque",
 )  # fmt: skip
 """Arrays of an observation."""
+
+
+def _list_status(step: int, status: Status) -> dict[str, Any]:
+    milestone = None if status.milestone is None else status.milestone.value
+    names = ("phase", "action", "is_done", "gave_up")
+    return {name: getattr(status, name) for name in names} | {"step": step, "milestone": milestone}
 
 
 def _copy(values: np.ndarray) -> list[Any]:

@@ -50,17 +50,18 @@ def build_run_log(log: Log) -> RunLog:
             raise DriveError("the log holds more than one run; allowed: one")
     task = _read_task(log.metadata)
     rows = _match_steps(seen.step, told.step, status.step)
-    first = _build_observation(log, 0, task)
     ends = log[EndLog]
-    is_ended = bool(ends.gave_up)
+    n_end = ends.step.size
+    statuses = [_build_status(status, row[2]) for row in rows]
+    if n_end and rows and told.step[rows[-1][1]] == ends.step[-1]:  # As the loop does where a strategy gives up.
+        statuses[-1] = _build_status(ends, n_end - 1)
     return RunLog(
-        observations=(first, *(_build_observation(log, row[0], task) for row in rows)),
+        observations=tuple(_build_observation(log, row, task) for row in (0, *(row[0] for row in rows))),
         commands=tuple(_build_command(told, row[1]) for row in rows),
-        statuses=tuple(_build_status(status, row[2], is_last=i == len(rows) - 1, ends=ends)
-                       for i, row in enumerate(rows)),
-        gave_up=ends.gave_up[-1] if is_ended else None,
-        planning=float(ends.planning[-1]) if is_ended else 0.0,
-    )  # fmt: skip
+        statuses=tuple(statuses),
+        gave_up=ends.gave_up[-1] if n_end else None,
+        planning=float(ends.planning[-1]) if n_end else 0.0,
+    )
 
 
 def read_design(metadata: LogMetadata) -> TrunkDesign:
@@ -110,17 +111,15 @@ def _build_command(told: CommandLog, row: int) -> Command:
     )  # fmt: skip
 
 
-def _build_status(status: StatusLog, row: int, *, is_last: bool, ends: EndLog) -> Status:
-    name, gave_up = status.milestone[row], status.gave_up[row]
-    is_done = bool(status.is_done[row])
-    if is_last and ends.gave_up and ends.gave_up[-1] is not None:  # As the loop does at its end.
-        gave_up, is_done = ends.gave_up[-1], True
+def _build_status(status: StatusLog | EndLog, row: int) -> Status:
+    name = status.milestone[row]
     try:
         milestone = None if name is None else Milestone(name)
     except ValueError:
         allowed = ", ".join(one.value for one in Milestone)
-        raise DriveError(f"milestone of /status is {describe(name)}; allowed: {allowed}") from None
+        raise DriveError(f"milestone of the log is {describe(name)}; allowed: {allowed}") from None
     phase, action = status.phase[row] or "", status.action[row] or ""
+    is_done, gave_up = bool(status.is_done[row]), status.gave_up[row]
     return Status(phase=phase, action=action, milestone=milestone, is_done=is_done, gave_up=gave_up)
 
 

@@ -1,0 +1,21 @@
+"""A process that is killed leaves a log that opens; `benchmarks/kill_log.py` in short."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+SCRIPT = Path(__file__).parents[3] / "benchmarks" / "kill_log.py"
+
+
+def test_logs_of_killed_processes_open_and_begin_as_reported() -> None:
+    spec = importlib.util.spec_from_file_location("kill_log", SCRIPT)
+    assert spec is not None
+    assert spec.loader is not None
+    script = sys.modules["kill_log"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    kills = script.kill_often(5, seed=1, longest=1.0)
+    print(script.format_table(kills))
+    assert [kill.error for kill in kills] == [None] * 5
+    assert all(kill.reported for kill in kills)
