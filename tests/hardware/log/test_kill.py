@@ -15,7 +15,7 @@ def test_logs_of_killed_processes_open_and_begin_as_reported() -> None:
     assert spec.loader is not None
     script = sys.modules["kill_log"] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
-    kills = script.kill_often(5, seed=1, longest=1.0)
+    kills = script.kill_often(5, seed=1, longest=0.6)
     print(script.format_table(kills))
     assert [kill.error for kill in kills] == [None] * 5
     assert all(kill.reported for kill in kills)

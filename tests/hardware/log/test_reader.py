@@ -52,7 +52,7 @@ def test_a_file_cut_anywhere_opens_and_holds_the_begin(write: Write, tmp_path: P
     data, cut = write(20).read_bytes(), tmp_path / "cut.mcap"
     head = measure_head(data)
     found = set()
-    for n in range(head, len(data), 7):
+    for n in range(head, len(data), 23):
         cut.write_bytes(data[:n])
         log = load_log(cut)
         ticks = log[MotorLog].angle[:, 0].tolist() if log[MotorLog].time.size else []
@@ -73,7 +73,7 @@ def test_zeros_after_a_power_failure_end_the_log(write: Write) -> None:
     assert not load_log(path).is_complete
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(st.lists(st.tuples(st.integers(0, 10**6), st.integers(0, 255)), min_size=1, max_size=20))
 def test_changed_bytes_give_a_log_or_one_line(write: Write, tmp_path: Path, changes: list[tuple[int, int]]) -> None:
     path = tmp_path / "a.mcap"
@@ -89,7 +89,7 @@ def test_changed_bytes_give_a_log_or_one_line(write: Write, tmp_path: Path, chan
         assert ticks[:, 0].tolist() == list(range(30))
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.binary(max_size=300))
 def test_random_bytes_behind_the_head_give_a_log_or_one_line(write: Write, tmp_path: Path, tail: bytes) -> None:
     path = tmp_path / "a.mcap"

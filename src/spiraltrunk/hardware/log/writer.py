@@ -11,10 +11,11 @@ import logging
 import os
 import threading
 import time as wall
-from collections import deque
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, cast, final
 
@@ -32,9 +33,9 @@ if TYPE_CHECKING:
 CHUNK_PERIOD = 0.3
 """Time after which a chunk is closed and written [s] (ours): a third of the 1 s that may be lost."""
 
-_NAP = 0.01
-"""Time between two looks at the queue [s] (ours): the thread then works for a fraction of a millisecond at once, and
-the control loop, which shares the interpreter, waits no longer."""
+_NAP = 0.05
+"""Longest time between two looks at the queue [s] (ours). A message wakes the thread sooner: it then works while the
+control loop, which shares the interpreter, sleeps until its next tick."""
 
 _SLICE = 50
 """Messages encoded at once (ours): about half a millisecond."""
@@ -85,7 +86,7 @@ class LogWriter:
         self._channels: dict[str, int] = {}
         self._fields = {channel: list_columns(channel).keys() - {"time"} for channel in CHANNELS}
         self._descriptor = create_log(Path(path), self._stream.take())
-        self._queue: deque[_Message] = deque()
+        self._queue: SimpleQueue[_Message] = SimpleQueue()
         self._refused = 0  # Counted by the caller's thread,
         self._failed, self._told, self._unwritten, self._sequence = 0, 0, 0, 0  # these by the log's.
         self._time = float(clock_origin)
@@ -112,13 +113,13 @@ class LogWriter:
         if channel not in CHANNELS or self._is_closing:
             allowed = "a log that is open" if channel in CHANNELS else ", ".join(CHANNELS)
             raise DriveError(f"channel of the log is {describe(channel)}; allowed: {allowed}")
-        while self._waits and not self._is_dead and len(self._queue) >= MOST_QUEUED:
+        while self._waits and not self._is_dead and self._queue.qsize() >= MOST_QUEUED:
             wall.sleep(_NAP)
-        if self._is_dead or len(self._queue) >= MOST_QUEUED:
+        if self._is_dead or self._queue.qsize() >= MOST_QUEUED:
             self._refused += 1
             self._warn("the disc is too slow, and messages are lost")
         else:
-            self._queue.append((channel, time, values))
+            self._queue.put((channel, time, values))
 
     def close(self) -> None:
         """Write what is queued, index and footer; harmless when called again.
@@ -150,25 +151,32 @@ class LogWriter:
             self._warn(f"{type(error).__name__}: {error}")
         finally:
             self._is_dead = True
-            self._failed += len(self._queue) + self._unwritten
+            self._failed += self._queue.qsize() + self._unwritten
             os.close(self._descriptor)
 
     def _write_chunks(self) -> None:
         due = wall.monotonic() + CHUNK_PERIOD
         while not self._is_closing:
-            wall.sleep(_NAP)
             if self._stream.pending < _MOST_PENDING:
+                self._await_message()
                 self._drain()
+            else:
+                wall.sleep(_NAP)
             if wall.monotonic() >= due:
                 self._tell_loss()
                 self._writer.flush()  # type: ignore[no-untyped-call]
                 self._commit()
                 due = wall.monotonic() + CHUNK_PERIOD
 
+    def _await_message(self) -> None:
+        """Wait until there is a message, at most `_NAP`, and encode it."""
+        with suppress(Empty):
+            self._encode(*self._queue.get(timeout=_NAP))
+
     def _drain(self) -> None:
         """Encode what is queued, in slices between which the control loop has the interpreter."""
-        for i in range(1, len(self._queue) + 1):
-            self._encode(*self._queue.popleft())
+        for i in range(1, self._queue.qsize() + 1):
+            self._encode(*self._queue.get_nowait())
             if i % _SLICE == 0:
                 wall.sleep(_BREATH)
 
