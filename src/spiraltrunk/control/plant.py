@@ -10,6 +10,9 @@ from abc import ABC, abstractmethod
 
 from spiraltrunk.control.messages import Command, Observation
 
+TENSION_SLEW = 240.0
+"""Largest rate of change of a winder's tension [N/s] (ours); a jump to full tension bends joints past their limit."""
+
 
 class Plant(ABC):
     """A robot in its environment, advanced one control period at a time."""

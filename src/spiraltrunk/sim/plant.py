@@ -11,14 +11,11 @@ import numpy as np
 
 from spiraltrunk.control.command_check import read_command
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.plant import TENSION_SLEW, Plant
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.sim.machine import CONTROL_PERIOD, EXTREMES_PERIOD, GRIPPER_TIME, SimMachine
 from spiraltrunk.sim.scene.options import SceneOptions
-
-TENSION_SLEW = 240.0
-"""Largest rate of change of a winder's tension [N/s] (ours); a jump to full tension bends joints past their limit."""
 
 
 @final
