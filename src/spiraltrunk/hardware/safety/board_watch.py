@@ -42,7 +42,7 @@ def advance(watch: BoardWatch, now: float) -> BoardWatch:
     """The board at ``now`` [s], tripped where no heartbeat came for `TIMEOUT`."""
     if watch.mode is not BoardMode.WATCHING or now - watch.heard < TIMEOUT:
         return watch
-    return BoardWatch(mode=BoardMode.TRIPPED, heard=watch.heard, tripped=now, counter=watch.counter)
+    return BoardWatch(mode=BoardMode.TRIPPED, heard=watch.heard, tripped=watch.heard + TIMEOUT, counter=watch.counter)
 
 
 def pass_share(watch: BoardWatch, now: float) -> float:

@@ -1,0 +1,264 @@
+"""Watches of the feedback: whether it comes, whether it is alive, and whether it can be true.
+
+Each is a pure function from a state, the readings and the limits to the next state and what was found.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, final
+
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.reading import CableReading, Finding
+
+
+def find_stale(motor: MotorState | None, now: float, limits: SafetyLimits) -> Finding | None:
+    """Feedback that never came, or is older than `SafetyLimits.feedback_age`."""
+    if motor is None:
+        return Finding(FaultKind.STALE_FEEDBACK, "no feedback has come; check supply, bus and id")
+    if not now - motor.time < limits.feedback_age:
+        allowed = f"allowed: below {1e3 * limits.feedback_age:g} ms"
+        return Finding(FaultKind.STALE_FEEDBACK, f"the feedback is {1e3 * (now - motor.time):.1f} ms old; {allowed}")
+    return None
+
+
+def find_impossible(motor: MotorState, sheet: MotorDataSheet, limits: SafetyLimits) -> Finding | None:
+    """A value that no motor can have: not finite, or far beyond the data sheet."""
+    values = (motor.time, motor.angle, motor.speed, motor.torque, motor.temperature)
+    if not all(map(math.isfinite, values)) or not math.isfinite(motor.voltage or 0.0):
+        return Finding(FaultKind.IMPLAUSIBLE_FEEDBACK, f"the feedback {values} is not finite")
+    for name, value, most in (("speed", motor.speed, sheet.speed_max), ("torque", motor.torque, sheet.torque_max)):
+        if abs(value) > 2.0 * most:
+            text = f"the {name} is {value:.3g}; allowed by the data sheet: up to {most:.3g}"
+            return Finding(FaultKind.IMPLAUSIBLE_FEEDBACK, text)
+    if not limits.temperature_least <= motor.temperature <= limits.temperature_most:
+        allowed = f"plausible: {limits.temperature_least:g} to {limits.temperature_most:g}"
+        text = f"the temperature is {motor.temperature:g} degC; {allowed}"
+        return Finding(FaultKind.IMPLAUSIBLE_FEEDBACK, text)
+    return None
+
+
+class _Heard(NamedTuple):
+    """What tells new feedback of a motor from old."""
+
+    time: float = -math.inf
+    """Its arrival [s]."""
+    n_frame: int | None = None
+    """Frames up to then [-]."""
+    missed: int = 0
+    """Periods in a row without new feedback [-]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LossState:
+    """How much of the feedback of all motors, which share a bus, is lost."""
+
+    heard: tuple[_Heard, ...] = ()
+    """Latest feedback of each motor; empty before the first period."""
+    evidence: float = 0.0
+    """Cumulated log-likelihood ratio, never negative [-]."""
+    loss: float = 0.0
+    """Mean part of the feedback that is lost [-]."""
+
+
+def watch_loss(
+    state: LossState, motors: tuple[MotorState, ...], dt: float, period: float | None, limits: SafetyLimits
+) -> tuple[LossState, tuple[tuple[int | None, Finding], ...]]:
+    """Feedback that misses too many periods of control, in a row or on the average.
+
+    The sum S of log(p1/p0) for each frame that is lost and log((1-p1)/(1-p0)) for each that arrives, kept at 0 or
+    above (Page's cumulative sum test, Biometrika 41, 1954), tells a loss p1 = `loss_stopped` from p0 = `loss_warned`
+    with the least mean delay for a given rate of false alarms. Where motors send by themselves, dt / ``period`` frames
+    are due in each period of control; else one is.
+
+    Args:
+        state: state after the period before.
+        motors: feedback of all motors.
+        dt: period of control [s].
+        period: period of the feedback [s], None where it is asked for.
+        limits: when it is a fault.
+
+    Returns:
+        The next state, and what was found, each with its motor or None for all.
+    """
+    before = state.heard or tuple(_Heard(motor.time, motor.n_frame) for motor in motors)
+    heard, arrived, lost = [], 0.0, 0.0
+    for motor, old in zip(motors, before, strict=True):
+        is_missed = motor.time == old.time and bool(state.heard)
+        heard.append(_Heard(motor.time, motor.n_frame, old.missed + 1 if is_missed else 0))
+        came, due = _count_frames(motor, old, dt, period)
+        arrived += came
+        lost += due - came
+    if not state.heard:
+        return LossState(heard=tuple(heard)), ()
+    p0, p1 = limits.loss_warned, limits.loss_stopped
+    ratio = lost * math.log(p1 / p0) + arrived * math.log((1.0 - p1) / (1.0 - p0))
+    share = min(1.0, dt / limits.loss_memory)
+    loss = state.loss + share * (lost / max(arrived + lost, 1.0) - state.loss)
+    after = LossState(heard=tuple(heard), evidence=max(0.0, state.evidence + ratio), loss=loss)
+    return after, _judge_loss(after, limits)
+
+
+def _count_frames(motor: MotorState, old: _Heard, dt: float, period: float | None) -> tuple[float, float]:
+    """Frames of one motor that came and that were due in a period of control [-]."""
+    if period is None or motor.n_frame is None or old.n_frame is None:
+        return float(motor.time != old.time), 1.0
+    return float(motor.n_frame - old.n_frame), dt / period
+
+
+def _judge_loss(state: LossState, limits: SafetyLimits) -> tuple[tuple[int | None, Finding], ...]:
+    """What the state of the loss means."""
+    found: list[tuple[int | None, Finding]] = []
+    for motor, heard in enumerate(state.heard):
+        if heard.missed >= limits.missed_cycles:
+            text = f"{heard.missed} periods in a row without feedback; allowed: below {limits.missed_cycles}"
+            found.append((motor, Finding(FaultKind.STALE_FEEDBACK, text)))
+    if state.evidence >= limits.loss_evidence:
+        text = f"about {limits.loss_stopped:.0%} of the feedback is lost; allowed: {limits.loss_warned:.0%}"
+        found.append((None, Finding(FaultKind.STALE_FEEDBACK, text)))
+    return tuple(found)
+
+
+class _Frame(NamedTuple):
+    """What a new frame must change, sooner or later."""
+
+    angle: float
+    speed: float
+    torque: float
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class FrozenState:
+    """Since when a motor says the same."""
+
+    time: float = -math.inf
+    """Arrival of the latest feedback [s]."""
+    frame: _Frame | None = None
+    """What it said; None before the first."""
+    least: float = math.inf
+    """Least torque commanded since it says so [N m]."""
+    most: float = -math.inf
+    """Largest torque commanded since it says so [N m]."""
+    repeated: int = 0
+    """New frames that said the same although they should not [-]."""
+
+
+def watch_frozen(state: FrozenState, reading: CableReading, limits: SafetyLimits) -> tuple[FrozenState, Finding | None]:
+    """Frames that come and never change although they have to.
+
+    A motor that stands still under a constant torque may send equal frames for hours. It cannot while it says that it
+    turns at `stall_speed`, nor after its commanded torque has changed by `frozen_torque`: its own estimate of the torque follows.
+    """
+    motor = reading.motor
+    if motor.time == state.time:
+        return state, None
+    frame = _Frame(motor.angle, motor.speed, motor.torque)
+    if frame != state.frame:
+        torque = reading.torque
+        return FrozenState(time=motor.time, frame=frame, least=torque, most=torque), None
+    least, most = min(state.least, reading.torque), max(state.most, reading.torque)
+    is_due = most - least >= limits.frozen_torque or abs(motor.speed) >= limits.stall_speed
+    repeated = state.repeated + 1 if is_due else 0
+    after = FrozenState(time=motor.time, frame=frame, least=least, most=most, repeated=repeated)
+    if repeated < limits.frozen_frames:
+        return after, None
+    text = f"{repeated} frames are equal while the commanded torque went from {least:.3f} to {most:.3f} N m"
+    return after, Finding(FaultKind.FROZEN_FEEDBACK, f"{text} and the speed is {motor.speed:.2f} rad/s")
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MotionState:
+    """Angle and integrated speed since the start of a window."""
+
+    time: float = math.nan
+    """Arrival of the latest feedback [s]; NaN before the first."""
+    angle: float = 0.0
+    """Its angle [rad]."""
+    speed: float = 0.0
+    """Its speed [rad/s]."""
+    start: float = 0.0
+    """Start of the window [s]."""
+    turned: float = 0.0
+    """Change of the angle since then [rad]."""
+    expected: float = 0.0
+    """Integral of the speed since then [rad]."""
+
+
+def watch_motion(
+    state: MotionState, motor: MotorState, sheet: MotorDataSheet, limits: SafetyLimits
+) -> tuple[MotionState, Finding | None]:
+    """An angle that jumps, which loses the count of turns, or that does not move as the speed says."""
+    if motor.is_count_lost:
+        text = "turns may have been missed in a silence or at a jump; home the drums again"
+        return MotionState(), Finding(FaultKind.COUNT_LOST, text)
+    if math.isnan(state.time):
+        return MotionState(time=motor.time, angle=motor.angle, speed=motor.speed, start=motor.time), None
+    if motor.time == state.time:
+        return state, None
+    dt = motor.time - state.time
+    step = motor.angle - state.angle
+    allowed = limits.jump_angle + limits.jump_speeds * sheet.speed_max * dt
+    if not abs(step) <= allowed:
+        text = f"the angle jumped by {step:.2f} rad in {1e3 * dt:.1f} ms; possible: {allowed:.2f} rad"
+        return MotionState(), Finding(FaultKind.COUNT_LOST, text)
+    return _compare_motion(state, motor, step, limits)
+
+
+def _compare_motion(
+    state: MotionState, motor: MotorState, step: float, limits: SafetyLimits
+) -> tuple[MotionState, Finding | None]:
+    """The window with one frame more; at its end angle and speed are compared, and the next window begins."""
+    turned = state.turned + step
+    expected = state.expected + 0.5 * (state.speed + motor.speed) * (motor.time - state.time)
+    common = {"time": motor.time, "angle": motor.angle, "speed": motor.speed}
+    if motor.time - state.start < limits.speed_window:
+        return MotionState(**common, start=state.start, turned=turned, expected=expected), None
+    allowed = limits.speed_error + limits.speed_error_part * max(abs(expected), abs(turned))
+    after = MotionState(**common, start=motor.time)
+    if abs(turned - expected) <= allowed:
+        return after, None
+    text = f"the angle turned by {turned:.2f} rad where the speed says {expected:.2f}; allowed: {allowed:.2f} apart"
+    return after, Finding(FaultKind.IMPLAUSIBLE_FEEDBACK, text)
+
+
+def watch_swap(
+    state: tuple[float, ...], readings: tuple[CableReading, ...], dt: float, limits: SafetyLimits
+) -> tuple[tuple[float, ...], tuple[int, Finding] | None]:
+    """Feedback of two motors exchanged: each reports the torque that the other was told.
+
+    For each pair (i, j) of motors with reported torques m and commanded torques c, the sum of
+    |m_i - c_i| + |m_j - c_j| - |m_i - c_j| - |m_j - c_i| - `swap_torque` over time, kept at 0 or above. By the
+    rearrangement inequality it never grows as long as m = s c with any scale s > 0, so that the scale of the reported
+    torque, which no data sheet gives, does not matter.
+
+    Args:
+        state: the sum of each pair [N m s]; empty at the start.
+        readings: of all cables.
+        dt: period [s].
+        limits: when it is a fault.
+
+    Returns:
+        The next state, and the first motor of a pair with what was found.
+    """
+    pairs = [(i, j) for i in range(len(readings)) for j in range(i)]
+    sums = []
+    for (i, j), before in zip(pairs, state or (0.0,) * len(pairs), strict=True):
+        m_i, m_j = readings[i].motor.torque, readings[j].motor.torque
+        c_i, c_j = readings[i].torque, readings[j].torque
+        gain = abs(m_i - c_i) + abs(m_j - c_j) - abs(m_i - c_j) - abs(m_j - c_i)
+        sums.append(max(0.0, before + (gain - limits.swap_torque) * dt))
+    for (i, j), total in zip(pairs, sums, strict=True):
+        if total > limits.swap_impulse:
+            text = f"motors {j + 1} and {i + 1} report each other's torques; check the ids"
+            return tuple(sums), (j, Finding(FaultKind.IMPLAUSIBLE_FEEDBACK, text))
+    return tuple(sums), None

@@ -1,0 +1,109 @@
+"""Numbers of the watches: when what is measured is a fault."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import final
+
+from spiraltrunk.checks import check_number
+from spiraltrunk.field_docs import explain_fields
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class SafetyLimits:
+    """When a watch raises a fault. All numbers are ours unless a source is named; none was tried on a real motor."""
+
+    command_age: float = 0.020
+    """Largest age of a command after its validity ended [s]."""
+    feedback_age: float = 0.050
+    """Largest age of a motor's or the arm's feedback [s]; half a turn of a GM6020 takes 94 ms at full speed."""
+    missed_cycles: int = 20
+    """Periods of control in a row without new feedback of a motor [-] (Franka's control interface stops after 20)."""
+    loss_warned: float = 0.05
+    """Part of the feedback that is lost from which the driver warns [-]."""
+    loss_stopped: float = 0.20
+    """Part of the feedback that is lost at which the driver stops [-]."""
+    loss_evidence: float = 14.0
+    """Log-likelihood ratio of `loss_stopped` against `loss_warned` at which the driver stops [-].
+
+    Three motors at 1 kHz: 33 ms after the loss rose to `loss_stopped` on the average, and falsely once in 2.7 hours of
+    a constant loss of `loss_warned` (average run lengths from the Markov chain of the sum)."""
+    loss_memory: float = 1.0
+    """Time constant of the mean loss that is shown and warned of [s]."""
+    frozen_frames: int = 10
+    """Equal new frames after the commanded torque has changed that are a fault [-]."""
+    frozen_torque: float = 0.03
+    """Change of the commanded torque that every motor's own estimate must show [N m]: 2 N on a drum of 16 mm."""
+    blocked_torque: float = 0.25
+    """Change of the commanded torque, beyond dry friction both ways, that must turn the drum [N m]: 15 N on 16 mm."""
+    blocked_steps: float = 3.0
+    """Turn that counts as none, in steps of the encoder [-]."""
+    blocked_time: float = 0.2
+    """Time for which the drum does not turn after that change [s]."""
+    stall_part: float = 0.9
+    """Part of the motor's largest torque at which it is saturated [-]."""
+    stall_time: float = 0.5
+    """Time of saturation without motion that is a fault [s]."""
+    stall_speed: float = 0.2
+    """Speed below which a saturated motor stands [rad/s]; a GM6020 resolves 0.1 rad/s."""
+    speed_window: float = 0.05
+    """Time over which the change of the angle is compared with the speed [s]."""
+    speed_error: float = 0.3
+    """Largest difference of angle and integrated speed in that time [rad]: 6 rad/s."""
+    speed_error_part: float = 0.5
+    """The same as a part of the integrated speed, for motors whose speed is filtered [-]."""
+    jump_speeds: float = 1.5
+    """Change of the angle between two frames over what full speed allows that is a jump [-]."""
+    jump_angle: float = 0.1
+    """Change of the angle that is no jump, however short the time [rad]."""
+    swap_torque: float = 0.02
+    """Mean misfit of torques by which exchanged feedback must explain more than that of the right motor [N m]."""
+    swap_impulse: float = 0.01
+    """Integral of the misfit beyond that at which feedback counts as exchanged [N m s]."""
+    temperature_least: float = -40.0
+    """Least plausible temperature [degC]."""
+    temperature_most: float = 150.0
+    """Largest plausible temperature [degC]."""
+    voltage_least: float = 0.0
+    """Least supply voltage [V]; the motor family sets it."""
+    voltage_most: float = 100.0
+    """Largest supply voltage [V]; the motor family sets it."""
+    voltage_time: float = 0.1
+    """Time for which the voltage may be outside [s]."""
+    slack_part: float = 0.5
+    """Part of the floor of tension under which a cable that is not paid out is slack [-]."""
+    slack_time: float = 0.15
+    """Time for which it may be slack [s]: a swinging trunk slackens a cable for a moment."""
+    slack_speed: float = 0.005
+    """Speed of paying out up to which a slack cable counts as not paid out [m/s]."""
+    take_up_time: float = 3.0
+    """Time after arming within which a cable must carry its floor of tension for the first time [s]."""
+    slip_length: float = 0.003
+    """Cable wound in while the tension dips that is a slip [m]."""
+    slip_tension: float = 5.0
+    """Least dip of tension that is a slip [N]."""
+    slip_part: float = 0.5
+    """Dip over the tension before it [-]."""
+    slip_rate: float = 480.0
+    """Fall of tension that is no dip [N/s]: twice the rate of the commands."""
+    tangle_length: float = 0.003
+    """Cable paid out while the tension rises that is a tangle [m]."""
+    tangle_tension: float = 10.0
+    """Rise of the tension above its value at the start and above its command that is a tangle [N]."""
+    over_part: float = 0.15
+    """Tension beyond its ceiling, as a part of it [-]."""
+    over_time: float = 0.03
+    """Time for which it may be beyond [s]."""
+    over_part_at_once: float = 0.5
+    """Tension beyond its ceiling, as a part of it, that is a fault at once [-]."""
+    length_margin: float = 0.005
+    """Length beyond its limits that is a fault [m]; the winder itself stops at the limits."""
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            least = -273.15 if field.name == "temperature_least" else 0.0
+            check_number(f"safety.{field.name}", getattr(self, field.name), least=least, below=1e6)
+        check_number("safety.loss_warned", self.loss_warned, above=0.0, below=self.loss_stopped)
+        check_number("safety.loss_stopped", self.loss_stopped, below=1.0)

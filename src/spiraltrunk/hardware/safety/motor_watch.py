@@ -1,0 +1,93 @@
+"""Watches of the motor: temperature, supply voltage, stall."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.reading import CableReading, Finding
+
+
+def derate(temperature: float, sheet: MotorDataSheet) -> float:
+    """Part of the tension above the floor that a motor may still take, 1 to 0 [-].
+
+    1 up to `temperature_derate`, falling linearly to 0 at `temperature_stop`.
+    """
+    span = sheet.temperature_stop - sheet.temperature_derate
+    return min(1.0, max(0.0, (sheet.temperature_stop - temperature) / span))
+
+
+def find_hot(motor: MotorState, sheet: MotorDataSheet) -> Finding | None:
+    """A temperature at which the motor must stop."""
+    if motor.temperature < sheet.temperature_stop:
+        return None
+    text = f"the motor has {motor.temperature:g} degC; allowed: below {sheet.temperature_stop:g} degC"
+    return Finding(FaultKind.OVER_TEMPERATURE, text)
+
+
+def watch_voltage(elapsed: float, motor: MotorState, dt: float, limits: SafetyLimits) -> tuple[float, Finding | None]:
+    """A supply voltage outside its range for too long; the state is the time that it is outside [s]."""
+    if motor.voltage is None or limits.voltage_least <= motor.voltage <= limits.voltage_most:
+        return 0.0, None
+    elapsed += dt
+    if elapsed < limits.voltage_time:
+        return elapsed, None
+    allowed = f"allowed: {limits.voltage_least:g} to {limits.voltage_most:g} V"
+    return elapsed, Finding(FaultKind.VOLTAGE, f"the supply has {motor.voltage:.1f} V; {allowed}")
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StallState:
+    """For how long a motor does not turn although it should."""
+
+    saturated: float = 0.0
+    """Time for which the torque is at its largest without motion [s]."""
+    angle: float = math.nan
+    """Angle at which the drum stands [rad]."""
+    least: float = 0.0
+    """Least torque commanded since it stands there [N m]."""
+    most: float = 0.0
+    """Largest torque commanded since it stands there [N m]."""
+    blocked: float = 0.0
+    """Time since the commanded torque has changed enough to turn it [s]."""
+
+
+def watch_stall(
+    state: StallState, reading: CableReading, dt: float, sheet: MotorDataSheet, limits: SafetyLimits
+) -> tuple[StallState, Finding | None]:
+    """A motor that does not turn: at its largest torque, or through a change of torque that stretches every cable.
+
+    A drum that stands at a high tension is nominal. One that does not turn by `blocked_steps` of the encoder while the
+    torque changes by `blocked_torque` plus twice the dry friction is blocked, for no cable is that stiff.
+    """
+    is_saturated = abs(reading.torque) >= limits.stall_part * sheet.torque_max
+    is_still = abs(reading.motor.speed) < limits.stall_speed
+    saturated = state.saturated + dt if is_saturated and is_still else 0.0
+    after, span = _stand(state, reading, sheet, limits)
+    needed = limits.blocked_torque + 2.0 * sheet.rotor_friction
+    blocked = state.blocked + dt if span >= needed else 0.0
+    after = StallState(saturated=saturated, angle=after.angle, least=after.least, most=after.most, blocked=blocked)
+    if saturated >= limits.stall_time:
+        text = f"the motor stands at {reading.torque:.2f} N m for {saturated:.1f} s; allowed: {limits.stall_time:g} s"
+        return after, Finding(FaultKind.STALL, text)
+    if blocked >= limits.blocked_time:
+        return after, Finding(FaultKind.STALL, f"the drum does not turn while its torque changes by {span:.2f} N m")
+    return after, None
+
+
+def _stand(
+    state: StallState, reading: CableReading, sheet: MotorDataSheet, limits: SafetyLimits
+) -> tuple[StallState, float]:
+    """Where the drum stands, and the span of torques commanded since then [N m]."""
+    angle, torque = reading.motor.angle, reading.torque
+    if not abs(angle - state.angle) <= limits.blocked_steps * sheet.angle_step:
+        return StallState(angle=angle, least=torque, most=torque), 0.0
+    least, most = min(state.least, torque), max(state.most, torque)
+    return StallState(angle=state.angle, least=least, most=most), most - least

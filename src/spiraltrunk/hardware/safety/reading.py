@@ -1,0 +1,57 @@
+"""What the watches see of one cable in one period of control."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.hardware.motors.motor_port import MotorState
+from spiraltrunk.hardware.safety.fault import FaultKind
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CableReading:
+    """One cable and its motor: measured, estimated and commanded."""
+
+    motor: MotorState
+    """Latest feedback."""
+    torque: float
+    """Torque that was commanded in the period before [N m]."""
+    pull: float = 0.0
+    """Cable wound in since the straight, just taut trunk [m]."""
+    speed: float = 0.0
+    """Speed of winding in [m/s]."""
+    tension: float = 0.0
+    """Tension as the winder estimates it [N]."""
+    tension_wanted: float = 0.0
+    """Tension that the winder aims at in this period, after its limits [N]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CableRange:
+    """What a cable may do; the winder keeps inside, the watches raise a fault outside."""
+
+    tension_floor: float
+    """Least tension, at which no cable leaves its drum [N]."""
+    tension_ceiling: float
+    """Largest tension [N]."""
+    pull_least: float
+    """Least cable wound in [m]."""
+    pull_most: float
+    """Most cable wound in [m]."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What a watch found in one period, before it has a time and a cable."""
+
+    kind: FaultKind
+    """What it is."""
+    text: str
+    """What was measured and what is allowed, one line."""

@@ -1,0 +1,188 @@
+"""All watches together: one state for the group of motors and cables, advanced once in a period of control."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple, final
+
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.safety.cable_watch import (
+    SlackState,
+    SlipState,
+    TangleState,
+    find_too_far,
+    watch_slack,
+    watch_slip,
+    watch_tangle,
+    watch_tension,
+)
+from spiraltrunk.hardware.safety.fault import Fault
+from spiraltrunk.hardware.safety.feedback_watch import (
+    FrozenState,
+    LossState,
+    MotionState,
+    find_impossible,
+    find_stale,
+    watch_frozen,
+    watch_loss,
+    watch_motion,
+    watch_swap,
+)
+from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.motor_watch import StallState, derate, find_hot, watch_stall, watch_voltage
+from spiraltrunk.hardware.safety.reading import CableRange, CableReading, Finding
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MotorWatch:
+    """States of the watches of one motor."""
+
+    frozen: FrozenState = field(default_factory=FrozenState)
+    """Frozen feedback."""
+    motion: MotionState = field(default_factory=MotionState)
+    """Angle against speed."""
+    voltage: float = 0.0
+    """Time outside of the voltage's range [s]."""
+    stall: StallState = field(default_factory=StallState)
+    """Stall."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CableWatch:
+    """States of the watches of one cable."""
+
+    slack: SlackState = field(default_factory=SlackState)
+    """Time without load."""
+    slip: SlipState = field(default_factory=SlipState)
+    """Slip."""
+    tangle: TangleState = field(default_factory=TangleState)
+    """Tangled drum."""
+    tension: float = 0.0
+    """Time beyond the ceiling [s]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class WatchState:
+    """States of all watches."""
+
+    motors: tuple[MotorWatch, ...]
+    """Those of each motor."""
+    cables: tuple[CableWatch, ...]
+    """Those of each cable."""
+    loss: LossState = field(default_factory=LossState)
+    """Lost feedback."""
+    swap: tuple[float, ...] = ()
+    """Exchanged feedback, for each pair of motors [N m s]."""
+
+
+@final
+class Seen(NamedTuple):
+    """What the watches found in one period."""
+
+    state: WatchState
+    """The next state."""
+    faults: tuple[Fault, ...]
+    """Faults, each as soon as it is there, again in each period while it lasts."""
+    warnings: tuple[str, ...]
+    """What is not yet a fault, one line each."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class Watches:
+    """What the watches compare with."""
+
+    sheet: MotorDataSheet
+    """Limits of the motors."""
+    limits: SafetyLimits
+    """When something is a fault."""
+    ranges: tuple[CableRange, ...]
+    """What each cable may do."""
+    is_homed: bool = True
+    """Whether pull and load of the cables are known; False while the drums are homed."""
+
+    def start(self) -> WatchState:
+        """State in which nothing was seen yet, to begin with whenever torque is switched on."""
+        n_cable = len(self.ranges)
+        return WatchState(motors=(MotorWatch(),) * n_cable, cables=(CableWatch(),) * n_cable)
+
+
+def find_silent(
+    motors: tuple[MotorState | None, ...], now: float, sheet: MotorDataSheet, limits: SafetyLimits
+) -> tuple[Fault, ...]:
+    """Motors whose feedback is missing, too old or impossible: nothing can be computed from it."""
+    found = []
+    for cable, motor in enumerate(motors):
+        finding = find_stale(motor, now, limits) or (motor and find_impossible(motor, sheet, limits))
+        if finding:
+            found.append(Fault(kind=finding.kind, time=now, cable=cable, text=finding.text))
+    return tuple(found)
+
+
+def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...], now: float, dt: float) -> Seen:
+    """Advance all watches by one period ``dt`` [s] with torque on; every feedback must have passed `find_silent`.
+
+    While drums are homed neither pull nor load is known, and the watches of the cables rest but for the ceiling.
+    """
+    sheet, limits = watches.sheet, watches.limits
+    loss, lost = watch_loss(state.loss, tuple(one.motor for one in readings), dt, sheet.feedback_period, limits)
+    swap, swapped = watch_swap(state.swap, readings, dt, limits)
+    found: list[tuple[int | None, Finding]] = [*lost, *([swapped] if swapped else [])]
+    motors, cables = [], []
+    for number, (reading, allowed) in enumerate(zip(readings, watches.ranges, strict=True)):
+        motor, findings = _watch_motor(watches, state.motors[number], reading, dt)
+        cable, more = _watch_cable(watches, state.cables[number], reading, allowed, dt)
+        motors.append(motor)
+        cables.append(cable)
+        found.extend((number, finding) for finding in (*findings, *more) if finding)
+    faults = tuple(Fault(kind=one.kind, time=now, cable=number, text=one.text) for number, one in found)
+    after = WatchState(motors=tuple(motors), cables=tuple(cables), loss=loss, swap=swap)
+    return Seen(after, faults, tuple(_warn(watches, after, readings)))
+
+
+_Findings = tuple[Finding | None, ...]
+
+
+def _watch_motor(watches: Watches, state: MotorWatch, reading: CableReading, dt: float) -> tuple[MotorWatch, _Findings]:
+    """The watches of one motor."""
+    sheet, limits = watches.sheet, watches.limits
+    motion, found_motion = watch_motion(state.motion, reading.motor, sheet, limits)
+    frozen, found_frozen = watch_frozen(state.frozen, reading, limits)
+    voltage, found_voltage = watch_voltage(state.voltage, reading.motor, dt, limits)
+    stall, found_stall = watch_stall(state.stall, reading, dt, sheet, limits)
+    after = MotorWatch(frozen=frozen, motion=motion, voltage=voltage, stall=stall)
+    return after, (found_motion, found_frozen, find_hot(reading.motor, sheet), found_voltage, found_stall)
+
+
+def _watch_cable(
+    watches: Watches, state: CableWatch, reading: CableReading, allowed: CableRange, dt: float
+) -> tuple[CableWatch, _Findings]:
+    """The watches of one cable."""
+    limits = watches.limits
+    tension, found_tension = watch_tension(state.tension, reading, dt, allowed.tension_ceiling, limits)
+    if not watches.is_homed:
+        return CableWatch(tension=tension), (found_tension,)
+    slack, found_slack = watch_slack(state.slack, reading, dt, allowed.tension_floor, limits)
+    slip, found_slip = watch_slip(state.slip, reading, dt, limits)
+    tangle, found_tangle = watch_tangle(state.tangle, reading, limits)
+    after = CableWatch(slack=slack, slip=slip, tangle=tangle, tension=tension)
+    return after, (found_slip, found_slack, found_tangle, found_tension, find_too_far(reading, allowed, limits))
+
+
+def _warn(watches: Watches, state: WatchState, readings: tuple[CableReading, ...]) -> Iterator[str]:
+    """What a person should know although it is no fault."""
+    if state.loss.loss >= 0.8 * watches.limits.loss_warned:
+        yield f"{state.loss.loss:.0%} of the feedback is lost"
+    for number, reading in enumerate(readings, start=1):
+        share = derate(reading.motor.temperature, watches.sheet)
+        if share < 1.0:
+            yield f"motor {number} has {reading.motor.temperature:g} degC: its tension is limited to {share:.0%}"
