@@ -17,32 +17,46 @@ from spiraltrunk.hardware.safety.reading import CableRange, CableReading, Findin
 class SlackState:
     """For how long a cable carries no load."""
 
+    load: float = 0.0
+    """Mean tension [N]."""
     elapsed: float = 0.0
-    """That time [s]."""
+    """That time, shortened while the trunk moves [s]."""
+    wound: float = 0.0
+    """Cable wound in during it [m]."""
     was_taut: bool = False
-    """Whether it has carried the floor of tension since torque was switched on."""
+    """Whether it has carried a load since torque was switched on."""
 
 
 def watch_slack(
-    state: SlackState, reading: CableReading, dt: float, floor: float, limits: SafetyLimits
+    state: SlackState, reading: CableReading, dt: float, least: float, limits: SafetyLimits, *, is_moving: bool = False
 ) -> tuple[SlackState, Finding | None]:
-    """A cable without load that is not being paid out, slack or broken.
+    """A cable that is wound in without load, slack or broken.
 
-    A swing of the trunk slackens a cable until the winder has caught up, within less than `slack_time`; a broken cable
-    stays without load. After arming the winder first takes up what became slack without torque, for `take_up_time`.
+    Without load the floor of tension winds a drum in. A broken cable stays without load, whereas a trunk that uncurls
+    or swings slackens it until the winder has caught up: therefore time counts less while other cables move. After
+    arming the winder first takes up what became slack without torque, for `take_up_time`.
+
+    Args:
+        state: state after the period before.
+        reading: of this cable.
+        dt: period [s].
+        least: least load while it is wound in [N], see `CableRange`.
+        limits: when it is a fault.
+        is_moving: whether another cable moves.
     """
-    least = limits.slack_part * floor
-    was_taut = state.was_taut or reading.tension >= floor
-    if reading.tension >= least or (was_taut and reading.speed < -limits.slack_speed):
-        elapsed = 0.0 if was_taut else state.elapsed + dt
-    else:
-        elapsed = state.elapsed + dt
-    after = SlackState(elapsed=elapsed, was_taut=was_taut)
-    allowed_time = limits.slack_time if was_taut else limits.take_up_time
-    if elapsed < allowed_time:
+    load = state.load + min(1.0, dt / limits.slack_memory) * (reading.tension - state.load)
+    was_taut = state.was_taut or load >= least
+    if was_taut and (load >= limits.slack_part * least or reading.speed < 0.0):
+        return SlackState(load=load, was_taut=was_taut), None
+    elapsed = state.elapsed + dt * (limits.slack_time / limits.slack_time_moving if is_moving else 1.0)
+    wound = state.wound + dt * reading.speed
+    after = SlackState(load=load, elapsed=elapsed, wound=wound, was_taut=was_taut)
+    is_long = elapsed >= limits.slack_time and wound >= limits.slack_length
+    if not (is_long if was_taut else elapsed >= limits.take_up_time):
         return after, None
-    allowed = f"allowed: above {least:.2f} N within {1e3 * allowed_time:g} ms"
-    return after, Finding(FaultKind.SLACK, f"the cable carries {reading.tension:.2f} N; {allowed}")
+    text = f"{1e3 * wound:.1f} mm came in with a load of {load:.2f} N"
+    allowed = f"allowed: above {limits.slack_part * least:.2f} N"
+    return after, Finding(FaultKind.SLACK, f"{text}; {allowed}")
 
 
 @explain_fields
@@ -52,21 +66,28 @@ class SlipState:
     """Tension and length before a dip."""
 
     tension: float = 0.0
-    """Latest tension, falling no faster than `SafetyLimits.slip_rate` [N]."""
+    """Latest tension, falling no faster than `SafetyLimits.slip_rate`; in a dip that before it [N]."""
     pull: float | None = None
-    """Cable wound in when the dip began [m]; None outside of a dip."""
+    """Least cable wound in since the dip began [m]; None outside of a dip."""
+    elapsed: float = 0.0
+    """Time since the dip began [s]."""
 
 
 def watch_slip(
     state: SlipState, reading: CableReading, dt: float, limits: SafetyLimits
 ) -> tuple[SlipState, Finding | None]:
-    """A cable that slips on its drum or out of its knot: the tension dips while a burst of cable is wound in."""
-    before = max(reading.tension, state.tension - limits.slip_rate * dt)
+    """A cable that slips on its drum, out of its knot, or breaks: the tension dips and a burst of it is wound in.
+
+    Up to then a slip and a break look alike. A dip is faster than `slip_rate` and deeper than `slip_tension` and
+    `slip_part`; it ends when the tension comes back, or after `slip_time`.
+    """
+    before = state.tension if state.pull is not None else state.tension - limits.slip_rate * dt
+    before = max(reading.tension, before)
     is_dip = before - reading.tension >= max(limits.slip_tension, limits.slip_part * before)
-    if not is_dip:
-        return SlipState(tension=before), None
+    if not is_dip or state.elapsed >= limits.slip_time:
+        return SlipState(tension=before if state.pull is None else reading.tension), None
     start = reading.pull if state.pull is None else min(state.pull, reading.pull)
-    after = SlipState(tension=before, pull=start)
+    after = SlipState(tension=before, pull=start, elapsed=state.elapsed + dt)
     if reading.pull - start < limits.slip_length:
         return after, None
     text = f"{1e3 * (reading.pull - start):.1f} mm came in while the tension fell to {reading.tension:.1f} N"

@@ -155,7 +155,8 @@ def watch_frozen(state: FrozenState, reading: CableReading, limits: SafetyLimits
     """Frames that come and never change although they have to.
 
     A motor that stands still under a constant torque may send equal frames for hours. It cannot while it says that it
-    turns at `stall_speed`, nor after its commanded torque has changed by `frozen_torque`: its own estimate of the torque follows.
+    turns at `stall_speed`, nor after its commanded torque has changed by `frozen_torque`, which its own estimate must
+    follow.
     """
     motor = reading.motor
     if motor.time == state.time:

@@ -35,9 +35,9 @@ class SafetyLimits:
     frozen_frames: int = 10
     """Equal new frames after the commanded torque has changed that are a fault [-]."""
     frozen_torque: float = 0.03
-    """Change of the commanded torque that every motor's own estimate must show [N m]: 2 N on a drum of 16 mm."""
-    blocked_torque: float = 0.25
-    """Change of the commanded torque, beyond dry friction both ways, that must turn the drum [N m]: 15 N on 16 mm."""
+    """Change of the commanded torque that every motor's own estimate must show [N m]: 3 N on a drum of 10 mm."""
+    blocked_torque: float = 0.15
+    """Change of the commanded torque, beyond dry friction both ways, that must turn the drum [N m]: 15 N on 10 mm."""
     blocked_steps: float = 3.0
     """Turn that counts as none, in steps of the encoder [-]."""
     blocked_time: float = 0.2
@@ -73,21 +73,29 @@ class SafetyLimits:
     voltage_time: float = 0.1
     """Time for which the voltage may be outside [s]."""
     slack_part: float = 0.5
-    """Part of the floor of tension under which a cable that is not paid out is slack [-]."""
-    slack_time: float = 0.15
-    """Time for which it may be slack [s]: a swinging trunk slackens a cable for a moment."""
-    slack_speed: float = 0.005
-    """Speed of paying out up to which a slack cable counts as not paid out [m/s]."""
+    """Part of the least nominal load under which a cable that is wound in is slack [-]."""
+    slack_memory: float = 0.02
+    """Time constant of the mean load that is compared with it [s]."""
+    slack_time: float = 0.12
+    """Time for which a cable may be wound in without load while the others stand [s]."""
+    slack_time_moving: float = 1.0
+    """The same while others move [s]: a trunk that uncurls or swings outruns a winder at its floor of tension."""
+    slack_length: float = 0.0015
+    """Least cable wound in without load that is slack [m]; less than this a standing drum may creep."""
+    still_speed: float = 0.01
+    """Speed of a cable up to which it stands [m/s]."""
     take_up_time: float = 3.0
     """Time after arming within which a cable must carry its floor of tension for the first time [s]."""
     slip_length: float = 0.003
     """Cable wound in while the tension dips that is a slip [m]."""
-    slip_tension: float = 5.0
+    slip_tension: float = 3.0
     """Least dip of tension that is a slip [N]."""
     slip_part: float = 0.5
     """Dip over the tension before it [-]."""
-    slip_rate: float = 480.0
-    """Fall of tension that is no dip [N/s]: twice the rate of the commands."""
+    slip_rate: float = 300.0
+    """Fall of tension that is no dip [N/s]: 1.25 times the largest of the commands, 240 N/s."""
+    slip_time: float = 0.15
+    """Longest time from the dip to the burst [s]."""
     tangle_length: float = 0.003
     """Cable paid out while the tension rises that is a tangle [m]."""
     tangle_tension: float = 10.0

@@ -36,8 +36,9 @@ class CableReading:
 class CableRange:
     """What a cable may do; the winder keeps inside, the watches raise a fault outside."""
 
-    tension_floor: float
-    """Least tension, at which no cable leaves its drum [N]."""
+    tension_least: float
+    """Least load of a cable that is wound in at the floor of tension [N]: the floor less the rotor's friction that is
+    not compensated."""
     tension_ceiling: float
     """Largest tension [N]."""
     pull_least: float

@@ -149,10 +149,19 @@ def clear(state: SafetyState, person: str, *, is_released: bool) -> SafetyState:
     Raises:
         DriveError: from another mode, without a name, or before the torque is off.
     """
-    if not (isinstance(person, str) and person.strip() and person.isprintable()):
-        raise DriveError(f"a fault is cleared by {describe(person)}; allowed: the name of a person")
+    check_person(person)
     _require(state, Mode.FAULT, "clear a fault", () if is_released else ("the torque is not off yet; wait for it",))
     return replace(state, mode=Mode.SAFE, faults=(), cleared_by=person.strip())
+
+
+def check_person(person: str) -> None:
+    """Refuse what is no name of a person.
+
+    Raises:
+        DriveError: with what was given.
+    """
+    if not (isinstance(person, str) and person.strip() and person.isprintable()):
+        raise DriveError(f"a fault is cleared by {describe(person)}; allowed: the name of a person")
 
 
 def _require(state: SafetyState, mode: Mode, action: str, obstacles: tuple[str, ...]) -> None:

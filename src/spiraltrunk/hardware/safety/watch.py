@@ -140,7 +140,8 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
     motors, cables = [], []
     for number, (reading, allowed) in enumerate(zip(readings, watches.ranges, strict=True)):
         motor, findings = _watch_motor(watches, state.motors[number], reading, dt)
-        cable, more = _watch_cable(watches, state.cables[number], reading, allowed, dt)
+        is_moving = any(abs(other.speed) > limits.still_speed for i, other in enumerate(readings) if i != number)
+        cable, more = _watch_cable(watches, state.cables[number], (reading, allowed), dt, is_moving=is_moving)
         motors.append(motor)
         cables.append(cable)
         found.extend((number, finding) for finding in (*findings, *more) if finding)
@@ -164,14 +165,14 @@ def _watch_motor(watches: Watches, state: MotorWatch, reading: CableReading, dt:
 
 
 def _watch_cable(
-    watches: Watches, state: CableWatch, reading: CableReading, allowed: CableRange, dt: float
+    watches: Watches, state: CableWatch, cable: tuple[CableReading, CableRange], dt: float, *, is_moving: bool
 ) -> tuple[CableWatch, _Findings]:
-    """The watches of one cable."""
-    limits = watches.limits
+    """The watches of one cable; ``is_moving`` tells whether another one moves."""
+    (reading, allowed), limits = cable, watches.limits
     tension, found_tension = watch_tension(state.tension, reading, dt, allowed.tension_ceiling, limits)
     if not watches.is_homed:
         return CableWatch(tension=tension), (found_tension,)
-    slack, found_slack = watch_slack(state.slack, reading, dt, allowed.tension_floor, limits)
+    slack, found_slack = watch_slack(state.slack, reading, dt, allowed.tension_least, limits, is_moving=is_moving)
     slip, found_slip = watch_slip(state.slip, reading, dt, limits)
     tangle, found_tangle = watch_tangle(state.tangle, reading, limits)
     after = CableWatch(slack=slack, slip=slip, tangle=tangle, tension=tension)

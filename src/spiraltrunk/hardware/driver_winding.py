@@ -1,0 +1,104 @@
+"""The winders of all cables as the driver steps them: targets and feedback in, torques and readings out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import final
+
+from spiraltrunk.hardware.driver_targets import Targets
+from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.safety.motor_watch import derate
+from spiraltrunk.hardware.safety.reading import CableRange, CableReading
+from spiraltrunk.hardware.winder.limits import FRICTION_SHARE
+from spiraltrunk.hardware.winder.winder import Winder, WinderState, WinderTarget, step
+
+_LEAST_PART = 0.1
+"""Least nominal load over the floor of tension, where the friction leaves less [-] (ours)."""
+
+
+@final
+class Winding:
+    """Winders of one trunk with their states."""
+
+    def __init__(self, winders: Sequence[Winder], sheet: MotorDataSheet) -> None:
+        self._winders, self._sheet = tuple(winders), sheet
+        self._zeros = (0.0,) * len(self._winders)
+        self._states = self._start()
+
+    @property
+    def tension_most(self) -> tuple[float, ...]:
+        """Largest tension of each cable that targets may ask for [N]."""
+        return tuple(winder.limits.tension_max for winder in self._winders)
+
+    @property
+    def tension_floor(self) -> tuple[float, ...]:
+        """Floor of tension of each cable [N]."""
+        return tuple(winder.limits.tension_floor for winder in self._winders)
+
+    @property
+    def floor_torques(self) -> tuple[float, ...]:
+        """Torques that hold the floors [N m]."""
+        return tuple(winder.limits.tension_floor * winder.drum.radius_max for winder in self._winders)
+
+    def set_zeros(self, zero_angles: tuple[float, ...]) -> None:
+        """Take the angles of the motors at the straight trunk [rad] from homing."""
+        self._zeros = zero_angles
+
+    def restart(self) -> None:
+        """Begin from zero tension, after a time without torque."""
+        self._states = self._start()
+
+    def _start(self) -> tuple[WinderState, ...]:
+        return tuple(WinderState(zero_angle=zero) for zero in self._zeros)
+
+    def compute_pull(self, cable: int, motor: MotorState | None) -> float:
+        """Cable wound in since the straight trunk [m]; 0 without feedback."""
+        return self._winders[cable].drum.pull(motor.angle - self._zeros[cable]) if motor else 0.0
+
+    def build_ranges(self) -> tuple[CableRange, ...]:
+        """What the watches allow each cable."""
+        return tuple(map(_build_range, self._winders))
+
+    def step(
+        self, targets: Targets, motors: Sequence[MotorState], sent: Sequence[float], dt: float
+    ) -> tuple[tuple[CableReading, ...], tuple[float, ...]]:
+        """Advance by ``dt`` [s]; a warm motor's tension above the floor is reduced.
+
+        Raises:
+            DriveError: where feedback is no number.
+        """
+        states, readings, torques = [], [], []
+        for i, (winder, motor) in enumerate(zip(self._winders, motors, strict=True)):
+            target = WinderTarget(tension=self._limit(winder, targets.tension[i], motor), pull=targets.pull[i])
+            state, measured, torque = step(winder, self._states[i], target, motor, dt)
+            states.append(state)
+            torques.append(torque)
+            readings.append(
+                CableReading(
+                    motor=motor,
+                    torque=sent[i],
+                    pull=measured.pull,
+                    speed=measured.speed,
+                    tension=measured.tension,
+                    tension_wanted=state.tension_set,
+                )
+            )
+        self._states = tuple(states)
+        return tuple(readings), tuple(torques)
+
+    def _limit(self, winder: Winder, tension: float, motor: MotorState) -> float:
+        """Tension that a motor of this temperature may have [N]."""
+        floor, ceiling = winder.limits.tension_floor, winder.limits.tension_ceiling
+        return min(tension, floor + derate(motor.temperature, self._sheet) * max(0.0, ceiling - floor))
+
+
+def _build_range(winder: Winder) -> CableRange:
+    """What the watches allow one cable."""
+    limits = winder.limits
+    loss = (1.0 - FRICTION_SHARE) * winder.friction / winder.drum.design.winding_radius
+    return CableRange(
+        tension_least=max(limits.tension_floor - loss, _LEAST_PART * limits.tension_floor),
+        tension_ceiling=limits.tension_ceiling,
+        pull_least=limits.pull_min,
+        pull_most=limits.pull_max,
+    )
