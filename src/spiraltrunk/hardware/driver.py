@@ -86,6 +86,11 @@ class TrunkDriver:
         self._is_closed = False
 
     @property
+    def clock(self) -> Clock:
+        """Time of the driver."""
+        return self._clock
+
+    @property
     def mode(self) -> Mode:
         """What the driver does."""
         return self._loop.state.mode

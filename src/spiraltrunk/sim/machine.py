@@ -94,6 +94,17 @@ class SimMachine:
         mujoco.mj_forward(self.model, self.data)
         self.trace.append(self._truth.sample(self.data, self._arm_command))
 
+    def restart_trace(self) -> None:
+        """Let time and trace begin anew with the present state."""
+        self.data.time = 0.0
+        self.trace.clear()
+        self.update_extremes()
+        self.trace.append(self._truth.sample(self.data, self._arm_command))
+
+    def hold_arm(self) -> None:
+        """Stop the arm at its present target."""
+        self.set_arm(self._arm_command)
+
     def set_arm(self, position: np.ndarray) -> None:
         """Set the targets of the arm's joints, shape (n_arm,) [rad]."""
         self._arm_command = position
@@ -104,6 +115,11 @@ class SimMachine:
         self.model.actuator_forcerange[self._truth.motors, 0] = -tension
         straight = self._truth.straight_length
         self.data.ctrl[self._truth.motors] = np.maximum(straight - np.minimum(pull, straight), 0.0)
+
+    def set_cable_stiffness(self, stiffness: np.ndarray) -> None:
+        """Set the stiffness between each cable and its winder, shape (n_cable,) [N/m]; 0 for a cable that is broken."""
+        self.model.actuator_gainprm[self._truth.motors, 0] = stiffness
+        self.model.actuator_biasprm[self._truth.motors, 1] = -stiffness
 
     def set_gripper(self, share: float) -> None:
         """Set the tension of the gripper's cables over its largest, from -1 (opening) to 1 (closing) [-]."""

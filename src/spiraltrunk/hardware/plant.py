@@ -1,0 +1,135 @@
+"""The real robot, or its twin, as a plant: a strategy cannot tell it from the simulated one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, final
+
+import numpy as np
+
+from spiraltrunk.control.command_check import read_command
+from spiraltrunk.control.messages import CameraObservation, Command, Observation, Task
+from spiraltrunk.control.plant import Plant
+from spiraltrunk.errors import RunError
+from spiraltrunk.hardware.arm.arm_port import ArmPort
+from spiraltrunk.hardware.driver import TrunkDriver
+from spiraltrunk.hardware.safety.states import Mode
+
+CONTROL_PERIOD = 0.02
+"""Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
+
+MOVING = 0.02
+"""Speed of a joint above which the arm counts as moving [rad/s] (ours)."""
+
+
+class Reach(Protocol):
+    """Kinematics and inverse dynamics of the arm with its housing, such as `spiraltrunk.sim` has."""
+
+    home: np.ndarray
+    """Joint positions at the start of a run, shape (n_arm,) [rad]."""
+
+    def T_base(self, q: np.ndarray) -> np.ndarray:
+        """Frame of the trunk's base in the world, shape (4, 4) [-, m]."""
+
+    def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
+        """Joint positions after one period on the way from ``q`` to a frame of the trunk's base."""
+
+    def estimate_wrench(
+        self, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray, torque: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Frame of the trunk's base, and the external wrench on it, shape (6,) [N, N m]."""
+
+
+@final
+class HardwarePlant(Plant):
+    """Motors, servo and arm behind one driver.
+
+    The driver must be armed by a person, or by the program that stands in for one on a twin, before `reset`; a fault
+    ends the run with its text. Between two steps nothing refreshes the driver's target: a strategy that thinks for
+    longer than the allowed age of a command makes it stale, and the driver stops.
+
+    Args:
+        driver: the driver, which was built with the arm.
+        arm: the arm.
+        reach: kinematics of the arm.
+        task: what shall be done.
+        camera: gives the latest observation of the object; None without a camera.
+    """
+
+    control_period = CONTROL_PERIOD
+
+    def __init__(
+        self, driver: TrunkDriver, arm: ArmPort, reach: Reach, task: Task, *,
+        camera: Callable[[], CameraObservation | None] | None = None,
+    ) -> None:
+        self.driver, self.task = driver, task
+        self._arm, self._clock, self._reach, self._camera = arm, driver.clock, reach, camera
+        self._began: float | None = None
+        self._count = 0
+
+    def reset(self) -> Observation:
+        """Start a run: time is 0 from here.
+
+        The driver must be armed, and the arm at rest in its home posture: nothing moves by itself.
+
+        Raises:
+            RunError: where the driver is not armed, or the arm is elsewhere or moves.
+        """
+        if self.driver.mode is not Mode.ARMED:
+            raise RunError(f"the driver is {self.driver.mode.value}; allowed: armed, after homing")
+        state = self._arm.read()
+        if np.abs(state.velocity).max() > MOVING:
+            raise RunError("the arm moves; allowed: at rest in its home posture")
+        if np.abs(state.position - self._reach.home).max() > np.radians(2.0):
+            raise RunError("the arm is not in its home posture, within 2 deg of each joint; move it there first")
+        self._began, self._count = self._clock.now(), 0
+        self._position = np.array(self._reach.home, float)
+        return self._observe()
+
+    def step(self, command: Command) -> Observation:
+        """Command for one control period: joints by inverse kinematics, winders with at most their tension and pull.
+
+        Raises:
+            RunError: before the first reset, for a command that is refused, and where a fault ended the run.
+        """
+        if self._began is None:
+            raise RunError("the plant was stepped before its first reset; allowed: reset, then step")
+        design = self.task.design
+        command = read_command(command, design.n_cable, design.cable.tension_max)
+        self._position = self._reach.follow(self._position, command.T_world_base, CONTROL_PERIOD)
+        pull = np.full(design.n_cable, np.inf) if command.cable_pull is None else command.cable_pull
+        self.driver.set_targets(
+            command.cable_tension, pull, arm_position=self._position,
+            gripper=max(-1.0, min(1.0, command.gripper)), valid_for=CONTROL_PERIOD,
+        )  # fmt: skip
+        self._count += 1
+        self._run_until(self._began + self._count * CONTROL_PERIOD)
+        for first in self.driver.faults[:1]:
+            raise RunError(f"{first.kind.value} after {first.time - self._began:.2f} s: {first.text}")
+        return self._observe()
+
+    def _run_until(self, moment: float) -> None:
+        """Run the driver's loop until it is ``moment`` [s]; a late loop runs once."""
+        while True:
+            self.driver.wait()
+            self.driver.tick()
+            if self._clock.now() >= moment - 1e-9:
+                return
+
+    def _observe(self) -> Observation:
+        state = self._arm.read()
+        T_base, wrench = self._reach.estimate_wrench(state.position, state.velocity, state.acceleration, state.torque)
+        cables = self.driver.snapshot().cables
+        assert self._began is not None
+        return Observation(
+            time=self._count * CONTROL_PERIOD,
+            task=self.task,
+            T_world_base=T_base,
+            arm_position=state.position,
+            arm_velocity=state.velocity,
+            cable_pull=np.array([one.pull for one in cables]),
+            cable_tension=np.array([max(0.0, one.tension) for one in cables]),
+            base_force=wrench[:3],
+            base_torque=wrench[3:],
+            camera=None if self._camera is None else self._camera(),
+        )

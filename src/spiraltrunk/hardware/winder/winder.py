@@ -1,0 +1,324 @@
+"""Control of one winder: upper limits of tension and pull become a torque, and feedback becomes pull and tension.
+
+All functions are pure; the state is passed in and out. Nothing here was tried on a real motor.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, final
+
+from spiraltrunk.control.command_check import FARTHEST
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DriveError
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.winder.drum import DrumGeometry
+from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS, WinderGains, derive_gains
+from spiraltrunk.hardware.winder.limits import FRICTION_SHARE, WinderLimits, build_limits
+
+FRICTION_STEPS = 4.0
+"""Encoder steps of motion that turn the direction of friction from none to full [-] (ours)."""
+
+FRICTION_TIME = 0.02
+"""Time in which a changing tension, or standstill, turns that direction [s] (ours)."""
+
+LANDING = 0.075
+"""Rate at which the set tension approaches its floor from above, over the washout's [-] (ours: no slack then)."""
+
+TRIM_RATE = 4.0
+"""Rate of the integral part with a load cell [rad/s] (ours: far below the resonance)."""
+
+TRIM_SHARE = 0.2
+"""Largest correction by a load cell over the tension's ceiling, beside the friction [-] (ours)."""
+
+MOST_PERIODS = 3.0
+"""A late step is taken as this many periods at most, so that lateness makes no jump [-] (ours)."""
+
+_FEEDBACK = (
+    ("angle [rad]", 1e6), ("speed [rad/s]", 1e4), ("torque [N m]", 1e4), ("time [s]", 1e12), ("load cell [N]", 1e5)
+)  # fmt: skip
+"""What feedback may be at most; anything else is no measurement (ours)."""
+
+_LONGEST = 1e3
+"""Longest time between two steps [s]; beyond `MOST_PERIODS` it is not taken whole."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Winder:
+    """Constants of one winder."""
+
+    drum: DrumGeometry
+    limits: WinderLimits
+    gains: WinderGains
+    inertia: float
+    """Inertia of the rotor with its drum [kg m^2]."""
+    friction: float
+    """Dry friction of the rotor [N m]."""
+    angle_step: float
+    """Resolution of the angle [rad]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class WinderTarget:
+    """Set point of a winder, as of `spiraltrunk.control.messages.Command`."""
+
+    tension: float
+    """Upper limit of the tension, from 0 to the design's ``tension_max`` [N]; the floor holds below it."""
+    pull: float = math.inf
+    """Upper limit of the cable pulled in since the straight trunk [m]; infinity sets none."""
+
+
+class WinderState(NamedTuple):
+    """State of the control between two steps."""
+
+    zero_angle: float
+    """The motor's angle at the straight trunk [rad]."""
+    motor_time: float = -math.inf
+    """Time of the feedback that was last used [s]."""
+    angle: float = 0.0
+    """The motor's angle then [rad]."""
+    speed: float = 0.0
+    """Speed of the cable then [m/s]."""
+    slow_speed: float = 0.0
+    """Low-pass of that, of the washout [m/s]."""
+    tension_limit: float = 0.0
+    """Upper limit of the tension after the slew limit [N]."""
+    tension_set: float = 0.0
+    """Set tension after limits and slew limit [N]."""
+    slow_set: float = 0.0
+    """Low-pass of that: the integral part of the limit of pull [N]."""
+    resistance: float = 0.0
+    """Estimate of the force against winding in, tension and friction [N]."""
+    tension: float = 0.0
+    """Estimate of the tension [N]."""
+    direction: float = 0.0
+    """Direction of winding that dry friction opposes, -1 to 1 [-]."""
+    trim: float = 0.0
+    """Correction by a load cell [N]."""
+
+
+class WinderReading(NamedTuple):
+    """What a winder measures."""
+
+    pull: float
+    """Cable pulled in since the straight trunk [m]."""
+    speed: float
+    """Its rate [m/s]."""
+    tension: float
+    """Tension: the load cell's where there is one, else the estimate of `step` [N]."""
+    is_limited: bool
+    """Whether a limit of speed, length or torque holds the winder back."""
+
+
+def build_winder(
+    design: TrunkDesign,
+    motor: MotorDataSheet,
+    drum: DrumGeometry,
+    period: float,
+    *,
+    stiffness: float = CABLE_STIFFNESS,
+    tension_floor: float | None = None,
+) -> Winder:
+    """Constants of one winder whose control runs every ``period`` [s] on a cable of ``stiffness`` [N/m].
+
+    Raises:
+        DesignError: where the period is shorter than the motor's bus allows, or limits or gains cannot be met.
+    """
+    return Winder(
+        drum=drum, limits=build_limits(design, drum, motor, tension_floor),
+        gains=derive_gains(period, motor.rotor_inertia, drum.radius_max, stiffness),
+        inertia=motor.rotor_inertia, friction=motor.rotor_friction, angle_step=motor.angle_step,
+    )  # fmt: skip
+
+
+def check_target(target: WinderTarget, limits: WinderLimits) -> None:
+    """Refuse what is no set point, before anything is clamped.
+
+    Raises:
+        DriveError: where the tension is not finite or outside 0 to the design's largest, or the pull is not a number.
+    """
+    most = limits.tension_max
+    if not -1e-9 * most <= target.tension <= (1 + 1e-9) * most:
+        raise DriveError(f"tension of a winder is {target.tension:g} N; allowed: 0 to {most:g} N, the design's largest")
+    if not target.pull > -FARTHEST:
+        allowed = f"metres above -{FARTHEST:g}, or infinity for no limit"
+        raise DriveError(f"pull of a winder is {target.pull:g} m; allowed: {allowed}")
+
+
+def step(
+    winder: Winder,
+    state: WinderState,
+    target: WinderTarget,
+    motor: MotorState,
+    dt: float,
+    *,
+    measured_tension: float | None = None,
+) -> tuple[WinderState, WinderReading, float]:
+    """Advance the control by ``dt`` [s] and return its state, what was measured, and the motor's torque [N m].
+
+    With x the pull, v its rate, m = J / r^2 the rotor's mass at the cable, and rates w of `WinderGains`:
+
+    - the set tension s = clip(s_slow + m w_speed (v_wanted - v), floor, limit), slewed, with v_wanted = w_position
+      (pull limit - x) within the speed limit, and s_slow the low-pass of s: a stiffness of m w_speed w_position with an
+      integral part that stops at the limits (automatic reset);
+    - the force f = s - m w_damping (v - v_slow) + friction * direction + trim, where v_slow is the low-pass of v;
+    - the governor bounds f so that v stays within the speed limit and x within the soft limits of length: f <= R + m
+      w_governor (v_allowed - v), with R the estimate of tension and friction, and the same from below up to the ceiling
+      of the tension; a slack cable is slower than a taut one;
+    - the torque f r, within the data sheet.
+
+    T is that of a disturbance observer: torque / r - friction - m dv/dt through a first-order low-pass of
+    ``w_observer``. While the rotor stands still it is uncertain by the dry friction over the radius, either way.
+
+    Args:
+        winder: the winder's constants.
+        state: state after the step before.
+        target: set point.
+        motor: latest feedback of its motor; one that was seen before leaves the estimates as they are.
+        dt: time since the step before [s].
+        measured_tension: tension by a load cell [N]; None without one.
+
+    Raises:
+        DriveError: where target, feedback, ``dt`` or the measured tension is not finite or out of its range.
+    """
+    check_target(target, winder.limits)
+    _check_feedback(motor, dt, measured_tension)
+    motion = _read_motion(winder, state, motor, dt)
+    resistance, tension, direction = _observe(winder, state, motor, motion)
+    felt = tension if measured_tension is None else max(measured_tension, 0.0)
+    limit, wanted = _set_tension(winder, state, target, motion)
+    if not motion.is_turning:
+        direction = _lead(direction, wanted - state.tension_set, winder, motion)
+    speed, gains = motion.speed, winder.gains
+    slow_speed = state.slow_speed + _low_pass(gains.washout * motion.dt) * (speed - state.slow_speed)
+    friction = FRICTION_SHARE * winder.friction / motion.radius
+    trim = 0.0 if measured_tension is None else _trim(winder, state, wanted - felt, friction, motion)
+    force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed) + trim
+    force += max(friction * direction, winder.limits.tension_floor - wanted)  # Letting down ends with the rotor braked.
+    governed = _govern(winder, force, _allow_speeds(winder, target, tension, motion), resistance, motion)
+    torque_max = winder.limits.torque_max
+    torque = min(max(governed * motion.radius, -torque_max), torque_max)
+    slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted - state.slow_set)
+    after = WinderState(
+        zero_angle=state.zero_angle, motor_time=motor.time, angle=motor.angle, speed=speed, slow_speed=slow_speed,
+        tension_limit=limit, tension_set=wanted, slow_set=slow_set, resistance=resistance, tension=tension,
+        direction=direction, trim=trim,
+    )  # fmt: skip
+    return after, WinderReading(motion.pull, speed, felt, governed != force), torque
+
+
+class _Motion(NamedTuple):
+    """Where the winder is, and how it moves."""
+
+    pull: float
+    speed: float
+    radius: float
+    mass: float
+    """J / r^2 [kg]."""
+    dt: float
+    is_turning: bool
+
+
+def _read_motion(winder: Winder, state: WinderState, motor: MotorState, dt: float) -> _Motion:
+    angle = motor.angle - state.zero_angle
+    radius = winder.drum.radius(angle)
+    is_turning = abs(motor.speed) > winder.angle_step / winder.gains.period
+    dt = min(dt, MOST_PERIODS * winder.gains.period)
+    mass = winder.inertia / (radius * radius)
+    return _Motion(winder.drum.pull(angle), motor.speed * radius, radius, mass, dt, is_turning)
+
+
+def _check_feedback(motor: MotorState, dt: float, measured_tension: float | None) -> None:
+    values = (motor.angle, motor.speed, motor.torque, motor.time, measured_tension or 0.0)
+    for value, (name, most) in zip(values, _FEEDBACK, strict=True):
+        if not -most <= value <= most:
+            raise DriveError(f"feedback of a winder: {name} is {value:g}; allowed: -{most:g} to {most:g}")
+    if not 0.0 < dt <= _LONGEST:
+        raise DriveError(f"time between two steps of a winder is {dt:g} s; allowed: above 0, at most {_LONGEST:g} s")
+
+
+def _low_pass(exponent: float) -> float:
+    """Share of the way that a first-order low-pass goes in a step of ``exponent`` time constants [-]."""
+    return -math.expm1(-exponent)
+
+
+def _observe(winder: Winder, state: WinderState, motor: MotorState, motion: _Motion) -> tuple[float, float, float]:
+    """Estimates of resistance and tension [N], and direction of motion that friction opposes [-]."""
+    if motor.time <= state.motor_time:
+        return state.resistance, state.tension, state.direction
+    torque_force = motor.torque / motion.radius
+    if state.motor_time == -math.inf:
+        return torque_force, max(torque_force, 0.0), 0.0
+    moved = (motor.angle - state.angle) / (FRICTION_STEPS * winder.angle_step)
+    direction = min(max(state.direction + moved, -1.0), 1.0)
+    since = min(max(motor.time - state.motor_time, motion.dt / 2), MOST_PERIODS * winder.gains.period)
+    now = torque_force - motion.mass * (motion.speed - state.speed) / since
+    share = _low_pass(winder.gains.observer * since)
+    tension = state.tension + share * (now - winder.friction / motion.radius * direction - state.tension)
+    return state.resistance + share * (now - state.resistance), max(tension, 0.0), direction
+
+
+def _set_tension(winder: Winder, state: WinderState, target: WinderTarget, motion: _Motion) -> tuple[float, float]:
+    """Upper limit of the tension, and the set tension, both after the slew limit [N]."""
+    limits, gains = winder.limits, winder.gains
+    slew = limits.tension_slew * motion.dt
+    asked = min(max(target.tension, limits.tension_floor), limits.tension_ceiling)
+    limit = _follow(state.tension_limit, asked, slew)
+    way = gains.position * (min(target.pull, limits.pull_max) - motion.pull)
+    wanted_speed = min(max(way, -limits.speed_max), limits.speed_max)
+    held = state.slow_set + motion.mass * gains.speed * (wanted_speed - motion.speed)
+    wanted = max(min(held, limit), limits.tension_floor)
+    landing = LANDING * gains.washout * motion.dt * (state.tension_set - limits.tension_floor)
+    lowest = state.tension_set - min(slew, max(landing, 0.0))
+    return limit, max(_follow(state.tension_set, wanted, slew), lowest)
+
+
+def _follow(before: float, wanted: float, most: float) -> float:
+    return min(max(wanted, before - most), before + most)
+
+
+def _lead(direction: float, change: float, winder: Winder, motion: _Motion) -> float:
+    """Direction of friction that is compensated at standstill [-]: out while the tension is let down, else in."""
+    sense = -1.0 if change < -1e-2 * winder.limits.tension_slew * motion.dt else 1.0
+    return _follow(direction, sense, motion.dt / FRICTION_TIME)
+
+
+def _trim(winder: Winder, state: WinderState, error: float, friction: float, motion: _Motion) -> float:
+    """Integral part that brings the load cell's tension to the set tension, bounded [N]."""
+    most = friction + TRIM_SHARE * winder.limits.tension_ceiling
+    return min(max(state.trim + TRIM_RATE * motion.dt * error, -most), most)
+
+
+def _drag(limits: WinderLimits, wanted: float, speed: float) -> float:
+    """The set tension less the drag of winding, though not below the floor, or plus that of paying out [N]."""
+    dragged = wanted - limits.drag * speed
+    return max(dragged, limits.tension_floor) if speed > 0.0 else min(dragged, limits.tension_ceiling)
+
+
+def _allow_speeds(winder: Winder, target: WinderTarget, tension: float, motion: _Motion) -> tuple[float, float]:
+    """Largest speed of winding in and, negative, of paying out [m/s].
+
+    Both vanish at the soft limits of length. The limit of pull is passed at the speed of a slack cable only, so that the
+    floor still takes in slack.
+    """
+    limits, gains = winder.limits, winder.gains
+    fastest = min(gains.slack_speed + tension / limits.drag, limits.speed_max)
+    into = min(fastest, gains.slack_speed + max(gains.position * (target.pull - motion.pull), 0.0))
+    stop_in, stop_out = (
+        gains.position * (limits.pull_max - motion.pull),
+        gains.position * (limits.pull_min - motion.pull),
+    )
+    return max(min(stop_in, into), -fastest), min(max(stop_out, -fastest), fastest)
+
+
+def _govern(winder: Winder, force: float, speeds: tuple[float, float], resistance: float, motion: _Motion) -> float:
+    """The force that keeps the speed within the largest ones [N]."""
+    damping = motion.mass * winder.gains.governor
+    most, least = (resistance + damping * (fastest - motion.speed) for fastest in speeds)
+    strongest = winder.limits.tension_ceiling + winder.friction / motion.radius
+    return max(min(force, most), min(least, strongest))

@@ -1,0 +1,57 @@
+"""The simulated trunk at the other end of the twin motors' cables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.hardware.twin.cable_load import CableLoad
+from spiraltrunk.sim.machine import CONTROL_PERIOD, EXTREMES_PERIOD, SimMachine
+from spiraltrunk.sim.scene.options import TIMESTEP
+
+STRONGEST = 10.0
+"""Tension at which a simulated cable yields, over the design's largest [-]: far above what any motor pulls."""
+
+
+@final
+class MachineLoad(CableLoad):
+    """Advances a simulated machine, whose cables are springs that end on the motors' drums.
+
+    MuJoCo integrates the cables' elasticity implicitly, so that stiff cables need no shorter step. One sample of the
+    ground truth is recorded in every control period.
+
+    Args:
+        machine: a machine that was restored.
+    """
+
+    def __init__(self, machine: SimMachine) -> None:
+        self.machine = machine
+        self._most = np.full(machine.design.n_cable, STRONGEST * machine.design.cable.tension_max)
+        self._steps = 0
+
+    def begin(self) -> None:
+        """Let the scene's time and trace begin anew here, as after homing."""
+        self.machine.restart_trace()
+        self._steps = 0
+
+    def advance(self, wound: Sequence[float], stiffness: Sequence[float], dt: float) -> tuple[float, ...]:
+        """Advance by ``dt`` [s], a whole number of the simulation's time steps; tensions at its end [N].
+
+        Raises:
+            RunError: where the simulation diverged.
+        """
+        self.machine.set_cable_stiffness(np.asarray(stiffness, float))
+        self.machine.set_cables(self._most, np.asarray(wound, float))
+        for _ in range(round(dt / TIMESTEP)):
+            self._step()
+        return tuple(self.machine.read_cable_tension().tolist())
+
+    def _step(self) -> None:
+        self.machine.advance(TIMESTEP)
+        self._steps += 1
+        if self._steps % round(EXTREMES_PERIOD / TIMESTEP) == 0:
+            self.machine.update_extremes()
+        if self._steps % round(CONTROL_PERIOD / TIMESTEP) == 0:
+            self.machine.record()

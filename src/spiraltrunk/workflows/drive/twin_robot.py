@@ -1,0 +1,173 @@
+"""The whole robot as a twin: simulated trunk, arm and gripper, behind motors, bus, watchdog and the real driver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.design.drum import size_drum
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import RunError
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.hardware.arm.trunk_load import trunk_load
+from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
+from spiraltrunk.hardware.driver import TrunkDriver
+from spiraltrunk.hardware.driver_homing import ProbedHoming
+from spiraltrunk.hardware.driver_options import DriverOptions
+from spiraltrunk.hardware.motors.gm6020 import GM6020
+from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
+from spiraltrunk.hardware.plant import HardwarePlant
+from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.safety.watchdog import BoardWatchdog, WatchedBus
+from spiraltrunk.hardware.taut_homing import TautHoming
+from spiraltrunk.hardware.twin.board import BoardTwin
+from spiraltrunk.hardware.twin.cable_load import CableLoad
+from spiraltrunk.hardware.twin.clock import TwinClock
+from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
+from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
+from spiraltrunk.hardware.twin.motors import MotorTwins
+from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.winder.drum import DrumGeometry
+from spiraltrunk.hardware.winder.winder import build_winder
+from spiraltrunk.sim.machine import SimMachine
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.workflows.drive.machine_arm import MachineArm
+from spiraltrunk.workflows.drive.machine_load import MachineLoad
+from spiraltrunk.workflows.drive.machine_servo import CALIBRATION, MachineServo
+
+SLACK_MOST = 0.010
+"""Most slack of a cable before homing [m] (ours): a trunk that was just threaded."""
+
+LONGEST_HOMING = 60.0
+"""Simulated time after which homing counts as hung [s] (ours)."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class TwinOptions:
+    """How the twin differs from the ideal; everything that is drawn follows from the seed."""
+
+    seed: int = 0
+    """Seed of slack, encoder angles and faults."""
+    feedback_period: float = 1e-3
+    """Time between two answers of a motor [s]."""
+    driver: DriverOptions = DriverOptions(
+        gripper_pulses_us=(CALIBRATION.open_us, CALIBRATION.slack_us, CALIBRATION.closed_us)
+    )
+    """Settings of the driver."""
+    has_board: bool = True
+    """Whether the board's watchdog is between bus and motors."""
+
+
+@final
+class TwinRobot:
+    """A twin with its driver, in simulated time.
+
+    Args:
+        design: the robot.
+        scene: the scene of a trial, simulated in MuJoCo; None for motors alone, on a trunk of two degrees of freedom.
+        options: how the twin differs from the ideal.
+
+    Raises:
+        DesignError: where drum, winder or scene cannot be built.
+    """
+
+    def __init__(
+        self, design: TrunkDesign, scene: SceneOptions | None = None, options: TwinOptions | None = None
+    ) -> None:
+        self.design = design
+        self.options = options = TwinOptions() if options is None else options
+        self.clock = TwinClock()
+        self.machine = None if scene is None else SimMachine(design, scene)
+        self._load: CableLoad
+        if self.machine is None:
+            self._load = SpringTrunk(design)
+        else:
+            self.machine.restore()
+            self._load = MachineLoad(self.machine)
+        drum = size_drum(design)
+        ours, theirs = build_memory_pair(self.clock)
+        self.bus = FaultyBus(theirs, self.clock, is_driver=False, seed=options.seed)
+        """The motors' end of the bus, which takes faults."""
+        self.motors = MotorTwins(
+            self.bus, self._load, self._draw_motors(drum.winding_radius), feedback_period=options.feedback_period,
+            board=BoardTwin() if options.has_board else None,
+        )  # fmt: skip
+        self.faults = FaultInjector(self.motors, self.bus)
+        """Lets faults begin and end."""
+        self.servo = None if self.machine is None else MachineServo(self.machine)
+        self.arm = None if self.machine is None else MachineArm(self.machine, self.clock)
+        for device in (self.faults, self.servo, self.motors):
+            if device is not None:
+                self.clock.attach(device)
+        self.driver = self._build_driver(WatchedBus(ours), DrumGeometry(design=drum))
+
+    def _draw_motors(self, radius: float) -> list[MotorTwin]:
+        rng = np.random.default_rng(self.options.seed)
+        slack = rng.uniform(0.2, 1.0, self.design.n_cable) * SLACK_MOST
+        starts = rng.integers(0, MotorParameters().encoder_counts, self.design.n_cable)
+        return [
+            MotorTwin(MotorParameters(drum_radius=radius, wound=-float(loose), encoder_start=int(start)))
+            for loose, start in zip(slack, starts, strict=True)
+        ]
+
+    def _build_driver(self, bus: WatchedBus, drum: DrumGeometry) -> TrunkDriver:
+        n_cable, options = self.design.n_cable, self.options.driver
+        winders = [build_winder(self.design, GM6020, drum, options.period) for _ in range(n_cable)]
+        return TrunkDriver(
+            motors=GM6020Motors(bus, motor_ids=range(1, n_cable + 1)), winders=winders,
+            homing=ProbedHoming(TautHoming(winders)), watchdog=BoardWatchdog(bus, self.clock), clock=self.clock,
+            servo=self.servo, arm=self.arm, options=options,
+        )  # fmt: skip
+
+    def run(self, duration: float) -> None:
+        """Run the driver's loop for a simulated time [s]."""
+        end = self.clock.now() + duration - 1e-9
+        while self.clock.now() < end:
+            self.driver.wait()
+            self.driver.tick()
+
+    def prepare(self) -> None:
+        """Wait for feedback, home the drums, and arm, as a person would.
+
+        Raises:
+            RunError: where a fault keeps it from that.
+        """
+        self.run(0.1)
+        if self.arm is not None:
+            self.arm.set_load(trunk_load(self.design))
+        self.driver.home()
+        end = self.clock.now() + LONGEST_HOMING
+        while self.driver.mode is Mode.HOMING and self.clock.now() < end:
+            self.run(self.options.driver.period)
+        self.raise_fault()
+        if self.driver.mode is Mode.HOMING:
+            raise RunError(f"homing did not end in {LONGEST_HOMING:g} s")
+        self.driver.arm()
+
+    def raise_fault(self) -> None:
+        """Raise the first latched fault.
+
+        Raises:
+            RunError: with its text, where there is one.
+        """
+        for fault in self.driver.faults[:1]:
+            where = "" if fault.cable is None else f" of cable {fault.cable + 1}"
+            raise RunError(f"{fault.kind.value}{where}: {fault.text}")
+
+    def build_plant(self) -> HardwarePlant:
+        """The plant of a strategy, armed; the scene's time begins with its reset.
+
+        Raises:
+            RunError: without a scene.
+        """
+        if self.machine is None:
+            raise RunError("the twin has no scene; allowed: one that was built with a scene")
+        assert isinstance(self._load, MachineLoad)
+        self._load.begin()
+        return HardwarePlant(
+            self.driver, self.arm, self.machine.reach, self.machine.task, camera=self.machine.read_camera
+        )
