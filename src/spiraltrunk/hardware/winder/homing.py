@@ -1,8 +1,8 @@
 """Homing by gentle tension: all cables are wound in until they are taut, and the trunk is straight between them.
 
-The trunk hangs down, free of objects. Equal tensions hold it straight up to its weight and its friction; where it stands
-still is pull 0 of every winder. The motors cannot feel where the trunk is: a person looks whether it is straight. Pure
-functions; nothing here was tried on a real motor.
+The trunk hangs down, free of objects. Equal tensions hold it straight up to its weight and its friction; where it
+stands still is pull 0 of every winder. The motors cannot feel where the trunk is: a person looks whether it is so.
+Pure functions; nothing here was tried on a real motor.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def step_homing(
         raise DriveError(f"homing is over: {state.status.value}; allowed: to begin anew")
     time = state.time + dt
     stepped = [
-        _step_cable(winder, cable, motor, state.tension, time, dt)
+        _step_cable(winder, cable, motor, state, dt)
         for winder, cable, motor in zip(winders, state.cables, motors, strict=True)
     ]
     after = replace(state, cables=tuple(cable for cable, _ in stepped), time=time)
@@ -139,13 +139,15 @@ def _begin(winder: Winder, motor: MotorState) -> CableHoming:
 
 
 def _step_cable(
-    winder: Winder, cable: CableHoming, motor: MotorState, tension: float, time: float, dt: float
+    winder: Winder, cable: CableHoming, motor: MotorState, homing: HomingState, dt: float
 ) -> tuple[CableHoming, float]:
-    state, reading, torque = step(winder, cable.winder, WinderTarget(tension=tension), motor, dt)
+    state, reading, torque = step(winder, cable.winder, WinderTarget(tension=homing.tension), motor, dt)
     has_moved = cable.has_moved or abs(reading.pull - cable.start) > max(JAM_LENGTH, 4 * _find_step(winder))
-    is_ramping = state.tension_limit < tension or reading.is_limited
+    is_ramping = state.tension_limit < homing.tension or reading.is_limited
     if is_ramping or abs(reading.pull - cable.still_pull) > STILL_LENGTH:
-        return replace(cable, winder=state, has_moved=has_moved, still_pull=reading.pull, still_since=time), torque
+        return replace(
+            cable, winder=state, has_moved=has_moved, still_pull=reading.pull, still_since=homing.time + dt
+        ), torque
     return replace(cable, winder=state, has_moved=has_moved), torque
 
 
@@ -160,8 +162,8 @@ def _find_fault(winder: Winder, cable: CableHoming, motor: MotorState, state: Ho
         )
     if not cable.has_moved and state.time - cable.still_since > JAM_TIME:
         return (
-            f"moved less than {1e3 * JAM_LENGTH:g} mm in {JAM_TIME:g} s under {state.tension:.1f} N: is its drum jammed, "
-            "or was its cable taut before? Loosen it by hand"
+            f"moved less than {1e3 * JAM_LENGTH:g} mm in {JAM_TIME:g} s under {state.tension:.1f} N: is its drum "
+            "jammed, or was its cable taut before? Loosen it by hand"
         )
     if state.time > (limit := find_time_limit(winder)):
         return f"did not come to rest in {limit:.0f} s: does something move the trunk?"

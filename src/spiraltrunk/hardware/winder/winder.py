@@ -36,13 +36,8 @@ TRIM_SHARE = 0.2
 MOST_PERIODS = 3.0
 """A late step is taken as this many periods at most, so that lateness makes no jump [-] (ours)."""
 
-_FEEDBACK = (
-    ("angle [rad]", 1e6), ("speed [rad/s]", 1e4), ("torque [N m]", 1e4), ("time [s]", 1e12), ("load cell [N]", 1e5)
-)  # fmt: skip
-"""What feedback may be at most; anything else is no measurement (ours)."""
-
-_LONGEST = 1e3
-"""Longest time between two steps [s]; beyond `MOST_PERIODS` it is not taken whole."""
+_ANGLE_MOST, _SPEED_MOST, _FORCE_MOST = 1e6, 1e4, 1e4
+"""Largest feedback [rad, rad/s, N m or N] (ours); anything else is no measurement."""
 
 
 @final
@@ -200,6 +195,7 @@ def step(
     trim = 0.0 if measured_tension is None else _trim(winder, state, wanted - felt, friction, motion)
     force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed) + trim
     force += max(friction * direction, winder.limits.tension_floor - wanted)  # Letting down ends with the rotor braked.
+    force = min(force, winder.limits.tension_ceiling + winder.friction / motion.radius + max(trim, 0.0))
     governed = _govern(winder, force, _allow_speeds(winder, target, tension, motion), resistance, motion)
     torque_max = winder.limits.torque_max
     torque = min(max(governed * motion.radius, -torque_max), torque_max)
@@ -234,12 +230,17 @@ def _read_motion(winder: Winder, state: WinderState, motor: MotorState, dt: floa
 
 
 def _check_feedback(motor: MotorState, dt: float, measured_tension: float | None) -> None:
-    values = (motor.angle, motor.speed, motor.torque, motor.time, measured_tension or 0.0)
-    for value, (name, most) in zip(values, _FEEDBACK, strict=True):
-        if not -most <= value <= most:
-            raise DriveError(f"feedback of a winder: {name} is {value:g}; allowed: -{most:g} to {most:g}")
-    if not 0.0 < dt <= _LONGEST:
-        raise DriveError(f"time between two steps of a winder is {dt:g} s; allowed: above 0, at most {_LONGEST:g} s")
+    load = measured_tension or 0.0
+    is_sane = -_ANGLE_MOST <= motor.angle <= _ANGLE_MOST and -_SPEED_MOST <= motor.speed <= _SPEED_MOST
+    is_sane = is_sane and -_FORCE_MOST <= motor.torque <= _FORCE_MOST and -_FORCE_MOST <= load <= _FORCE_MOST
+    if not (is_sane and math.isfinite(motor.time)):
+        raise DriveError(
+            f"feedback of a winder: {motor.angle:g} rad, {motor.speed:g} rad/s, {motor.torque:g} N m at {motor.time:g} "
+            f"s, load cell {load:g} N; allowed: finite, at most {_ANGLE_MOST:g} rad, {_SPEED_MOST:g} rad/s and "
+            f"{_FORCE_MOST:g} N m or N"
+        )
+    if not 0.0 < dt < math.inf:
+        raise DriveError(f"time between two steps of a winder is {dt:g} s; allowed: finite and above 0")
 
 
 def _low_pass(exponent: float) -> float:
@@ -303,8 +304,8 @@ def _drag(limits: WinderLimits, wanted: float, speed: float) -> float:
 def _allow_speeds(winder: Winder, target: WinderTarget, tension: float, motion: _Motion) -> tuple[float, float]:
     """Largest speed of winding in and, negative, of paying out [m/s].
 
-    Both vanish at the soft limits of length. The limit of pull is passed at the speed of a slack cable only, so that the
-    floor still takes in slack.
+    Both vanish at the soft limits of length. The limit of pull is passed at the speed of a slack cable only, so that
+    the floor still takes in slack.
     """
     limits, gains = winder.limits, winder.gains
     fastest = min(gains.slack_speed + tension / limits.drag, limits.speed_max)
@@ -319,6 +320,7 @@ def _allow_speeds(winder: Winder, target: WinderTarget, tension: float, motion: 
 def _govern(winder: Winder, force: float, speeds: tuple[float, float], resistance: float, motion: _Motion) -> float:
     """The force that keeps the speed within the largest ones [N]."""
     damping = motion.mass * winder.gains.governor
-    most, least = (resistance + damping * (fastest - motion.speed) for fastest in speeds)
+    most = resistance + damping * (speeds[0] - motion.speed)
+    least = resistance + damping * (speeds[1] - motion.speed)
     strongest = winder.limits.tension_ceiling + winder.friction / motion.radius
     return max(min(force, most), min(least, strongest))
