@@ -159,7 +159,7 @@ def step(
     With x the pull, v its rate, m = J / r^2 the rotor's mass at the cable, and rates w of `WinderGains`:
 
     - the set tension s = clip(s_slow + m w_speed (v_wanted - v), floor, limit), slewed, with v_wanted = w_position
-      (pull limit - x) within the speed limit, and s_slow the low-pass of s: a stiffness of m w_speed w_position with an
+      (pull limit - x), and s_slow the low-pass of s: a stiffness of m w_speed w_position with an
       integral part that stops at the limits (automatic reset);
     - the force f = s - m w_damping (v - v_slow) + friction * direction + trim, where v_slow is the low-pass of v;
     - the governor bounds f so that v stays within the speed limit and x within the soft limits of length: f <= R + m
@@ -196,7 +196,7 @@ def step(
     force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed) + trim
     force += max(friction * direction, winder.limits.tension_floor - wanted)  # Letting down ends with the rotor braked.
     force = min(force, winder.limits.tension_ceiling + winder.friction / motion.radius + max(trim, 0.0))
-    governed = _govern(winder, force, _allow_speeds(winder, target, tension, motion), resistance, motion)
+    governed = _govern(winder, force, _allow_speeds(winder, target.pull, wanted, tension, motion), resistance, motion)
     torque_max = winder.limits.torque_max
     torque = min(max(governed * motion.radius, -torque_max), torque_max)
     slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted - state.slow_set)
@@ -270,8 +270,7 @@ def _set_tension(winder: Winder, state: WinderState, target: WinderTarget, motio
     slew = limits.tension_slew * motion.dt
     asked = min(max(target.tension, limits.tension_floor), limits.tension_ceiling)
     limit = _follow(state.tension_limit, asked, slew)
-    way = gains.position * (min(target.pull, limits.pull_max) - motion.pull)
-    wanted_speed = min(max(way, -limits.speed_max), limits.speed_max)
+    wanted_speed = max(gains.position * (target.pull - motion.pull), -limits.speed_max)
     held = state.slow_set + motion.mass * gains.speed * (wanted_speed - motion.speed)
     wanted = max(min(held, limit), limits.tension_floor)
     landing = LANDING * gains.washout * motion.dt * (state.tension_set - limits.tension_floor)
@@ -301,19 +300,20 @@ def _drag(limits: WinderLimits, wanted: float, speed: float) -> float:
     return max(dragged, limits.tension_floor) if speed > 0.0 else min(dragged, limits.tension_ceiling)
 
 
-def _allow_speeds(winder: Winder, target: WinderTarget, tension: float, motion: _Motion) -> tuple[float, float]:
+def _allow_speeds(
+    winder: Winder, pull_limit: float, wanted: float, tension: float, motion: _Motion
+) -> tuple[float, float]:
     """Largest speed of winding in and, negative, of paying out [m/s].
 
-    Both vanish at the soft limits of length. The limit of pull is passed at the speed of a slack cable only, so that
-    the floor still takes in slack.
+    Both vanish at the soft limits of length. The limit of pull is passed slowly, and only at the floor as fast as a
+    slack cable is taken in.
     """
     limits, gains = winder.limits, winder.gains
     fastest = min(gains.slack_speed + tension / limits.drag, limits.speed_max)
-    into = min(fastest, gains.slack_speed + max(gains.position * (target.pull - motion.pull), 0.0))
-    stop_in, stop_out = (
-        gains.position * (limits.pull_max - motion.pull),
-        gains.position * (limits.pull_min - motion.pull),
-    )
+    passing = gains.slack_speed * limits.tension_floor / max(wanted, limits.tension_floor)
+    into = min(fastest, passing + max(gains.position * (pull_limit - motion.pull), 0.0))
+    stop_in = gains.position * (limits.pull_max - motion.pull)
+    stop_out = gains.position * (limits.pull_min - motion.pull)
     return max(min(stop_in, into), -fastest), min(max(stop_out, -fastest), fastest)
 
 
