@@ -102,9 +102,9 @@ def find_mutants(file: Path) -> Iterator[Mutant]:
             yield build(first, first + len(old), old, "", node.lineno)
 
 
-def draw(count: int, seed: int) -> list[Mutant]:
-    """A sample of all mutants without replacement."""
-    files = [file for file in sorted((ROOT / PACKAGE).rglob("*.py")) if not is_left_out(file)]
+def draw(count: int, seed: int, below: Path = PACKAGE) -> list[Mutant]:
+    """A sample of all mutants of a folder without replacement."""
+    files = [file for file in sorted((ROOT / below).rglob("*.py")) if not is_left_out(file)]
     return random.Random(seed).sample([mutant for file in files for mutant in find_mutants(file)], count)
 
 
@@ -181,24 +181,27 @@ def copy_sources(folder: Path) -> None:
         subprocess.run(["git", *command], cwd=folder, check=True)
 
 
-def main() -> int:
-    """Examine the sample and print what was not noticed."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--count", type=int, default=60, metavar="N", help="mutants (default 60)")
+def build_parser(summary: str, count: int, out: str) -> argparse.ArgumentParser:
+    """Options of a mutation test, with these defaults."""
+    parser = argparse.ArgumentParser(description=summary)
+    parser.add_argument("--count", type=int, default=count, metavar="N", help=f"mutants (default {count})")
     parser.add_argument("--seed", type=int, default=0, help="of the sample (default 0)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="processes of the tests")
     parser.add_argument("--limit-s", type=float, default=900.0, metavar="S", help="of one run of tests (default 900)")
     parser.add_argument("--near-only", action="store_true", help="run only the tests of the mutant's own folder")
-    parser.add_argument("--out", type=Path, default=Path("out/mutants.jsonl"), metavar="FILE", help="results, resumed")
-    options = parser.parse_args()
+    parser.add_argument("--out", type=Path, default=Path(out), metavar="FILE", help="results, resumed")
+    return parser
+
+
+def examine_sample(sample: list[Mutant], options: argparse.Namespace, tests: list[str]) -> int:
+    """Examine the sample and print what was not noticed; ``tests`` must pass before. 0 where 90 % are noticed."""
     options.out.parent.mkdir(parents=True, exist_ok=True)
     lines = options.out.read_text().splitlines() if options.out.exists() else []
     known = {json.dumps(found["mutant"], sort_keys=True): found["noticed_by"] for found in map(json.loads, lines)}
-    sample = draw(options.count, options.seed)
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder)
         copy_sources(copy)
-        if not lines and (failed := run_tests(copy, ["tests"], options.jobs, options.limit_s)):
+        if not lines and (failed := run_tests(copy, tests, options.jobs, options.limit_s)):
             raise SystemExit(f"the tests must pass before anything is changed: {failed}")
         for number, mutant in enumerate(sample, start=1):
             key = json.dumps(asdict(mutant), sort_keys=True)
@@ -214,6 +217,12 @@ def main() -> int:
     count = sum(bool(known[json.dumps(asdict(mutant), sort_keys=True)]) for mutant in sample)
     print(f"noticed: {count} of {len(sample)}, {count / len(sample):.0%}")
     return 0 if count >= 0.9 * len(sample) else 1
+
+
+def main() -> int:
+    """Examine a sample of the package."""
+    options = build_parser(__doc__.partition("\n")[0], 60, "out/mutants.jsonl").parse_args()
+    return examine_sample(draw(options.count, options.seed), options, ["tests"])
 
 
 if __name__ == "__main__":

@@ -42,6 +42,10 @@ def find_impossible(motor: MotorState, sheet: MotorDataSheet, limits: SafetyLimi
     return None
 
 
+_OUTAGE = 2
+"""Periods in a row without feedback from which losses are not independent [-] (ours)."""
+
+
 class _Heard(NamedTuple):
     """What tells new feedback of a motor from old."""
 
@@ -75,7 +79,8 @@ def watch_loss(
     The sum S of log(p1/p0) for each frame that is lost and log((1-p1)/(1-p0)) for each that arrives, kept at 0 or
     above (Page's cumulative sum test, Biometrika 41, 1954), tells a loss p1 = `loss_stopped` from p0 = `loss_warned`
     with the least mean delay for a given rate of false alarms. Where motors send by themselves, dt / ``period`` frames
-    are due in each period of control; else one is.
+    are due in each period of control; else one is. Of an outage only the first period counts in S: its losses are not
+    independent, and `missed_cycles` is the limit for it.
 
     Args:
         state: state after the period before.
@@ -88,17 +93,18 @@ def watch_loss(
         The next state, and what was found, each with its motor or None for all.
     """
     before = state.heard or tuple(_Heard(motor.time, motor.n_frame) for motor in motors)
-    heard, arrived, lost = [], 0.0, 0.0
+    if not state.heard:
+        return LossState(heard=before), ()
+    heard, arrived, lost, ratio = [], 0.0, 0.0, 0.0
+    p0, p1 = limits.loss_warned, limits.loss_stopped
     for motor, old in zip(motors, before, strict=True):
-        is_missed = motor.time == old.time and bool(state.heard)
-        heard.append(_Heard(motor.time, motor.n_frame, old.missed + 1 if is_missed else 0))
+        missed = old.missed + 1 if motor.time == old.time else 0
+        heard.append(_Heard(motor.time, motor.n_frame, missed))
         came, due = _count_frames(motor, old, dt, period)
         arrived += came
         lost += due - came
-    if not state.heard:
-        return LossState(heard=tuple(heard)), ()
-    p0, p1 = limits.loss_warned, limits.loss_stopped
-    ratio = lost * math.log(p1 / p0) + arrived * math.log((1.0 - p1) / (1.0 - p0))
+        if missed < _OUTAGE:
+            ratio += (due - came) * math.log(p1 / p0) + came * math.log((1.0 - p1) / (1.0 - p0))
     share = min(1.0, dt / limits.loss_memory)
     loss = state.loss + share * (lost / max(arrived + lost, 1.0) - state.loss)
     after = LossState(heard=tuple(heard), evidence=max(0.0, state.evidence + ratio), loss=loss)

@@ -1,0 +1,328 @@
+"""Watches of the feedback: each notices its fault in time, and says nothing of a motor that works."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.safety.feedback_watch import (
+    FrozenState,
+    LossState,
+    MotionState,
+    find_impossible,
+    find_stale,
+    watch_frozen,
+    watch_loss,
+    watch_motion,
+    watch_swap,
+)
+from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.reading import CableReading
+
+SHEET = MotorDataSheet(
+    name="test", torque_max=2.0, speed_max=30.0, torque_step=1e-4, angle_step=1e-3, period=1e-3, silence_max=0.1,
+    temperature_derate=70.0, temperature_stop=90.0, rotor_inertia=1e-4, rotor_friction=0.02,
+)  # fmt: skip
+LIMITS = SafetyLimits()
+DT = 0.002
+
+
+def build(time: float = 0.0, angle: float = 0.0, speed: float = 0.0, torque: float = 0.0, **others) -> MotorState:
+    return MotorState(time=time, angle=angle, speed=speed, torque=torque, **{"temperature": 30.0, **others})
+
+
+def read(motor: MotorState, torque: float = 0.0) -> CableReading:
+    return CableReading(motor=motor, torque=torque)
+
+
+# Stale and impossible.
+
+
+def test_feedback_is_stale_from_its_age_on():
+    assert find_stale(None, 0.0, LIMITS).kind is FaultKind.STALE_FEEDBACK
+    assert find_stale(build(time=1.0), 1.049, LIMITS) is None
+    found = find_stale(build(time=1.0), 1.0501, LIMITS)
+    assert found.kind is FaultKind.STALE_FEEDBACK
+    assert found.text == "the feedback is 50.1 ms old; allowed: below 50 ms"
+    assert find_stale(build(time=math.nan), 1.0, LIMITS) is not None
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("name", ["time", "angle", "speed", "torque", "temperature", "voltage"])
+def test_feedback_that_is_not_finite_is_impossible(name, bad):
+    found = find_impossible(build(**{name: bad}), SHEET, LIMITS)
+    assert found.kind is FaultKind.IMPLAUSIBLE_FEEDBACK
+    assert "not finite" in found.text
+
+
+@pytest.mark.parametrize(
+    ("name", "good", "bad"),
+    [("speed", 60.0, 60.1), ("speed", -60.0, -60.1), ("torque", 4.0, 4.01), ("temperature", -40.0, -40.1),
+     ("temperature", 150.0, 150.1)],
+)  # fmt: skip
+def test_feedback_far_beyond_the_data_sheet_is_impossible(name, good, bad):
+    assert find_impossible(build(**{name: good}), SHEET, LIMITS) is None
+    found = find_impossible(build(**{name: bad}), SHEET, LIMITS)
+    assert found.kind is FaultKind.IMPLAUSIBLE_FEEDBACK
+    assert name in found.text
+
+
+def test_a_voltage_may_be_unknown():
+    assert find_impossible(build(voltage=None), SHEET, LIMITS) is None
+    assert find_impossible(build(voltage=24.0), SHEET, LIMITS) is None
+
+
+# Loss.
+
+
+def run_loss(losses: list[list[bool]], *, frames: int = 0) -> tuple[LossState, list[tuple[int, tuple]]]:
+    """Periods in each of which each motor's feedback is lost or not; with ``frames``, that many of each are due."""
+    n_motor = len(losses[0])
+    state, times, counts, found = LossState(), [0.0] * n_motor, [0] * n_motor, []
+    for number, lost in enumerate([[False] * n_motor, *losses]):
+        for i, is_lost in enumerate(lost):
+            if not is_lost:
+                times[i], counts[i] = number * DT, counts[i] + frames
+        motors = tuple(
+            build(time=time, n_frame=count if frames else None) for time, count in zip(times, counts, strict=True)
+        )
+        state, findings = watch_loss(state, motors, DT, DT / frames if frames else None, LIMITS)
+        if findings:
+            found.append((number, findings))
+    return state, found
+
+
+def test_twenty_missed_periods_in_a_row_are_a_fault_of_that_motor():
+    state, found = run_loss([[False, True, False]] * 20)
+    number, findings = found[0]
+    assert number <= 20
+    assert state.heard[1].missed == 20
+    assert (1, FaultKind.STALE_FEEDBACK) in [(motor, one.kind) for motor, one in findings]
+    assert state.heard[0].missed == 0
+
+
+def test_missed_periods_that_are_not_in_a_row_count_anew():
+    losses = ([[True]] * 8 + [[False]] * 60) * 5
+    state, found = run_loss(losses)
+    assert not found
+    assert state.heard[0].missed == 0
+    assert state.evidence == 0.0
+
+
+def lose_frames(part: float, seed: int, periods: int, frames: int = 2) -> tuple[float, int | None]:
+    """Loss of single frames of three motors at ``frames`` a period: mean, and the period in which it is a fault."""
+    random.seed(seed)
+    state, counts, times = LossState(), [0] * 3, [0.0] * 3
+    for number in range(periods):
+        for i in range(3):
+            came = sum(random.random() >= part for _ in range(frames))
+            if came:
+                counts[i] += came
+                times[i] = number * DT
+        motors = tuple(build(time=time, n_frame=count) for time, count in zip(times, counts, strict=True))
+        state, findings = watch_loss(state, motors, DT, DT / frames, LIMITS)
+        if findings:
+            return state.loss, number
+    return state.loss, None
+
+
+@pytest.mark.parametrize("part", [0.0, 0.01, 0.05])
+def test_up_to_5_percent_lost_are_no_fault_and_are_shown(part):
+    loss, number = lose_frames(part, seed=1, periods=5000)
+    assert number is None
+    assert loss == pytest.approx(part, abs=0.02)
+
+
+def test_20_percent_lost_are_noticed_within_60_ms_on_the_average():
+    """So that the ramp of 40 ms ends within 100 ms."""
+    delays = [DT * lose_frames(0.2, seed, 1000)[1] for seed in range(40)]
+    print(f"mean {1e3 * sum(delays) / len(delays):.0f} ms, longest {1e3 * max(delays):.0f} ms")
+    assert sum(delays) / len(delays) < 0.060
+
+
+def test_20_percent_lost_are_noticed_without_a_count_of_frames():
+    random.seed(3)
+    _, found = run_loss([[random.random() < 0.2 for _ in range(3)] for _ in range(500)])
+    number, findings = found[0]
+    assert number * DT < 0.2
+    assert findings[0][0] is None
+    assert findings[0][1].kind is FaultKind.STALE_FEEDBACK
+
+
+def test_frames_that_come_a_period_late_are_not_lost():
+    """One frame, then three: jitter of the adapter, no loss."""
+    state, count = LossState(), 0
+    for number in range(2000):
+        count += 1 if number % 2 else 3
+        state, findings = watch_loss(state, (build(time=number * DT, n_frame=count),), DT, DT / 2, LIMITS)
+        assert not findings
+    assert abs(state.loss) < 0.01
+
+
+def test_the_shown_loss_is_a_mean_over_its_memory():
+    state, _ = run_loss([[False]] * 10)
+    assert state.loss == 0.0
+    state, _ = run_loss([[True]] * 19)
+    assert state.loss == pytest.approx(1.0 - (1.0 - DT / LIMITS.loss_memory) ** 19)
+
+
+# Frozen.
+
+
+def freeze(torques: list[float], motors: list[MotorState]) -> int | None:
+    state = FrozenState()
+    for number, (torque, motor) in enumerate(zip(torques, motors, strict=True)):
+        state, found = watch_frozen(state, read(motor, torque), LIMITS)
+        if found:
+            assert found.kind is FaultKind.FROZEN_FEEDBACK
+            return number
+    return None
+
+
+def test_equal_frames_under_a_constant_torque_are_a_motor_that_stands():
+    motors = [build(time=i * DT, angle=1.0, torque=0.1) for i in range(5000)]
+    assert freeze([0.1 + 0.01 * (i % 2) for i in range(5000)], motors) is None
+
+
+def test_equal_frames_while_the_torque_changes_are_frozen():
+    motors = [build(time=i * DT, angle=1.0, torque=0.1) for i in range(100)]
+    assert freeze([0.1] * 50 + [0.131] * 50, motors) == 50 + LIMITS.frozen_frames - 1
+    assert freeze([0.131] * 50 + [0.1] * 50, motors) == 50 + LIMITS.frozen_frames - 1
+    assert freeze([0.1] * 50 + [0.129] * 50, motors) is None
+    assert freeze([0.131] + [0.1] * 99, motors) == LIMITS.frozen_frames, "the torque of the first frame counts"
+
+
+def test_equal_frames_that_say_that_the_motor_turns_are_frozen():
+    motors = [build(time=i * DT, angle=1.0, speed=-0.2) for i in range(100)]
+    assert freeze([0.1] * 100, motors) == LIMITS.frozen_frames
+    motors = [build(time=i * DT, angle=1.0, speed=0.19) for i in range(100)]
+    assert freeze([0.1] * 100, motors) is None
+
+
+@pytest.mark.parametrize("name", ["angle", "speed", "torque"])
+def test_one_changing_value_is_a_live_motor(name):
+    motors = [build(time=i * DT, **{name: 0.01 * (i % 2)}) for i in range(200)]
+    assert freeze([0.05 * (i // 5 % 2) for i in range(200)], motors) is None
+
+
+def test_a_motor_that_answers_its_torque_after_a_few_periods_is_alive():
+    torques = [0.1 * (i // 50 % 2) for i in range(1000)]
+    motors = [build(time=i * DT, torque=torques[max(0, i - 5)]) for i in range(1000)]
+    assert freeze(torques, motors) is None
+
+
+def test_the_same_frame_read_twice_is_not_counted_twice():
+    motors = [build(time=0.0, angle=1.0, speed=1.0)] * 100
+    assert freeze([0.05 * i for i in range(100)], motors) is None
+
+
+# Motion.
+
+
+def move(motors: list[MotorState]) -> tuple[int, FaultKind] | None:
+    state = MotionState()
+    for number, motor in enumerate(motors):
+        state, found = watch_motion(state, motor, SHEET, LIMITS)
+        if found:
+            return number, found.kind
+    return None
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.5, -5.0, 30.0, -30.0])
+def test_an_angle_that_follows_the_speed_is_fine(speed):
+    assert move([build(time=i * DT, angle=7.0 + speed * i * DT, speed=speed) for i in range(2000)]) is None
+
+
+def test_a_swing_is_fine():
+    times = [i * DT for i in range(5000)]
+    motors = [build(time=t, angle=3 * math.sin(9 * t), speed=27 * math.cos(9 * t)) for t in times]
+    assert move(motors) is None
+
+
+def test_a_lost_frame_or_a_frame_read_twice_is_fine():
+    motors = [build(time=i * DT, angle=20.0 * i * DT, speed=20.0) for i in range(500)]
+    assert move([motors[i - i % 7] for i in range(500)]) is None
+
+
+def test_an_angle_that_jumps_has_lost_its_count():
+    allowed = 0.1 + 1.5 * 30.0 * DT
+    for jump, is_lost in ((allowed - 1e-6, False), (allowed + 1e-6, True), (-allowed - 1e-6, True), (math.nan, True)):
+        found = move([build(), build(time=DT, angle=jump)])
+        assert (found == (1, FaultKind.COUNT_LOST)) == is_lost
+    assert move([build(angle=1.0, is_count_lost=True)]) == (0, FaultKind.COUNT_LOST)
+
+
+@pytest.mark.parametrize(("turned", "speed"), [(0.0, 20.0), (20.0, 0.0), (10.0, -10.0), (-10.0, 10.0), (0.0, -20.0)])
+def test_an_angle_that_does_not_follow_the_speed_is_implausible(turned, speed):
+    number, kind = move([build(time=i * DT, angle=turned * i * DT, speed=speed) for i in range(100)])
+    assert kind is FaultKind.IMPLAUSIBLE_FEEDBACK
+    assert number * DT == pytest.approx(LIMITS.speed_window, abs=1.5 * DT)
+
+
+def test_the_speed_may_be_filtered_and_offset_by_a_little():
+    assert move([build(time=i * DT, angle=14.0 * i * DT, speed=20.0) for i in range(500)]) is None
+    assert move([build(time=i * DT, angle=0.0, speed=5.0) for i in range(500)]) is None
+    assert move([build(time=i * DT, angle=0.0, speed=13.0) for i in range(500)]) is not None
+
+
+def test_the_comparison_begins_anew_in_each_window():
+    """A difference of 0.2 rad in each of many windows is never a fault."""
+    assert move([build(time=i * DT, angle=0.0, speed=4.0) for i in range(5000)]) is None
+
+
+# Swap.
+
+
+def swap(reported: list[list[float]], commanded: list[list[float]]) -> tuple[int, int] | None:
+    state: tuple[float, ...] = ()
+    for number, (m, c) in enumerate(zip(reported, commanded, strict=True)):
+        readings = tuple(read(build(torque=a), b) for a, b in zip(m, c, strict=True))
+        state, found = watch_swap(state, readings, DT, LIMITS)
+        if found:
+            assert found[1].kind is FaultKind.IMPLAUSIBLE_FEEDBACK
+            return number, found[0]
+    return None
+
+
+@pytest.mark.parametrize("scale", [0.3, 1.0, 3.0])
+def test_torques_of_the_right_motors_are_never_swapped(scale):
+    random.seed(0)
+    commanded = [[random.uniform(-1, 1) for _ in range(3)] for _ in range(2000)]
+    assert swap([[scale * one for one in row] for row in commanded], commanded) is None
+
+
+def test_torques_that_lag_are_not_swapped():
+    commanded = [[0.3 + 0.3 * math.sin(5 * DT * i + k) for k in range(3)] for i in range(5000)]
+    reported = [commanded[max(0, i - 2)] for i in range(5000)]
+    assert swap(reported, commanded) is None
+
+
+@pytest.mark.parametrize("order", [(1, 0, 2), (0, 2, 1), (2, 1, 0), (1, 2, 0), (2, 0, 1)])
+def test_exchanged_feedback_is_noticed(order):
+    commanded = [[0.1, 0.3, 0.5]] * 500
+    number, motor = swap([[row[i] for i in order] for row in commanded], commanded)
+    assert number * DT < 0.1
+    assert order[motor] != motor
+
+
+def test_equal_torques_cannot_tell_and_short_misfits_are_forgotten():
+    assert swap([[0.3, 0.3]] * 500, [[0.3, 0.3]] * 500) is None
+    right, wrong = [0.1, 0.3], [0.3, 0.1]
+    assert swap([wrong if i % 50 < 5 else right for i in range(5000)], [right] * 5000) is None
+
+
+def test_a_lone_motor_cannot_be_exchanged():
+    assert swap([[0.5]] * 100, [[0.1]] * 100) is None
+
+
+def test_an_outage_counts_once_and_not_as_a_loss():
+    """All motors silent for 19 periods, now and then, are under the limit for periods in a row."""
+    assert run_loss(([[True] * 3] * 19 + [[False] * 3] * 100) * 5)[1] == []
+    assert run_loss(([[True] * 3] * 19 + [[False] * 3] * 100) * 5, frames=2)[1] == []
+    number, findings = run_loss([[True] * 3] * 20)[1][0]
+    assert number == 20
+    assert [motor for motor, _ in findings] == [0, 1, 2]

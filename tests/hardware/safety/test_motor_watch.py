@@ -1,0 +1,109 @@
+"""Watches of the motor: temperature, voltage, stall."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.motor_watch import StallState, derate, find_hot, watch_stall, watch_voltage
+from spiraltrunk.hardware.safety.reading import CableReading
+
+SHEET = MotorDataSheet(
+    name="test", torque_max=2.0, speed_max=30.0, torque_step=1e-4, angle_step=1e-3, period=1e-3, silence_max=0.1,
+    temperature_derate=70.0, temperature_stop=90.0, rotor_inertia=1e-4, rotor_friction=0.02,
+)  # fmt: skip
+LIMITS = SafetyLimits(voltage_least=20.0, voltage_most=26.0)
+DT = 0.002
+
+
+def build(angle: float = 0.0, speed: float = 0.0, **others) -> MotorState:
+    return MotorState(time=0.0, angle=angle, speed=speed, torque=0.0, **{"temperature": 30.0, **others})
+
+
+@pytest.mark.parametrize(("temperature", "part"), [(20, 1), (70, 1), (75, 0.75), (80, 0.5), (90, 0), (120, 0)])
+def test_the_tension_is_derated_linearly(temperature, part):
+    assert derate(temperature, SHEET) == pytest.approx(part)
+
+
+def test_a_motor_stops_at_its_temperature():
+    assert find_hot(build(temperature=89.9), SHEET) is None
+    found = find_hot(build(temperature=90.0), SHEET)
+    assert found.kind is FaultKind.OVER_TEMPERATURE
+    assert found.text == "the motor has 90 degC; allowed: below 90 degC"
+
+
+def watch_voltages(voltages: list[float | None]) -> int | None:
+    elapsed = 0.0
+    for number, voltage in enumerate(voltages):
+        elapsed, found = watch_voltage(elapsed, build(voltage=voltage), DT, LIMITS)
+        if found:
+            assert found.kind is FaultKind.VOLTAGE
+            return number
+    return None
+
+
+@pytest.mark.parametrize("good", [None, 20.0, 24.0, 26.0])
+def test_a_good_voltage_is_fine(good):
+    assert watch_voltages([good] * 1000) is None
+
+
+@pytest.mark.parametrize("bad", [19.9, 26.1])
+def test_a_bad_voltage_is_a_fault_after_100_ms(bad):
+    assert watch_voltages([bad] * 1000) == pytest.approx(0.1 / DT, abs=1)
+    assert watch_voltages([*[bad] * 40, 24.0] * 20) is None
+
+
+def run_stall(torques: list[float], angles: list[float], speeds: list[float] | None = None) -> int | None:
+    state = StallState()
+    for number, (torque, angle) in enumerate(zip(torques, angles, strict=True)):
+        speed = speeds[number] if speeds else 0.0
+        reading = CableReading(motor=build(angle=angle, speed=speed), torque=torque)
+        state, found = watch_stall(state, reading, DT, SHEET, LIMITS)
+        if found:
+            assert found.kind is FaultKind.STALL
+            return number
+    return None
+
+
+def test_a_drum_that_stands_at_a_constant_tension_is_fine():
+    assert run_stall([1.7] * 5000, [1.0] * 5000) is None
+    assert run_stall([-1.7] * 5000, [1.0] * 5000) is None
+
+
+@pytest.mark.parametrize("torque", [1.8, -1.8])
+def test_a_motor_that_stands_at_its_largest_torque_is_stalled(torque):
+    number = run_stall([torque] * 1000, [1.0] * 1000)
+    assert number * DT == pytest.approx(LIMITS.stall_time, abs=2 * DT)
+    turning = [0.0004 * i for i in range(1000)]
+    assert run_stall([torque] * 1000, turning, [0.2] * 1000) is None
+    assert run_stall([torque] * 1000, turning, [-0.2] * 1000) is None
+    assert run_stall([torque] * 1000, turning, [0.19] * 1000) is not None
+    assert run_stall(([torque] * 200 + [torque / 2] * 50) * 8, [0.01 * i for i in range(2000)]) is None
+
+
+def test_a_drum_that_a_changing_torque_does_not_turn_is_blocked():
+    needed = LIMITS.blocked_torque + 2 * SHEET.rotor_friction
+    for change, is_blocked in ((needed + 1e-6, True), (needed - 1e-6, False)):
+        up = run_stall([0.1] * 100 + [0.1 + change] * 400, [1.0] * 500)
+        down = run_stall([0.1 + change] * 100 + [0.1] * 400, [1.0] * 500)
+        assert up == down
+        assert (up is not None) == is_blocked
+    assert run_stall([0.1] * 100 + [0.5] * 400, [1.0] * 500) == pytest.approx(100 + LIMITS.blocked_time / DT, abs=2)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_drum_that_turns_by_a_few_steps_is_not_blocked(sense):
+    """15 N more stretch 0.6 m of braid by 0.75 mm: 75 mrad on 10 mm."""
+    torques = [0.1] * 100 + [0.5] * 400
+    assert run_stall(torques, [1.0] * 100 + [1.0 + sense * 0.0031] * 400) is None
+    assert run_stall(torques, [1.0] * 100 + [1.0 + sense * 0.0029] * 400) is not None
+
+
+def test_a_tension_that_swings_with_the_drum_is_fine():
+    times = [DT * i for i in range(10000)]
+    torques = [0.5 + 0.3 * math.sin(3 * t) for t in times]
+    assert run_stall(torques, [1.0 + 0.02 * math.sin(3 * t) for t in times]) is None

@@ -1,0 +1,181 @@
+"""All watches together: an hour of nominal running raises nothing, and each fault is told with its time and cable."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import random
+
+import pytest
+
+from spiraltrunk.errors import DesignError
+from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.reading import CableRange, CableReading
+from spiraltrunk.hardware.safety.watch import Watches, find_silent, watch
+
+SHEET = MotorDataSheet(
+    name="test", torque_max=2.0, speed_max=30.0, torque_step=1e-4, angle_step=1e-3, period=1e-3, silence_max=0.1,
+    temperature_derate=70.0, temperature_stop=90.0, rotor_inertia=1e-4, rotor_friction=0.02,
+)  # fmt: skip
+RANGE = CableRange(tension_least=0.6, tension_ceiling=60.0, pull_least=-0.15, pull_most=0.2)
+DT = 0.002
+RADIUS = 0.01
+
+
+@pytest.fixture
+def watches() -> Watches:
+    return Watches(sheet=SHEET, limits=SafetyLimits(voltage_least=20.0, voltage_most=26.0), ranges=(RANGE,) * 3)
+
+
+def read(t: float, cable: int) -> CableReading:
+    """A swing of 15 N and 20 mm with noise of the encoder, each cable with its phase."""
+    phase = 3.0 * t + 2.0 * cable
+    pull, speed = 0.02 * math.sin(phase), 0.06 * math.cos(phase)
+    tension = 16.0 + 15.0 * math.cos(phase)
+    motor = MotorState(
+        time=t, angle=round(pull / RADIUS, 3), speed=speed / RADIUS, torque=tension * RADIUS, temperature=40.0,
+        voltage=24.0,
+    )  # fmt: skip
+    return CableReading(
+        motor=motor, torque=tension * RADIUS, pull=pull, speed=speed, tension=tension, tension_wanted=tension
+    )
+
+
+def change(reading: CableReading, **motor) -> CableReading:
+    return dataclasses.replace(reading, motor=dataclasses.replace(reading.motor, **motor))
+
+
+def run(watches: Watches, seconds: float, spoil=lambda t, cable, reading: reading):
+    """Kinds and cables of the faults, the time of the first, and the last warnings."""
+    state, kinds, first, warnings = watches.start(), set(), math.inf, ()
+    for number in range(round(seconds / DT)):
+        t = number * DT
+        readings = tuple(spoil(t, cable, read(t, cable)) for cable in range(3))
+        state, faults, warnings = watch(watches, state, readings, t, DT)
+        kinds |= {(fault.kind, fault.cable) for fault in faults}
+        first = min([first, *(fault.time for fault in faults)])
+    return kinds, first, warnings
+
+
+def test_5_s_of_nominal_running_raise_nothing(watches):
+    assert run(watches, 5.0) == (set(), math.inf, ())
+
+
+@pytest.mark.slow
+def test_an_hour_of_nominal_running_raises_nothing(watches):
+    assert run(watches, 3600.0) == (set(), math.inf, ())
+
+
+SPOILED = [
+    (FaultKind.STALE_FEEDBACK, lambda t, r, start: change(r, time=start)),
+    (FaultKind.FROZEN_FEEDBACK, lambda t, r, start: change(r, angle=1.0, speed=0.0, torque=0.1)),
+    (FaultKind.IMPLAUSIBLE_FEEDBACK, lambda t, r, start: change(r, speed=r.motor.speed + 15.0)),
+    (FaultKind.COUNT_LOST, lambda t, r, start: change(r, angle=r.motor.angle + 2.0)),
+    (FaultKind.OVER_TEMPERATURE, lambda t, r, start: change(r, temperature=95.0)),
+    (FaultKind.VOLTAGE, lambda t, r, start: change(r, voltage=18.0)),
+    (FaultKind.STALL, lambda t, r, start: change(r, angle=1.0, speed=0.0)),
+    (FaultKind.SLACK, lambda t, r, start: dataclasses.replace(r, tension=0.0, speed=0.02)),
+    (FaultKind.CABLE_SLIP, lambda t, r, start: dataclasses.replace(r, tension=0.0, pull=r.pull + 0.1 * (t - start))),
+    (FaultKind.TANGLED_DRUM, lambda t, r, start: dataclasses.replace(
+        r, tension=20.0 + 200.0 * (t - start), speed=-0.1, pull=-0.1 * (t - start), tension_wanted=5.0)),
+    (FaultKind.OVER_TENSION, lambda t, r, start: dataclasses.replace(r, tension=75.0)),
+    (FaultKind.LENGTH_LIMIT, lambda t, r, start: dataclasses.replace(r, pull=0.3)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "spoil"), SPOILED, ids=[kind.value for kind, _ in SPOILED])
+def test_each_fault_is_told_with_its_cable(watches, kind, spoil):
+    start = 2.0
+    kinds, first, _ = run(
+        watches, 4.5, lambda t, cable, r: spoil(t, r, start) if cable == 1 and t >= start else r
+    )  # fmt: skip
+    assert (kind, 1) in kinds
+    assert first >= start
+    assert all(cable == 1 or cable is None for _, cable in kinds)
+
+
+def test_a_slip_of_a_loaded_cable_is_noticed_within_200_ms(watches):
+    """At 2.09 s cable 2 carries 30 N."""
+    start = 2.09
+    _, first, _ = run(
+        watches, 2.5, lambda t, cable, r: SPOILED[8][1](t, r, start) if cable == 1 and t >= start else r
+    )  # fmt: skip
+    assert first - start < 0.2
+
+
+def test_exchanged_feedback_is_told(watches):
+    kinds, _, _ = run(watches, 1.0, lambda t, cable, r: change(r, torque=read(t, (1, 0, 2)[cable]).motor.torque))
+    assert (FaultKind.IMPLAUSIBLE_FEEDBACK, 0) in kinds
+
+
+def test_lost_feedback_is_told_of_all_and_warned_of(watches):
+    random.seed(1)
+    held = {}
+
+    def lose(part):
+        def spoil(t, cable, r):
+            if cable not in held or random.random() >= part:
+                held[cable] = r
+            return held[cable]
+
+        return spoil
+
+    kinds, first, _ = run(watches, 1.0, lose(0.25))
+    assert (FaultKind.STALE_FEEDBACK, None) in kinds
+    assert first < 0.3
+    held.clear()
+    kinds, _, warnings = run(watches, 3.0, lose(0.05))
+    assert not kinds
+    assert warnings[0].endswith("of the feedback is lost")
+
+
+def test_a_warm_motor_is_warned_of(watches):
+    _, _, warnings = run(watches, 0.1, lambda t, cable, r: change(r, temperature=75.0) if cable == 2 else r)
+    assert warnings == ("motor 3 has 75 degC: its tension is limited to 75%",)
+
+
+def test_while_homing_the_cables_are_not_watched_but_their_ceiling_is(watches):
+    homing = dataclasses.replace(watches, is_homed=False)
+    for kind, spoil in SPOILED[7:]:
+        kinds, _, _ = run(homing, 1.5, lambda t, cable, r, spoil=spoil: spoil(t, r, 1.0) if t >= 1.0 else r)
+        assert bool(kinds) == (kind in {FaultKind.OVER_TENSION, FaultKind.TANGLED_DRUM}), kind
+        assert {one for one, _ in kinds} <= {FaultKind.OVER_TENSION}
+
+
+def test_a_cable_that_moves_excuses_the_others_slack(watches):
+    def spoil(other, t, cable, r):
+        still = dataclasses.replace(r, pull=0.0, speed=0.0, tension=10.0)
+        if cable == 0:
+            return dataclasses.replace(still, speed=other)
+        return still if cable == 2 or t < 0.5 else dataclasses.replace(still, tension=0.0, speed=0.02)
+
+    delays = []
+    for other in (0.0, 0.011, -0.011):
+        kinds, first, _ = run(watches, 1.8, functools.partial(spoil, other))
+        assert (FaultKind.SLACK, 1) in kinds
+        delays.append(first - 0.5)
+    assert delays[0] < 0.2 < delays[1] == delays[2]
+
+
+def test_silent_and_impossible_motors_are_told_each():
+    good = MotorState(time=1.0, angle=0.0, speed=0.0, torque=0.0, temperature=30.0)
+    motors = (good, None, dataclasses.replace(good, time=0.9), dataclasses.replace(good, torque=math.nan))
+    faults = find_silent(motors, 1.01, SHEET, SafetyLimits())
+    assert [(fault.kind, fault.cable) for fault in faults] == [
+        (FaultKind.STALE_FEEDBACK, 1), (FaultKind.STALE_FEEDBACK, 2), (FaultKind.IMPLAUSIBLE_FEEDBACK, 3),
+    ]  # fmt: skip
+    assert {fault.time for fault in faults} == {1.01}
+    assert find_silent((good,), 1.01, SHEET, SafetyLimits()) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("command_age", -1.0), ("feedback_age", math.nan), ("loss_warned", 0.0), ("loss_warned", 0.2),
+     ("loss_stopped", 1.0), ("slack_time", math.inf), ("temperature_least", -300.0)],
+)  # fmt: skip
+def test_limits_that_make_no_sense_are_refused(name, value):
+    with pytest.raises(DesignError, match=f"safety.{name}"):
+        SafetyLimits(**{name: value})

@@ -1,0 +1,222 @@
+"""Watchdogs: heartbeat and answer, the board's side of it, and a relay."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spiraltrunk.errors import DriveError
+from spiraltrunk.hardware.bus.frame_bus import Frame, FrameBus
+from spiraltrunk.hardware.clock import Clock
+from spiraltrunk.hardware.safety.board_watch import BoardWatch, advance, answer, hear, pass_share
+from spiraltrunk.hardware.safety.watchdog import (
+    ANSWER_ID,
+    HEARTBEAT_FORMAT,
+    HEARTBEAT_ID,
+    RELEASE,
+    TIMEOUT,
+    BoardMode,
+    BoardWatchdog,
+    NoWatchdog,
+    RelayWatchdog,
+    WatchedBus,
+)
+
+
+class FakeClock(Clock):
+    time = 0.0
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep_until(self, moment: float) -> None:
+        self.time = max(self.time, moment)
+
+
+class BoardBus(FrameBus):
+    """A bus with a board on it."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock, self.board, self.queue, self.inbox = clock, BoardWatch(), [], []
+        self.is_closed = False
+
+    def send(self, frame: Frame) -> None:
+        self.queue.append(frame)
+
+    def flush(self) -> None:
+        now = self.clock.now()
+        for frame in self.queue:
+            if frame.id == HEARTBEAT_ID:
+                self.board = hear(self.board, frame.data, now)
+                self.inbox.append(Frame(ANSWER_ID, answer(self.board), now))
+        self.queue = []
+
+    def receive(self) -> list[Frame]:
+        frames, self.inbox = self.inbox, []
+        return frames
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+@pytest.fixture
+def clock() -> FakeClock:
+    return FakeClock()
+
+
+@pytest.fixture
+def bus(clock) -> BoardBus:
+    return BoardBus(clock)
+
+
+def beat(watchdog: BoardWatchdog, watched: WatchedBus) -> bool:
+    watchdog.feed()
+    watched.flush()
+    watched.receive()
+    return watchdog.is_present()
+
+
+def test_a_board_that_answers_is_present(clock, bus):
+    watched = WatchedBus(bus)
+    watchdog = BoardWatchdog(watched, clock)
+    assert not watchdog.is_present()
+    assert beat(watchdog, watched)
+    assert HEARTBEAT_FORMAT.unpack(watched.answer.data) == (1, BoardMode.WATCHING)
+    clock.time = 0.049
+    assert watchdog.is_present()
+    clock.time = 0.051
+    assert not watchdog.is_present()
+
+
+def test_a_board_that_has_tripped_is_present_again_when_a_person_cleared_it(clock, bus):
+    watched = WatchedBus(bus)
+    watchdog = BoardWatchdog(watched, clock)
+    assert beat(watchdog, watched)
+    clock.time = 0.1
+    for _ in range(3):
+        assert not beat(watchdog, watched)
+    watchdog.clear()
+    assert beat(watchdog, watched)
+    clock.time = 0.2
+    assert not beat(watchdog, watched), "one clearing is good for one trip"
+
+
+def test_the_counter_goes_around(clock, bus):
+    watchdog = BoardWatchdog(WatchedBus(bus), clock)
+    counters = set()
+    for _ in range(0x10001):
+        watchdog.feed()
+        counters.add(bus.queue.pop().data)
+    assert len(counters) == 0x10000
+
+
+def test_the_motors_see_every_other_frame(bus):
+    watched = WatchedBus(bus)
+    others = [Frame(0x205, b"12345678"), Frame(0x7A2, b"")]
+    bus.inbox = [others[0], Frame(ANSWER_ID, b"\0\1\1"), others[1], Frame(ANSWER_ID, b"bad length")]
+    assert watched.receive() == others
+    assert watched.answer.data == b"\0\1\1"
+    watched.send(others[0])
+    assert bus.queue == [others[0]]
+    watched.close()
+    assert bus.is_closed
+
+
+# The board's side.
+
+
+def test_a_board_lets_nothing_through_before_the_first_heartbeat():
+    assert pass_share(BoardWatch(), 1.0) == 0.0
+    assert advance(BoardWatch(), 1e6).mode is BoardMode.WAITING
+
+
+def test_a_board_ramps_to_zero_within_60_ms_of_the_last_heartbeat():
+    watch = hear(BoardWatch(), HEARTBEAT_FORMAT.pack(1, 0), 10.0)
+    for time, share in ((0.0, 1.0), (0.9 * TIMEOUT, 1.0), (TIMEOUT + RELEASE / 4, 0.75), (TIMEOUT + RELEASE, 0.0),
+                        (1e3, 0.0)):  # fmt: skip
+        assert pass_share(advance(watch, 10.0 + time), 10.0 + time) == pytest.approx(share, abs=1e-6)
+    assert TIMEOUT + RELEASE <= 0.060
+    assert advance(watch, 10.0 + 0.99 * TIMEOUT).mode is BoardMode.WATCHING
+    assert advance(watch, 10.0 + 1.01 * TIMEOUT).mode is BoardMode.TRIPPED
+
+
+def test_a_heartbeat_that_repeats_its_counter_or_has_another_length_is_none():
+    watch = hear(BoardWatch(), HEARTBEAT_FORMAT.pack(1, 0), 0.0)
+    assert hear(watch, HEARTBEAT_FORMAT.pack(1, 0), 0.015) == watch
+    assert hear(watch, b"\0\2", 0.015) == watch
+    assert hear(watch, HEARTBEAT_FORMAT.pack(2, 0), 0.015).heard == 0.015
+
+
+def test_a_board_that_tripped_stays_so_until_the_clear_flag():
+    watch = advance(hear(BoardWatch(), HEARTBEAT_FORMAT.pack(1, 0), 0.0), 0.021)
+    later = hear(watch, HEARTBEAT_FORMAT.pack(2, 0), 0.022)
+    assert later.mode is BoardMode.TRIPPED
+    assert later.tripped == pytest.approx(TIMEOUT)
+    assert later.counter == 2
+    assert hear(watch, HEARTBEAT_FORMAT.pack(2, 2), 0.022).mode is BoardMode.TRIPPED
+    assert hear(watch, HEARTBEAT_FORMAT.pack(2, 1), 0.022).mode is BoardMode.WATCHING
+    assert hear(watch, HEARTBEAT_FORMAT.pack(2, 3), 0.022).mode is BoardMode.WATCHING
+
+
+def test_a_late_heartbeat_does_not_hide_the_silence_before_it():
+    watch = hear(BoardWatch(), HEARTBEAT_FORMAT.pack(1, 0), 0.0)
+    assert hear(watch, HEARTBEAT_FORMAT.pack(2, 0), 0.5).mode is BoardMode.TRIPPED
+
+
+def test_the_answer_holds_counter_and_mode():
+    assert HEARTBEAT_FORMAT.unpack(answer(BoardWatch())) == (0, BoardMode.WAITING)
+    watch = hear(BoardWatch(), HEARTBEAT_FORMAT.pack(77, 0), 0.0)
+    assert HEARTBEAT_FORMAT.unpack(answer(watch)) == (77, BoardMode.WATCHING)
+
+
+@given(st.lists(st.binary(max_size=8)))
+def test_no_bytes_stop_the_board(frames):
+    watch = BoardWatch()
+    for i, data in enumerate(frames):
+        watch = hear(watch, data, 0.001 * i)
+        assert 0.0 <= pass_share(watch, 0.001 * i) <= 1.0
+
+
+# The others.
+
+
+def test_no_watchdog_is_never_present():
+    watchdog = NoWatchdog()
+    watchdog.feed()
+    watchdog.clear()
+    assert not watchdog.is_present()
+
+
+class FakePort:
+    def __init__(self) -> None:
+        self.written, self.is_gone, self.contact = b"", False, True
+
+    def write(self, data: bytes) -> None:
+        self._check()
+        self.written += data
+
+    @property
+    def cts(self) -> bool:
+        self._check()
+        return self.contact
+
+    def _check(self) -> None:
+        if self.is_gone:
+            raise OSError("gone")
+
+
+def test_a_relay_is_fed_by_bytes_and_present_by_its_contact():
+    port = FakePort()
+    watchdog = RelayWatchdog(port)
+    watchdog.feed()
+    watchdog.feed()
+    watchdog.clear()
+    assert port.written == b"UU"
+    assert watchdog.is_present()
+    port.contact = False
+    assert not watchdog.is_present()
+    port.is_gone = True
+    assert not watchdog.is_present()
+    with pytest.raises(DriveError, match=r"the relay's serial line is gone \(gone\)"):
+        watchdog.feed()
