@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.arm.arm_port import ArmPort
 from spiraltrunk.hardware.clock import Clock
-from spiraltrunk.hardware.driver_homing import HomingRoutine
+from spiraltrunk.hardware.driver_homing import HomingRoutine, WinderHoming
 from spiraltrunk.hardware.driver_lateness import Schedule
 from spiraltrunk.hardware.driver_loop import ControlLoop
 from spiraltrunk.hardware.driver_options import DriverOptions
@@ -47,11 +47,11 @@ class TrunkDriver:
         *,
         motors: MotorPort,
         winders: Sequence[Winder],
-        homing: HomingRoutine,
         watchdog: Watchdog,
         clock: Clock,
         servo: ServoPort | None = None,
         arm: ArmPort | None = None,
+        homing: HomingRoutine | None = None,
         options: DriverOptions | None = None,
     ) -> None:
         """A driver in `Mode.SAFE`; nothing is sent before the first `tick`.
@@ -59,11 +59,11 @@ class TrunkDriver:
         Args:
             motors: one motor per cable.
             winders: control of each.
-            homing: how the zeros of the drums are found; the driver probes each motor before.
             watchdog: what ends the torque when this program dies.
             clock: time.
             servo: the gripper's; None without one.
             arm: the arm; None without one.
+            homing: how the zeros of the drums are found, by the winders by default; each motor is probed before.
             options: settings.
 
         Raises:
@@ -77,8 +77,8 @@ class TrunkDriver:
             allowed = f"at least {1e3 * sheet.period:g} ms, that of the {sheet.name}'s bus"
             raise DriveError(f"the period of control is {1e3 * options.period:g} ms; allowed: {allowed}")
         self._loop = ControlLoop(
-            motors=motors, winders=winders, homing=homing, watchdog=watchdog, clock=clock, servo=servo, arm=arm,
-            options=options,
+            motors=motors, winders=winders, homing=homing or WinderHoming(winders), watchdog=watchdog, clock=clock,
+            servo=servo, arm=arm, options=options,
         )  # fmt: skip
         self._clock, self._arm_port, self._has_servo = clock, arm, servo is not None
         self._schedule = Schedule(options.period)

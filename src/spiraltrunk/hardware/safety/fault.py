@@ -28,6 +28,7 @@ class FaultKind(Enum):
     TANGLED_DRUM = "tangled drum"
     OVER_TENSION = "tension over its ceiling"
     LENGTH_LIMIT = "length limit"
+    HOMING = "homing failed"
     ARM = "arm"
     SERVO = "servo"
     WATCHDOG = "watchdog"
