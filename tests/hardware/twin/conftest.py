@@ -8,15 +8,16 @@ from typing import Any
 
 import pytest
 
+from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.bus.frame_bus import Frame
-from spiraltrunk.hardware.bus.memory_bus import MemoryBus, build_memory_pair
 from spiraltrunk.hardware.motors.gm6020 import TORQUE_PER_RAW, CommandMode, Feedback, decode_feedback, encode_command
 from spiraltrunk.hardware.twin.anchor import Anchor
+from spiraltrunk.hardware.twin.assembly import TwinOptions, build_twin
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
-from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
+from spiraltrunk.hardware.twin.motor import MotorParameters
 from spiraltrunk.hardware.twin.motors import MotorTwins
 
 
@@ -26,9 +27,9 @@ class Setup:
 
     clock: TwinClock
     bus: FaultyBus
-    motor_end: FaultyBus
     motors: MotorTwins
     injector: FaultInjector
+    board: BoardTwin | None
 
     def command(self, *torques: float) -> None:
         """Send torques [N m]."""
@@ -61,19 +62,16 @@ def build() -> Callable[..., Setup]:
         at_motors: bool = False,
         seed: int = 0,
         feedback_period: float = 1e-3,
-        board: BoardTwin | None = None,
+        is_watched: bool = False,
         **parameters: Any,
     ) -> Setup:
-        clock = TwinClock()
-        ends: tuple[MemoryBus, MemoryBus] = build_memory_pair(clock)
-        driver = FaultyBus(ends[0], clock, is_driver=True, seed=seed)
-        device = FaultyBus(ends[1], clock, is_driver=False, seed=seed)
-        twins = [MotorTwin(MotorParameters(**parameters)) for _ in range(3)]
+        options = TwinOptions(
+            motor=MotorParameters(**parameters), feedback_period=feedback_period, is_watched=is_watched,
+            fails_at_driver=not at_motors, seed=seed,
+        )  # fmt: skip
         load = Anchor(0.0, 0.0, 0.0) if load is None else load
-        motors = MotorTwins(device, load, twins, feedback_period=feedback_period, board=board)
-        injector = FaultInjector(motors, device if at_motors else driver)
-        clock.attach(injector)
-        clock.attach(motors)
-        return Setup(clock, driver, device, motors, injector)
+        twin = build_twin(PAPER, options, load=load)
+        assert isinstance(twin.clock, TwinClock)
+        return Setup(twin.clock, twin.bus, twin.motors, twin.injector, twin.board)
 
     return build_setup

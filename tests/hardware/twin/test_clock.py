@@ -43,18 +43,18 @@ def test_time_passes_in_whole_steps_and_only_when_waited_for() -> None:
     assert clock.now() == pytest.approx(4e-3)
 
 
-def test_no_step_is_lost_or_gained_in_an_hour_of_sums() -> None:
-    """A driver adds its period up, with rounding; 30 min at 500 Hz are 1.8 million steps."""
+def test_no_step_is_lost_or_gained_in_a_long_run_of_sums() -> None:
+    """A driver adds its period up, with rounding."""
     clock = TwinClock()
     device = Recorder()
     clock.attach(device)
     moment = 0.0
-    for _ in range(900_000):
+    for _ in range(200_000):
         moment += 2e-3
         clock.sleep_until(moment)
         assert clock.now() >= moment
-    assert device.total == pytest.approx(1800.0)
-    assert clock.now() == pytest.approx(1800.0)
+    assert device.total == pytest.approx(400.0, abs=1e-6)
+    assert clock.now() == pytest.approx(400.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("moment", [math.nan, math.inf])

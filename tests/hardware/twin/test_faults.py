@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+import random
 from collections import Counter
 from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
 
+from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, DriveError, UnknownName
 from spiraltrunk.hardware.bus.frame_bus import Frame
 from spiraltrunk.hardware.motors.gm6020 import TORQUE_PER_RAW, decode_feedback
+from spiraltrunk.hardware.safety.watchdog import CLEAR_FLAG, HEARTBEAT_FORMAT, HEARTBEAT_ID
 from spiraltrunk.hardware.twin.anchor import Anchor
 from spiraltrunk.hardware.twin.faults import FAULTS, FaultInjector, build_fault, describe_fault
+from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
 
 from .conftest import Setup, feedback_of
 
@@ -332,7 +336,8 @@ def test_stall_holds_the_rotor_while_the_current_flows(build: Callable[..., Setu
 
 def tighten(setup: Setup) -> None:
     """Ten newtons in every cable."""
-    torque = 10.0 * 0.02 + setup.motors.motors[0].parameters.friction
+    p = setup.motors.motors[0].parameters
+    torque = 10.0 * p.drum_radius + p.friction
     setup.command(torque, torque, torque)
     setup.run(0.3)
     assert all(tension > 8.0 for tension in setup.motors.tensions)
@@ -360,8 +365,8 @@ def test_cable_slip_gives_cable_that_the_angle_does_not_tell(build: Callable[...
     setup.run(2e-3)
     assert setup.motors.tensions[0] == 0.0
     setup.run(0.5)
-    assert setup.motors.tensions[0] == pytest.approx(tension, abs=5.0)
-    assert motor.angle - angle == pytest.approx(3e-3 / 0.02, abs=0.02)
+    assert setup.motors.tensions[0] == pytest.approx(tension, abs=8.0)
+    assert motor.angle - angle == pytest.approx(3e-3 / 0.01, abs=0.06)
 
 
 def test_a_tangled_drum_winds_the_wrong_way_or_another_length(build: Callable[..., Setup]) -> None:
@@ -372,7 +377,7 @@ def test_a_tangled_drum_winds_the_wrong_way_or_another_length(build: Callable[..
         angle, wound = motor.angle, motor.wound
         setup.injector.inject(build_fault("tangled_drum", {"cable": 0, "factor": factor}))
         setup.run(0.05)
-        assert motor.wound - wound == pytest.approx(factor * 0.02 * (motor.angle - angle))
+        assert motor.wound - wound == pytest.approx(factor * 0.01 * (motor.angle - angle))
 
 
 def test_a_tangled_drum_pulls_when_it_should_pay_out(build: Callable[..., Setup]) -> None:
@@ -428,3 +433,26 @@ def test_faults_add_up(build: Callable[..., Setup]) -> None:
     frames = setup.run(2.0)
     assert len(frames) / 6000 == pytest.approx(0.25, abs=0.03)
     assert all(decode_feedback(frame.data) is not None for frame in frames)
+
+
+def test_whatever_fails_the_twin_goes_on(build: Callable[..., Setup]) -> None:
+    """Half a minute of random faults: every state stays finite, no cable pushes, every feedback is sound."""
+    chance = random.Random(5)
+    setup = build(SpringTrunk(PAPER, theta_0=0.3), is_watched=True, feedback_period=2e-3)
+    names = sorted(NAMES - {"encoder_wrap", "corrupt"})
+    for counter in range(6_000):
+        if counter % 200 == 0:
+            name = chance.choice(names)
+            settings = {"cable": chance.choice((0, 2))} if hasattr(build_fault(name), "cable") else {}
+            now = setup.clock.now()
+            setup.injector.inject(build_fault(name, settings), at=now, until=now + chance.uniform(0.1, 2.0))
+        try:
+            setup.bus.send(Frame(HEARTBEAT_ID, HEARTBEAT_FORMAT.pack(counter & 0xFFFF, CLEAR_FLAG)))
+            setup.command(*(chance.uniform(-0.5, 0.5) for _ in range(3)))
+            frames = setup.bus.receive()
+        except DriveError:
+            frames = []
+        assert all(decode_feedback(frame.data) is not None for frame in frames if frame.id < 0x300)
+        setup.clock.sleep_until((counter + 1) * 5e-3)
+        assert all(0.0 <= tension < 1e4 for tension in setup.motors.tensions)
+        assert all(math.isfinite(motor.wound + motor.temperature) for motor in setup.motors.motors)

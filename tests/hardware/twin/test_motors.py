@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from itertools import pairwise
 
@@ -12,6 +13,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.bus.frame_bus import Frame
 from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
+from spiraltrunk.hardware.clock import SystemClock
 from spiraltrunk.hardware.motors.gm6020 import (
     CURRENT_RAW,
     TORQUE_PER_RAW,
@@ -31,7 +33,7 @@ from spiraltrunk.hardware.safety.watchdog import (
     BoardMode,
 )
 from spiraltrunk.hardware.twin.anchor import Anchor
-from spiraltrunk.hardware.twin.board import BoardTwin
+from spiraltrunk.hardware.twin.assembly import TwinOptions, build_twin
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import MotorTwins
@@ -173,17 +175,37 @@ def test_thirty_newtons_curl_the_papers_trunk() -> None:
     assert trunk.taken[1] == pytest.approx(-0.058, abs=2e-3)
 
 
-def test_motors_survive_a_bus_that_is_off(build: Callable[..., Setup]) -> None:
-    setup = build(at_motors=True)
-    setup.motors.motors[0].is_blocked = True
-    setup.command(0.5, 0.0, 0.0)
-    setup.run(0.02)
-    inner = setup.motor_end._bus
-    inner.set_off(True)  # type: ignore[attr-defined]
-    assert setup.run(0.1) == []
-    assert setup.motors.motors[0].torque == pytest.approx(0.5, abs=TORQUE_PER_RAW)
-    inner.set_off(False)  # type: ignore[attr-defined]
-    assert len(setup.run(0.1)) == 300
+def test_motors_survive_a_bus_that_is_off() -> None:
+    clock = TwinClock()
+    driver, device = build_memory_pair(clock)
+    twins = MotorTwins(device, Anchor(), [MotorTwin(MotorParameters()) for _ in range(3)])
+    twins.motors[0].is_blocked = True
+    clock.attach(twins)
+    motors = GM6020Motors(driver, motor_ids=(1, 2, 3))
+    motors.send([0.5, 0.0, 0.0])
+    clock.sleep_until(0.02)
+    driver.receive()
+    device.set_off(True)
+    clock.sleep_until(0.12)
+    assert driver.receive() == []
+    assert twins.motors[0].torque == pytest.approx(0.5, abs=TORQUE_PER_RAW)
+    device.set_off(False)
+    clock.sleep_until(0.22)
+    assert len(driver.receive()) == 300
+
+
+def test_in_real_time_a_driver_finds_its_motors() -> None:
+    """The twin runs in a thread by the computer's clock, and answers as in simulated time."""
+    twin = build_twin(PAPER, TwinOptions(is_watched=False), clock=SystemClock())
+    motors = GM6020Motors(twin.bus, motor_ids=(1, 2, 3))
+    with twin.in_real_time():
+        motors.send([0.3, 0.0, 0.0])
+        deadline = time.monotonic() + 10.0
+        while (state := motors.read()[0]) is None or state.angle < 0.1:
+            assert time.monotonic() < deadline
+            time.sleep(1e-3)
+    assert twin.motors.motors[0].angle > 0.1
+    assert twin.board is None
 
 
 def test_ids_that_do_not_fit_the_motors_are_refused() -> None:
@@ -212,8 +234,9 @@ class Host:
 
 
 def test_a_board_lets_nothing_pass_before_the_first_heartbeat(build: Callable[..., Setup]) -> None:
-    board = BoardTwin()
-    setup = build(board=board)
+    setup = build(is_watched=True)
+    board = setup.board
+    assert board is not None
     setup.command(0.5, 0.0, 0.0)
     setup.run(0.1)
     assert setup.motors.motors[0].current == 0.0
@@ -222,8 +245,9 @@ def test_a_board_lets_nothing_pass_before_the_first_heartbeat(build: Callable[..
 
 def test_a_dead_host_loses_its_torque_by_a_ramp(build: Callable[..., Setup]) -> None:
     """Held for the timeout, then less in every millisecond, and none after the release time; it stays so."""
-    board = BoardTwin()
-    setup = build(board=board)
+    setup = build(is_watched=True)
+    board = setup.board
+    assert board is not None
     motor = setup.motors.motors[0]
     motor.is_blocked = True
     host = Host(setup)

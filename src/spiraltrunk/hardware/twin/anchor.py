@@ -8,7 +8,7 @@ from typing import final
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 
 CABLE_DAMPING_TIME = 5e-4
-"""Damping over stiffness of a cable [s] (ours): 5 % of critical with a GM6020's rotor on a drum of 20 mm."""
+"""Damping over stiffness of a cable [s] (ours): 2 % of critical with a GM6020's rotor on a drum of 10 mm."""
 
 
 @final

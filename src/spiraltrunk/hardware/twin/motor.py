@@ -44,8 +44,8 @@ class MotorParameters:
     """Counts of the encoder in a turn [-] (GM6020: 13 bits)."""
     encoder_start: int = 0
     """Count at the start of the twin [-]."""
-    drum_radius: float = 0.02
-    """Radius of the wound cable's centre line [m] (ours)."""
+    drum_radius: float = 0.01
+    """Radius of the wound cable's centre line [m] (ours: about that of the paper's trunk)."""
     cable_stiffness: float = 2e4
     """Tension per elongation of cable and winder [N/m] (ours)."""
     wound: float = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from contextlib import suppress
 from typing import final
 
 from spiraltrunk.errors import DriveError
@@ -50,7 +51,8 @@ class FaultyBus(FrameBus):
         self._faults = [entry for entry in self._faults if entry[0] is not fault]
         if fault.loses_frames:
             self._queue.take()
-            self._bus.receive()
+            with suppress(DriveError):
+                self._bus.receive()
 
     def send(self, frame: Frame) -> None:
         """See `FrameBus.send`."""
