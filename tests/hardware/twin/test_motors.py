@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 import time
 from collections.abc import Callable
 from itertools import pairwise
@@ -16,6 +17,7 @@ from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
 from spiraltrunk.hardware.clock import SystemClock
 from spiraltrunk.hardware.motors.gm6020 import (
     CURRENT_RAW,
+    GM6020,
     TORQUE_PER_RAW,
     CommandMode,
     Feedback,
@@ -112,6 +114,38 @@ def test_what_is_no_command_for_these_motors_changes_nothing(build: Callable[...
     setup.bus.flush()
     setup.run(0.02)
     assert [motor.current for motor in setup.motors.motors] == [0.0] * 3
+
+
+def test_no_frame_whatever_breaks_the_motors(build: Callable[..., Setup]) -> None:
+    """100,000 random frames, most of them with ids that mean something here, under a watchdog or without one."""
+    chance = random.Random(3)
+    for is_watched in (False, True):
+        setup = build(SpringTrunk(PAPER), is_watched=is_watched)
+        for _ in range(500):
+            for _ in range(100):
+                identifier = chance.choice((0x1FE, 0x1FF, 0x2FE, 0x205, HEARTBEAT_ID, chance.randrange(0x800)))
+                setup.bus.send(Frame(identifier, chance.randbytes(chance.randrange(9))))
+                setup.bus.flush()
+            setup.run(1e-3)
+        for motor, tension in zip(setup.motors.motors, setup.motors.tensions, strict=True):
+            assert abs(motor.current) <= 3.0
+            assert abs(motor.speed) < 2 * GM6020.speed_max
+            assert 0.0 <= tension < 1e4
+        assert len(feedback_of(setup.run(0.01))) == 10
+
+
+def test_finer_substeps_give_the_same_pull() -> None:
+    ends = []
+    for substeps in (1, 4):
+        clock = TwinClock()
+        driver, device = build_memory_pair(clock)
+        trunk = SpringTrunk(PAPER)
+        twins = MotorTwins(device, trunk, [MotorTwin(MotorParameters()) for _ in range(3)], substeps=substeps)
+        clock.attach(twins)
+        GM6020Motors(driver, motor_ids=(1, 2, 3)).send([0.2, 0.05, 0.05])
+        clock.sleep_until(0.5)
+        ends.append(trunk.taken[0])
+    assert ends[0] == pytest.approx(ends[1], rel=0.01)
 
 
 def test_a_command_beyond_the_motors_current_is_limited_by_it(build: Callable[..., Setup]) -> None:
