@@ -91,6 +91,10 @@ class MotorTwins(TwinDevice):
         ids[first], ids[second] = ids[second], ids[first]
         self._address()
 
+    def forget(self, cable: int) -> None:
+        """Forget the command of a motor, as it does when its supply is cut."""
+        self._commands[cable] = 0.0
+
     def advance(self, dt: float) -> None:
         """Advance by ``dt`` [s]: commands, watchdog, dynamics, feedback."""
         self._time += dt
@@ -151,10 +155,6 @@ class MotorTwins(TwinDevice):
             self._bus.flush()
         except DriveError:
             return
-
-    def forget(self, cable: int) -> None:
-        """Forget the command of a motor, as it does when its supply is cut."""
-        self._commands[cable] = 0.0
 
 
 def _encode(motor: MotorTwin) -> bytes:
