@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 
@@ -118,6 +119,15 @@ def test_bad_torques_are_refused_and_nothing_is_sent_then_or_later(bench, torque
     with pytest.raises(DriveError, match="allowed: "):
         bench.motors.send(torques)
     bench.bus.flush()
+    assert bench.sent() == {}
+
+
+def test_no_setting_raises_the_data_sheet(bench):
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        bench.motors.data_sheet.torque_max = 99.0
+    bench.motors.data_sheet = dataclasses.replace(GM6020, torque_max=99.0)
+    with pytest.raises(DriveError, match=r"from -2\.223 to 2\.223 N m"):
+        bench.motors.send([2.3, 0.0, 0.0])
     assert bench.sent() == {}
 
 

@@ -140,7 +140,7 @@ class GM6020Motors(MotorPort):
         """See `MotorPort.send`. Each torque is rounded to the motor's resolution, 0.14 mN m."""
         if self._is_closed:
             raise DriveError("the motors are closed; open them anew")
-        check_torques(torques, self.n_motor, self.data_sheet.torque_max)
+        check_torques(torques, self.n_motor, GM6020.torque_max)
         frames: dict[int, list[int]] = {}
         for (identifier, slot), motor, torque in zip(self._places, self._motors, torques, strict=True):
             frames.setdefault(identifier, [0, 0, 0, 0])[slot] = motor.sign * round(float(torque) / TORQUE_PER_RAW)
