@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 from collections.abc import Iterator
 
 import pytest
 import serial
 
-from spiraltrunk.errors import DesignError, DriveError
-from spiraltrunk.hardware.bus.board import BAUD_RATE, BoardBus, BoardCounts, WatchdogSettings, open_board
+from spiraltrunk.errors import DriveError
+from spiraltrunk.hardware.bus.board import BAUD_RATE, BoardBus, BoardCounts, open_board
 from spiraltrunk.hardware.bus.board_frame import BoardMessage, MessageParser, encode_message
-from spiraltrunk.hardware.bus.board_messages import (
-    Beat,
-    BoardCommand,
-    decode_beat,
-    decode_frames,
-    decode_pulse,
-    encode_beat,
-    encode_frames,
-)
+from spiraltrunk.hardware.bus.board_messages import BoardCommand, decode_frames, decode_pulse, encode_frames
 from spiraltrunk.hardware.bus.frame_bus import Frame
 from spiraltrunk.hardware.clock import Clock
 from spiraltrunk.hardware.motors.gm6020 import Feedback, decode_command, encode_feedback
@@ -116,66 +107,21 @@ def test_motors_over_the_board(bench):
     assert [(state.time, state.temperature) for state in motors.read()] == [(10.0, 30.0), (10.0, 31.0), (10.0, 32.0)]
 
 
-def test_a_flush_is_one_write_with_a_heartbeat_every_ten_milliseconds(bench):
-    beats, times = [], []
-    for i in range(256):
-        bench.clock.time = i / 512
-        bench.board.send(Frame(0x1FE, bytes(8)))
-        bench.board.flush()
-        assert bench.line.writes == i + 1
-        found = [decode_beat(data) for data in bench.contents(BoardCommand.HEARTBEAT)]
-        beats += found
-        times += [bench.clock.time] * len(found)
-    assert [beat.number for beat in beats] == list(range(1, len(beats) + 1))
-    assert {beat[:3] for beat in beats} == {(50, 30, False)}
-    assert {later - earlier for earlier, later in itertools.pairwise(times)} == {6 / 512}
-
-
-def test_the_board_is_watched_only_while_it_says_so_with_these_settings(bench):
-    def tell(**changes: int) -> bool:
-        beat = Beat(timeout_ms=50, ramp_ms=30, is_flagged=False, number=1)._replace(**changes)
-        bench.tell(BoardCommand.WATCHDOG_STATE, encode_beat(beat))
-        assert bench.board.receive() == []
-        return bench.board.is_watched
-
-    assert not bench.board.is_watched
-    assert tell()
-    bench.clock.time += 0.24
-    assert bench.board.is_watched
-    bench.clock.time += 0.02
-    assert not bench.board.is_watched
-    assert not tell(timeout_ms=500)
-    assert not tell(ramp_ms=0)
-    assert (tell(is_flagged=True), bench.board.is_tripped) == (False, True)
-    assert (tell(), bench.board.is_tripped) == (True, False)
-
-
-def test_a_watchdog_that_tripped_is_cleared_once_and_only_when_asked(bench):
-    flags = []
-    for i in range(4):
-        if i == 2:
-            bench.board.clear_watchdog()
-        bench.board.flush()
-        flags += [decode_beat(data).is_flagged for data in bench.contents(BoardCommand.HEARTBEAT)]
-        bench.clock.time += 0.011
-    assert flags == [False, False, True, False]
-
-
-def test_a_clearing_that_was_not_sent_is_not_sent_later(bench):
-    bench.board.clear_watchdog()
-    bench.line.failure = serial.SerialException("gone")
-    with pytest.raises(DriveError):
-        bench.board.flush()
-    bench.line.failure = None
-    bench.clock.time += 0.1
+def test_a_flush_is_one_write_with_commands_heartbeat_and_pulse(bench):
+    PwmServo(bench.board, CALIBRATION).set_pulse(1500)
+    for identifier in (0x1FE, 0x7A0):
+        bench.board.send(Frame(identifier, b"x"))
     bench.board.flush()
-    assert [decode_beat(data).is_flagged for data in bench.contents(BoardCommand.HEARTBEAT)] == [False]
+    assert bench.line.writes == 1
+    frames, pulse = bench.heard()
+    assert [frame.id for frame in decode_frames(frames.data, 0.0)] == [0x1FE, 0x7A0]
+    assert decode_pulse(pulse.data) == 1500
+    assert [frames.sequence, pulse.sequence] == [1, 2]
 
 
-@pytest.mark.parametrize("limits", [{"timeout": 0.019}, {"timeout": 0.2}, {"ramp": 0.06}, {"timeout": float("nan")}])
-def test_a_watchdog_that_is_too_slow_is_refused(limits):
-    with pytest.raises(DesignError, match="watchdog"):
-        WatchdogSettings(**limits)
+def test_a_flush_of_nothing_writes_nothing(bench):
+    bench.board.flush()
+    assert bench.line.writes == 0
 
 
 def test_garbage_and_foreign_messages_are_counted_and_change_nothing(bench):
@@ -184,21 +130,16 @@ def test_garbage_and_foreign_messages_are_counted_and_change_nothing(bench):
     bench.tell(0x1234, b"what")
     bench.tell(BoardCommand.SEND_FRAMES, encode_frames([Frame(0x206, b"echo")]))
     bench.tell(BoardCommand.RECEIVED_FRAMES, b"short")
-    bench.tell(BoardCommand.WATCHDOG_STATE, b"short")
     bench.tell(BoardCommand.RECEIVED_FRAMES, encode_frames([Frame(0x207, b"ok")]), skip=4)
     assert [frame.id for frame in bench.board.receive()] == [0x205, 0x207]
-    assert bench.board.counts == BoardCounts(skipped_bytes=9, broken=1, unknown=2, malformed=2, missing=3)
-    assert not bench.board.is_watched
+    assert bench.board.counts == BoardCounts(skipped_bytes=9, broken=1, unknown=2, malformed=1, missing=3)
     bench.board.flush()
-    assert [message.command for message in bench.heard()] == [BoardCommand.HEARTBEAT]
+    assert bench.heard() == []
 
 
 @pytest.mark.parametrize("failure", [serial.SerialException("unplugged"), OSError(5, "I/O error")])
 def test_a_line_that_is_gone_is_an_error_and_nothing_is_sent_when_it_returns(bench, failure):
-    servo = PwmServo(bench.board, CALIBRATION)
-    bench.board.flush()
-    bench.heard()
-    servo.set_pulse(1500)
+    PwmServo(bench.board, CALIBRATION).set_pulse(1500)
     bench.board.send(Frame(0x1FE, b"stale"))
     bench.line.failure = failure
     with pytest.raises(DriveError, match=r"does not answer: .*; check cable and power"):
@@ -250,13 +191,13 @@ def test_the_board_takes_whole_pulses_only(bench, pulse):
 
 
 def test_a_slow_line_carries_three_motors_at_200_hz_and_not_at_500():
-    """The line is full with feedback sooner than with commands; heartbeat and state come 100 times a second."""
-    command = len(encode_message(BoardMessage(BoardCommand.SEND_FRAMES, encode_frames([Frame(0x1FE, bytes(8))]))))
-    feedback = len(encode_message(BoardMessage(BoardCommand.RECEIVED_FRAMES, encode_frames([Frame(1, bytes(8))] * 3))))
-    beat = len(encode_message(BoardMessage(BoardCommand.HEARTBEAT, bytes(6))))
+    """Each tick carries a heartbeat and its answer, too. The line is full with feedback sooner than with commands."""
+    command, feedback = (
+        len(encode_message(BoardMessage(BoardCommand.SEND_FRAMES, encode_frames([Frame(1, bytes(8))] * count))))
+        for count in (2, 4)
+    )
     line = BAUD_RATE / 10
-    assert 200 * command + 100 * beat < 200 * feedback + 100 * beat < line
-    assert 500 * feedback > line
+    assert 200 * command < 200 * feedback < line < 500 * command < 500 * feedback
 
 
 @pytest.fixture
@@ -270,8 +211,7 @@ def test_a_line_that_returns_what_was_sent_gives_no_feedback(loop):
     loop.send(Frame(0x205, bytes(8)))
     loop.flush()
     assert loop.receive() == []
-    assert loop.counts.unknown == 2
-    assert not loop.is_watched
+    assert loop.counts.unknown == 1
 
 
 def test_a_pseudo_terminal_that_hangs_up_is_an_error():
@@ -282,6 +222,7 @@ def test_a_pseudo_terminal_that_hangs_up_is_an_error():
     os.close(device)
     with pytest.raises(DriveError, match="does not answer"):
         board.receive()
+    board.send(Frame(0x1FE, bytes(8)))
     with pytest.raises(DriveError, match="does not answer"):
         board.flush()
     board.close()

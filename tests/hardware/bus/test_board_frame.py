@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.bus import board_messages
 from spiraltrunk.hardware.bus.board_frame import AROUND_DATA, LONGEST, BoardMessage, MessageParser, encode_message
-from spiraltrunk.hardware.bus.board_messages import Beat, BoardCommand
+from spiraltrunk.hardware.bus.board_messages import BoardCommand
 from spiraltrunk.hardware.bus.crc import CRC8_POLYNOMIAL, CRC16_POLYNOMIAL, _build_table, compute_crc8, compute_crc16
 from spiraltrunk.hardware.bus.frame_bus import Frame
 
@@ -17,7 +17,7 @@ MESSAGES = st.builds(BoardMessage, st.integers(0, 0xFFFF), st.binary(max_size=LO
 
 
 def test_checksums_are_those_of_public_tables():
-    """First, middle and last entries of the tables in public RoboMaster firmware, and published check values."""
+    """First and last entries of the tables in public RoboMaster firmware, and published check values."""
     crc8, crc16 = _build_table(CRC8_POLYNOMIAL), _build_table(CRC16_POLYNOMIAL)
     assert (crc8[:4], crc8[-4:]) == ((0x00, 0x5E, 0xBC, 0xE2), (0xD7, 0x89, 0x6B, 0x35))
     assert (crc16[:3], crc16[-4:]) == ((0x0000, 0x1189, 0x2312), (0x3DE3, 0x2C6A, 0x1EF1, 0x0F78))
@@ -49,9 +49,6 @@ def test_golden_contents():
     assert board_messages.decode_frames(data, 0.0) == frames
     assert board_messages.encode_pulse(1500) == bytes.fromhex("dc05")
     assert board_messages.decode_pulse(bytes.fromhex("dc05")) == 1500
-    beat = Beat(timeout_ms=50, ramp_ms=30, is_flagged=True, number=1)
-    assert board_messages.encode_beat(beat) == bytes.fromhex("32001e000101")
-    assert board_messages.decode_beat(bytes.fromhex("32001e000101")) == beat
 
 
 @pytest.mark.parametrize("data", ["00", "000800" * 5, "000800" + "00" * 8, "050209" + "00" * 8])
@@ -60,9 +57,8 @@ def test_records_that_are_no_standard_frames_are_refused_together(data):
     assert board_messages.decode_frames(sound + bytes.fromhex(data), 0.0) is None
 
 
-@pytest.mark.parametrize("data", [b"", bytes(5), bytes(7), b"\x32\0\x1e\0\x02\0"])
-def test_a_heartbeat_of_another_layout_is_none(data):
-    assert board_messages.decode_beat(data) is None
+@pytest.mark.parametrize("data", [b"", b"\0", bytes(3)])
+def test_a_pulse_of_another_length_is_none(data):
     assert board_messages.decode_pulse(data) is None
 
 
