@@ -20,7 +20,7 @@ from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
 from spiraltrunk.hardware.clock import SystemClock
 
 CLOCK = SystemClock()
-SOON = 5.0
+SOON = 30.0
 """Time that a computer under load may take to deliver a frame [s]."""
 
 
