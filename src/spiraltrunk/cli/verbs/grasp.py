@@ -90,7 +90,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     code = DONE if result["success"] else FAILED
     if arguments.json:
         return code, format_json(result)
-    return code, add_file_count(_format_verdict(result), result, arguments, "\n  ")
+    return code, add_file_count(format_verdict(result), result, arguments, "\n  ")
 
 
 def _run_trial(arguments: argparse.Namespace, design: TrunkDesign, shape: ObjectSpec, progress: Progress) -> Trial:
@@ -122,7 +122,8 @@ def _warn_unchecked(design: TrunkDesign) -> None:
         complain(f"the arm {quote(design.arm.model, 200)} states no limit of {', '.join(unjudged)}: not judged", DONE)
 
 
-def _format_verdict(result: dict[str, Any]) -> str:
+def format_verdict(result: dict[str, Any]) -> str:
+    """The verdict of a trial as a table."""
     from spiraltrunk.report import format_table
 
     head = "success" if result["success"] else f"failed: {result['reason']}"

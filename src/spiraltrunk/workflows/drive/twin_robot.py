@@ -14,14 +14,12 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.arm.trunk_load import trunk_load
 from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
 from spiraltrunk.hardware.driver import TrunkDriver
-from spiraltrunk.hardware.driver_homing import ProbedHoming
+from spiraltrunk.hardware.driver_homing import ProbedHoming, WinderHoming
 from spiraltrunk.hardware.driver_options import DriverOptions
 from spiraltrunk.hardware.motors.gm6020 import GM6020
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
 from spiraltrunk.hardware.plant import HardwarePlant
-from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.safety.watchdog import BoardWatchdog, WatchedBus
-from spiraltrunk.hardware.taut_homing import TautHoming
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import TwinClock
@@ -36,12 +34,10 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.drive.machine_arm import MachineArm
 from spiraltrunk.workflows.drive.machine_load import MachineLoad
 from spiraltrunk.workflows.drive.machine_servo import CALIBRATION, MachineServo
+from spiraltrunk.workflows.drive.robot import Robot
 
 SLACK_MOST = 0.010
 """Most slack of a cable before homing [m] (ours): a trunk that was just threaded."""
-
-LONGEST_HOMING = 60.0
-"""Simulated time after which homing counts as hung [s] (ours)."""
 
 
 @explain_fields
@@ -63,7 +59,7 @@ class TwinOptions:
 
 
 @final
-class TwinRobot:
+class TwinRobot(Robot):
     """A twin with its driver, in simulated time.
 
     Args:
@@ -80,7 +76,7 @@ class TwinRobot:
     ) -> None:
         self.design = design
         self.options = options = TwinOptions() if options is None else options
-        self.clock = TwinClock()
+        clock = self.clock = TwinClock()
         self.machine = None if scene is None else SimMachine(design, scene)
         self._load: CableLoad
         if self.machine is None:
@@ -89,7 +85,7 @@ class TwinRobot:
             self.machine.restore()
             self._load = MachineLoad(self.machine)
         drum = size_drum(design)
-        ours, theirs = build_memory_pair(self.clock)
+        ours, theirs = build_memory_pair(clock)
         self.bus = FaultyBus(theirs, self.clock, is_driver=False, seed=options.seed)
         """The motors' end of the bus, which takes faults."""
         self.motors = MotorTwins(
@@ -102,7 +98,7 @@ class TwinRobot:
         self.arm = None if self.machine is None else MachineArm(self.machine, self.clock)
         for device in (self.faults, self.servo, self.motors):
             if device is not None:
-                self.clock.attach(device)
+                clock.attach(device)
         self.driver = self._build_driver(WatchedBus(ours), DrumGeometry(design=drum))
 
     def _draw_motors(self, radius: float) -> list[MotorTwin]:
@@ -119,44 +115,15 @@ class TwinRobot:
         winders = [build_winder(self.design, GM6020, drum, options.period) for _ in range(n_cable)]
         return TrunkDriver(
             motors=GM6020Motors(bus, motor_ids=range(1, n_cable + 1)), winders=winders,
-            homing=ProbedHoming(TautHoming(winders)), watchdog=BoardWatchdog(bus, self.clock), clock=self.clock,
+            homing=ProbedHoming(WinderHoming(winders)), watchdog=BoardWatchdog(bus, self.clock), clock=self.clock,
             servo=self.servo, arm=self.arm, options=options,
         )  # fmt: skip
 
-    def run(self, duration: float) -> None:
-        """Run the driver's loop for a simulated time [s]."""
-        end = self.clock.now() + duration - 1e-9
-        while self.clock.now() < end:
-            self.driver.wait()
-            self.driver.tick()
-
     def prepare(self) -> None:
-        """Wait for feedback, home the drums, and arm, as a person would.
-
-        Raises:
-            RunError: where a fault keeps it from that.
-        """
-        self.run(0.1)
-        if self.arm is not None:
+        """See `Robot.prepare`; the arm is told its load before."""
+        if self.arm is not None and self.arm.load is None:
             self.arm.set_load(trunk_load(self.design))
-        self.driver.home()
-        end = self.clock.now() + LONGEST_HOMING
-        while self.driver.mode is Mode.HOMING and self.clock.now() < end:
-            self.run(self.options.driver.period)
-        self.raise_fault()
-        if self.driver.mode is Mode.HOMING:
-            raise RunError(f"homing did not end in {LONGEST_HOMING:g} s")
-        self.driver.arm()
-
-    def raise_fault(self) -> None:
-        """Raise the first latched fault.
-
-        Raises:
-            RunError: with its text, where there is one.
-        """
-        for fault in self.driver.faults[:1]:
-            where = "" if fault.cable is None else f" of cable {fault.cable + 1}"
-            raise RunError(f"{fault.kind.value}{where}: {fault.text}")
+        super().prepare()
 
     def build_plant(self) -> HardwarePlant:
         """The plant of a strategy, armed; the scene's time begins with its reset.
@@ -167,6 +134,7 @@ class TwinRobot:
         if self.machine is None:
             raise RunError("the twin has no scene; allowed: one that was built with a scene")
         assert isinstance(self._load, MachineLoad)
+        assert self.arm is not None
         self._load.begin()
         return HardwarePlant(
             self.driver, self.arm, self.machine.reach, self.machine.task, camera=self.machine.read_camera

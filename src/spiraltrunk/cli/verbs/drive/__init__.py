@@ -1,0 +1,65 @@
+"""``spiraltrunk drive``: motors, gripper and arm, on their twin unless a bus is named."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import Any, final
+
+from spiraltrunk.cli.arguments import Parser, add_parser, read_number, read_seed, read_text
+from spiraltrunk.cli.output import Answer, UsageError, quote
+from spiraltrunk.cli.verbs.drive import actions, run_strategy, selftest
+
+ACTIONS = {
+    "status": actions.add_status,
+    "home": actions.add_home,
+    "pull": actions.add_pull,
+    "jog": actions.add_jog,
+    "protocol": actions.add_protocol,
+    "run": run_strategy.add_run,
+    "replay": run_strategy.add_replay,
+    "selftest": selftest.add_selftest,
+}
+"""What the robot can be told, in the order of the help."""
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb and its arguments."""
+    parser = add_parser(verbs, "drive", _refuse, "drive motors, gripper and arm, on their twin unless a bus is named")
+    parser.__class__ = _DriveParser
+    parser.add_argument(
+        "design", type=read_text, nargs="?", default="paper", metavar="DESIGN",
+        help="preset or TOML file (default paper), before the action",
+    )  # fmt: skip
+    parser.add_argument(
+        "--bus", type=read_text, default="virtual", metavar="BUS",
+        help="virtual (default): the twin, in simulated time; only a name opens a port",
+    )
+    parser.add_argument("--seed", type=read_seed, default=0, help="seed of the twin and of the scene (default 0)")
+    chosen = parser.add_subparsers(required=True, metavar="ACTION", parser_class=Parser)
+    for name, add in ACTIONS.items():
+        add(chosen, name)
+
+
+@final
+class _DriveParser(Parser):
+    """Takes the action's name for what it is where no design is given before it."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """See `argparse.ArgumentParser.parse_known_args`."""
+        return super().parse_known_args(_name_design(list(args or ())), namespace)
+
+
+def _name_design(arguments: list[str]) -> list[str]:
+    """The arguments with the default design before an action that has none."""
+    is_value = False
+    for place, argument in enumerate(arguments):
+        if is_value or argument.startswith("-"):
+            is_value = not is_value and argument in {"--bus", "--seed"}
+            continue
+        return [*arguments[:place], "paper", *arguments[place:]] if argument in ACTIONS else arguments
+    return arguments
+
+
+def _refuse(arguments: argparse.Namespace) -> Answer:
+    raise UsageError(f"no action given; allowed: {', '.join(ACTIONS)}")

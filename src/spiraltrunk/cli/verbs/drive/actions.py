@@ -1,0 +1,162 @@
+"""Status, homing and moves of the cables."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from spiraltrunk.cli.arguments import Parser, read_count, read_number, read_text
+from spiraltrunk.cli.output import DONE, Answer, UsageError, format_json
+from spiraltrunk.cli.verbs.drive.robot import compute_state, open_robot
+
+if TYPE_CHECKING:
+    from spiraltrunk.workflows.drive.robot import Robot
+
+_TENSION = 20.0
+"""Largest tension of a move, unless told otherwise [N] (ours): curls the paper's trunk half."""
+
+
+def add_action(actions: Any, name: str, run: Callable[[argparse.Namespace], Answer], what: str) -> Parser:
+    """The parser of a new action."""
+    parser: Parser = actions.add_parser(name, help=what, description=what, allow_abbrev=False)
+    parser.add_argument(
+        "--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON object, nothing else"
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+def add_status(actions: Any, name: str) -> None:
+    """Add the action that listens to the motors; nothing is sent to them but a watchdog's heartbeat."""
+    add_action(actions, name, _status, "listen to the motors, and tell their state")
+
+
+def add_home(actions: Any, name: str) -> None:
+    """Add the action that homes the drums."""
+    add_action(actions, name, _home, "wind all cables in gently until the trunk is straight between them")
+
+
+def add_pull(actions: Any, name: str) -> None:
+    """Add the action that winds every cable to a length."""
+    parser = add_action(actions, name, _pull, "home, and wind every cable to a length since the straight trunk")
+    parser.add_argument(
+        "pulls_mm", type=read_number, nargs="+", metavar="MM", help="cable to wind in, one for each, negative to let out"
+    )
+    _add_move(parser)
+
+
+def add_jog(actions: Any, name: str) -> None:
+    """Add the action that moves one cable."""
+    parser = add_action(actions, name, _jog, "home, and wind one cable in or out: which one moves shows the wiring")
+    parser.add_argument("cable", type=read_count, metavar="CABLE", help="cable, counted from 1")
+    parser.add_argument("way_mm", type=read_number, metavar="MM", help="length to wind in, negative to let out")
+    _add_move(parser)
+
+
+def add_protocol(actions: Any, name: str) -> None:
+    """Add the action that carries out the pulls of a motion-capture run."""
+    parser = add_action(actions, name, _protocol, "home, and carry out a run of a motion-capture protocol, step by step")
+    parser.add_argument("protocol", type=read_text, metavar="PROTOCOL", help="paper, or a protocol.toml")
+    parser.add_argument("run_name", type=read_text, metavar="RUN", help="name of the run, such as bend-dorsal")
+    _add_move(parser)
+
+
+def _add_move(parser: Parser) -> None:
+    parser.add_argument(
+        "--tension-n", type=read_number, default=_TENSION, metavar="N",
+        help=f"largest tension of each cable (default {_TENSION:g})",
+    )  # fmt: skip
+    parser.add_argument("--speed-mm-s", type=read_number, default=20.0, metavar="V", help="speed (default 20)")
+    parser.add_argument(
+        "--hold-s", type=read_number, default=1.0, metavar="S", help="time for which the end is held (default 1)"
+    )
+
+
+def _status(arguments: argparse.Namespace) -> Answer:
+    from spiraltrunk.workflows.drive.robot import LISTENING
+
+    with open_robot(arguments) as robot:
+        robot.run(LISTENING)
+        return _answer(arguments, robot)
+
+
+def _home(arguments: argparse.Namespace) -> Answer:
+    with open_robot(arguments) as robot:
+        robot.home()
+        return _answer(arguments, robot)
+
+
+def _pull(arguments: argparse.Namespace) -> Answer:
+    with open_robot(arguments) as robot:
+        _check_count(robot, arguments.pulls_mm)
+        robot.prepare()
+        _move(arguments, robot, [1e-3 * pull for pull in arguments.pulls_mm])
+        return _answer(arguments, robot)
+
+
+def _check_count(robot: Robot, pulls: list[float]) -> None:
+    if len(pulls) != robot.design.n_cable:
+        raise UsageError(f"{len(pulls)} lengths given; allowed: {robot.design.n_cable}, one for each cable")
+
+
+def _jog(arguments: argparse.Namespace) -> Answer:
+    with open_robot(arguments) as robot:
+        if not 1 <= arguments.cable <= robot.design.n_cable:
+            raise UsageError(f"cable is {arguments.cable}; allowed: 1 to {robot.design.n_cable}")
+        robot.prepare()
+        pulls = [cable.pull for cable in robot.driver.snapshot().cables]
+        pulls[arguments.cable - 1] += 1e-3 * arguments.way_mm
+        _move(arguments, robot, pulls)
+        return _answer(arguments, robot)
+
+
+def _protocol(arguments: argparse.Namespace) -> Answer:
+    from spiraltrunk.mocap.protocol.schedule import build_schedule
+    from spiraltrunk.mocap.protocol.toml import load_protocol
+
+    protocol = load_protocol(arguments.protocol)
+    steps = []
+    with open_robot(arguments) as robot:
+        schedule = build_schedule(robot.design, protocol, protocol.run(arguments.run_name))
+        robot.prepare()
+        for pull in schedule.pull.tolist():
+            _move(arguments, robot, pull)
+            cables = robot.driver.snapshot().cables
+            steps.append(
+                {
+                    "pull_mm": [1e3 * cable.pull for cable in cables], "target_mm": [1e3 * one for one in pull],
+                    "tension_n": [cable.tension for cable in cables],
+                }
+            )  # fmt: skip
+        return _answer(arguments, robot, steps)
+
+
+def _move(arguments: argparse.Namespace, robot: Robot, pulls: list[float]) -> None:
+    if not (arguments.speed_mm_s > 0.0 and 0.0 <= arguments.hold_s <= 3600.0):
+        given = f"{arguments.speed_mm_s:g} mm/s, {arguments.hold_s:g} s"
+        raise UsageError(f"--speed-mm-s and --hold-s are {given}; allowed: above 0, and 0 to 3600")
+    robot.pull_to(
+        pulls, tension=arguments.tension_n, speed=1e-3 * arguments.speed_mm_s, hold=float(arguments.hold_s)
+    )
+
+
+def _answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, Any]] | None = None) -> Answer:
+    snapshot = robot.driver.snapshot()
+    state = compute_state(snapshot) | {"bus": arguments.bus} | ({} if steps is None else {"steps": steps})
+    if arguments.json:
+        return DONE, format_json(state)
+    from spiraltrunk.report import format_table
+
+    rows = [
+        (str(number), f"{cable['pull_mm']:.1f}", f"{cable['tension_n']:.1f}", f"{cable['temperature_degc']:.0f}")
+        for number, cable in enumerate(state["cables"], start=1)
+    ]
+    header = ("cable", "pull [mm]", "tension [N]", "motor [degC]")
+    title = f"{state['bus']}: {state['mode']}, {'homed' if state['is_homed'] else 'not homed'}\n"
+    if steps is not None:
+        worst = max(
+            abs(is_ - should) for step in steps for is_, should in zip(step["pull_mm"], step["target_mm"], strict=True) if should == should
+        )
+        title = f"{len(steps)} steps, pulls within {worst:.2f} mm of their targets\n{title}"
+    return DONE, format_table(rows, header=header, title=title, indent=2)

@@ -1,0 +1,99 @@
+"""``spiraltrunk drive run`` and ``replay``: a strategy through motors and driver, and its log."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Any
+
+from spiraltrunk.cli.arguments import read_text
+from spiraltrunk.cli.output import DONE, FAILED, Answer, add_file_count, complain, format_json, open_out
+from spiraltrunk.cli.progress import show_progress
+from spiraltrunk.cli.verbs.drive.actions import add_action
+from spiraltrunk.cli.verbs.drive.robot import check_bus, compute_state
+from spiraltrunk.cli.verbs.grasp import format_verdict
+from spiraltrunk.cli.verbs.object_check import check_object
+
+if TYPE_CHECKING:
+    from spiraltrunk.workflows.drive.trial import DriveTrial
+
+LOG = "drive.mcap"
+"""Name of the log."""
+
+
+def add_run(actions: Any, name: str) -> None:
+    """Add the action that runs a strategy."""
+    parser = add_action(actions, name, _run, "home, arm, and run one strategy")
+    parser.add_argument("strategy", type=read_text, metavar="STRATEGY", help="one of the nine")
+    parser.add_argument(
+        "--object", type=read_text, metavar="NAME",
+        help="a catalogue name, or a solid such as cylinder:diameter_mm=72,height_mm=180,mass_g=350",
+    )  # fmt: skip
+    parser.add_argument("--no-video", action="store_true", help="write neither film strip nor video")
+    parser.add_argument("--out", type=read_text, metavar="DIR", help="write result, log, plots and video there")
+
+
+def add_replay(actions: Any, name: str) -> None:
+    """Add the action that tells of a log."""
+    parser = add_action(actions, name, _replay, "read the log of a run, and draw its plots")
+    parser.add_argument("log", type=read_text, metavar="LOG", help="an MCAP file that `drive run --out` wrote")
+    parser.add_argument("--out", type=read_text, metavar="DIR", help="write the plots there")
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    from spiraltrunk import strategies
+    from spiraltrunk.design import load_design
+    from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
+    from spiraltrunk.workflows.drive.trial import run_on_twin
+    from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
+
+    check_bus(arguments.bus)
+    strategy = strategies.get(arguments.strategy)
+    usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]
+    name = usual if arguments.object is None else arguments.object
+    shape, design = parse_object(name), load_design(arguments.design)
+    check_object(strategy, design, shape, name)
+    missing, video = None, not arguments.no_video
+    with (
+        open_out(arguments.out, "drive", [*list_files(video=video), LOG]) as output,
+        show_progress(sys.stderr) as progress,
+    ):
+        progress("homing", 0, 0)
+
+        def run(log: Any) -> DriveTrial:
+            return run_on_twin(
+                design, shape, strategy=strategy, seed=arguments.seed, log=log,
+                watch=lambda seen, status: progress(status.phase, 0, 0),
+            )  # fmt: skip
+
+        if output is None:
+            done = run(None)
+            result = compute_result(done.trial, name)
+        else:
+            with output.draft() as draft:
+                done = run(draft / LOG)
+                artifacts = write_artifacts(done.trial, name, draft, video=video, workers=2, progress=progress)
+            result, missing = artifacts.result, artifacts.missing
+    if missing is not None:
+        complain(f"no film strip and no video: {missing}", DONE)
+    result |= {"drive": compute_state(done.snapshot) | {"bus": arguments.bus, "homing_s": done.homing}}
+    result["drive"]["warnings"] = list(done.warnings)
+    code = DONE if result["success"] else FAILED
+    if arguments.json:
+        return code, format_json(result)
+    return code, add_file_count(format_verdict(result), result, arguments, "\n  ")
+
+
+def _replay(arguments: argparse.Namespace) -> Answer:
+    from spiraltrunk.report import format_table
+    from spiraltrunk.workflows.drive.replay import read_replay, write_replay
+
+    replay = read_replay(arguments.log)
+    with open_out(arguments.out, "drive", replay.files) as output:
+        if output is not None:
+            with output.draft() as draft:
+                write_replay(replay, draft)
+    if arguments.json:
+        return DONE, format_json(replay.result)
+    rows = [(key.replace("_", " "), str(value)) for key, value in replay.result.items() if not isinstance(value, list)]
+    return DONE, format_table(rows, title=str(arguments.log), indent=2)

@@ -1,0 +1,141 @@
+"""A robot that is driven, hardware or twin: its loop, homing and arming, and moves of its cables."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC
+from collections.abc import Callable, Sequence
+
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DriveError, RunError
+from spiraltrunk.hardware.clock import Clock
+from spiraltrunk.hardware.driver import TrunkDriver
+from spiraltrunk.hardware.safety.states import Mode
+
+LONGEST_HOMING = 60.0
+"""Time after which homing counts as hung [s] (ours)."""
+
+RENEWAL = 0.02
+"""Time between two targets of a move [s] (ours)."""
+
+LISTENING = 0.1
+"""Time for which the motors' feedback is awaited [s] (ours)."""
+
+Watch = Callable[[TrunkDriver], None]
+"""Called after every renewal, for screens and logs."""
+
+
+class Robot(ABC):
+    """The driver of a robot and what a person does with it.
+
+    A context manager: at its end, for whatever reason, the driver lets go and is closed.
+    """
+
+    design: TrunkDesign
+    """The robot's design."""
+    driver: TrunkDriver
+    """Motors, gripper and arm."""
+    clock: Clock
+    """The driver's clock."""
+    watch: Watch | None = None
+    """Called while the robot runs; None for nothing."""
+
+    def __enter__(self) -> Robot:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go, and release what was opened; harmless when called again."""
+        self.driver.close()
+
+    def run(self, duration: float) -> None:
+        """Run the driver's loop for some time [s]."""
+        end = self.clock.now() + duration - 1e-9
+        shown = -math.inf
+        while self.clock.now() < end:
+            self.driver.wait()
+            self.driver.tick()
+            if self.watch is not None and self.clock.now() >= shown + RENEWAL:
+                shown = self.clock.now()
+                self.watch(self.driver)
+
+    def home(self) -> None:
+        """Wait for feedback, and find the zeros of the drums.
+
+        Raises:
+            DriveError: where the motors do not answer, or there is no watchdog.
+            RunError: where a fault ended it.
+        """
+        self.run(LISTENING)
+        self.driver.home()
+        end = self.clock.now() + LONGEST_HOMING
+        while self.driver.mode is Mode.HOMING and self.clock.now() < end:
+            self.run(RENEWAL)
+        self.raise_fault()
+        if self.driver.mode is Mode.HOMING:
+            raise RunError(f"homing did not end in {LONGEST_HOMING:g} s")
+
+    def prepare(self) -> None:
+        """Home where that was not done, and arm, as a person would.
+
+        Raises:
+            DriveError: as of `home`.
+            RunError: as of `home`.
+        """
+        if not self.driver.is_homed:
+            self.home()
+        self.driver.arm()
+
+    def pull_to(self, pulls: Sequence[float], *, tension: float, speed: float = 0.02, hold: float = 1.0) -> None:
+        """Wind every cable to its pull, all arriving together, and hold it there.
+
+        Args:
+            pulls: cable pulled in since the straight trunk, one per cable [m]; NaN for a cable that is free, at the
+                floor of tension.
+            tension: largest tension of the others [N].
+            speed: speed of the cable with the longest way [m/s].
+            hold: time at the end [s].
+
+        Raises:
+            DriveError: for a target out of its range.
+            RunError: where a fault ended it.
+        """
+        if not (math.isfinite(speed) and speed > 0.0):
+            raise DriveError(f"speed of a cable is {speed:g} m/s; allowed: above 0")
+        start = [cable.pull for cable in self.driver.snapshot().cables]
+        if len(pulls) != len(start) or any(math.isinf(pull) for pull in pulls):
+            raise DriveError(f"pulls are {list(pulls)}; allowed: {len(start)} lengths in m, NaN for a free cable")
+        tensions = [0.0 if math.isnan(pull) else tension for pull in pulls]
+        duration = max([0.0, *(abs(pull - at) for pull, at in zip(pulls, start, strict=True) if pull == pull)]) / speed
+        began = self.clock.now()
+        while (elapsed := self.clock.now() - began) < duration + hold:
+            share = min(1.0, elapsed / duration) if duration > 0.0 else 1.0
+            wanted = [
+                math.inf if math.isnan(pull) else at + share * (pull - at)
+                for pull, at in zip(pulls, start, strict=True)
+            ]
+            self.driver.set_targets(tensions, wanted, valid_for=RENEWAL)
+            self.run(RENEWAL)
+            self.raise_fault()
+
+    def let_go(self) -> None:
+        """Disarm, and wait until the torque is off.
+
+        Raises:
+            DriveError: where the driver is not armed.
+        """
+        self.driver.disarm()
+        while self.driver.snapshot().is_letting_go:
+            self.run(RENEWAL)
+
+    def raise_fault(self) -> None:
+        """Raise the first latched fault.
+
+        Raises:
+            RunError: with its text, where there is one.
+        """
+        for fault in self.driver.faults[:1]:
+            where = "" if fault.cable is None else f" of cable {fault.cable + 1}"
+            raise RunError(f"{fault.kind.value}{where}: {fault.text}")
