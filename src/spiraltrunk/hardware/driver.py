@@ -261,6 +261,8 @@ class TrunkDriver:
             tension=reading.tension if reading else 0.0,
             tension_target=loop.targets.tension[i],
             pull_target=loop.targets.pull[i],
+            angle=motor.angle if motor else math.nan,
+            motor_speed=motor.speed if motor else math.nan,
             torque=loop.sent[i],
             temperature=motor.temperature if motor else math.nan,
             voltage=motor.voltage if motor else None,

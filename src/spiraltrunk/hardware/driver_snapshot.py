@@ -28,6 +28,10 @@ class CableSnapshot:
     """Upper limit of the tension that was asked for [N]."""
     pull_target: float
     """Upper limit of the pull that was asked for [m]."""
+    angle: float
+    """Angle that the motor turned since the driver's start [rad]; NaN before the first feedback."""
+    motor_speed: float
+    """Its speed, positive when it winds in [rad/s]; NaN before the first feedback."""
     torque: float
     """Torque that was sent last [N m]."""
     temperature: float

@@ -117,6 +117,20 @@ def test_an_adapter_that_is_absent_is_one_line():
         assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [("gs_usb:0", "pip install 'python-can[gs-usb]'"), ("socketcan:can0", "use another computer")],
+)
+def test_an_interface_that_lacks_something_says_what_helps(monkeypatch, text, advice):
+    def refuse(**options):
+        raise can.CanInterfaceNotImplementedError("no such module")
+
+    monkeypatch.setattr(can, "Bus", refuse)
+    with pytest.raises(MissingPackage) as error:
+        open_can_bus(text, CLOCK)
+    assert str(error.value) == f"bus {text} cannot be opened: no such module; {advice}"
+
+
 def test_the_kernel_filters_what_is_not_feedback(monkeypatch):
     asked = {}
     monkeypatch.setattr(can, "Bus", lambda **options: asked.update(options) or Adapter())
@@ -138,6 +152,7 @@ def test_usb_adapters_are_set_to_the_motors_bit_rate(monkeypatch, text, channel)
     [
         build_message(is_extended_id=True),
         build_message(data=b"", is_remote_frame=True, dlc=8),
+        build_message(data=b"", is_remote_frame=True, dlc=0),
         build_message(is_error_frame=True, identifier=1),
         build_message(data=bytes(64), is_fd=True),
         build_message(0x800),
@@ -148,7 +163,20 @@ def test_usb_adapters_are_set_to_the_motors_bit_rate(monkeypatch, text, channel)
         IndexError("string index out of range"),
         AssertionError("only requested a single extra field"),
     ],
-    ids=["extended", "remote", "error", "fd", "id", "short", "long", "cause", "value", "index", "assertion"],
+    ids=[
+        "extended",
+        "remote",
+        "remote without length",
+        "error",
+        "fd",
+        "id",
+        "short",
+        "long",
+        "cause",
+        "value",
+        "index",
+        "assertion",
+    ],
 )
 @pytest.mark.parametrize("interface", ["socketcan", "slcan"])
 def test_messages_that_are_never_trusted_are_counted_and_the_next_one_is_read(message, interface):
@@ -190,6 +218,17 @@ def test_what_could_not_be_sent_is_never_sent_later():
     bus.send(Frame(0x1FE, b"fresh"))
     bus.flush()
     assert [bytes(message.data) for message in adapter.sent] == [b"fresh"]
+
+
+def test_what_a_serial_adapter_has_not_taken_is_discarded():
+    adapter, bus = open_fake()
+    discarded = []
+    adapter.serialPortOrig = type("Port", (), {"reset_output_buffer": lambda self: discarded.append(True)})()
+    adapter.failure = can.CanOperationError("Could not write to serial device")
+    bus.send(Frame(0x1FE, b"stale"))
+    with pytest.raises(DriveError, match="Could not write"):
+        bus.flush()
+    assert discarded == [True]
 
 
 def test_a_bus_that_went_off_takes_nothing_until_it_is_heard_again():

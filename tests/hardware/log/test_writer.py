@@ -255,3 +255,10 @@ def test_unknown_channels_and_closed_logs_are_refused(
     log.close()
     with pytest.raises(DriveError, match="a log that is open"):
         log.write("/motors", 0.0, motor_values(0))
+
+
+@pytest.mark.parametrize("origin", [np.nan, np.inf, "a", [1.0]])
+def test_an_origin_of_the_clock_that_is_none_is_one_line(tmp_path: Path, build_metadata: Build, origin: object) -> None:
+    with pytest.raises(DriveError, match="clock_origin of the log"):
+        LogWriter(tmp_path / "a.mcap", origin, build_metadata())
+    assert list(tmp_path.iterdir()) == []

@@ -83,18 +83,46 @@ def test_devices_are_advanced_in_order() -> None:
     assert order == ["a", "b", "a", "b"]
 
 
-def test_in_real_time_the_devices_keep_up_with_the_clock() -> None:
-    device = Recorder()
-    with RealTimeTwin(device):
-        start = time.monotonic()
-        while device.total < 0.05:
-            time.sleep(1e-3)
-        elapsed = time.monotonic() - start
-    assert elapsed >= 0.05 - 2e-3
+class SetClock(Clock):
+    """Shows what a test sets."""
+
+    def __init__(self) -> None:
+        self.moment = 0.0
+
+    def now(self) -> float:
+        return self.moment
+
+    def sleep_until(self, moment: float) -> None:
+        raise AssertionError
+
+
+def wait_for(device: Recorder, total: float) -> None:
+    """Wait until a device was advanced by this long [s], at most a minute."""
+    deadline = time.monotonic() + 60.0
+    while device.total < total - 1e-9:
+        assert time.monotonic() < deadline
+        time.sleep(1e-3)
+
+
+def test_in_real_time_the_devices_follow_the_clock_and_do_not_run_ahead() -> None:
+    device, clock = Recorder(), SetClock()
+    with RealTimeTwin(device, clock=clock):
+        for moment in (0.0, 0.03, 0.05, 0.08):
+            clock.moment = moment
+            wait_for(device, moment)
+            time.sleep(2e-3)
+            assert device.total <= moment + 1e-3 + 1e-9
     total = device.total
     assert all(thread.name != "twin" for thread in threading.enumerate())
+    clock.moment = 1.0
     time.sleep(5e-3)
     assert device.total == total
+
+
+def test_in_real_time_the_computers_clock_is_the_default() -> None:
+    device = Recorder()
+    with RealTimeTwin(device):
+        wait_for(device, 0.01)
 
 
 def test_what_fails_in_the_thread_is_raised_at_its_end() -> None:
@@ -114,23 +142,13 @@ def test_what_fails_in_the_thread_is_raised_at_its_end() -> None:
 def test_after_a_long_pause_only_the_last_of_it_is_made_up_for() -> None:
     """A computer that slept for an hour does not run through it."""
 
-    class Leaping(Clock):
-        def __init__(self) -> None:
-            self.calls = 0
-
-        def now(self) -> float:
-            self.calls += 1
-            return 0.0 if self.calls < 2 else 3600.0
-
-        def sleep_until(self, moment: float) -> None:
-            raise AssertionError
-
-    device = Recorder()
-    twin = RealTimeTwin(device, clock=Leaping())
-    twin.start()
-    time.sleep(0.05)
-    twin.stop()
-    assert 0.09 <= device.total <= 0.11
+    device, clock = Recorder(), SetClock()
+    with RealTimeTwin(device, clock=clock):
+        wait_for(device, 1e-3)
+        clock.moment = 3600.0
+        wait_for(device, 0.1)
+        time.sleep(5e-3)
+    assert device.total <= 0.1 + 3e-3
 
 
 def test_the_same_calls_give_the_same_run(build: Callable[..., Setup]) -> None:

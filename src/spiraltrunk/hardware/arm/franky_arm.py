@@ -1,31 +1,31 @@
 """Franka Research 3 through franky 2.0 (PyPI: franky-control).
 
-Each target is a joint motion that replaces the one before; the library plans it at 1 kHz in C++ (Ruckig, time-optimal
-within limits of speed, acceleration and jerk) and holds the last target. Tried on `franky-sim` 1.0.4, which enforces no
-limits and reports no errors; never on a real arm.
+The joints are moved by the library's JointImpedanceTrackingMotion, a spring-damper law on torques at 1 kHz in its C++
+thread. A JointMotion for each target, the library's time-optimal planner, was tried and left: on franky-sim it ended
+now and then with "Motion planner failed with error code -111" (also franky's issue 76), which stops the arm at once.
+
+Tried on `franky-sim` 1.0.4, which enforces no limits and reports no errors; never on a real arm.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, final
 
 import numpy as np
 
-from spiraltrunk.control.arm_limits import ArmLimits
 from spiraltrunk.errors import DriveError, MissingPackage
 from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmState
-from spiraltrunk.hardware.arm.checks import ArmSettings, CollisionThresholds, intersect_limits
+from spiraltrunk.hardware.arm.checks import ArmSettings, CollisionThresholds, position_range
 from spiraltrunk.hardware.arm.guarded_arm import GuardedArm
 from spiraltrunk.hardware.arm.libfranka_state import read_libfranka_state
 from spiraltrunk.hardware.arm.open_within import CONNECT_TIME, open_within
 from spiraltrunk.hardware.clock import Clock
 
-PLANNED = ("velocity", "acceleration", "jerk")
-"""Limits that the library's planner keeps."""
+STIFFNESS = (600.0, 600.0, 600.0, 600.0, 250.0, 150.0, 50.0)
+"""Stiffness of the joints [N m/rad] (default of panda-python's JointPosition); damped critically by the library."""
 
-STOP_TIME = 2.0
-"""Longest wait for a stop [s] (ours; at full speed the FR3 needs under half of it)."""
+STOP_TIME = 4.0
+"""Longest wait for a stop [s] (ours: twice the library's longest damping)."""
 
 
 @final
@@ -53,11 +53,9 @@ class FrankyArm(GuardedArm):
             f"arm {address!r}",
             lambda: franky.Robot(address, realtime_config=franky.RealtimeConfig.Ignore),
         )
-        limits = intersect_limits(settings.limits, _planner_limits(self._robot))
-        super().__init__(replace(settings, limits=limits), clock)
+        super().__init__(settings, clock)
+        self._motion: Any = None
         self._begin(CollisionThresholds() if thresholds is None else thresholds)
-        for name in PLANNED:
-            getattr(self._robot, f"joint_{name}_limit").set(getattr(limits, name).tolist())
 
     def _measure(self) -> ArmState:
         self._robot.poll_motion()
@@ -65,20 +63,29 @@ class FrankyArm(GuardedArm):
         return read_libfranka_state(state, state.ddq_est)
 
     def _follow(self, target: np.ndarray) -> None:
-        motion = self._franky.JointMotion(target.tolist(), return_when_finished=False)
+        reference = self._franky.JointReference(q=target)
+        if self._motion is not None:
+            self._motion.set_reference(reference)
+            return
+        low, high = position_range(self.settings)
+        motion = self._franky.JointImpedanceTrackingMotion(
+            stiffness=np.array(STIFFNESS), lower_joint_limits=low, upper_joint_limits=high
+        )
+        motion.set_reference(reference)
         self._robot.move(motion, asynchronous=True)
+        self._motion = motion
 
     def _halt(self) -> None:
-        if self._robot.is_in_control:
-            self._robot.move(self._franky.JointStopMotion(), asynchronous=True)
+        if self._motion is not None:
+            self._motion.set_reference(self._franky.JointReference(q=np.array(self._robot.state.q, float)))
 
     def _load(self, load: ArmLoad) -> None:
-        self._wait_for_stop()
+        self._end_motion()
         self._robot.set_load(float(load.mass), load.center.tolist(), load.inertia.T.ravel().tolist())
 
     def _release(self) -> None:
         try:
-            self._wait_for_stop()
+            self._end_motion()
         finally:
             self._robot = None
 
@@ -88,16 +95,16 @@ class FrankyArm(GuardedArm):
     def _set_thresholds(self, thresholds: CollisionThresholds) -> None:
         self._robot.set_collision_behavior(list(thresholds.torque), list(thresholds.force))
 
-    def _wait_for_stop(self) -> None:
+    def _end_motion(self) -> None:
+        """Let the library damp the arm to rest and end its control; Franka's own controller holds it then."""
+        motion, self._motion = self._motion, None
+        if motion is None:
+            return
+        if self._robot.is_in_control:
+            self._robot.move(self._franky.TorqueStopMotion(), asynchronous=True)
         if not self._robot.join_motion(timeout=STOP_TIME):
             self._robot.stop()
             raise DriveError(f"the arm did not stop within {STOP_TIME:g} s; its control was ended")
-
-
-def _planner_limits(robot: Any) -> ArmLimits:
-    """Largest speed, acceleration and jerk that the library plans: those of the Panda, below most of the FR3's."""
-    velocity, acceleration, jerk = (np.array(getattr(robot, f"joint_{name}_limit").max, float) for name in PLANNED)
-    return ArmLimits(position=None, velocity=velocity, acceleration=acceleration, jerk=jerk, torque=None)
 
 
 def _load_library() -> Any:

@@ -41,6 +41,7 @@ class GuardedArm(ArmPort):
         self._error: str | None = None
         self._target: np.ndarray | None = None
         self._due = -np.inf
+        self._is_held = False
         self._is_gone = False
         self._is_closed = False
 
@@ -68,7 +69,6 @@ class GuardedArm(ArmPort):
             DriveError: for a load that no body has or beyond the payload, while the arm moves or follows targets, and
                 where the arm refuses.
         """
-        self._refuse_closed()
         state = self.read()
         if state.error is not None:
             raise DriveError(f"the arm takes no load: {state.error}")
@@ -92,7 +92,6 @@ class GuardedArm(ArmPort):
             DriveError: after `close`, and for a target that is not finite, of another shape, beyond a limit, faster
                 than a joint or too far from the measured position; nothing is sent then, and nothing is clamped.
         """
-        self._refuse_closed()
         target = read_target(self.settings, position)
         state = self.read()
         now, period = self._clock.now(), self.settings.period
@@ -103,6 +102,7 @@ class GuardedArm(ArmPort):
         check_lead(self.settings, target, state.position)
         if state.error is not None:
             return
+        self._is_held = False
         try:
             self._follow(target)
         except Exception as error:  # As above.
@@ -112,12 +112,16 @@ class GuardedArm(ArmPort):
 
     @final
     def hold(self) -> None:
-        """Stop where the arm is and stay there; never refused, harmless when called again."""
+        """Stop where the arm is and stay there; never refused.
+
+        Called again it does nothing: an arm that gives way under a weight would otherwise sag a bit with each call.
+        """
         self._target = None
-        if self._is_closed:
+        if self._is_closed or self._is_held:
             return
         try:
             self._halt()
+            self._is_held = True
         except Exception as error:  # As above; an arm that reported an error stands by its own controller.
             self._latch(describe_failure(error))
 
@@ -184,7 +188,6 @@ class GuardedArm(ArmPort):
     def _latch(self, error: str) -> None:
         """Keep the first error: what follows is its consequence."""
         self._error = self._error or error
-        self._target = None
 
     def _refresh(self) -> None:
         """Take over a new measurement, and note what the arm reports."""

@@ -68,7 +68,7 @@ class BoardBus(FrameBus):
         self._received: int | None = None
         self._sequence = 0
         self._pulse: int | None = None
-        self._pulse_time = -math.inf
+        self._pulse_time = 0.0
         self._is_closed = False
 
     @property

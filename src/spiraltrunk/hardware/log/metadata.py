@@ -49,7 +49,8 @@ def format_metadata(metadata: LogMetadata) -> dict[str, str]:
     """Texts of the metadata record; each is JSON but for the design, which stays readable."""
     names = ("bus", "is_twin", "seed", "versions", "provenance", "task", "wall_start", "clock_origin")
     texts = {name: json.dumps(to_json(getattr(metadata, name))) for name in names}
-    return {"schema": SCHEMA, "design": metadata.design} | texts
+    design = metadata.design.encode(errors="backslashreplace").decode()
+    return {"schema": SCHEMA, "design": design} | texts
 
 
 def parse_metadata(texts: Mapping[str, str]) -> LogMetadata:

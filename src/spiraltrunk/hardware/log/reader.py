@@ -46,8 +46,15 @@ class Log:
     """Messages of each channel that was read, in order of arrival, as its dataclass in `CHANNELS`."""
 
     def __getitem__(self, kind: type[_Channel]) -> _Channel:
-        """Messages of the channel with this dataclass."""
-        return next(messages for messages in self.channels.values() if type(messages) is kind)
+        """Messages of the channel with this dataclass.
+
+        Raises:
+            DriveError: where it was not read.
+        """
+        for messages in self.channels.values():
+            if type(messages) is kind:
+                return messages
+        raise DriveError(f"{kind.__name__} was not read; allowed: a channel of {', '.join(self.channels)}")
 
 
 def load_log(path: str | Path, channels: Collection[str] = tuple(CHANNELS)) -> Log:

@@ -1,7 +1,8 @@
 """Writer of logs: MCAP with JSON messages, from a thread of its own, so that the control loop never waits for the disc.
 
 The file grows by a whole chunk every `CHUNK_PERIOD`, which the kernel has from then on: a process that is killed loses
-what came since. Each is followed by fsync(2), so that a power failure loses little more.
+what came since. Each is followed by fsync(2), so that a power failure loses little more. That Foxglove opens such a log
+follows from its documentation ("jsonschema" and "json"), and was never tried.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from typing import IO, TYPE_CHECKING, Any, cast, final
 
 import numpy as np
 
+from spiraltrunk.checks import read_numbers
 from spiraltrunk.errors import DriveError, MissingPackage, SpiralTrunkError, describe
 from spiraltrunk.files.results import to_json
 from spiraltrunk.hardware.log.channels import CHANNELS, format_schema, list_columns
@@ -39,6 +41,9 @@ control loop, which shares the interpreter, sleeps until its next tick."""
 
 _SLICE = 50
 """Messages encoded at once (ours): about half a millisecond."""
+
+_TURN = 1000
+"""Messages after which the thread sees whether a chunk is due (ours): some 50 ms."""
 
 _BREATH = 0.0002
 """Pause between two of these [s] (ours)."""
@@ -76,11 +81,13 @@ class LogWriter:
             waits: whether `write` waits for room instead of losing messages: for a twin faster than real time.
 
         Raises:
+            DriveError: where the clock's origin is not finite.
             OutputError: where the file exists or cannot be made.
             MissingPackage: where mcap is not installed.
         """
+        origin = float(read_numbers("clock_origin of the log", clock_origin, shape=(), unit="s", error=DriveError))
         self._waits = waits
-        self._metadata = replace(metadata, clock_origin=float(clock_origin))
+        self._metadata = replace(metadata, clock_origin=origin)
         self._stream = PendingStream()
         self._writer = _start_writer(self._stream, self._metadata)
         self._channels: dict[str, int] = {}
@@ -89,7 +96,7 @@ class LogWriter:
         self._queue: SimpleQueue[_Message] = SimpleQueue()
         self._refused = 0  # Counted by the caller's thread,
         self._failed, self._told, self._unwritten, self._sequence = 0, 0, 0, 0  # these by the log's.
-        self._time = float(clock_origin)
+        self._time = origin
         self._has_warned = self._is_closing = self._is_dead = False
         self._thread = threading.Thread(target=self._run, name="spiraltrunk log", daemon=True)
         self._thread.start()
@@ -143,7 +150,7 @@ class LogWriter:
         """Main function of the thread."""
         try:
             self._write_chunks()
-            self._drain()
+            self._drain(self._queue.qsize())
             self._tell_loss()
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._commit()
@@ -159,7 +166,7 @@ class LogWriter:
         while not self._is_closing:
             if self._stream.pending < _MOST_PENDING:
                 self._await_message()
-                self._drain()
+                self._drain(_TURN)
             else:
                 wall.sleep(_NAP)
             if wall.monotonic() >= due:
@@ -173,9 +180,9 @@ class LogWriter:
         with suppress(Empty):
             self._encode(*self._queue.get(timeout=_NAP))
 
-    def _drain(self) -> None:
-        """Encode what is queued, in slices between which the control loop has the interpreter."""
-        for i in range(1, self._queue.qsize() + 1):
+    def _drain(self, most: int) -> None:
+        """Encode at most so many messages, in slices between which the control loop has the interpreter."""
+        for i in range(1, min(self._queue.qsize(), most) + 1):
             self._encode(*self._queue.get_nowait())
             if i % _SLICE == 0:
                 wall.sleep(_BREATH)

@@ -21,6 +21,7 @@ from spiraltrunk.files.results import read_versions
 from spiraltrunk.hardware.driver_snapshot import Snapshot
 from spiraltrunk.hardware.log import LoggedPlant, LogMetadata, LogWriter, describe_task
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
+from spiraltrunk.workflows.drive.recorder import Recorder
 from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
 from spiraltrunk.workflows.grasp.jobs import JOBS
 from spiraltrunk.workflows.grasp.trial import Trial
@@ -151,13 +152,15 @@ def _run_logged(
         task=describe_task(plant.task),
     )  # fmt: skip
     with LogWriter(path, robot.clock.now(), metadata, waits=True) as writer:
-        logged = LoggedPlant(plant, writer, robot.clock)
+        logged, record = LoggedPlant(plant, writer, robot.clock), Recorder(writer)
 
         def look(seen: Observation, status: Status) -> None:
             logged.watch(seen, status)
+            record(robot.driver)
             watch(seen, status)
 
         run_log = _run_to_fault(robot, logged, strategy, look)
+        record(robot.driver)
         logged.end(run_log)
         return run_log
 

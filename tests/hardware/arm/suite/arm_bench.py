@@ -125,12 +125,10 @@ def make_panda_py(joints: Joints) -> dict[str, ModuleType]:
             joints.follow(position)
 
     class LibfrankaRobot:
-        def set_collision_behavior(
-            self, lower_torque_thresholds_acceleration, upper_torque_thresholds_acceleration,
-            lower_torque_thresholds_nominal, upper_torque_thresholds_nominal, lower_force_thresholds_acceleration,
-            upper_force_thresholds_acceleration, lower_force_thresholds_nominal, upper_force_thresholds_nominal,
-        ) -> None:  # fmt: skip
-            joints.calls.append(("collision", lower_torque_thresholds_nominal, upper_force_thresholds_nominal))
+        def set_collision_behavior(self, *thresholds: list[float]) -> None:
+            # Lower and upper, accelerating and nominal: four of torque, four of force.
+            assert [len(one) for one in thresholds] == [7] * 4 + [6] * 4
+            joints.calls.append(("collision", thresholds[3], thresholds[7]))
 
         def set_load(self, load_mass: float, F_x_Cload: list[float], load_inertia: list[float]) -> None:
             assert len(F_x_Cload) == 3
@@ -181,34 +179,33 @@ def make_franky(joints: Joints) -> dict[str, ModuleType]:
         Enforce = 0
         Ignore = 1
 
-    class JointMotion:
-        def __init__(self, target, reference_type=None, relative_dynamics_factor=1.0, return_when_finished=True) -> None:
-            self.target, self.is_held = target, not return_when_finished
+    class JointReference:
+        def __init__(self, q: object = None, dq: object = None, tau_ff: object = None) -> None:
+            self.q = q
 
-    class JointStopMotion:
-        def __init__(self, relative_dynamics_factor: float = 1.0) -> None:
-            pass
+    class JointImpedanceTrackingMotion:
+        def __init__(
+            self, *, stiffness: object, lower_joint_limits: object = None, upper_joint_limits: object = None
+        ) -> None:
+            joints.calls.append(("stiffness", stiffness))
+            self.reference: JointReference | None = None
+            self.is_started = False
 
-    class Limit:
-        def __init__(self, most: np.ndarray) -> None:
-            self.max = self.value = most
+        def set_reference(self, reference: JointReference) -> None:
+            self.reference = reference
+            if self.is_started:
+                joints.follow(reference.q)
 
-        def set(self, value: list[float]) -> None:
-            assert not robot_is_moving()
-            assert (np.array(value) <= self.max).all()
-            self.value = np.array(value)
-
-    def robot_is_moving() -> bool:
-        return bool(joints.sent) and not joints.calls.count(("stopped",))
+    class TorqueStopMotion:
+        pass
 
     class Robot:
-        def __init__(self, fci_hostname: str, relative_dynamics_factor: float = 1.0, *, realtime_config: object) -> None:
+        def __init__(
+            self, fci_hostname: str, relative_dynamics_factor: float = 1.0, *, realtime_config: object
+        ) -> None:
             joints.check()
             joints.open_connections += 1
             self.is_in_control = False
-            self.joint_velocity_limit = Limit(SPEED)
-            self.joint_acceleration_limit = Limit(np.array([15, 7.5, 10, 12.5, 15, 20, 20]))
-            self.joint_jerk_limit = Limit(np.full(7, 7500.0))
 
         def __del__(self) -> None:
             joints.open_connections -= 1
@@ -223,13 +220,13 @@ def make_franky(joints: Joints) -> dict[str, ModuleType]:
 
         def move(self, motion: object, asynchronous: bool = False) -> None:
             assert asynchronous
-            if isinstance(motion, JointStopMotion):
+            if isinstance(motion, TorqueStopMotion):
                 joints.stop()
                 self.is_in_control = False
                 return
-            assert motion.is_held
-            self.is_in_control = True
-            joints.follow(motion.target)
+            assert not self.is_in_control
+            self.is_in_control = motion.is_started = True
+            joints.follow(motion.reference.q)
 
         def join_motion(self, timeout: float | None = None) -> bool:
             assert timeout is not None
@@ -249,7 +246,8 @@ def make_franky(joints: Joints) -> dict[str, ModuleType]:
 
     package = ModuleType("franky")
     package.Robot, package.RealtimeConfig = Robot, RealtimeConfig
-    package.JointMotion, package.JointStopMotion = JointMotion, JointStopMotion
+    package.JointReference, package.TorqueStopMotion = JointReference, TorqueStopMotion
+    package.JointImpedanceTrackingMotion = JointImpedanceTrackingMotion
     return {"franky": package}
 
 

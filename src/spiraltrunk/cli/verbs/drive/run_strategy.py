@@ -86,10 +86,10 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
 def _replay(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.report import format_table
-    from spiraltrunk.workflows.drive.replay import read_replay, write_replay
+    from spiraltrunk.workflows.drive.replay import PLOT, read_replay, write_replay
 
     replay = read_replay(arguments.log)
-    with open_out(arguments.out, "drive", replay.files) as output:
+    with open_out(arguments.out, "drive", [PLOT]) as output:
         if output is not None:
             with output.draft() as draft:
                 write_replay(replay, draft)
