@@ -1,0 +1,287 @@
+"""Feetech STS bus servos as motors of the winders, in their mode of duty cycles.
+
+Nothing here was tried on a real servo. What the protocol implies:
+
+- **Torque is an estimate.** The servo measures none. A commanded torque becomes a duty cycle
+  (`sts_codec.encode_duty`), and the reported torque is the load that the servo states. The friction of gears of 1:345
+  hides much of a cable's tension: calibrate, and use a load cell (`load_cell`) where tension matters.
+- **A servo holds the last duty cycle** when commands stop: no timeout of commands is known. Only a relay in its supply
+  stops it when the computer dies.
+- **The mode is written with the lock set,** so that it is forgotten at power-off (Feetech's memory table; unconfirmed).
+  After a power cycle a servo is limp, since it is switched on once, at the start, and never again.
+
+Period: at 1 Mbit/s a byte takes 10 us. With three servos a command takes 17 bytes, a request 11 and the answers 3 * 14,
+together 0.7 ms, and 1.5 ms more where each servo waits 0.5 ms before it answers (setting as delivered; unconfirmed).
+USB adapters add 1 to 16 ms. Hence 10 ms (ours): `send` also requests the feedback, which the next `read` collects.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Self, final
+
+from spiraltrunk.checks import check_count, check_text, check_type
+from spiraltrunk.errors import DesignError, DriveError
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.hardware.clock import Clock
+from spiraltrunk.hardware.motors import sts_codec as codec
+from spiraltrunk.hardware.motors.gm6020_motors import check_torques
+from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorPort, MotorState
+from spiraltrunk.hardware.motors.serial_port import SerialStream
+from spiraltrunk.hardware.motors.sts_line import StsLine
+from spiraltrunk.hardware.motors.turn_count import TurnCount
+
+SPEED_MARGIN = 1.25
+"""Speed at the largest supply that is accepted (1.2 times the nominal one) per nominal speed [-] (ours); frames that
+were recorded at 12.2 V tell up to 1.06."""
+KGF_CM = 0.0980665
+"""One kilogram-force at one centimetre [N m]."""
+
+
+@final
+class StsModel(NamedTuple):
+    """One variant of a servo: its limits and what it is recognised by."""
+
+    data_sheet: MotorDataSheet
+    """Limits; ``torque_max`` is the stall torque, which the servo's own protection allows for seconds only."""
+    voltage: float
+    """Nominal supply voltage [V]."""
+    number: int
+    """Model number that a servo answers; the variants for 7.4 V and 12 V share it."""
+
+
+def _build_sheet(name: str, stall_kgf_cm: float, speed_max_rpm: float) -> MotorDataSheet:
+    """Data sheet of an STS3215.
+
+    Stall torque and speed are the manufacturer's. A test bench found 35 kgf cm and 46 rpm at 12 V, and a cut-off at
+    70 degC (robonine.com, "Testing of Feetech STS3215"). Inertia and friction have no source (ours): a rotor of
+    2e-8 kg m^2 behind 1:345, and gears that a few newtons at the horn do not turn; only the twin uses them.
+    """
+    speed_max = speed_max_rpm * 2.0 * math.pi / 60.0
+    return MotorDataSheet(
+        name=name,
+        torque_max=stall_kgf_cm * KGF_CM,
+        speed_max=speed_max,
+        torque_step=stall_kgf_cm * KGF_CM / codec.DUTY_MAX,
+        angle_step=codec.STEP,
+        period=0.01,
+        silence_max=math.pi / (SPEED_MARGIN * speed_max),
+        temperature_derate=55.0,
+        temperature_stop=65.0,
+        rotor_inertia=2.4e-3,
+        rotor_friction=0.15,
+    )
+
+
+MODELS = {
+    "sts3215-12v": StsModel(_build_sheet("sts3215-12v", 30.0, 45.0), 12.0, 777),
+    "sts3215-7v4": StsModel(_build_sheet("sts3215-7v4", 19.5, 52.0), 7.4, 777),
+}
+"""Known servos by name; 777 as in LeRobot's table of Feetech's models."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class StsSettings:
+    """Where the servos are. A motor has an index in the order of the cables; a servo has an id on the bus."""
+
+    port: str
+    """Serial port, such as /dev/ttyACM0, /dev/cu.usbmodem1 or COM3; there is no default."""
+    servo_ids: tuple[int, ...]
+    """Id on the bus of each motor's servo, in the order of the design's cables."""
+    directions: tuple[int, ...]
+    """1 where a rising position winds the cable in, -1 where it pays out, per motor."""
+    model: str = "sts3215-12v"
+    """Name in `MODELS`."""
+
+    def __post_init__(self) -> None:
+        check_text("port", self.port)
+        check_type("servo_ids", self.servo_ids, tuple)
+        check_type("directions", self.directions, tuple)
+        for i, servo_id in enumerate(self.servo_ids):
+            check_count(f"servo_ids[{i}]", servo_id, least=0, most=codec.ID_MAX)
+        if not self.servo_ids or len(set(self.servo_ids)) < len(self.servo_ids):
+            raise DesignError("servo_ids", got=self.servo_ids, allowed="one id per motor, no id twice")
+        if len(self.directions) != len(self.servo_ids) or not set(self.directions) <= {-1, 1}:
+            raise DesignError("directions", got=self.directions, allowed=f"{len(self.servo_ids)} numbers, each 1 or -1")
+        if self.model not in MODELS:
+            raise DesignError("model", got=self.model, allowed=" or ".join(MODELS))
+
+
+@final
+class StsServos(MotorPort):
+    """STS servos on one serial line."""
+
+    def __init__(self, settings: StsSettings, line: StsLine, clock: Clock) -> None:
+        """Use servos that are ready; `from_settings` makes them so."""
+        self.settings = settings
+        self.data_sheet = MODELS[settings.model].data_sheet
+        self.n_motor = len(settings.servo_ids)
+        self.errors = [0] * self.n_motor
+        """Fault bits of each servo's last answer; `sts_codec.describe_errors` words them."""
+        self._line = line
+        self._clock = clock
+        self._received = bytearray()
+        self._states: list[MotorState | None] = [None] * self.n_motor
+        self._counts = [TurnCount(codec.STEPS, self.data_sheet.silence_max) for _ in settings.servo_ids]
+        self._requested = -math.inf
+        self._is_closed = False
+        self._request, self._command = self._build_groups()
+
+    @classmethod
+    def from_settings(cls, settings: StsSettings, clock: Clock, *, stream: SerialStream | None = None) -> Self:
+        """Open the port, check every servo, and switch them on with a duty cycle of zero; waits for their answers.
+
+        Args:
+            settings: the servos.
+            clock: time of their feedback.
+            stream: used instead of the port where it is given, as by a twin in memory.
+
+        Raises:
+            DriveError: where the port cannot be opened, or a servo is absent, of another model or at another voltage.
+            MissingPackage: without pyserial or the SDK.
+        """
+        line = StsLine(settings.port, stream=stream)
+        try:
+            for motor in range(len(settings.servo_ids)):
+                _check_servo(line, settings, motor)
+            for servo_id in settings.servo_ids:
+                _switch_on(line, servo_id)
+            return cls(settings, line, clock)
+        except BaseException:
+            line.close()
+            raise
+
+    def read(self) -> tuple[MotorState | None, ...]:
+        """See `MotorPort`. A feedback's time is that of its request, which is older than its arrival.
+
+        Where nothing is sent for two periods, the feedback is requested here; a request at each call would collide
+        on the one wire with the command that follows.
+        """
+        self._check_open()
+        self._collect()
+        if self._clock.now() - self._requested >= 2.0 * self.data_sheet.period:
+            self._ask()
+        return tuple(self._states)
+
+    def send(self, torques: Sequence[float]) -> None:
+        """See `MotorPort`."""
+        self._check_open()
+        duties = self._encode(torques)
+        self._collect()
+        for servo_id, duty in zip(self.settings.servo_ids, duties, strict=True):
+            self._command.changeParam(servo_id, duty)
+        self._finish(self._command.txPacket())
+        self._ask()
+
+    def restart_count(self) -> None:
+        """See `MotorPort`."""
+        for motor, count in enumerate(self._counts):
+            count.restart()
+            if (state := self._states[motor]) is not None:
+                self._states[motor] = replace(state, is_count_lost=False)
+
+    def close(self) -> None:
+        """See `MotorPort`: a duty cycle of zero, then the motors off, to all servos."""
+        if self._is_closed:
+            return
+        self._is_closed = True
+        try:
+            self._write_all(codec.GOAL_DUTY, [0, 0])
+            self._write_all(codec.TORQUE_ENABLE, [0])
+        except DriveError:
+            pass  # The bus no longer works.
+        finally:
+            self._line.close()
+
+    def _encode(self, torques: Sequence[float]) -> list[list[int]]:
+        limit = self.data_sheet.torque_max
+        check_torques(torques, self.n_motor, limit)
+        signed = zip(torques, self.settings.directions, strict=True)
+        return [codec.encode_duty(direction * float(torque), limit) for torque, direction in signed]
+
+    def _collect(self) -> None:
+        """Take in what has arrived."""
+        while received := self._line.receive():
+            self._received += received
+        if math.isinf(self._requested):  # Left from the start: nothing was asked yet.
+            self._received.clear()
+        newest: dict[int, codec.Packet] = {}
+        for packet in codec.take_packets(self._received, longest=codec.FEEDBACK_SIZE):
+            newest[packet.servo_id] = packet  # Those before it came late.
+        for motor, servo_id in enumerate(self.settings.servo_ids):
+            answer = newest.get(servo_id)
+            feedback = codec.decode_feedback(answer.data) if answer is not None else None
+            if answer is not None and feedback is not None:
+                self.errors[motor] = answer.code
+                self._states[motor] = self._build_state(motor, feedback)
+
+    def _build_state(self, motor: int, feedback: codec.Feedback) -> MotorState:
+        direction = self.settings.directions[motor]
+        count = self._counts[motor]
+        steps = count.update(feedback.position, self._requested)
+        return MotorState(
+            time=self._requested,
+            angle=direction * steps * codec.STEP,
+            speed=direction * feedback.speed * codec.STEP,
+            torque=direction * feedback.load / codec.DUTY_MAX * self.data_sheet.torque_max,
+            temperature=feedback.temperature,
+            voltage=feedback.voltage,
+            is_count_lost=count.is_lost,
+        )
+
+    def _ask(self) -> None:
+        self._finish(self._request.txPacket())
+        self._requested = self._clock.now()
+
+    def _finish(self, result: int) -> None:
+        self._line.is_using = False  # The SDK holds the line until it has read the answers, which is done here.
+        if result != self._line.sdk.COMM_SUCCESS:
+            raise DriveError(f"serial port {self.settings.port}: {self._line.handler.getTxRxResult(result)}")
+
+    def _build_groups(self) -> tuple[Any, Any]:
+        sdk, handler = self._line.sdk, self._line.handler
+        request = sdk.GroupSyncRead(self._line, handler, codec.FEEDBACK, codec.FEEDBACK_SIZE)
+        command = sdk.GroupSyncWrite(self._line, handler, codec.GOAL_DUTY, 2)
+        for servo_id in self.settings.servo_ids:
+            request.addParam(servo_id)
+            command.addParam(servo_id, [0, 0])
+        return request, command
+
+    def _write_all(self, register: int, data: list[int]) -> None:
+        group = self._line.sdk.GroupSyncWrite(self._line, self._line.handler, register, len(data))
+        for servo_id in self.settings.servo_ids:
+            group.addParam(servo_id, data)
+        self._finish(group.txPacket())
+
+    def _check_open(self) -> None:
+        if self._is_closed:
+            raise DriveError(f"the servos on {self.settings.port} are closed")
+
+
+def _check_servo(line: StsLine, settings: StsSettings, motor: int) -> None:
+    """Refuse a servo that is absent, of another model, or whose supply does not fit the variant."""
+    model, servo_id = MODELS[settings.model], settings.servo_ids[motor]
+    number = line.ping(servo_id)
+    which = f"motor {motor} (servo id {servo_id})"
+    if number is None:
+        raise DriveError(f"{which} on {settings.port} does not answer; check its power, wiring and id")
+    if number != model.number:
+        raise DriveError(f"{which} is model number {number}; allowed: {model.number} ({settings.model})")
+    feedback = codec.decode_feedback(line.read_register(servo_id, codec.FEEDBACK, codec.FEEDBACK_SIZE))
+    if feedback is None or not 0.8 * model.voltage <= feedback.voltage <= 1.2 * model.voltage:
+        seen = "no plausible feedback" if feedback is None else f"{feedback.voltage:.1f} V"
+        raise DriveError(f"{which} has {seen}; allowed: {0.8 * model.voltage:.1f} to {1.2 * model.voltage:.1f} V")
+
+
+def _switch_on(line: StsLine, servo_id: int) -> None:
+    """Set the mode of duty cycles, with zero, and switch the motor on; each step is confirmed before the next."""
+    line.write_register(servo_id, codec.TORQUE_ENABLE, 0)
+    line.write_register(servo_id, codec.LOCK, 1)
+    line.write_register(servo_id, codec.MODE, codec.MODE_PWM)
+    for register in (codec.GOAL_DUTY, codec.GOAL_DUTY + 1):
+        line.write_register(servo_id, register, 0)
+    line.write_register(servo_id, codec.TORQUE_ENABLE, 1)

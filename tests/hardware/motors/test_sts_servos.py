@@ -1,0 +1,330 @@
+"""STS servos on their twin: the start, bytes on the wire, faults of line and servos."""
+
+import math
+import random
+
+import pytest
+
+from spiraltrunk.errors import DesignError, DriveError
+from spiraltrunk.hardware.motors import sts_codec as codec
+from spiraltrunk.hardware.motors.sts_discovery import discover
+from spiraltrunk.hardware.motors.sts_servos import MODELS, StsServos, StsSettings
+from spiraltrunk.hardware.twin.anchor import Anchor
+from spiraltrunk.hardware.twin.clock import TwinClock
+from spiraltrunk.hardware.twin.faults.device_faults import CableBreak, IdSwap, OverTemperature, PowerCycle, Stall
+from spiraltrunk.hardware.twin.sts_bus import MemoryStream, PseudoTerminal, StsTwin
+from spiraltrunk.hardware.twin.sts_servo import ServoTwin
+
+PERIOD = 0.01
+SETTINGS = StsSettings(port="twin", servo_ids=(1, 2, 3), directions=(1, 1, 1))
+
+
+class RecordingStream:
+    """A stream that keeps what was written."""
+
+    def __init__(self, stream):
+        self.stream, self.written = stream, []
+        self.read, self.close = stream.read, stream.close
+
+    def write(self, data):
+        self.written.append(bytes(data))
+        return self.stream.write(data)
+
+
+class Bench:
+    def __init__(self, *, slack=10.0, seed=0, settings=SETTINGS):
+        self.twin = StsTwin(Anchor(slack, slack, slack), [ServoTwin(i) for i in (1, 2, 3)], seed=seed)
+        self.clock = TwinClock(self.twin)
+        self.stream = RecordingStream(MemoryStream(self.twin))
+        self.port = StsServos.from_settings(settings, self.clock, stream=self.stream)
+
+    def run(self, seconds, torques=(0.0, 0.0, 0.0), each=None):
+        for _ in range(round(seconds / PERIOD)):
+            self.port.send(torques)
+            self.clock.sleep_until(self.clock.now() + PERIOD)
+            states = self.port.read()
+            if each is not None:
+                each(states)
+        return states
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def test_the_start_leaves_the_servos_on_in_the_mode_of_duty_cycles_at_rest(bench):
+    for servo in bench.twin.servos:
+        assert servo.mode == codec.MODE_PWM
+        assert servo.is_on
+        assert servo.duty == 0
+    bench.clock.sleep_until(0.2)
+    assert [servo.motor.angle for servo in bench.twin.servos] == [0.0, 0.0, 0.0]
+
+
+def test_the_motors_are_off_while_the_mode_changes(bench):
+    """A servo that is switched on in its mode of positions would run to a stored goal."""
+    writes = [packet for data in bench.stream.written for packet in codec.take_packets(bytearray(data))]
+    of_one = [(p.data[0], p.data[1]) for p in writes if p.servo_id == 1 and p.code == 3]
+    assert of_one == [(40, 0), (55, 1), (33, 2), (44, 0), (45, 0), (40, 1)]
+
+
+def test_one_period_on_the_wire(bench):
+    """Sync write of -25 %, 0 and +50 % to register 44, then sync read of 8 bytes from 56."""
+    bench.stream.written.clear()
+    limit = bench.port.data_sheet.torque_max
+    bench.port.send([-0.25 * limit, 0.0, 0.5 * limit])
+    command, request = bench.stream.written
+    assert command.hex() == "fffffe0d832c02" + "01fa04" + "020000" + "03f401" + "4a"
+    assert request.hex() == "fffffe0782" + "3808" + "010203" + "32"
+    assert len(command) + len(request) + 3 * 14 == 70  # 0.7 ms at 1 Mbit/s.
+
+
+def test_reading_alone_brings_feedback(bench):
+    bench.port.read()
+    bench.clock.sleep_until(0.05)
+    bench.port.read()
+    states = bench.port.read()
+    assert all(state is not None for state in states)
+    assert states[0].voltage == pytest.approx(12.0)
+    assert bench.port.errors == [0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"servo_ids": (1, 1, 3)}, "no id twice"),
+        ({"servo_ids": ()}, "one id per motor"),
+        ({"servo_ids": (1, 2, 254)}, "from 0 to 252"),
+        ({"servo_ids": (1, 2, 3.0)}, "whole number"),
+        ({"directions": (1, 1)}, "3 numbers"),
+        ({"directions": (1, 0, 1)}, "1 or -1"),
+        ({"model": "sts3032"}, "sts3215-12v or sts3215-7v4"),
+        ({"port": ""}, "printable text"),
+    ],
+)
+def test_settings_that_are_refused(changes, text):
+    given = {"port": "twin", "servo_ids": (1, 2, 3), "directions": (1, 1, 1)} | changes
+    with pytest.raises(DesignError, match=text):
+        StsSettings(**given)
+
+
+def _start(settings, servos):
+    twin = StsTwin(Anchor(10.0, 10.0, 10.0), servos)
+    return StsServos.from_settings(settings, TwinClock(twin), stream=MemoryStream(twin))
+
+
+def test_an_absent_servo_is_named_by_motor_and_id():
+    with pytest.raises(DriveError, match=r"motor 1 \(servo id 2\) on twin does not answer"):
+        _start(SETTINGS, [ServoTwin(i) for i in (1, 5, 3)])
+
+
+def test_a_supply_of_the_other_variant_is_refused():
+    settings = StsSettings(port="twin", servo_ids=(1,), directions=(1,), model="sts3215-7v4")
+    with pytest.raises(DriveError, match=r"servo id 1\) has 12.0 V; allowed: 5.9 to 8.9 V"):
+        _start(settings, [ServoTwin(1)])
+
+
+def test_data_sheet():
+    """30 kgf cm is 2.94 N m and 45 rpm 4.71 rad/s (manufacturer's figures)."""
+    sheet = MODELS["sts3215-12v"].data_sheet
+    assert sheet.torque_max == pytest.approx(2.942, abs=1e-3)
+    assert sheet.speed_max == pytest.approx(4.712, abs=1e-3)
+    assert sheet.angle_step == math.tau / 4096
+    assert sheet.silence_max < math.pi / sheet.speed_max
+
+
+def test_the_twin_reaches_the_nominal_speed_less_friction(bench):
+    limit = bench.port.data_sheet.torque_max
+    states = bench.run(1.0, [limit] * 3)
+    nominal = bench.port.data_sheet.speed_max
+    assert states[0].speed == pytest.approx(nominal * (1 - 0.15 / limit), rel=0.02)
+
+
+def test_a_stalled_servo_gives_the_torque_of_its_duty_cycle(bench):
+    """At rest, duty * stall torque less nothing: friction acts against motion only, and the cable takes the rest."""
+    taut = Bench(slack=0.0)
+    limit = taut.port.data_sheet.torque_max
+    taut.run(6.0, [0.5 * limit] * 3)
+    radius = taut.twin.motors[0].parameters.drum_radius
+    pull = taut.twin.tensions[0] * radius
+    assert 0.5 * limit - 0.15 * 1.05 <= pull <= 0.5 * limit + 0.15 * 1.05
+    assert taut.port.read()[0].torque == pytest.approx(0.5 * limit, rel=2e-3)
+
+
+@pytest.mark.parametrize("loss", [0.01, 0.05])
+def test_lost_bytes_age_the_feedback_and_lose_no_turn(loss):
+    bench = Bench(seed=3)
+    bench.twin.faults.loss = loss
+    ages = []
+    torque = 0.5 * bench.port.data_sheet.torque_max
+    states = bench.run(6.0, [torque] * 3, lambda found: ages.extend(bench.clock.now() - s.time for s in found if s))
+    print(f"loss {loss:.0%}: age of the feedback {max(ages) * 1e3:.0f} ms at most")
+    assert max(ages) > 1.5 * PERIOD  # Some were lost.
+    assert max(ages) < 0.05
+    for state, motor in zip(states, bench.twin.motors, strict=True):
+        assert not state.is_count_lost
+        assert state.angle == pytest.approx(motor.angle, abs=0.2)
+
+
+def test_changed_bytes_are_noticed():
+    bench = Bench(seed=4)
+    bench.twin.faults.corruption = 0.2
+    torque = 0.3 * bench.port.data_sheet.torque_max
+
+    def check(states):
+        for state in states:
+            assert state is None or abs(state.speed) <= bench.port.data_sheet.speed_max
+            assert state is None or state.voltage == pytest.approx(12.0)
+
+    states = bench.run(3.0, [torque] * 3, check)
+    for state, motor in zip(states, bench.twin.motors, strict=True):
+        assert state.angle == pytest.approx(motor.angle, abs=0.3)
+
+
+def test_answers_that_come_late_or_twice_move_nothing_wrong():
+    bench = Bench(seed=5)
+    bench.twin.faults.duplication = 0.5
+    bench.twin.faults.delay = 0.012
+    torque = 0.5 * bench.port.data_sheet.torque_max
+    states = bench.run(2.0, [torque] * 3)
+    for state, motor in zip(states, bench.twin.motors, strict=True):
+        assert not state.is_count_lost
+        assert state.angle == pytest.approx(motor.angle, abs=0.2)
+
+
+def test_frozen_feedback_is_passed_on_as_it_is(bench):
+    """Time goes on and nothing else: it is for the safety layer to notice."""
+    bench.run(0.2, [1.0] * 3)
+    bench.twin.servos[1].freeze(True)
+    states = bench.run(0.1, [1.0] * 3)
+    frozen = [bench.run(PERIOD, [1.0] * 3)[1].angle for _ in range(10)]
+    assert len(set(frozen)) == 1
+    assert bench.run(PERIOD, [1.0] * 3)[0].angle > states[0].angle
+
+
+def test_a_power_cycle_leaves_a_servo_limp_and_makes_no_jump(bench):
+    states = bench.run(0.5, [1.0] * 3)
+    before = states[0].angle
+    fault = PowerCycle(cable=0)
+    fault.begin(bench.twin)
+    bench.run(0.3, [1.0] * 3)
+    fault.end(bench.twin)
+    states = bench.run(0.5, [1.0] * 3)
+    servo = bench.twin.servos[0]
+    assert servo.mode == 0
+    assert not servo.is_on
+    assert states[0].torque == 0.0
+    assert abs(states[0].angle - before) < 0.5
+    assert states[1].torque > 0.9
+
+
+def test_a_power_cycle_longer_than_half_a_turn_loses_the_count(bench):
+    bench.run(0.5, [1.0] * 3)
+    fault = PowerCycle(cable=0)
+    fault.begin(bench.twin)
+    bench.run(1.1 * bench.port.data_sheet.silence_max)
+    fault.end(bench.twin)
+    states = bench.run(0.1)
+    assert [state.is_count_lost for state in states] == [True, False, False]
+
+
+def test_swapped_ids_lose_the_count(bench):
+    bench.run(0.5, [1.5, 0.0, 0.0])
+    IdSwap(cable=0, other=1).begin(bench.twin)
+    states = bench.run(0.05)
+    assert [state.is_count_lost for state in states] == [True, True, False]
+
+
+def test_an_overheated_servo_says_so_and_switches_off(bench):
+    fault = OverTemperature(cable=2, temperature=90.0, rate=50.0)
+    states = bench.run(2.0, [0.5] * 3, lambda _: fault.step(bench.twin, 0.0))
+    assert states[2].temperature > bench.port.data_sheet.temperature_stop
+    assert codec.describe_errors(bench.port.errors[2]) == "overheated"
+    assert states[2].torque == 0.0
+
+
+def test_a_stall_shows_torque_without_speed(bench):
+    Stall(cable=1).begin(bench.twin)
+    states = bench.run(0.3, [1.0] * 3)
+    assert states[1].speed == 0.0
+    assert states[1].torque == pytest.approx(1.0, rel=0.01)
+    assert states[0].speed > 0.5
+
+
+def test_a_broken_cable_lets_the_motor_run():
+    bench = Bench(slack=0.0)
+    bench.run(5.0, [1.0] * 3)
+    CableBreak(cable=0).begin(bench.twin)
+    states = bench.run(0.3, [1.0] * 3)
+    assert states[0].speed > 1.0
+    assert abs(states[1].speed) < 0.1
+
+
+def test_an_adapter_that_is_unplugged(bench):
+    bench.run(0.1)
+    bench.twin.faults.is_gone = True
+    for call in (bench.port.read, lambda: bench.port.send([0.0] * 3)):
+        with pytest.raises(DriveError, match=r"serial port twin: .*plugged in"):
+            call()
+    bench.port.close()
+    bench.port.close()
+
+
+def test_a_host_that_dies_leaves_the_last_duty_cycle(bench):
+    """The documented danger, which only a relay removes."""
+    bench.run(0.1, [1.0] * 3)
+    bench.clock.sleep_until(2.0)
+    assert bench.twin.motors[0].speed > 1.0
+
+
+def test_random_bytes_move_nothing(bench):
+    source = random.Random(1)
+    bench.run(0.1)
+    for _ in range(2000):
+        bench.twin._due += source.randbytes(source.randrange(40))
+        for state in bench.port.read():
+            assert abs(state.angle) < 1e-9
+            assert abs(state.torque) < 1e-9
+    assert len(bench.port._received) < 64
+
+
+def test_discovery_by_pseudo_terminal():
+    twin = StsTwin(Anchor(10.0, 10.0), [ServoTwin(2), ServoTwin(9)])
+    terminal = PseudoTerminal(twin)
+    with terminal.serving() as port:
+        found = discover([port, "/dev/there-is-none"])
+    terminal.close()
+    assert found[0].models == {2: 777, 9: 777}
+    assert found[0].problem == ""
+    assert found[1].models == {}
+    assert "cannot be opened" in found[1].problem
+    assert "ports found" in found[1].problem
+
+
+def test_discovery_has_an_end(monkeypatch):
+    """A line that chatters without pause ends each ping all the same."""
+
+    class Chatter:
+        def read(self, size):
+            return b"\x00\xff\xff\x01"[: max(size, 0)] * 3
+
+        def write(self, data):
+            return len(data)
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr("spiraltrunk.hardware.motors.sts_line.open_serial", lambda *_: Chatter())
+    assert discover(["COM3"], servo_ids=(1, 2), longest=0.05)[0].models == {}
+
+
+def test_a_second_program_cannot_open_the_port():
+    terminal = PseudoTerminal(StsTwin(Anchor(10.0), [ServoTwin(1)]))
+    settings = StsSettings(port=terminal.port, servo_ids=(1,), directions=(1,))
+    with terminal.serving():
+        first = StsServos.from_settings(settings, TwinClock())
+        with pytest.raises(DriveError, match="cannot be opened"):
+            StsServos.from_settings(settings, TwinClock())
+        first.close()
+    terminal.close()
