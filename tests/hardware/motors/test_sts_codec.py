@@ -13,10 +13,10 @@ from spiraltrunk.hardware.motors.turn_count import TurnCount
 FEEDBACKS = st.builds(
     codec.Feedback,
     st.integers(0, 4095),
-    st.integers(-32767, 32767),
+    st.integers(-12288, 12288),
     st.integers(-1000, 1000),
     st.integers(0, 255).map(lambda volts: 0.1 * volts),
-    st.integers(0, 255).map(float),
+    st.integers(0, 150).map(float),
 )
 PACKETS = st.builds(codec.Packet, st.integers(0, 253), st.integers(0, 0x7F), st.binary(max_size=20))
 
@@ -66,9 +66,18 @@ def test_position_with_a_stored_offset():
 
 
 @pytest.mark.parametrize(
-    "data", [b"", bytes(7), bytes(9), bytes.fromhex("00000000e9037a20"), bytes.fromhex("000000000008a7a2")]
+    "data",
+    [
+        b"",
+        bytes(7),
+        bytes(9),
+        struct.pack("<HHHBB", 0, 0, 1001, 120, 30),  # More than the full supply.
+        struct.pack("<HHHBB", 0, 0, 1 << 11, 120, 30),  # A bit above the sign.
+        struct.pack("<HHHBB", 0, 12289, 0, 120, 30),  # 180 rpm.
+        struct.pack("<HHHBB", 0, 0, 0, 120, 151),
+    ],
 )
-def test_feedback_that_is_none(data):
+def test_feedback_that_is_none_of_a_servo(data):
     assert codec.decode_feedback(data) is None
 
 

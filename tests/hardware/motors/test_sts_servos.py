@@ -278,15 +278,72 @@ def test_a_host_that_dies_leaves_the_last_duty_cycle(bench):
     assert bench.twin.motors[0].speed > 1.0
 
 
-def test_random_bytes_move_nothing(bench):
-    source = random.Random(1)
+def test_a_write_that_failed_once_does_not_keep_the_motors_on(bench):
+    """Closing stops servos that hold a duty cycle, whatever failed before."""
+    bench.run(0.1, [1.0] * 3)
+    write = bench.stream.stream.write
+
+    def fail(data):
+        bench.stream.stream.write = write
+        raise OSError("interrupted")
+
+    bench.stream.stream = type("Once", (), {"write": staticmethod(fail)})()
+    with pytest.raises(DriveError):
+        bench.port.send([1.0] * 3)
+    bench.port.close()
+    assert not any(servo.is_on for servo in bench.twin.servos)
+
+
+def test_closing_while_bytes_are_lost_still_stops_every_servo():
+    bench = Bench(seed=8)
+    bench.run(0.1, [1.0] * 3)
+    lost = iter([True, False, True, False])  # The duty cycles, and the first servo's first answer.
+    damage = bench.twin._damage
+    bench.twin._damage = lambda data: None if next(lost, False) else damage(data)
+    bench.port.close()
+    assert not any(servo.is_on for servo in bench.twin.servos)
+
+
+def _make_noise(source):
+    """Bytes of nobody, or a sound packet of any content."""
+    if source.random() < 0.3:
+        return source.randbytes(source.randrange(20))
+    data = source.randbytes(source.choice((0, 2, 8, 9)))
+    if source.random() < 0.5:
+        speed, load = source.randint(-12288, 12288), source.randint(-1000, 1000)
+        data = codec.encode_feedback(codec.Feedback(source.randrange(4096), speed, load, 12.0, 30.0))
+    return codec.encode_packet(codec.Packet(source.randrange(5), source.randrange(128), data))
+
+
+def fuzz(count):
+    """Frames of any content: the driver sends requests alone, and its states stay finite."""
+    source, bench = random.Random(1), Bench()
     bench.run(0.1)
-    for _ in range(2000):
-        bench.twin._due += source.randbytes(source.randrange(40))
+    bench.stream.written.clear()
+    n_believed = 0
+    for i in range(count):
+        bench.twin._due += _make_noise(source)
+        if i % 8 == 0:
+            bench.clock.sleep_until(bench.clock.now() + PERIOD)
         for state in bench.port.read():
-            assert abs(state.angle) < 1e-9
-            assert abs(state.torque) < 1e-9
+            n_believed += state is not None and abs(state.speed) > 0.0
+            assert math.isfinite(state.angle)
+            assert abs(state.speed) <= 3 * math.tau
+            assert abs(state.torque) <= bench.port.data_sheet.torque_max
+    assert n_believed > count // 4  # Sound packets are a servo's: only plausibility and the count of turns doubt them.
+    assert all(data[4] == 0x82 for data in bench.stream.written)
     assert len(bench.port._received) < 64
+    assert all(state.is_count_lost for state in bench.port.read())
+    assert [motor.angle for motor in bench.twin.motors] == [0.0] * 3
+
+
+def test_frames_of_any_content_move_nothing():
+    fuzz(3000)
+
+
+@pytest.mark.slow
+def test_a_million_frames_of_any_content_move_nothing():
+    fuzz(1_000_000)
 
 
 def test_discovery_by_pseudo_terminal():

@@ -22,6 +22,10 @@ LOAD_SIGN = 10
 """Bit of the sign in load and duty cycle."""
 DUTY_MAX = 1000
 """Duty cycle of the full supply voltage [0.1 %]."""
+SPEED_PLAUSIBLE = 3 * STEPS
+"""Speed above which feedback is not believed [steps/s] (ours): four times that of an STS3215."""
+TEMPERATURE_PLAUSIBLE = 150
+"""Temperature above which feedback is not believed [degC] (ours)."""
 BROADCAST = 0xFE
 """Id of every servo at once."""
 ID_MAX = 252
@@ -89,22 +93,19 @@ def encode_signed(number: int, sign: int) -> int:
 
 
 def decode_feedback(data: bytes) -> Feedback | None:
-    """Feedback in 8 bytes from register 56; None where they cannot be one.
+    """Feedback in 8 bytes from register 56; None where they cannot come from a working servo.
 
     The position is taken modulo one turn: an offset stored in the servo makes it negative or larger than one turn.
     """
     if len(data) != FEEDBACK_SIZE:
         return None
-    position, speed, load, voltage, temperature = _FEEDBACK.unpack(data)
-    if load >> (LOAD_SIGN + 1) or abs(decode_signed(load, LOAD_SIGN)) > DUTY_MAX:
+    raw_position, raw_speed, raw_load, voltage, temperature = _FEEDBACK.unpack(data)
+    speed, load = decode_signed(raw_speed, SPEED_SIGN), decode_signed(raw_load, LOAD_SIGN)
+    if raw_load >> (LOAD_SIGN + 1) or abs(load) > DUTY_MAX:
         return None
-    return Feedback(
-        decode_signed(position, SPEED_SIGN) % STEPS,
-        decode_signed(speed, SPEED_SIGN),
-        decode_signed(load, LOAD_SIGN),
-        0.1 * voltage,
-        float(temperature),
-    )
+    if abs(speed) > SPEED_PLAUSIBLE or temperature > TEMPERATURE_PLAUSIBLE:
+        return None
+    return Feedback(decode_signed(raw_position, SPEED_SIGN) % STEPS, speed, load, 0.1 * voltage, float(temperature))
 
 
 def encode_feedback(feedback: Feedback) -> bytes:

@@ -109,6 +109,7 @@ class StsLine:
             DriveError: where the servo does not answer, or keeps another value.
         """
         for _ in range(2):
+            self.is_using = False
             self.receive()
             self.handler.write1ByteTxRx(self, servo_id, register, value)
             found = self.read_register(servo_id, register, 1)[0]

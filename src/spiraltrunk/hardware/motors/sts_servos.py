@@ -17,6 +17,7 @@ USB adapters add 1 to 16 ms. Hence 10 ms (ours): `send` also requests the feedba
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -174,7 +175,7 @@ class StsServos(MotorPort):
         self._collect()
         for servo_id, duty in zip(self.settings.servo_ids, duties, strict=True):
             self._command.changeParam(servo_id, duty)
-        self._finish(self._command.txPacket())
+        self._transmit(self._command)
         self._ask()
 
     def restart_count(self) -> None:
@@ -185,17 +186,20 @@ class StsServos(MotorPort):
                 self._states[motor] = replace(state, is_count_lost=False)
 
     def close(self) -> None:
-        """See `MotorPort`: a duty cycle of zero, then the motors off, to all servos."""
+        """See `MotorPort`: a duty cycle of zero to all, then each motor off, which it confirms.
+
+        The first may be lost, where answers are still under way on the one wire. Waits 0.2 s for each servo that does
+        not answer.
+        """
         if self._is_closed:
             return
         self._is_closed = True
-        try:
-            self._write_all(codec.GOAL_DUTY, [0, 0])
-            self._write_all(codec.TORQUE_ENABLE, [0])
-        except DriveError:
-            pass  # The bus no longer works.
-        finally:
-            self._line.close()
+        for motor, servo_id in enumerate(self.settings.servo_ids):
+            with contextlib.suppress(DriveError):  # It or the bus no longer works.
+                if motor == 0:
+                    self._write_all(codec.GOAL_DUTY, [0, 0])
+                self._line.write_register(servo_id, codec.TORQUE_ENABLE, 0)
+        self._line.close()
 
     def _encode(self, torques: Sequence[float]) -> list[list[int]]:
         limit = self.data_sheet.torque_max
@@ -234,11 +238,13 @@ class StsServos(MotorPort):
         )
 
     def _ask(self) -> None:
-        self._finish(self._request.txPacket())
+        self._transmit(self._request)
         self._requested = self._clock.now()
 
-    def _finish(self, result: int) -> None:
-        self._line.is_using = False  # The SDK holds the line until it has read the answers, which is done here.
+    def _transmit(self, group: Any) -> None:
+        self._line.is_using = False  # The SDK holds the line until it has read answers, and after an error for ever.
+        result = group.txPacket()
+        self._line.is_using = False
         if result != self._line.sdk.COMM_SUCCESS:
             raise DriveError(f"serial port {self.settings.port}: {self._line.handler.getTxRxResult(result)}")
 
@@ -255,7 +261,7 @@ class StsServos(MotorPort):
         group = self._line.sdk.GroupSyncWrite(self._line, self._line.handler, register, len(data))
         for servo_id in self.settings.servo_ids:
             group.addParam(servo_id, data)
-        self._finish(group.txPacket())
+        self._transmit(group)
 
     def _check_open(self) -> None:
         if self._is_closed:
