@@ -3,8 +3,8 @@
 Nothing here was tried on a real servo. What the protocol implies:
 
 - **Torque is an estimate.** The servo measures none. A commanded torque becomes a duty cycle
-  (`sts_codec.encode_duty`), and the reported torque is the load that the servo states. The friction of gears of 1:345
-  hides much of a cable's tension: calibrate, and use a load cell (`load_cell`) where tension matters.
+  (`sts_codec.encode_duty`), right at standstill; the reported torque is `estimate_torque`. The friction of gears of
+  1:345 hides much of a cable's tension: calibrate, and use a load cell (`load_cell`) where tension matters.
 - **A servo holds the last duty cycle** when commands stop: no timeout of commands is known. Only a relay in its supply
   stops it when the computer dies.
 - **The mode is written with the lock set,** so that it is forgotten at power-off (Feetech's memory table; unconfirmed).
@@ -81,6 +81,18 @@ MODELS = {
     "sts3215-7v4": StsModel(_build_sheet("sts3215-7v4", 19.5, 52.0), 7.4, 777),
 }
 """Known servos by name; 777 as in LeRobot's table of Feetech's models."""
+
+
+def estimate_torque(model: StsModel, feedback: codec.Feedback) -> float:
+    """Torque of a servo's motor in the servo's own direction, before the friction of its gears [N m].
+
+    A DC motor's law, ``stall_torque * (duty * V / V_nominal - speed / speed_max)``, with the stated load as the duty
+    cycle; limited to the stall torque. Unconfirmed: no servo was measured.
+    """
+    sheet = model.data_sheet
+    duty = feedback.load / codec.DUTY_MAX * feedback.voltage / model.voltage
+    share = duty - feedback.speed * codec.STEP / sheet.speed_max
+    return sheet.torque_max * max(-1.0, min(1.0, share))
 
 
 @explain_fields
@@ -231,7 +243,7 @@ class StsServos(MotorPort):
             time=self._requested,
             angle=direction * steps * codec.STEP,
             speed=direction * feedback.speed * codec.STEP,
-            torque=direction * feedback.load / codec.DUTY_MAX * self.data_sheet.torque_max,
+            torque=direction * estimate_torque(MODELS[self.settings.model], feedback),
             temperature=feedback.temperature,
             voltage=feedback.voltage,
             is_count_lost=count.is_lost,
