@@ -35,6 +35,7 @@ class Rig(ABC):
         for _ in range(round(seconds / period)):
             if torques is not None:
                 self.port.send(torques)
+            self.settle()
             self.clock.sleep_until(self.clock.now() + period)
             self.settle()
             states = self.port.read()

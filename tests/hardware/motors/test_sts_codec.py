@@ -82,10 +82,10 @@ def test_feedback_that_is_none_of_a_servo(data):
 
 
 def test_duty():
-    assert codec.encode_duty(2.94, 2.94) == [0xE8, 0x03]  # 1000
-    assert codec.encode_duty(-2.94, 2.94) == [0xE8, 0x07]
-    assert codec.encode_duty(0.0, 2.94) == [0, 0]
-    assert codec.encode_duty(-0.0001, 2.94) == [0, 0]
+    assert codec.encode_duty(1.0) == [0xE8, 0x03]  # 1000
+    assert codec.encode_duty(-1.0) == [0xE8, 0x07]
+    assert codec.encode_duty(0.0) == [0, 0]
+    assert codec.encode_duty(-0.0001) == [0, 0]
 
 
 def test_ping_of_the_protocol_manual():

@@ -4,11 +4,14 @@ import math
 import random
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, DriveError
 from spiraltrunk.hardware.motors import sts_codec as codec
 from spiraltrunk.hardware.motors.sts_discovery import discover
-from spiraltrunk.hardware.motors.sts_servos import MODELS, StsServos, StsSettings, estimate_torque
+from spiraltrunk.hardware.motors.sts_models import COMPENSATION, MODELS, compute_duty, estimate_torque
+from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
 from spiraltrunk.hardware.twin.anchor import Anchor
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.faults.device_faults import CableBreak, IdSwap, OverTemperature, PowerCycle, Stall
@@ -193,6 +196,22 @@ def test_answers_that_come_late_or_twice_move_nothing_wrong():
         assert state.angle == pytest.approx(motor.angle, abs=0.2)
 
 
+def test_an_answer_one_period_late_loses_no_turn_at_full_speed(bench):
+    """A request that the adapter holds back is measured up to one period after its time."""
+    limit, count = bench.port.data_sheet.torque_max, 0
+    bench.run(1.0, [limit] * 3)
+    for late in (0.0, PERIOD, 0.0, 0.0, PERIOD, PERIOD, 0.0) * 10:
+        bench.port.send([limit] * 3)
+        bench.twin._answers.clear()
+        bench.clock.sleep_until(bench.clock.now() + late)
+        for servo in bench.twin.servos:
+            bench.twin._answer(codec.Packet(servo.id, 2, bytes([codec.FEEDBACK, codec.FEEDBACK_SIZE])))
+        bench.clock.sleep_until(bench.clock.now() + PERIOD - late)
+        count += sum(state.is_count_lost for state in bench.port.read())
+    assert bench.twin.motors[0].speed > 0.9 * bench.port.data_sheet.speed_max
+    assert count == 0
+
+
 def test_frozen_feedback_is_passed_on_as_it_is(bench):
     """Time goes on and nothing else: it is for the safety layer to notice."""
     bench.run(0.2, [1.0] * 3)
@@ -262,10 +281,31 @@ def test_the_estimated_torque_is_the_motors_own_at_any_speed(bench):
 
 def test_the_estimated_torque_follows_the_supply():
     model = MODELS["sts3215-12v"]
-    weak = codec.Feedback(0, 0, 1000, 10.0, 30.0)
-    assert estimate_torque(model, weak) == pytest.approx(model.data_sheet.torque_max * 10 / 12)
-    driven = codec.Feedback(0, -3000, 1000, 12.0, 30.0)
-    assert estimate_torque(model, driven) == model.data_sheet.torque_max
+    limit = model.data_sheet.torque_max
+    assert estimate_torque(model, 1.0, 0.0, 10.0) == pytest.approx(limit * 10 / 12)
+    assert estimate_torque(model, 1.0, -4.0, 12.0) == limit
+
+
+@given(st.floats(-0.5, 0.5), st.floats(-1.0, 1.0), st.floats(9.6, 14.4))
+def test_a_commanded_torque_is_the_estimated_one_less_what_is_not_compensated(share, speed, voltage):
+    model = MODELS["sts3215-12v"]
+    limit, speed_max = model.data_sheet.torque_max, model.data_sheet.speed_max
+    duty = compute_duty(model, share * limit, speed, voltage)
+    rest = (1 - COMPENSATION) * speed / speed_max
+    assert estimate_torque(model, duty, speed, voltage) == pytest.approx(limit * (share - rest), abs=1e-9)
+
+
+def test_the_back_emf_is_compensated_only_by_a_fresh_speed_and_never_of_zero(bench):
+    """A stale speed would drive a motor on that has stopped; zero torque brakes."""
+    bench.run(0.5, [1.0] * 3)
+    servo, stall = bench.twin.servos[0], 1000 / bench.port.data_sheet.torque_max
+    assert servo.duty > 1.5 * stall
+    bench.port.send([0.0] * 3)
+    assert servo.duty == 0
+    bench.clock.sleep_until(bench.clock.now() + 0.05)
+    bench.port._collect = lambda: None
+    bench.port.send([1.0] * 3)
+    assert servo.duty == round(stall)
 
 
 def test_a_broken_cable_lets_the_motor_run():

@@ -119,13 +119,9 @@ def encode_feedback(feedback: Feedback) -> bytes:
     )
 
 
-def encode_duty(torque: float, stall_torque: float) -> list[int]:
-    """Duty cycle for a torque [N m], as two bytes: ``duty = torque / stall_torque``, rounded to 0.1 %.
-
-    The motor gives ``stall_torque * (duty * V / V_nominal - speed / speed_max)`` less the friction of its gears, so
-    that the torque is right only at rest, at the nominal voltage and without friction: an estimate to be calibrated.
-    """
-    return list(encode_signed(round(DUTY_MAX * torque / stall_torque), LOAD_SIGN).to_bytes(2, "little"))
+def encode_duty(duty: float) -> list[int]:
+    """Duty cycle from -1 to 1 as two bytes, rounded to 0.1 %."""
+    return list(encode_signed(round(DUTY_MAX * duty), LOAD_SIGN).to_bytes(2, "little"))
 
 
 def compute_checksum(body: bytes | bytearray) -> int:

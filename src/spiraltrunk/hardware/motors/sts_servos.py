@@ -2,9 +2,10 @@
 
 Nothing here was tried on a real servo. What the protocol implies:
 
-- **Torque is an estimate.** The servo measures none. A commanded torque becomes a duty cycle
-  (`sts_codec.encode_duty`), right at standstill; the reported torque is `estimate_torque`. The friction of gears of
-  1:345 hides much of a cable's tension: calibrate, and use a load cell (`load_cell`) where tension matters.
+- **Torque is an estimate.** The servo measures none. A commanded torque becomes a duty cycle by
+  `sts_models.compute_duty`, and the reported one is `sts_models.estimate_torque` of the load that the servo states. The
+  friction of gears of 1:345 hides much of a cable's tension: calibrate, and use a load cell (`load_cell`) where tension
+  matters.
 - **A servo holds the last duty cycle** when commands stop: no timeout of commands is known. Only a relay in its supply
   stops it when the computer dies.
 - **The mode is written with the lock set,** so that it is forgotten at power-off (Feetech's memory table; unconfirmed).
@@ -21,7 +22,7 @@ import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Self, final
+from typing import Any, Self, final
 
 from spiraltrunk.checks import check_count, check_text, check_type
 from spiraltrunk.errors import DesignError, DriveError
@@ -29,70 +30,11 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.clock import Clock
 from spiraltrunk.hardware.motors import sts_codec as codec
 from spiraltrunk.hardware.motors.gm6020_motors import check_torques
-from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorPort, MotorState
+from spiraltrunk.hardware.motors.motor_port import MotorPort, MotorState
 from spiraltrunk.hardware.motors.serial_port import SerialStream
 from spiraltrunk.hardware.motors.sts_line import StsLine
+from spiraltrunk.hardware.motors.sts_models import MODELS, VOLTAGE_LEAST, VOLTAGE_MOST, compute_duty, estimate_torque
 from spiraltrunk.hardware.motors.turn_count import TurnCount
-
-SPEED_MARGIN = 1.25
-"""Speed at the largest supply that is accepted (1.2 times the nominal one) per nominal speed [-] (ours); frames that
-were recorded at 12.2 V tell up to 1.06."""
-KGF_CM = 0.0980665
-"""One kilogram-force at one centimetre [N m]."""
-
-
-@final
-class StsModel(NamedTuple):
-    """One variant of a servo: its limits and what it is recognised by."""
-
-    data_sheet: MotorDataSheet
-    """Limits; ``torque_max`` is the stall torque, which the servo's own protection allows for seconds only."""
-    voltage: float
-    """Nominal supply voltage [V]."""
-    number: int
-    """Model number that a servo answers; the variants for 7.4 V and 12 V share it."""
-
-
-def _build_sheet(name: str, stall_kgf_cm: float, speed_max_rpm: float) -> MotorDataSheet:
-    """Data sheet of an STS3215.
-
-    Stall torque and speed are the manufacturer's. A test bench found 35 kgf cm and 46 rpm at 12 V, and a cut-off at
-    70 degC (robonine.com, "Testing of Feetech STS3215"). Inertia and friction have no source (ours): a rotor of
-    2e-8 kg m^2 behind 1:345, and gears that a few newtons at the horn do not turn; only the twin uses them.
-    """
-    speed_max = speed_max_rpm * 2.0 * math.pi / 60.0
-    return MotorDataSheet(
-        name=name,
-        torque_max=stall_kgf_cm * KGF_CM,
-        speed_max=speed_max,
-        torque_step=stall_kgf_cm * KGF_CM / codec.DUTY_MAX,
-        angle_step=codec.STEP,
-        period=0.01,
-        silence_max=math.pi / (SPEED_MARGIN * speed_max),
-        temperature_derate=55.0,
-        temperature_stop=65.0,
-        rotor_inertia=2.4e-3,
-        rotor_friction=0.15,
-    )
-
-
-MODELS = {
-    "sts3215-12v": StsModel(_build_sheet("sts3215-12v", 30.0, 45.0), 12.0, 777),
-    "sts3215-7v4": StsModel(_build_sheet("sts3215-7v4", 19.5, 52.0), 7.4, 777),
-}
-"""Known servos by name; 777 as in LeRobot's table of Feetech's models."""
-
-
-def estimate_torque(model: StsModel, feedback: codec.Feedback) -> float:
-    """Torque of a servo's motor in the servo's own direction, before the friction of its gears [N m].
-
-    A DC motor's law, ``stall_torque * (duty * V / V_nominal - speed / speed_max)``, with the stated load as the duty
-    cycle; limited to the stall torque. Unconfirmed: no servo was measured.
-    """
-    sheet = model.data_sheet
-    duty = feedback.load / codec.DUTY_MAX * feedback.voltage / model.voltage
-    share = duty - feedback.speed * codec.STEP / sheet.speed_max
-    return sheet.torque_max * max(-1.0, min(1.0, share))
 
 
 @explain_fields
@@ -131,7 +73,8 @@ class StsServos(MotorPort):
     def __init__(self, settings: StsSettings, line: StsLine, clock: Clock) -> None:
         """Use servos that are ready; `from_settings` makes them so."""
         self.settings = settings
-        self.data_sheet = MODELS[settings.model].data_sheet
+        self._model = MODELS[settings.model]
+        self.data_sheet = self._model.data_sheet
         self.n_motor = len(settings.servo_ids)
         self.errors = [0] * self.n_motor
         """Fault bits of each servo's last answer; `sts_codec.describe_errors` words them."""
@@ -216,8 +159,16 @@ class StsServos(MotorPort):
     def _encode(self, torques: Sequence[float]) -> list[list[int]]:
         limit = self.data_sheet.torque_max
         check_torques(torques, self.n_motor, limit)
-        signed = zip(torques, self.settings.directions, strict=True)
-        return [codec.encode_duty(direction * float(torque), limit) for torque, direction in signed]
+        return [codec.encode_duty(self._compute_duty(motor, float(torque))) for motor, torque in enumerate(torques)]
+
+    def _compute_duty(self, motor: int, torque: float) -> float:
+        """Duty cycle in the servo's direction; without compensation for a torque of zero, which is to brake."""
+        state, direction = self._states[motor], self.settings.directions[motor]
+        fresh = self._clock.now() - 3.0 * self.data_sheet.period
+        if torque == 0.0 or state is None or state.time < fresh or not state.voltage:
+            return direction * torque / self.data_sheet.torque_max
+        voltage = max(state.voltage, VOLTAGE_LEAST * self._model.voltage)
+        return direction * compute_duty(self._model, torque, state.speed, voltage)
 
     def _collect(self) -> None:
         """Take in what has arrived."""
@@ -239,11 +190,12 @@ class StsServos(MotorPort):
         direction = self.settings.directions[motor]
         count = self._counts[motor]
         steps = count.update(feedback.position, self._requested)
+        speed = direction * feedback.speed * codec.STEP
         return MotorState(
             time=self._requested,
             angle=direction * steps * codec.STEP,
-            speed=direction * feedback.speed * codec.STEP,
-            torque=direction * estimate_torque(MODELS[self.settings.model], feedback),
+            speed=speed,
+            torque=estimate_torque(self._model, direction * feedback.load / codec.DUTY_MAX, speed, feedback.voltage),
             temperature=feedback.temperature,
             voltage=feedback.voltage,
             is_count_lost=count.is_lost,
@@ -290,9 +242,11 @@ def _check_servo(line: StsLine, settings: StsSettings, motor: int) -> None:
     if number != model.number:
         raise DriveError(f"{which} is model number {number}; allowed: {model.number} ({settings.model})")
     feedback = codec.decode_feedback(line.read_register(servo_id, codec.FEEDBACK, codec.FEEDBACK_SIZE))
-    if feedback is None or not 0.8 * model.voltage <= feedback.voltage <= 1.2 * model.voltage:
+    if feedback is None or not VOLTAGE_LEAST * model.voltage <= feedback.voltage <= VOLTAGE_MOST * model.voltage:
         seen = "no plausible feedback" if feedback is None else f"{feedback.voltage:.1f} V"
-        raise DriveError(f"{which} has {seen}; allowed: {0.8 * model.voltage:.1f} to {1.2 * model.voltage:.1f} V")
+        raise DriveError(
+            f"{which} has {seen}; allowed: {VOLTAGE_LEAST * model.voltage:.1f} to {VOLTAGE_MOST * model.voltage:.1f} V"
+        )
 
 
 def _switch_on(line: StsLine, servo_id: int) -> None:
