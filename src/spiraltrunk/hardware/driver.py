@@ -13,6 +13,7 @@ from typing import final
 
 from numpy.typing import ArrayLike
 
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.arm.arm_port import ArmPort
 from spiraltrunk.hardware.clock import Clock
@@ -45,6 +46,7 @@ class TrunkDriver:
     def __init__(
         self,
         *,
+        design: TrunkDesign,
         motors: MotorPort,
         winders: Sequence[Winder],
         watchdog: Watchdog,
@@ -57,6 +59,7 @@ class TrunkDriver:
         """A driver in `Mode.SAFE`; nothing is sent before the first `tick`.
 
         Args:
+            design: the trunk.
             motors: one motor per cable.
             winders: control of each.
             watchdog: what ends the torque when this program dies.
@@ -67,18 +70,19 @@ class TrunkDriver:
             options: settings.
 
         Raises:
-            DriveError: where the number of winders is not that of the motors, or the period is below their own.
+            DriveError: where motors, winders and cables are not as many, or the period is below the motors' own.
         """
         options = options or DriverOptions()
         sheet = motors.data_sheet
-        if len(winders) != motors.n_motor:
-            raise DriveError(f"{len(winders)} winders for {motors.n_motor} motors; allowed: one for each")
+        if not len(winders) == motors.n_motor == design.n_cable:
+            given = f"{motors.n_motor} motors and {len(winders)} winders for {design.n_cable} cables"
+            raise DriveError(f"{given}; allowed: one of each for a cable")
         if options.period < sheet.period:
             allowed = f"at least {1e3 * sheet.period:g} ms, that of the {sheet.name}'s bus"
             raise DriveError(f"the period of control is {1e3 * options.period:g} ms; allowed: {allowed}")
         self._loop = ControlLoop(
-            motors=motors, winders=winders, homing=homing or WinderHoming(winders), watchdog=watchdog, clock=clock,
-            servo=servo, arm=arm, options=options,
+            design=design, motors=motors, winders=winders, homing=homing or WinderHoming(winders), watchdog=watchdog,
+            clock=clock, servo=servo, arm=arm, options=options,
         )  # fmt: skip
         self._clock, self._arm_port, self._has_servo = clock, arm, servo is not None
         self._schedule = Schedule(options.period)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final, final
 
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.arm.arm_port import ArmPort
 from spiraltrunk.hardware.clock import Clock
@@ -17,6 +19,7 @@ from spiraltrunk.hardware.driver_winding import Winding
 from spiraltrunk.hardware.motors.motor_port import MotorPort, MotorState
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.safety import states
+from spiraltrunk.hardware.safety.cable_watch import compute_shape_weights
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.reaction import LET_GO_TIME, RAMP_TIME, Ramp, is_over, ramp_torques
 from spiraltrunk.hardware.safety.reading import CableReading
@@ -38,6 +41,7 @@ class ControlLoop:
     def __init__(
         self,
         *,
+        design: TrunkDesign,
         motors: MotorPort,
         winders: Sequence[Winder],
         homing: HomingRoutine,
@@ -53,9 +57,9 @@ class ControlLoop:
         self.winding = Winding(winders, sheet)
         self.homing = ProbedHoming(homing)
         self.arm, self.gripper = ArmSide(arm, options.limits), GripperSide(servo, options.gripper_pulses_us)
-        ranges = self.winding.build_ranges()
-        self.watches = Watches(sheet=sheet, limits=options.limits, ranges=ranges)
-        self._homing_watches = Watches(sheet=sheet, limits=options.limits, ranges=ranges, is_homed=False)
+        ranges, weights = self.winding.build_ranges(), compute_shape_weights(design.cable_direction[:, 1:].tolist())
+        self.watches = Watches(sheet=sheet, limits=options.limits, ranges=ranges, weights=weights)
+        self._homing_watches = replace(self.watches, is_homed=False)
         self._clock = clock
         self._time: float | None = None
         self.state = SafetyState()

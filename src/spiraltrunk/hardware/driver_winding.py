@@ -101,4 +101,5 @@ def _build_range(winder: Winder) -> CableRange:
         tension_ceiling=limits.tension_ceiling,
         pull_least=limits.pull_min,
         pull_most=limits.pull_max,
+        drag=limits.drag,
     )

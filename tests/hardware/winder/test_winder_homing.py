@@ -24,7 +24,9 @@ def _rigs(rig, period, motor, *others):
     winder = rig.build_rig_winder(period, motor)
     substeps = 10 if motor is rig.DIRECT else 100
     cables = ({"slack": 0.02, "angle": 3.0}, {"slack": 0.01, "angle": -40.0 if motor is rig.DIRECT else 1.0}, *others)
-    cables = [{**cable, "slack": cable.get("slack", 0.0) + winder.drum.pull(cable.get("angle", 0.0))} for cable in cables]
+    cables = [
+        {**cable, "slack": cable.get("slack", 0.0) + winder.drum.pull(cable.get("angle", 0.0))} for cable in cables
+    ]
     return [rig.Rig(winder, substeps=substeps, **cable) for cable in cables]
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
+
+import numpy as np
 
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.safety.fault import FaultKind
@@ -15,48 +18,69 @@ from spiraltrunk.hardware.safety.reading import CableRange, CableReading, Findin
 @final
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SlackState:
-    """For how long a cable carries no load."""
+    """Load of a cable, and where the other cables say that it is taut."""
 
     load: float = 0.0
     """Mean tension [N]."""
     elapsed: float = 0.0
-    """That time, shortened while the trunk moves [s]."""
-    wound: float = 0.0
-    """Cable wound in during it [m]."""
-    was_taut: bool = False
-    """Whether it has carried a load since torque was switched on."""
+    """Time without load [s]."""
+    told: float = 0.0
+    """Length that the others told when all carried load for the last time [m]."""
+    offset: float = 0.0
+    """Length beyond it at which this cable was taut then [m]."""
+
+
+def compute_shape_weights(directions: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
+    """Weights with which the pulls of the other cables tell that of each cable, shape (n_cable, n_cable) [-].
+
+    Cable c with direction d_c across the trunk takes in l_c = d_c . b for a bend b, to first order. The others give b
+    by least squares, of least norm where they do not span the plane: w_c = d_c pinv(D_others), and 0 for itself.
+
+    Args:
+        directions: unit vectors across the trunk, shape (n_cable, 2) [-].
+    """
+    across = np.asarray(directions, dtype=float)
+    rows = []
+    for cable in range(len(across)):
+        others = np.delete(across, cable, axis=0)
+        weights = across[cable] @ np.linalg.pinv(others)
+        rows.append(tuple(np.insert(weights, cable, 0.0).tolist()))
+    return tuple(rows)
 
 
 def watch_slack(
-    state: SlackState, reading: CableReading, dt: float, least: float, limits: SafetyLimits, *, is_moving: bool = False
+    state: SlackState, cable: tuple[CableReading, CableRange], told: float, dt: float, limits: SafetyLimits
 ) -> tuple[SlackState, Finding | None]:
-    """A cable that is wound in without load, slack or broken.
+    """A cable that was wound in beyond its length on the trunk and carries no load: it is broken, or off its drum.
 
-    Without load the floor of tension winds a drum in. A broken cable stays without load, whereas a trunk that uncurls
-    or swings slackens it until the winder has caught up: therefore time counts less while other cables move. After
-    arming the winder first takes up what became slack without torque, for `take_up_time`.
+    Without load the floor of tension winds a drum in. When a trunk uncurls or swings faster than that, cables are slack
+    for seconds: nominal, and they become taut at the length that the other cables tell, or before. A broken cable goes
+    on. `settle_slack` follows in each period in which all cables carry load.
 
     Args:
         state: state after the period before.
-        reading: of this cable.
+        cable: its reading, and what it may do.
+        told: its length by the pulls of the others, see `compute_shape_weights` [m]. One of them that is slack itself
+            makes it too long, which delays the fault and raises no false one.
         dt: period [s].
-        least: least load while it is wound in [N], see `CableRange`.
         limits: when it is a fault.
-        is_moving: whether another cable moves.
     """
+    reading, allowed_range = cable
     load = state.load + min(1.0, dt / limits.slack_memory) * (reading.tension - state.load)
-    was_taut = state.was_taut or load >= least
-    if was_taut and (load >= limits.slack_part * least or reading.speed < 0.0):
-        return SlackState(load=load, was_taut=was_taut), None
-    elapsed = state.elapsed + dt * (limits.slack_time / limits.slack_time_moving if is_moving else 1.0)
-    wound = state.wound + dt * reading.speed
-    after = SlackState(load=load, elapsed=elapsed, wound=wound, was_taut=was_taut)
-    is_long = elapsed >= limits.slack_time and wound >= limits.slack_length
-    if not (is_long if was_taut else elapsed >= limits.take_up_time):
+    is_loaded = load >= limits.slack_part * allowed_range.tension_least
+    elapsed = 0.0 if is_loaded else state.elapsed + dt
+    after = SlackState(load=load, elapsed=elapsed, told=state.told, offset=state.offset)
+    excess = reading.pull - told - state.offset
+    allowed = limits.slack_length + limits.slack_part_moved * abs(told - state.told)
+    if is_loaded or elapsed < limits.slack_time or excess < allowed:
         return after, None
-    text = f"{1e3 * wound:.1f} mm came in with a load of {load:.2f} N"
-    allowed = f"allowed: above {limits.slack_part * least:.2f} N"
-    return after, Finding(FaultKind.SLACK, f"{text}; {allowed}")
+    text = f"{1e3 * excess:.1f} mm more than the other cables tell came in with a load of {load:.2f} N"
+    return after, Finding(FaultKind.SLACK, f"{text}; allowed: {1e3 * allowed:.1f} mm")
+
+
+def settle_slack(state: SlackState, pull: float, told: float) -> SlackState:
+    """The state once all cables carry load: what was measured [m] is where this one is taut."""
+    return SlackState(load=state.load, elapsed=state.elapsed, told=told, offset=pull - told)
 
 
 @explain_fields
@@ -107,16 +131,19 @@ class TangleState:
     """Tension then [N]."""
 
 
-def watch_tangle(state: TangleState, reading: CableReading, limits: SafetyLimits) -> tuple[TangleState, Finding | None]:
+def watch_tangle(
+    state: TangleState, reading: CableReading, drag: float, limits: SafetyLimits
+) -> tuple[TangleState, Finding | None]:
     """A drum that pays out and tightens: the cable is caught between layers, or winds on the wrong way.
 
-    A trunk that pulls cable out raises the tension to its command and no further, because the winder yields.
+    A trunk that pulls cable out raises the tension to its command and the winder's ``drag`` [N s/m] times the speed,
+    and no further, because the winder yields.
     """
     if reading.speed >= 0.0:
         return TangleState(), None
     if state.pull is None:
         return TangleState(pull=reading.pull, tension=reading.tension), None
-    rise = reading.tension - max(state.tension, reading.tension_wanted)
+    rise = reading.tension - max(state.tension, reading.tension_wanted) - drag * abs(reading.speed)
     out = state.pull - reading.pull
     if out < limits.tangle_length or rise < limits.tangle_tension:
         return state, None

@@ -73,19 +73,16 @@ class SafetyLimits:
     voltage_time: float = 0.1
     """Time for which the voltage may be outside [s]."""
     slack_part: float = 0.5
-    """Part of the least nominal load under which a cable that is wound in is slack [-]."""
+    """Part of the least nominal load under which a cable carries none [-]."""
     slack_memory: float = 0.02
     """Time constant of the mean load that is compared with it [s]."""
-    slack_time: float = 0.12
-    """Time for which a cable may be wound in without load while the others stand [s]."""
-    slack_time_moving: float = 1.0
-    """The same while others move [s]: a trunk that uncurls or swings outruns a winder at its floor of tension."""
-    slack_length: float = 0.0015
-    """Least cable wound in without load that is slack [m]; less than this a standing drum may creep."""
-    still_speed: float = 0.01
-    """Speed of a cable up to which it stands [m/s]."""
-    take_up_time: float = 3.0
-    """Time after arming within which a cable must carry its floor of tension for the first time [s]."""
+    slack_time: float = 0.04
+    """Least time without load [s]."""
+    slack_length: float = 0.003
+    """Cable wound in without load beyond the length that the other cables tell [m]."""
+    slack_part_moved: float = 0.1
+    """The same over the length that they have told since all cables carried load [-]: bending takes in up to 7 % of the
+    stroke on all sides at once."""
     slip_length: float = 0.003
     """Cable wound in while the tension dips that is a slip [m]."""
     slip_tension: float = 3.0
@@ -98,8 +95,8 @@ class SafetyLimits:
     """Longest time from the dip to the burst [s]."""
     tangle_length: float = 0.003
     """Cable paid out while the tension rises that is a tangle [m]."""
-    tangle_tension: float = 10.0
-    """Rise of the tension above its value at the start and above its command that is a tangle [N]."""
+    tangle_tension: float = 15.0
+    """Rise of the tension that is a tangle, above its value at the start, its command and the winder's drag [N]."""
     over_part: float = 0.15
     """Tension beyond its ceiling, as a part of it [-]."""
     over_time: float = 0.03

@@ -45,6 +45,8 @@ class CableRange:
     """Least cable wound in [m]."""
     pull_most: float
     """Most cable wound in [m]."""
+    drag: float = 0.0
+    """Tension over speed with which the winder brakes a cable that it pays out [N s/m]."""
 
 
 @final

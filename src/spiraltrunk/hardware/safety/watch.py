@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, final
 
 from spiraltrunk.field_docs import explain_fields
@@ -13,6 +13,7 @@ from spiraltrunk.hardware.safety.cable_watch import (
     SlipState,
     TangleState,
     find_too_far,
+    settle_slack,
     watch_slack,
     watch_slip,
     watch_tangle,
@@ -107,6 +108,8 @@ class Watches:
     """When something is a fault."""
     ranges: tuple[CableRange, ...]
     """What each cable may do."""
+    weights: tuple[tuple[float, ...], ...]
+    """How the pulls of the other cables tell that of each, see `compute_shape_weights`."""
     is_homed: bool = True
     """Whether pull and load of the cables are known; False while the drums are homed."""
 
@@ -140,14 +143,26 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
     motors, cables = [], []
     for number, (reading, allowed) in enumerate(zip(readings, watches.ranges, strict=True)):
         motor, findings = _watch_motor(watches, state.motors[number], reading, dt)
-        is_moving = any(abs(other.speed) > limits.still_speed for i, other in enumerate(readings) if i != number)
-        cable, more = _watch_cable(watches, state.cables[number], (reading, allowed), dt, is_moving=is_moving)
+        told = sum(w * other.pull for w, other in zip(watches.weights[number], readings, strict=True))
+        cable, more = _watch_cable(watches, state.cables[number], (reading, allowed), told, dt)
         motors.append(motor)
         cables.append(cable)
         found.extend((number, finding) for finding in (*findings, *more) if finding)
     faults = tuple(Fault(kind=one.kind, time=now, cable=number, text=one.text) for number, one in found)
-    after = WatchState(motors=tuple(motors), cables=tuple(cables), loss=loss, swap=swap)
+    after = WatchState(motors=tuple(motors), cables=_settle(watches, cables, readings), loss=loss, swap=swap)
     return Seen(after, faults, tuple(_warn(watches, after, readings)))
+
+
+def _settle(watches: Watches, cables: list[CableWatch], readings: tuple[CableReading, ...]) -> tuple[CableWatch, ...]:
+    """Where all cables carry load, their lengths are those of taut cables."""
+    if any(cable.slack.elapsed > 0.0 for cable in cables):
+        return tuple(cables)
+    pulls = [reading.pull for reading in readings]
+    told = [sum(w * pull for w, pull in zip(row, pulls, strict=True)) for row in watches.weights]
+    return tuple(
+        replace(cable, slack=settle_slack(cable.slack, *lengths))
+        for cable, *lengths in zip(cables, pulls, told, strict=True)
+    )
 
 
 _Findings = tuple[Finding | None, ...]
@@ -165,16 +180,16 @@ def _watch_motor(watches: Watches, state: MotorWatch, reading: CableReading, dt:
 
 
 def _watch_cable(
-    watches: Watches, state: CableWatch, cable: tuple[CableReading, CableRange], dt: float, *, is_moving: bool
+    watches: Watches, state: CableWatch, cable: tuple[CableReading, CableRange], told: float, dt: float
 ) -> tuple[CableWatch, _Findings]:
-    """The watches of one cable; ``is_moving`` tells whether another one moves."""
+    """The watches of one cable, whose length is ``told`` by the others [m]."""
     (reading, allowed), limits = cable, watches.limits
     tension, found_tension = watch_tension(state.tension, reading, dt, allowed.tension_ceiling, limits)
     if not watches.is_homed:
         return CableWatch(tension=tension), (found_tension,)
-    slack, found_slack = watch_slack(state.slack, reading, dt, allowed.tension_least, limits, is_moving=is_moving)
+    slack, found_slack = watch_slack(state.slack, cable, told, dt, limits)
     slip, found_slip = watch_slip(state.slip, reading, dt, limits)
-    tangle, found_tangle = watch_tangle(state.tangle, reading, limits)
+    tangle, found_tangle = watch_tangle(state.tangle, reading, allowed.drag, limits)
     after = CableWatch(slack=slack, slip=slip, tangle=tangle, tension=tension)
     return after, (found_slip, found_slack, found_tangle, found_tension, find_too_far(reading, allowed, limits))
 

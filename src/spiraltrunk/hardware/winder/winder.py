@@ -6,9 +6,10 @@ All functions are pure; the state is passed in and out. Nothing here was tried o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, final
 
+from spiraltrunk.checks import check_number
 from spiraltrunk.control.command_check import FARTHEST
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
@@ -18,10 +19,10 @@ from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS, WinderGains, derive_gains
 from spiraltrunk.hardware.winder.limits import FRICTION_SHARE, WinderLimits, build_limits
 
-FRICTION_STEPS = 4.0
+FRICTION_STEPS = 2.0
 """Encoder steps of motion that turn the direction of friction from none to full [-] (ours)."""
 
-FRICTION_TIME = 0.02
+FRICTION_TIME = 0.05
 """Time in which a changing tension, or standstill, turns that direction [s] (ours)."""
 
 LANDING = 0.075
@@ -46,8 +47,11 @@ class Winder:
     """Constants of one winder."""
 
     drum: DrumGeometry
+    """Pull and radius against angle."""
     limits: WinderLimits
+    """What it never exceeds."""
     gains: WinderGains
+    """Rates of its loops."""
     inertia: float
     """Inertia of the rotor with its drum [kg m^2]."""
     friction: float
@@ -86,7 +90,7 @@ class WinderState(NamedTuple):
     tension_set: float = 0.0
     """Set tension after limits and slew limit [N]."""
     slow_set: float = 0.0
-    """Low-pass of that: the integral part of the limit of pull [N]."""
+    """Low-pass of that, as far as it acts: the integral part of the limit of pull [N]."""
     resistance: float = 0.0
     """Estimate of the force against winding in, tension and friction [N]."""
     tension: float = 0.0
@@ -118,12 +122,19 @@ def build_winder(
     *,
     stiffness: float = CABLE_STIFFNESS,
     tension_floor: float | None = None,
+    friction: float | None = None,
 ) -> Winder:
     """Constants of one winder whose control runs every ``period`` [s] on a cable of ``stiffness`` [N/m].
+
+    ``friction`` is the rotor's as measured [N m]; the data sheet's by default. The true one may be from half of it to
+    twice as much; with less than a third, compensation makes the rotor oscillate against a stiff cable.
 
     Raises:
         DesignError: where the period is shorter than the motor's bus allows, or limits or gains cannot be met.
     """
+    motor = motor if friction is None else replace(motor, rotor_friction=friction)
+    check_number("winder.period", period, least=motor.period, most=0.1)
+    check_number("winder.friction", motor.rotor_friction, least=0.0, most=motor.torque_max)
     return Winder(
         drum=drum, limits=build_limits(design, drum, motor, tension_floor),
         gains=derive_gains(period, motor.rotor_inertia, drum.radius_max, stiffness),
@@ -159,8 +170,8 @@ def step(
     With x the pull, v its rate, m = J / r^2 the rotor's mass at the cable, and rates w of `WinderGains`:
 
     - the set tension s = clip(s_slow + m w_speed (v_wanted - v), floor, limit), slewed, with v_wanted = w_position
-      (pull limit - x), and s_slow the low-pass of s: a stiffness of m w_speed w_position with an
-      integral part that stops at the limits (automatic reset);
+      (pull limit - x), and s_slow the low-pass of s as far as the governor lets it act: a stiffness
+      of m w_speed w_position with an integral part that stops at the limits (automatic reset);
     - the force f = s - m w_damping (v - v_slow) + friction * direction + trim, where v_slow is the low-pass of v;
     - the governor bounds f so that v stays within the speed limit and x within the soft limits of length: f <= R + m
       w_governor (v_allowed - v), with R the estimate of tension and friction, and the same from below up to the ceiling
@@ -168,7 +179,8 @@ def step(
     - the torque f r, within the data sheet.
 
     T is that of a disturbance observer: torque / r - friction - m dv/dt through a first-order low-pass of
-    ``w_observer``. While the rotor stands still it is uncertain by the dry friction over the radius, either way.
+    ``w_observer`` (83 rad/s at 500 Hz). While the rotor stands still it is uncertain by the dry friction over the
+    radius, either way.
 
     Args:
         winder: the winder's constants.
@@ -199,7 +211,7 @@ def step(
     governed = _govern(winder, force, _allow_speeds(winder, target.pull, wanted, tension, motion), resistance, motion)
     torque_max = winder.limits.torque_max
     torque = min(max(governed * motion.radius, -torque_max), torque_max)
-    slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted - state.slow_set)
+    slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted + governed - force - state.slow_set)
     after = WinderState(
         zero_angle=state.zero_angle, motor_time=motor.time, angle=motor.angle, speed=speed, slow_speed=slow_speed,
         tension_limit=limit, tension_set=wanted, slow_set=slow_set, resistance=resistance, tension=tension,
@@ -284,7 +296,7 @@ def _follow(before: float, wanted: float, most: float) -> float:
 
 def _lead(direction: float, change: float, winder: Winder, motion: _Motion) -> float:
     """Direction of friction that is compensated at standstill [-]: out while the tension is let down, else in."""
-    sense = -1.0 if change < -1e-2 * winder.limits.tension_slew * motion.dt else 1.0
+    sense = -1.0 if change < -1e-3 * winder.limits.tension_slew * motion.dt else 1.0
     return _follow(direction, sense, motion.dt / FRICTION_TIME)
 
 

@@ -114,7 +114,7 @@ class TwinRobot(Robot):
         n_cable, options = self.design.n_cable, self.options.driver
         winders = [build_winder(self.design, GM6020, drum, options.period) for _ in range(n_cable)]
         return TrunkDriver(
-            motors=GM6020Motors(bus, motor_ids=range(1, n_cable + 1)), winders=winders,
+            design=self.design, motors=GM6020Motors(bus, motor_ids=range(1, n_cable + 1)), winders=winders,
             homing=ProbedHoming(WinderHoming(winders)), watchdog=BoardWatchdog(bus, self.clock), clock=self.clock,
             servo=self.servo, arm=self.arm, options=options,
         )  # fmt: skip

@@ -46,23 +46,21 @@ class Rig:
     """Cable to wind in before it is taut [m]."""
     delay: int = 1
     """Periods until a torque acts."""
-    jam: float = math.inf
-    """Torque that a jammed drum withstands [N m]."""
     is_jammed: bool = False
+    """Whether the drum does not turn at all."""
     angle: float = 0.0
     speed: float = 0.0
     tension: float = 0.0
     time: float = 0.0
     friction_scale: float = 1.0
-    substeps: int = 40
+    """Dry friction over what the winder assumes [-]."""
+    substeps: int = 20
 
     def __post_init__(self) -> None:
-        self.state = WinderState(self.winder_zero)
+        self.state = WinderState(zero_angle=0.0)
         self.pending = [0.0] * self.delay
         self.acting = 0.0
         self._pull()
-
-    winder_zero: float = 0.0
 
     def _pull(self) -> None:
         wound = self.winder.drum.pull(self.angle)
