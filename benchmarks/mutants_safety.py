@@ -1,6 +1,6 @@
 """Mutation test of the safety layer: how many changed operators its own fast tests notice.
 
-Claim (SAFETY.md): of the mutants of `spiraltrunk.hardware.safety`, 90 % are noticed by ``tests/hardware/safety`` alone.
+Claim: of the mutants of `spiraltrunk.hardware.safety`, 90 % are noticed by ``tests/hardware/safety`` alone.
 Mutants and rules are those of `mutants`, beside this file.
 """
 

@@ -49,7 +49,7 @@ class FakeClock(Clock):
 
 
 class FakeMotors(MotorPort):
-    """Rotors whose cables are springs of 400 N/m, damped; taut at angle 0. They hold the last torque."""
+    """Rotors on a trunk of 400 N/m in bending and 8000 N/m in compression, damped, taut at 0; they hold torques."""
 
     def __init__(self, clock: FakeClock, n_motor: int = 3) -> None:
         self.data_sheet, self.n_motor, self._clock = SHEET, n_motor, clock
@@ -75,7 +75,9 @@ class FakeMotors(MotorPort):
     def _advance(self, i: int) -> None:
         radius, inertia = DRUM.design.winding_radius, 1.5e-4
         for _ in range(4):
-            tension = max(0.0, 400.0 * radius * self.angle[i] + 60.0 * radius * self.speed[i])
+            mean = sum(self.angle) / self.n_motor
+            force = 400.0 * (self.angle[i] - mean) + 8000.0 * mean + 60.0 * self.speed[i]
+            tension = max(0.0, radius * force)
             self.speed[i] += DT / 4 / inertia * (self.torque[i] - radius * tension)
             rub = min(abs(self.speed[i]), DT / 4 / inertia * 0.02)
             self.speed[i] -= math.copysign(rub, self.speed[i])

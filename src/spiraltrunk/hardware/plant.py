@@ -59,7 +59,12 @@ class HardwarePlant(Plant):
     control_period = CONTROL_PERIOD
 
     def __init__(
-        self, driver: TrunkDriver, arm: ArmPort, reach: Reach, task: Task, *,
+        self,
+        driver: TrunkDriver,
+        arm: ArmPort,
+        reach: Reach,
+        task: Task,
+        *,
         camera: Callable[[], CameraObservation | None] | None = None,
     ) -> None:
         self.driver, self.task = driver, task

@@ -77,9 +77,7 @@ def write_drive_plot(measured: Measured, path: str | Path) -> Path:
     return write_figure(build_drive_figure(measured), path)
 
 
-def _draw(
-    axes: Axes, measured: Measured, values: np.ndarray, ylabel: str, target: np.ndarray | None = None
-) -> None:
+def _draw(axes: Axes, measured: Measured, values: np.ndarray, ylabel: str, target: np.ndarray | None = None) -> None:
     for i in range(values.shape[1]):
         color = COLORS[i % len(COLORS)]
         axes.plot(measured.time, values[:, i], label=f"cable {i + 1}", linewidth=1.4, color=color)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import DriveError
@@ -71,11 +71,26 @@ def test_messages_are_found_however_the_stream_is_cut(messages, size):
     assert (parser.skipped, parser.broken) == (0, 0)
 
 
-@given(st.binary(max_size=100), MESSAGES)
+@given(st.lists(st.sampled_from([0xA5, 0, 2, 255]) | st.integers(0, 255), max_size=100).map(bytes), MESSAGES)
+@example(b"\xa5", BoardMessage(0x0A03, b"\xdc\x05", 7))
+@example(b"\0\xa5\xa5\xa5", BoardMessage(0x0A03, b"\xdc\x05", 7))
 def test_after_garbage_the_next_messages_are_found(garbage, message):
     """Garbage may begin as a frame, and then hides what follows until the longest frame would have ended."""
     stream = garbage + encode_message(message) * 3 + bytes(LONGEST + AROUND_DATA)
     assert MessageParser().feed(stream).count(message) == 3
+
+
+def test_a_header_with_a_wrong_checksum_is_not_believed_though_the_frames_own_is_right():
+    frame = bytearray(encode_message(BoardMessage(0x0A03, b"\xdc\x05", 7))[:-2])
+    frame[4] ^= 1
+    frame += compute_crc16(frame).to_bytes(2, "little")
+    assert MessageParser().feed(bytes(frame)) == []
+
+
+def test_a_length_that_no_message_has_is_not_waited_for():
+    header = b"\xa5" + (LONGEST + 1).to_bytes(2, "little") + b"\0"
+    message = BoardMessage(0x0A03, b"\xdc\x05", 7)
+    assert MessageParser().feed(header + bytes([compute_crc8(header)]) + encode_message(message)) == [message]
 
 
 @given(MESSAGES, st.integers(0), st.integers(1, 255))

@@ -14,7 +14,8 @@ from spiraltrunk.hardware.safety.cable_watch import (
     TangleState,
     compute_shape_weights,
     find_too_far,
-    settle_slack,
+    has_moved,
+    watch_length,
     watch_slack,
     watch_slip,
     watch_tangle,
@@ -24,7 +25,7 @@ from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.reading import CableRange, CableReading
 
-LIMITS = SafetyLimits()
+LIMITS = SafetyLimits(slack_part_moved=0.1)
 DT = 0.002
 MOTOR = MotorState(time=0.0, angle=0.0, speed=0.0, torque=0.0, temperature=30.0)
 Point = tuple[float, float, float]
@@ -93,10 +94,61 @@ def test_the_load_is_a_mean_over_its_memory():
     assert state.load == 2.0
 
 
-def test_where_all_cables_are_taut_is_remembered():
-    state = settle_slack(SlackState(load=3.0, elapsed=0.5), 0.05, 0.047)
-    assert (state.load, state.elapsed, state.told) == (3.0, 0.5, 0.047)
-    assert state.offset == pytest.approx(0.003)
+# Lengths of taut cables.
+
+
+def run_length(points: list[tuple[float, float, float]]) -> tuple[int, float] | None:
+    """Pulls [m], lengths told by the others [m], sums of tension [N], from where all agree; period and excess."""
+    state = SlackState()
+    for number, (pull, told, tension) in enumerate(points):
+        state, found = watch_length(state, (pull, told), tension, DT, LIMITS)
+        if found:
+            assert found.kind is FaultKind.CABLE_SLIP
+            return number, pull - told
+    return None
+
+
+def test_a_step_of_a_taut_cable_against_the_others_is_a_slip():
+    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(0.0037, 0.0, 0.0)] * 100) is None
+    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(0.0039, 0.0, 0.0)] * 100)[0] == 100
+    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(0.0, -0.0039, 0.0)] * 100) is None, "0.39 mm by bending"
+    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(0.0, -0.0043, 0.0)] * 100)[0] == 100
+    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(-0.01, 0.0, 0.0)] * 100) is None, "shorter is no slip"
+
+
+def test_a_rise_of_tension_stretches_and_a_fall_excuses_nothing():
+    assert run_length([(0.0, 0.0, 20.0)] * 5000 + [(0.0060, 0.0, 43.0)] * 2) is None
+    assert run_length([(0.0, 0.0, 20.0)] * 5000 + [(0.0060, 0.0, 41.0)] * 2) is not None
+    assert run_length([(0.0, 0.0, 20.0)] * 5000 + [(0.0039, 0.0, 5.0)] * 2) is not None
+
+
+def test_a_slow_change_is_followed_with_its_time_constant():
+    assert run_length([(0.006 * DT * i, 0.0, 0.0) for i in range(5000)]) is None
+    assert run_length([(0.009 * DT * i, 0.0, 0.0) for i in range(5000)]) is not None
+    state, _ = watch_length(SlackState(), (0.005, 0.002), 10.0, DT, LIMITS)
+    share = DT / LIMITS.settle_time
+    assert (state.told, state.offset, state.tension) == pytest.approx((0.002 * share, 0.003 * share, 10.0 * share))
+
+
+def test_a_trunk_that_moves_is_followed_at_once():
+    state, found = watch_length(SlackState(load=3.0), (0.02, 0.0061), 10.0, None, LIMITS)
+    assert not found
+    assert (state.load, state.told, state.offset, state.tension) == pytest.approx((3.0, 0.0061, 0.0139, 10.0))
+    state, _ = watch_length(SlackState(), (0.02, 0.003), 10.0, 10.0, LIMITS)
+    assert state.told == 0.003
+
+
+def test_a_trunk_moves_when_one_cable_tells_so():
+    states = [SlackState(), SlackState(told=0.01)]
+    assert not has_moved(states, [0.0059, 0.0041], LIMITS)
+    assert has_moved(states, [0.0061, 0.01], LIMITS)
+    assert has_moved(states, [-0.0061, 0.01], LIMITS)
+    assert has_moved(states, [0.0, 0.0039], LIMITS)
+
+
+def test_the_text_of_a_step():
+    _, found = watch_length(SlackState(), (0.02, 0.0), 10.0, DT, LIMITS)
+    assert found.text == "20.0 mm more than the other cables tell came in under load; allowed: 4.8 mm"
 
 
 def test_the_text_of_a_slack_cable():

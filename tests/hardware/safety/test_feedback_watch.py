@@ -79,7 +79,9 @@ def test_a_voltage_may_be_unknown():
 # Loss.
 
 
-def run_loss(losses: list[list[bool]], *, frames: int = 0) -> tuple[LossState, list[tuple[int, tuple]]]:
+def run_loss(
+    losses: list[list[bool]], *, frames: int = 0, limits: SafetyLimits = LIMITS
+) -> tuple[LossState, list[tuple[int, tuple]]]:
     """Periods in each of which each motor's feedback is lost or not; with ``frames``, that many of each are due."""
     n_motor = len(losses[0])
     state, times, counts, found = LossState(), [0.0] * n_motor, [0] * n_motor, []
@@ -90,7 +92,7 @@ def run_loss(losses: list[list[bool]], *, frames: int = 0) -> tuple[LossState, l
         motors = tuple(
             build(time=time, n_frame=count if frames else None) for time, count in zip(times, counts, strict=True)
         )
-        state, findings = watch_loss(state, motors, DT, DT / frames if frames else None, LIMITS)
+        state, findings = watch_loss(state, motors, DT, DT / frames if frames else None, limits)
         if findings:
             found.append((number, findings))
     return state, found
@@ -168,6 +170,8 @@ def test_the_shown_loss_is_a_mean_over_its_memory():
     assert state.loss == 0.0
     state, _ = run_loss([[True]] * 19)
     assert state.loss == pytest.approx(1.0 - (1.0 - DT / LIMITS.loss_memory) ** 19)
+    state, _ = run_loss([[True]], limits=SafetyLimits(loss_memory=0.5))
+    assert state.loss == pytest.approx(DT / 0.5)
 
 
 # Frozen.
@@ -284,6 +288,7 @@ def swap(reported: list[list[float]], commanded: list[list[float]]) -> tuple[int
         state, found = watch_swap(state, readings, DT, LIMITS)
         if found:
             assert found[1].kind is FaultKind.IMPLAUSIBLE_FEEDBACK
+            assert found[1].text.startswith(f"motors {found[0] + 1} and ")
             return number, found[0]
     return None
 

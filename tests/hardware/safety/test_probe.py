@@ -64,3 +64,15 @@ def test_an_answer_counts_from_its_part_of_the_pulse():
     assert "answered a pulse" in judge_answers(0, [0.0119, 0.0]).text
     assert "answered a pulse" in judge_answers(0, [-0.0119, 0.0]).text
     assert "wrong way" in judge_answers(0, [-0.0121, 0.0]).text
+
+
+def test_what_comes_in_the_settling_time_is_not_averaged():
+    """A motor that answers a third of the pulse after 16 ms, and offsets before."""
+    assert probe(lambda torques: [0.32 * one for one in torques]) is None
+    late: list[tuple[float, ...]] = [(0.0,) * 3] * 6
+
+    def respond(torques):
+        late.append(torques)
+        return [0.32 * one for one in late[-6]]
+
+    assert probe(respond) is None

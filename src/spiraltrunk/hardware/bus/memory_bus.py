@@ -52,7 +52,7 @@ class MemoryBus(FrameBus):
         frames = self._queue.take()
         self._check_on()
         peer = self._peer
-        if peer is None or peer._is_off or peer._is_closed:
+        if peer is None:
             return
         now, inbox = self._clock.now(), peer._inbox
         for frame in frames:

@@ -61,6 +61,7 @@ GM6020 = MotorDataSheet(
     torque_step=TORQUE_PER_RAW,
     angle_step=ANGLE_PER_STEP,
     period=0.001,
+    feedback_period=0.001,
     silence_max=30.0 / SPEED_RPM,
     temperature_derate=70.0,
     temperature_stop=90.0,

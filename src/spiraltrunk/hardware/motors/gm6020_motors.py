@@ -50,12 +50,13 @@ class FrameCounts:
 class _Motor:
     """Latest feedback of one motor, and its count of turns."""
 
-    __slots__ = ("feedback", "sign", "state", "time", "turns")
+    __slots__ = ("feedback", "n_frame", "sign", "state", "time", "turns")
 
     def __init__(self, sign: int) -> None:
         self.sign = sign
         self.turns = TurnCount(STEPS, GM6020.silence_max)
         self.time = 0.0
+        self.n_frame = 0
         self.feedback: Feedback | None = None
         self.state: MotorState | None = None
 
@@ -70,6 +71,7 @@ class _Motor:
                 torque=sign * feedback.current * TORQUE_PER_RAW,
                 temperature=float(feedback.temperature),
                 is_count_lost=self.turns.is_lost,
+                n_frame=self.n_frame,
             )
         return self.state
 
@@ -133,6 +135,7 @@ class GM6020Motors(MotorPort):
             self._implausible += 1
         else:
             self._accepted += 1
+            motor.n_frame += 1
             motor.turns.update(feedback.angle, frame.time)
             motor.feedback, motor.time, motor.state = feedback, frame.time, None
 

@@ -38,6 +38,8 @@ class MotorDataSheet:
     """Inertia of the rotor about its axis [kg m^2]."""
     rotor_friction: float
     """Dry friction of the bearings and the cogging [N m]."""
+    feedback_period: float | None = None
+    """Period at which a motor sends feedback by itself [s]; None where it is asked, once in a period of control."""
 
 
 @explain_fields
@@ -60,6 +62,8 @@ class MotorState:
     """Supply voltage [V]; None where the motor does not tell it."""
     is_count_lost: bool = False
     """Whether turns may have been missed since the driver's start: a silence too long, or a jump of the angle."""
+    n_frame: int | None = None
+    """Frames of feedback that have arrived since the driver's start [-]; None where they are not counted."""
 
 
 class MotorPort(ABC):

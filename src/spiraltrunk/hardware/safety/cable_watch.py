@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -25,9 +25,11 @@ class SlackState:
     elapsed: float = 0.0
     """Time without load [s]."""
     told: float = 0.0
-    """Length that the others told when all carried load for the last time [m]."""
+    """Length that the others told while all carried load, a mean [m]."""
     offset: float = 0.0
     """Length beyond it at which this cable was taut then [m]."""
+    tension: float = 0.0
+    """Sum of the tensions of all cables then [N]."""
 
 
 def compute_shape_weights(directions: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
@@ -55,7 +57,7 @@ def watch_slack(
 
     Without load the floor of tension winds a drum in. When a trunk uncurls or swings faster than that, cables are slack
     for seconds: nominal, and they become taut at the length that the other cables tell, or before. A broken cable goes
-    on. `settle_slack` follows in each period in which all cables carry load.
+    on. `watch_length` follows in each period in which all cables carry load.
 
     Args:
         state: state after the period before.
@@ -69,7 +71,7 @@ def watch_slack(
     load = state.load + min(1.0, dt / limits.slack_memory) * (reading.tension - state.load)
     is_loaded = load >= limits.slack_part * allowed_range.tension_least
     elapsed = 0.0 if is_loaded else state.elapsed + dt
-    after = SlackState(load=load, elapsed=elapsed, told=state.told, offset=state.offset)
+    after = replace(state, load=load, elapsed=elapsed)
     excess = reading.pull - told - state.offset
     allowed = limits.slack_length + limits.slack_part_moved * abs(told - state.told)
     if is_loaded or elapsed < limits.slack_time or excess < allowed:
@@ -78,9 +80,41 @@ def watch_slack(
     return after, Finding(FaultKind.SLACK, f"{text}; allowed: {1e3 * allowed:.1f} mm")
 
 
-def settle_slack(state: SlackState, pull: float, told: float) -> SlackState:
-    """The state once all cables carry load: what was measured [m] is where this one is taut."""
-    return SlackState(load=state.load, elapsed=state.elapsed, told=told, offset=pull - told)
+def has_moved(states: Sequence[SlackState], told: Sequence[float], limits: SafetyLimits) -> bool:
+    """Whether the trunk has moved by `settle_length` since lengths were followed; ``told`` is of each cable [m]."""
+    return any(abs(new - state.told) > limits.settle_length for state, new in zip(states, told, strict=True))
+
+
+def watch_length(
+    state: SlackState, lengths: tuple[float, float], tension: float, dt: float | None, limits: SafetyLimits
+) -> tuple[SlackState, Finding | None]:
+    """Length of a cable while all carry load: one that grows by a step against the others has slipped on its drum.
+
+    Told and measured length are followed with the time constant `settle_time`, or at once when the trunk `has_moved`;
+    the step is what is left beyond what bending and stretching explain.
+
+    Args:
+        state: state after `watch_slack`.
+        lengths: pull of this cable, and its length by the pulls of the others [m].
+        tension: sum of the tensions of all cables [N].
+        dt: period [s]; None follows at once.
+        limits: when it is a fault.
+    """
+    pull, told = lengths
+    excess = pull - told - state.offset
+    elastic = limits.compliance * max(0.0, tension - state.tension)
+    allowed = limits.step_length + limits.step_part_moved * abs(told - state.told) + elastic
+    share = 1.0 if dt is None else min(1.0, dt / limits.settle_time)
+    after = replace(
+        state,
+        told=state.told + share * (told - state.told),
+        offset=state.offset + share * excess,
+        tension=state.tension + share * (tension - state.tension),
+    )
+    if dt is None or excess < allowed:
+        return after, None
+    text = f"{1e3 * excess:.1f} mm more than the other cables tell came in under load"
+    return after, Finding(FaultKind.CABLE_SLIP, f"{text}; allowed: {1e3 * allowed:.1f} mm")
 
 
 @explain_fields

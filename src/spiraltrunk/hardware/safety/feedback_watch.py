@@ -49,9 +49,9 @@ _OUTAGE = 2
 class _Heard(NamedTuple):
     """What tells new feedback of a motor from old."""
 
-    time: float = -math.inf
+    time: float
     """Its arrival [s]."""
-    n_frame: int | None = None
+    n_frame: int | None
     """Frames up to then [-]."""
     missed: int = 0
     """Periods in a row without new feedback [-]."""

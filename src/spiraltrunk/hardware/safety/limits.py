@@ -36,8 +36,8 @@ class SafetyLimits:
     """Equal new frames after the commanded torque has changed that are a fault [-]."""
     frozen_torque: float = 0.03
     """Change of the commanded torque that every motor's own estimate must show [N m]: 3 N on a drum of 10 mm."""
-    blocked_torque: float = 0.15
-    """Change of the commanded torque, beyond dry friction both ways, that must turn the drum [N m]: 15 N on 10 mm."""
+    blocked_torque: float = 0.10
+    """Change of the commanded torque, beyond dry friction both ways, that must turn the drum [N m]: 10 N on 10 mm."""
     blocked_steps: float = 3.0
     """Turn that counts as none, in steps of the encoder [-]."""
     blocked_time: float = 0.2
@@ -80,9 +80,19 @@ class SafetyLimits:
     """Least time without load [s]."""
     slack_length: float = 0.003
     """Cable wound in without load beyond the length that the other cables tell [m]."""
-    slack_part_moved: float = 0.1
+    slack_part_moved: float = 0.2
     """The same over the length that they have told since all cables carried load [-]: bending takes in up to 7 % of the
     stroke on all sides at once."""
+    settle_time: float = 0.5
+    """Time constant with which the lengths of taut cables are followed, against which a slip is a step [s]."""
+    step_length: float = 0.0038
+    """Step of a taut cable's length against the others that is a slip [m]."""
+    step_part_moved: float = 0.1
+    """The same over the length that the others have told since then [-]."""
+    settle_length: float = 0.006
+    """Motion of the other cables after which they are followed at once [m]: bending then explains less than 1 mm."""
+    compliance: float = 1e-4
+    """Cable wound in over the rise of tension that is elastic [m/N]: twice that of a winder's cable."""
     slip_length: float = 0.003
     """Cable wound in while the tension dips that is a slip [m]."""
     slip_tension: float = 3.0

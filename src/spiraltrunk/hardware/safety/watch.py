@@ -13,7 +13,8 @@ from spiraltrunk.hardware.safety.cable_watch import (
     SlipState,
     TangleState,
     find_too_far,
-    settle_slack,
+    has_moved,
+    watch_length,
     watch_slack,
     watch_slip,
     watch_tangle,
@@ -148,21 +149,31 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
         motors.append(motor)
         cables.append(cable)
         found.extend((number, finding) for finding in (*findings, *more) if finding)
+    settled, slipped = _watch_lengths(watches, cables, readings, dt)
+    found.extend(slipped)
     faults = tuple(Fault(kind=one.kind, time=now, cable=number, text=one.text) for number, one in found)
-    after = WatchState(motors=tuple(motors), cables=_settle(watches, cables, readings), loss=loss, swap=swap)
+    after = WatchState(motors=tuple(motors), cables=settled, loss=loss, swap=swap)
     return Seen(after, faults, tuple(_warn(watches, after, readings)))
 
 
-def _settle(watches: Watches, cables: list[CableWatch], readings: tuple[CableReading, ...]) -> tuple[CableWatch, ...]:
-    """Where all cables carry load, their lengths are those of taut cables."""
-    if any(cable.slack.elapsed > 0.0 for cable in cables):
-        return tuple(cables)
+def _watch_lengths(
+    watches: Watches, cables: list[CableWatch], readings: tuple[CableReading, ...], dt: float
+) -> tuple[tuple[CableWatch, ...], list[tuple[int | None, Finding]]]:
+    """Where all cables carry load, their lengths have to agree."""
+    if not watches.is_homed or any(cable.slack.elapsed > 0.0 for cable in cables):
+        return tuple(cables), []
     pulls = [reading.pull for reading in readings]
-    told = [sum(w * pull for w, pull in zip(row, pulls, strict=True)) for row in watches.weights]
-    return tuple(
-        replace(cable, slack=settle_slack(cable.slack, *lengths))
-        for cable, *lengths in zip(cables, pulls, told, strict=True)
-    )
+    tension = sum(reading.tension for reading in readings)
+    after: list[CableWatch] = []
+    found: list[tuple[int | None, Finding]] = []
+    told = [sum(w * pull for w, pull in zip(weights, pulls, strict=True)) for weights in watches.weights]
+    elapsed = None if has_moved([cable.slack for cable in cables], told, watches.limits) else dt
+    for number, (cable, *lengths) in enumerate(zip(cables, pulls, told, strict=True)):
+        slack, finding = watch_length(cable.slack, (lengths[0], lengths[1]), tension, elapsed, watches.limits)
+        after.append(replace(cable, slack=slack))
+        if finding:
+            found.append((number, finding))
+    return tuple(after), found
 
 
 _Findings = tuple[Finding | None, ...]

@@ -217,7 +217,8 @@ def step(
         tension_limit=limit, tension_set=wanted, slow_set=slow_set, resistance=resistance, tension=tension,
         direction=direction, trim=trim,
     )  # fmt: skip
-    return after, WinderReading(motion.pull, speed, felt, governed != force), torque
+    is_limited = governed != force or torque != governed * motion.radius
+    return after, WinderReading(motion.pull, speed, felt, is_limited), torque
 
 
 class _Motion(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC
 from collections.abc import Callable, Sequence
+from typing import Self
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError, RunError
@@ -40,7 +41,7 @@ class Robot(ABC):
     watch: Watch | None = None
     """Called while the robot runs; None for nothing."""
 
-    def __enter__(self) -> Robot:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

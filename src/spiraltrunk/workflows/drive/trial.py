@@ -134,9 +134,7 @@ def run_on_twin(
             strategy=chosen.name, seed=seed, options=scene, plant=robot.machine, log=run_log,
             verdict=JOBS[chosen.job](Evidence.from_run(robot.machine, run_log)), real_time_factor=factor,
         )  # fmt: skip
-        return DriveTrial(
-            trial=trial, snapshot=robot.driver.snapshot(), homing=homing, warnings=tuple(warnings)
-        )
+        return DriveTrial(trial=trial, snapshot=robot.driver.snapshot(), homing=homing, warnings=tuple(warnings))
 
 
 def _run_logged(

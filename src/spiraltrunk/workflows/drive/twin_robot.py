@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import final
 
 import numpy as np
@@ -33,7 +33,7 @@ from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.drive.machine_arm import MachineArm
 from spiraltrunk.workflows.drive.machine_load import MachineLoad
-from spiraltrunk.workflows.drive.machine_servo import CALIBRATION, MachineServo
+from spiraltrunk.workflows.drive.machine_servo import MachineServo
 from spiraltrunk.workflows.drive.robot import Robot
 
 SLACK_MOST = 0.010
@@ -50,9 +50,7 @@ class TwinOptions:
     """Seed of slack, encoder angles and faults."""
     feedback_period: float = 1e-3
     """Time between two answers of a motor [s]."""
-    driver: DriverOptions = DriverOptions(
-        gripper_pulses_us=(CALIBRATION.open_us, CALIBRATION.slack_us, CALIBRATION.closed_us)
-    )
+    driver: DriverOptions = field(default_factory=DriverOptions)
     """Settings of the driver."""
     has_board: bool = True
     """Whether the board's watchdog is between bus and motors."""

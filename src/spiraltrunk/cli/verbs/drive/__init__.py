@@ -6,8 +6,10 @@ import argparse
 from collections.abc import Sequence
 from typing import Any, final
 
-from spiraltrunk.cli.arguments import Parser, add_parser, read_number, read_seed, read_text
-from spiraltrunk.cli.output import Answer, UsageError, quote
+from spiraltrunk.cli.arguments import Parser, add_parser, read_seed, read_text
+from spiraltrunk.cli.arguments import read_number as read_number
+from spiraltrunk.cli.output import Answer, UsageError
+from spiraltrunk.cli.output import quote as quote
 from spiraltrunk.cli.verbs.drive import actions, run_strategy, selftest
 
 ACTIONS = {
@@ -32,7 +34,10 @@ def add_verb(verbs: Any) -> None:
         help="preset or TOML file (default paper), before the action",
     )  # fmt: skip
     parser.add_argument(
-        "--bus", type=read_text, default="virtual", metavar="BUS",
+        "--bus",
+        type=read_text,
+        default="virtual",
+        metavar="BUS",
         help="virtual (default): the twin, in simulated time; only a name opens a port",
     )
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of the twin and of the scene (default 0)")

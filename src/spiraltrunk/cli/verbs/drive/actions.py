@@ -41,7 +41,11 @@ def add_pull(actions: Any, name: str) -> None:
     """Add the action that winds every cable to a length."""
     parser = add_action(actions, name, _pull, "home, and wind every cable to a length since the straight trunk")
     parser.add_argument(
-        "pulls_mm", type=read_number, nargs="+", metavar="MM", help="cable to wind in, one for each, negative to let out"
+        "pulls_mm",
+        type=read_number,
+        nargs="+",
+        metavar="MM",
+        help="cable to wind in, one for each, negative to let out",
     )
     _add_move(parser)
 
@@ -56,7 +60,9 @@ def add_jog(actions: Any, name: str) -> None:
 
 def add_protocol(actions: Any, name: str) -> None:
     """Add the action that carries out the pulls of a motion-capture run."""
-    parser = add_action(actions, name, _protocol, "home, and carry out a run of a motion-capture protocol, step by step")
+    parser = add_action(
+        actions, name, _protocol, "home, and carry out a run of a motion-capture protocol, step by step"
+    )
     parser.add_argument("protocol", type=read_text, metavar="PROTOCOL", help="paper, or a protocol.toml")
     parser.add_argument("run_name", type=read_text, metavar="RUN", help="name of the run, such as bend-dorsal")
     _add_move(parser)
@@ -136,9 +142,7 @@ def _move(arguments: argparse.Namespace, robot: Robot, pulls: list[float]) -> No
     if not (arguments.speed_mm_s > 0.0 and 0.0 <= arguments.hold_s <= 3600.0):
         given = f"{arguments.speed_mm_s:g} mm/s, {arguments.hold_s:g} s"
         raise UsageError(f"--speed-mm-s and --hold-s are {given}; allowed: above 0, and 0 to 3600")
-    robot.pull_to(
-        pulls, tension=arguments.tension_n, speed=1e-3 * arguments.speed_mm_s, hold=float(arguments.hold_s)
-    )
+    robot.pull_to(pulls, tension=arguments.tension_n, speed=1e-3 * arguments.speed_mm_s, hold=float(arguments.hold_s))
 
 
 def _answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, Any]] | None = None) -> Answer:
@@ -156,7 +160,10 @@ def _answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, A
     title = f"{state['bus']}: {state['mode']}, {'homed' if state['is_homed'] else 'not homed'}\n"
     if steps is not None:
         worst = max(
-            abs(is_ - should) for step in steps for is_, should in zip(step["pull_mm"], step["target_mm"], strict=True) if should == should
+            abs(is_ - should)
+            for step in steps
+            for is_, should in zip(step["pull_mm"], step["target_mm"], strict=True)
+            if should == should
         )
         title = f"{len(steps)} steps, pulls within {worst:.2f} mm of their targets\n{title}"
     return DONE, format_table(rows, header=header, title=title, indent=2)

@@ -1,0 +1,251 @@
+"""Hours of simulated operation: random strategies and random faults on the twin, and what they leave behind.
+
+The trunk is `SpringTrunk`; what runs is the real driver on the twin's bus. A strategy is played by its commands, which
+were recorded from a run in simulation, because a scene in MuJoCo is too slow for hours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from spiraltrunk import strategies
+from spiraltrunk.control.messages import Command
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import RunError
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.files.results import Progress, ignore_progress
+from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.twin.faults import build_fault
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.workflows.drive.robot import RENEWAL
+from spiraltrunk.workflows.drive.selftest import SCENARIOS
+from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+from spiraltrunk.workflows.grasp.trial import run_trial
+
+FAULTS = (
+    "frame_loss_20_percent", "20_missed_cycles", "bus_off", "delay", "reorder", "duplicate", "frozen_feedback",
+    "power_cycle", "over_temperature", "stall", "cable_break", "cable_slip", "tangled_drum",
+)  # fmt: skip
+"""Faults of the self-test that are drawn."""
+
+FAULT_PERIOD = 300.0
+"""Mean time between two faults [s] (ours)."""
+
+FAULT_TIME = 4.0
+"""Time after which a fault that stopped nothing ends [s]."""
+
+REST = 2.0
+"""Time that a robot is left alone after a fault, before a person clears it [s]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class FaultRecord:
+    """One fault of a soak."""
+
+    name: str
+    """What was injected; "" for a fault that nothing caused."""
+    injected: float | None
+    """When [s]."""
+    noticed: float | None
+    """When the driver stopped [s]; None where it went on, as it may."""
+    kind: str | None
+    """What the driver called it."""
+    reaction: float | None
+    """Time from then until every motor was without torque [s]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class SoakResult:
+    """What hours of operation showed."""
+
+    simulated: float
+    """Simulated time [s]."""
+    n_strategy: int
+    """Strategies played to their end [-]."""
+    n_command: int
+    """Commands given [-]."""
+    n_lost: int
+    """Commands that did not reach the driver's targets, while it was armed [-]."""
+    drift: float
+    """Largest error of a measured length against the true one since homing [m]."""
+    faults: tuple[FaultRecord, ...]
+    """Every fault."""
+    memory: tuple[tuple[float, float], ...]
+    """Simulated time [s] and resident memory [bytes], every ten minutes."""
+
+
+def record_commands(design: TrunkDesign, names: Sequence[str], seed: int = 0) -> Mapping[str, tuple[Command, ...]]:
+    """Commands of each strategy in a run in simulation."""
+    found = {}
+    for name in names:
+        strategy = strategies.get(name)
+        found[name] = run_trial(design, parse_object(strategy.objects[0]), strategy=strategy, seed=seed).log.commands
+    return found
+
+
+def run_soak(
+    design: TrunkDesign,
+    commands: Mapping[str, tuple[Command, ...]],
+    *,
+    duration: float,
+    seed: int = 0,
+    fault_period: float = FAULT_PERIOD,
+    progress: Progress = ignore_progress,
+) -> SoakResult:
+    """Play random strategies for ``duration`` [s] of simulated time.
+
+    Args:
+        design: the robot.
+        commands: commands of the strategies, see `record_commands`.
+        duration: simulated time [s].
+        seed: seed of everything that is drawn.
+        fault_period: mean time between two faults [s]; infinite for none.
+        progress: called after every strategy.
+
+    Raises:
+        RunError: where the twin cannot be homed again.
+    """
+    soak = _Soak(design, seed, fault_period)
+    soak.home()
+    while soak.robot.clock.now() < duration:
+        name = str(soak.rng.choice(sorted(commands)))
+        if soak.play(commands[name]):
+            soak.n_strategy += 1
+        progress(name, round(soak.robot.clock.now()), round(duration))
+    soak.robot.close()
+    return SoakResult(
+        simulated=soak.robot.clock.now(), n_strategy=soak.n_strategy, n_command=soak.n_command, n_lost=soak.n_lost,
+        drift=soak.drift, faults=tuple(soak.records), memory=tuple(soak.memory),
+    )  # fmt: skip
+
+
+@final
+class _Soak:
+    """A robot in operation, and what was seen of it."""
+
+    def __init__(self, design: TrunkDesign, seed: int, fault_period: float) -> None:
+        self.robot = TwinRobot(design, options=TwinOptions(seed=seed))
+        self.rng = np.random.default_rng(seed)
+        self.n_strategy = self.n_command = self.n_lost = 0
+        self.drift = 0.0
+        self.records: list[FaultRecord] = []
+        self.memory: list[tuple[float, float]] = []
+        self._period = fault_period
+        self._next = self._draw_next()
+        self._active: tuple[str, float] | None = None
+        self._zero: list[float] = []
+
+    def _draw_next(self) -> float:
+        if math.isinf(self._period):
+            return math.inf
+        return self.robot.clock.now() + float(self.rng.exponential(self._period))
+
+    def home(self) -> None:
+        """Home and arm; the true lengths at the drums' zeros are noted for the drift."""
+        self.robot.home()
+        readings = self.robot.driver.snapshot().cables
+        self._zero = [m.wound - c.pull for m, c in zip(self.robot.motors.motors, readings, strict=True)]
+        self.robot.driver.arm()
+
+    def play(self, commands: Sequence[Command]) -> bool:
+        """Play the commands of a strategy; False where a fault ended it."""
+        for command in commands:
+            self._give(command)
+            self._inject()
+            self.robot.run(RENEWAL)
+            self._end_harmless()
+            if self.robot.driver.mode is not Mode.ARMED:
+                self._recover()
+                return False
+        self._look()
+        return True
+
+    def _give(self, command: Command) -> None:
+        driver = self.robot.driver
+        before = driver.snapshot().n_refused
+        driver.set_targets(command.cable_tension, command.cable_pull, valid_for=RENEWAL)
+        shown = [cable.tension_target for cable in driver.snapshot().cables]
+        self.n_command += 1
+        is_taken = driver.snapshot().n_refused == before and np.allclose(shown, command.cable_tension)
+        self.n_lost += not is_taken
+
+    def _inject(self) -> None:
+        now = self.robot.clock.now()
+        if now < self._next or self._active is not None:
+            return
+        name = str(self.rng.choice(FAULTS))
+        scenario = SCENARIOS[name]
+        assert scenario.fault is not None
+        self.robot.faults.inject(build_fault(scenario.fault, scenario.settings), at=now)
+        self._active = name, now
+
+    def _end_harmless(self) -> None:
+        """End a fault that control got over."""
+        now, driver = self.robot.clock.now(), self.robot.driver
+        if self._active is None or now < self._active[1] + FAULT_TIME or driver.mode is not Mode.ARMED:
+            return
+        name, injected = self._active
+        self.records.append(FaultRecord(name=name, injected=injected, noticed=None, kind=None, reaction=None))
+        self._clear()
+
+    def _clear(self) -> None:
+        self.robot.faults.clear()
+        self._active = None
+        self._next = self._draw_next()
+
+    def _recover(self) -> None:
+        """Note the fault, and do what a person would: mend it, clear it, home, arm."""
+        robot, fault = self.robot, self.robot.driver.faults[0]
+        name, injected = self._active or ("", None)
+        off = None
+        while off is None and robot.clock.now() < fault.time + REST:
+            robot.run(robot.options.driver.period)
+            if all(abs(motor.torque) < 1e-3 for motor in robot.motors.motors):
+                off = robot.clock.now() - fault.time
+        self.records.append(
+            FaultRecord(name=name, injected=injected, noticed=fault.time, kind=fault.kind.value, reaction=off)
+        )
+        self._clear()
+        robot.run(REST)
+        robot.driver.clear_fault("soak")
+        robot.run(0.2)
+        for _ in range(3):
+            try:
+                self.home()
+                return
+            except RunError:
+                if robot.driver.mode is Mode.FAULT:
+                    robot.run(REST)
+                    robot.driver.clear_fault("soak")
+        raise RunError(f"the twin cannot be homed after {name or fault.kind.value}")
+
+    def _look(self) -> None:
+        """Compare measured with true lengths, and note the memory."""
+        now, cables = self.robot.clock.now(), self.robot.driver.snapshot().cables
+        if self._active is None:
+            errors = [
+                abs(cable.pull - (motor.wound - zero))
+                for cable, motor, zero in zip(cables, self.robot.motors.motors, self._zero, strict=True)
+            ]
+            self.drift = max(self.drift, *errors)
+        if not self.memory or now > self.memory[-1][0] + 600.0:
+            self.memory.append((now, _read_memory()))
+
+
+def _read_memory() -> float:
+    """Resident memory of this process [bytes]; NaN where the system does not tell it."""
+    try:
+        fields = Path("/proc/self/statm").read_text(encoding="ascii").split()
+    except OSError:
+        return math.nan
+    return 4096.0 * int(fields[1])
