@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import sys
+import threading
+import time
+
 import pytest
 
 from spiraltrunk.errors import DriveError
@@ -59,3 +63,26 @@ def test_nobody_who_receives_costs_no_memory():
     frames = other.receive()
     assert len(frames) == CAPACITY
     assert frames[0].data == b"\0"
+
+
+def test_no_frame_is_lost_between_two_threads():
+    one, other = build_memory_pair(StepClock())
+    count, received = 20_000, []
+
+    def produce() -> None:
+        for i in range(count):
+            while len(other._inbox) >= CAPACITY // 2:
+                time.sleep(0)
+            one.send(Frame(1, i.to_bytes(4, "big")))
+            one.flush()
+
+    interval, thread = sys.getswitchinterval(), threading.Thread(target=produce, daemon=True)
+    sys.setswitchinterval(1e-5)
+    try:
+        thread.start()
+        while thread.is_alive():
+            received += other.receive()
+        received += other.receive()
+    finally:
+        sys.setswitchinterval(interval)
+    assert [int.from_bytes(frame.data, "big") for frame in received] == list(range(count))
