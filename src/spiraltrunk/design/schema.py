@@ -47,6 +47,7 @@ class Kind(Enum):
     COUNT = "a whole number"
     NUMBER = "a finite number"
     NUMBERS = "an array of finite numbers"
+    COUNTS = "an array of whole numbers"
 
 
 @final
@@ -174,6 +175,8 @@ def read_value(name: str, value: object, key: Key) -> object:
         return _to_si(name, value, key.unit)
     if key.kind is Kind.NUMBERS and isinstance(value, list):
         return tuple(_to_si(f"{name}[{i}]", item, key.unit) for i, item in enumerate(value))
+    if key.kind is Kind.COUNTS and isinstance(value, list) and all(type(item) is int for item in value):
+        return tuple(value)
     if type(value) is {Kind.TEXT: str, Kind.COUNT: int}.get(key.kind):
         return value
     raise DesignError(name, got=describe_toml(value), allowed=key.kind.value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol, final
 
 import numpy as np
@@ -11,15 +11,23 @@ from spiraltrunk.control.command_check import read_command
 from spiraltrunk.control.messages import CameraObservation, Command, Observation, Task
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.errors import RunError
-from spiraltrunk.hardware.arm.arm_port import ArmPort
-from spiraltrunk.hardware.driver import TrunkDriver
+from spiraltrunk.hardware.arm.arm_port import ArmState
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.threaded_driver import Driver
+from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
 
 CONTROL_PERIOD = 0.02
 """Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
 
 MOVING = 0.02
 """Speed of a joint above which the arm counts as moving [rad/s] (ours)."""
+
+
+class ArmReader(Protocol):
+    """What the plant needs of the arm; the driver commands it."""
+
+    def read(self) -> ArmState:
+        """See `arm.arm_port.ArmPort.read`."""
 
 
 class Reach(Protocol):
@@ -54,21 +62,24 @@ class HardwarePlant(Plant):
         reach: kinematics of the arm.
         task: what shall be done.
         camera: gives the latest observation of the object; None without a camera.
+        slack: residual slack of each cable, see `winder.slack` [m]; empty for none.
     """
 
     control_period = CONTROL_PERIOD
 
     def __init__(
         self,
-        driver: TrunkDriver,
-        arm: ArmPort,
+        driver: Driver,
+        arm: ArmReader,
         reach: Reach,
         task: Task,
         *,
         camera: Callable[[], CameraObservation | None] | None = None,
+        slack: Sequence[float] = (),
     ) -> None:
         self.driver, self.task = driver, task
         self._arm, self._clock, self._reach, self._camera = arm, driver.clock, reach, camera
+        self._slack, self._stroke = tuple(slack), task.design.cable_stroke
         self._began: float | None = None
         self._count = 0
 
@@ -103,6 +114,9 @@ class HardwarePlant(Plant):
         command = read_command(command, design.n_cable, design.cable.tension_max)
         self._position = self._reach.follow(self._position, command.T_world_base, CONTROL_PERIOD)
         pull = np.full(design.n_cable, np.inf) if command.cable_pull is None else command.cable_pull
+        if self._slack:
+            wound = [compensate_slack(one, loose, self._stroke) for one, loose in zip(pull, self._slack, strict=True)]
+            pull = np.array(wound)
         self.driver.set_targets(
             command.cable_tension, pull, arm_position=self._position,
             gripper=max(-1.0, min(1.0, command.gripper)), valid_for=CONTROL_PERIOD,
@@ -132,9 +146,15 @@ class HardwarePlant(Plant):
             T_world_base=T_base,
             arm_position=state.position,
             arm_velocity=state.velocity,
-            cable_pull=np.array([one.pull for one in cables]),
+            cable_pull=np.array(self._remove_slack([one.pull for one in cables])),
             cable_tension=np.array([max(0.0, one.tension) for one in cables]),
             base_force=wrench[:3],
             base_torque=wrench[3:],
             camera=None if self._camera is None else self._camera(),
         )
+
+    def _remove_slack(self, pulls: list[float]) -> list[float]:
+        """What the trunk sees of the cables wound in [m]."""
+        if not self._slack:
+            return pulls
+        return [remove_slack(pull, one, self._stroke) for pull, one in zip(pulls, self._slack, strict=True)]

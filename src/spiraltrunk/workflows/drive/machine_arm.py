@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import final
 
@@ -23,7 +24,8 @@ class MachineArm(GuardedArm):
     Its controller compensates housing and trunk exactly, as `SimMachine` has it; `set_load` is checked and kept.
     """
 
-    def __init__(self, machine: SimMachine, clock: Clock) -> None:
+    def __init__(self, machine: SimMachine, clock: Clock, lock: AbstractContextManager[object] | None = None) -> None:
+        """The arm of a machine; ``lock`` is held while it is used, where another thread advances it."""
         settings = ArmSettings(
             limits=_complete(machine.arm_limits), payload=arm_payload(machine.design.arm), period=CONTROL_PERIOD,
             position_margin=0.0,
@@ -32,19 +34,24 @@ class MachineArm(GuardedArm):
         self.load: ArmLoad | None = None
         """What it was told to carry."""
         self._machine = machine
+        self._lock = nullcontext() if lock is None else lock
 
     def _measure(self) -> ArmState:
-        position, velocity, acceleration, torque = self._machine.read_arm()
+        with self._lock:
+            position, velocity, acceleration, torque = self._machine.read_arm()
+            time = float(self._machine.data.time)
         return ArmState(
-            time=float(self._machine.data.time), position=position, velocity=velocity, acceleration=acceleration,
+            time=time, position=position, velocity=velocity, acceleration=acceleration,
             torque=torque,
         )  # fmt: skip
 
     def _follow(self, target: np.ndarray) -> None:
-        self._machine.set_arm(target)
+        with self._lock:
+            self._machine.set_arm(target)
 
     def _halt(self) -> None:
-        self._machine.hold_arm()
+        with self._lock:
+            self._machine.hold_arm()
 
     def _load(self, load: ArmLoad) -> None:
         self.load = load

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import final
 
-from spiraltrunk.hardware.driver import TrunkDriver
 from spiraltrunk.hardware.log.recording import log_arm, log_fault, log_state, log_warning
 from spiraltrunk.hardware.log.writer import LogWriter
+from spiraltrunk.hardware.threaded_driver import Driver
 
 REACTION = "torque ramped to the floor of tension and switched off, arm held"
 """What a driver does on every fault."""
@@ -22,7 +22,7 @@ class Recorder:
         self._faults: set[tuple[str, int | None, float]] = set()
         self._warnings: set[str] = set()
 
-    def __call__(self, driver: TrunkDriver) -> None:
+    def __call__(self, driver: Driver) -> None:
         """Write what is new."""
         log, snapshot = self._log, driver.snapshot()
         cables = snapshot.cables

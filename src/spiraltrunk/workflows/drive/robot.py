@@ -10,8 +10,9 @@ from typing import Self
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError, RunError
 from spiraltrunk.hardware.clock import Clock
-from spiraltrunk.hardware.driver import TrunkDriver
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.threaded_driver import Driver
+from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
 
 LONGEST_HOMING = 60.0
 """Time after which homing counts as hung [s] (ours)."""
@@ -22,7 +23,7 @@ RENEWAL = 0.02
 LISTENING = 0.1
 """Time for which the motors' feedback is awaited [s] (ours)."""
 
-Watch = Callable[[TrunkDriver], None]
+Watch = Callable[[Driver], None]
 """Called after every renewal, for screens and logs."""
 
 
@@ -34,8 +35,10 @@ class Robot(ABC):
 
     design: TrunkDesign
     """The robot's design."""
-    driver: TrunkDriver
+    driver: Driver
     """Motors, gripper and arm."""
+    slack: Sequence[float] = ()
+    """Residual slack of each cable, see `hardware.winder.slack` [m]; empty for none."""
     clock: Clock
     """The driver's clock."""
     watch: Watch | None = None
@@ -105,7 +108,7 @@ class Robot(ABC):
         """
         if not (math.isfinite(speed) and speed > 0.0):
             raise DriveError(f"speed of a cable is {speed:g} m/s; allowed: above 0")
-        start = [cable.pull for cable in self.driver.snapshot().cables]
+        start = self.read_pulls()
         if len(pulls) != len(start) or any(math.isinf(pull) for pull in pulls):
             raise DriveError(f"pulls are {list(pulls)}; allowed: {len(start)} lengths in m, NaN for a free cable")
         tensions = [0.0 if math.isnan(pull) else tension for pull in pulls]
@@ -117,9 +120,29 @@ class Robot(ABC):
                 math.inf if math.isnan(pull) else at + share * (pull - at)
                 for pull, at in zip(pulls, start, strict=True)
             ]
-            self.driver.set_targets(tensions, wanted, valid_for=RENEWAL)
+            self.set_pulls(tensions, wanted)
             self.run(RENEWAL)
             self.raise_fault()
+
+    def read_pulls(self) -> list[float]:
+        """Cable pulled in since the straight trunk, as the trunk sees it, one per cable [m]."""
+        pulls, stroke = [cable.pull for cable in self.driver.snapshot().cables], self.design.cable_stroke
+        return [remove_slack(*pair, stroke) for pair in zip(pulls, self.slack, strict=True)] if self.slack else pulls
+
+    def set_pulls(self, tensions: Sequence[float], pulls: Sequence[float]) -> None:
+        """Aim at these pulls, with their slack added, for `RENEWAL`.
+
+        Args:
+            tensions: upper limit of each cable's tension [N].
+            pulls: upper limit of the cable pulled in since the straight trunk [m].
+
+        Raises:
+            DriveError: as of `TrunkDriver.set_targets`.
+        """
+        if self.slack:
+            stroke = self.design.cable_stroke
+            pulls = [compensate_slack(*pair, stroke) for pair in zip(pulls, self.slack, strict=True)]
+        self.driver.set_targets(tensions, list(pulls), valid_for=RENEWAL)
 
     def let_go(self) -> None:
         """Disarm, and wait until the torque is off.

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import threading
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.messages import CameraObservation
 from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.arm.trunk_load import trunk_load
 from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
+from spiraltrunk.hardware.clock import SystemClock
 from spiraltrunk.hardware.driver import TrunkDriver
 from spiraltrunk.hardware.driver_homing import ProbedHoming, WinderHoming
 from spiraltrunk.hardware.driver_options import DriverOptions
@@ -20,9 +25,11 @@ from spiraltrunk.hardware.motors.gm6020 import GM6020
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
 from spiraltrunk.hardware.plant import HardwarePlant
 from spiraltrunk.hardware.safety.watchdog import BoardWatchdog, WatchedBus
+from spiraltrunk.hardware.threaded_driver import SharedArm, ThreadedDriver
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
-from spiraltrunk.hardware.twin.clock import TwinClock
+from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
+from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import MotorTwins
@@ -40,6 +47,13 @@ SLACK_MOST = 0.010
 """Most slack of a cable before homing [m] (ours): a trunk that was just threaded."""
 
 
+LATE_EVIDENCE = 60.0
+"""`SafetyLimits.loss_evidence` of a twin in real time [-] (ours): frames of a thread that is late are not lost."""
+
+PLANNING_TIME = 10.0
+"""Time after arming for which the floor of tension is held in real time, while a strategy plans [s] (ours)."""
+
+
 @explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -54,11 +68,13 @@ class TwinOptions:
     """Settings of the driver."""
     has_board: bool = True
     """Whether the board's watchdog is between bus and motors."""
+    is_real_time: bool = False
+    """Whether twin and driver follow the computer's clock, each in its thread; no run is like another then."""
 
 
 @final
 class TwinRobot(Robot):
-    """A twin with its driver, in simulated time.
+    """A twin with its driver, in simulated time or by the computer's clock.
 
     Args:
         design: the robot.
@@ -72,9 +88,9 @@ class TwinRobot(Robot):
     def __init__(
         self, design: TrunkDesign, scene: SceneOptions | None = None, options: TwinOptions | None = None
     ) -> None:
-        self.design = design
+        self.design, self._lock = design, threading.RLock()
         self.options = options = TwinOptions() if options is None else options
-        clock = self.clock = TwinClock()
+        self.clock = clock = SystemClock() if options.is_real_time else TwinClock()
         self.machine = None if scene is None else SimMachine(design, scene)
         self._load: CableLoad
         if self.machine is None:
@@ -93,11 +109,18 @@ class TwinRobot(Robot):
         self.faults = FaultInjector(self.motors, self.bus)
         """Lets faults begin and end."""
         self.servo = None if self.machine is None else MachineServo(self.machine)
-        self.arm = None if self.machine is None else MachineArm(self.machine, self.clock)
-        for device in (self.faults, self.servo, self.motors):
-            if device is not None:
+        self.arm = None if self.machine is None else MachineArm(self.machine, self.clock, self._lock)
+        devices = [device for device in (self.faults, self.servo, self.motors) if device is not None]
+        driver = self._build_driver(WatchedBus(ours), DrumGeometry(design=drum))
+        self._twin: RealTimeTwin | None = None
+        if isinstance(clock, TwinClock):
+            self.driver = driver
+            for device in devices:
                 clock.attach(device)
-        self.driver = self._build_driver(WatchedBus(ours), DrumGeometry(design=drum))
+        else:
+            self._twin = RealTimeTwin(_Locked(self._lock, devices))
+            self._twin.start()
+            self.driver = ThreadedDriver(driver)
 
     def _draw_motors(self, radius: float) -> list[MotorTwin]:
         rng = np.random.default_rng(self.options.seed)
@@ -110,6 +133,9 @@ class TwinRobot(Robot):
 
     def _build_driver(self, bus: WatchedBus, drum: DrumGeometry) -> TrunkDriver:
         n_cable, options = self.design.n_cable, self.options.driver
+        if self.options.is_real_time:
+            limits = replace(options.limits, loss_evidence=LATE_EVIDENCE)
+            options = replace(options, arming_time=PLANNING_TIME, limits=limits)
         winders = [build_winder(self.design, GM6020, drum, options.period) for _ in range(n_cable)]
         return TrunkDriver(
             design=self.design, motors=GM6020Motors(bus, motor_ids=range(1, n_cable + 1)), winders=winders,
@@ -133,7 +159,38 @@ class TwinRobot(Robot):
             raise RunError("the twin has no scene; allowed: one that was built with a scene")
         assert isinstance(self._load, MachineLoad)
         assert self.arm is not None
-        self._load.begin()
-        return HardwarePlant(
-            self.driver, self.arm, self.machine.reach, self.machine.task, camera=self.machine.read_camera
-        )
+        with self._lock:
+            self._load.begin()
+        arm = SharedArm(self.arm, self.driver) if isinstance(self.driver, ThreadedDriver) else self.arm
+        return HardwarePlant(self.driver, arm, self.machine.reach, self.machine.task, camera=self._read_camera)
+
+    def _read_camera(self) -> CameraObservation | None:
+        assert self.machine is not None
+        with self._lock:
+            return self.machine.read_camera()
+
+    def close(self) -> None:
+        """See `Robot.close`; the twin's thread ends after the driver's.
+
+        Raises:
+            RunError: where the simulation diverged.
+        """
+        try:
+            super().close()
+        finally:
+            if self._twin is not None:
+                self._twin.stop()
+
+
+@final
+class _Locked(TwinDevice):
+    """Devices that are advanced under a lock, because other threads read them."""
+
+    def __init__(self, lock: AbstractContextManager[object], devices: Sequence[TwinDevice]) -> None:
+        self._lock, self._devices = lock, tuple(devices)
+
+    def advance(self, dt: float) -> None:
+        """See `TwinDevice.advance`."""
+        with self._lock:
+            for device in self._devices:
+                device.advance(dt)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from spiraltrunk.cli.progress import print_progress
 
 if TYPE_CHECKING:
-    from spiraltrunk.hardware.driver import TrunkDriver
     from spiraltrunk.hardware.driver_snapshot import Snapshot
+    from spiraltrunk.hardware.threaded_driver import Driver
     from spiraltrunk.workflows.drive.robot import Robot
 
 _REFRESH = 0.1
@@ -25,7 +25,7 @@ def show_robot(robot: Robot, stream: TextIO | None) -> Iterator[None]:
     if stream is None or not stream.isatty():
         modes: list[str] = []
 
-        def tell(driver: TrunkDriver) -> None:
+        def tell(driver: Driver) -> None:
             if driver.mode.value not in modes[-1:]:
                 modes.append(driver.mode.value)
                 print_progress(driver.mode.value, stream)
@@ -39,7 +39,7 @@ def show_robot(robot: Robot, stream: TextIO | None) -> Iterator[None]:
     with Live(console=Console(file=stream), transient=True, auto_refresh=False) as live:
         shown = [0.0]
 
-        def draw(driver: TrunkDriver) -> None:
+        def draw(driver: Driver) -> None:
             if time.monotonic() >= shown[0] + _REFRESH:
                 shown[0] = time.monotonic()
                 live.update(draw_table(driver.snapshot()), refresh=True)
@@ -52,8 +52,10 @@ def draw_table(snapshot: Snapshot) -> Any:
     """The robot's state as a table for the terminal."""
     from rich.table import Table
 
+    lateness = snapshot.lateness
     state = "letting go" if snapshot.is_letting_go else snapshot.mode.value
-    late = f"loop late by {1e3 * snapshot.lateness.p50:.1f} / {1e3 * snapshot.lateness.p99:.1f} ms (p50 / p99)"
+    late = " / ".join(f"{1e3 * part:.1f}" for part in (lateness.p50, lateness.p99, lateness.p999))
+    late = f"loop late by {late} ms (p50 / p99 / p99.9)"
     table = Table(title=f"{state}, {snapshot.time:.1f} s, {late}", caption=_describe_trouble(snapshot))
     for title in ("cable", "pull [mm]", "tension [N]", "of [N]", "motor [degC]", "age [ms]"):
         table.add_column(title, justify="right")

@@ -1,0 +1,64 @@
+"""Winders of a robot file: limits of design, drum and the motor's data sheet, lowered where the file says so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from spiraltrunk.design.drum import size_drum
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.hardware.robot_file import CableSetup, MotorSetup, RobotFile
+from spiraltrunk.hardware.winder.drum import DrumGeometry
+from spiraltrunk.hardware.winder.limits import WinderLimits
+from spiraltrunk.hardware.winder.winder import Winder, build_winder
+
+PERIOD = 0.002
+"""Period of control of motors that allow it [s]: 500 Hz."""
+
+
+def choose_period(motors: MotorSetup) -> float:
+    """Period of control [s]: that of the file, else `PERIOD`, or the data sheet's where it is longer."""
+    return max(PERIOD, motors.data_sheet.period) if motors.period is None else motors.period
+
+
+def build_winders(design: TrunkDesign, file: RobotFile) -> list[Winder]:
+    """One winder per cable of the design.
+
+    Raises:
+        DesignError: where the file has another number of motors than the design has cables, or a limit that is none.
+    """
+    count = len(file.motors.ids)
+    if count != design.n_cable:
+        raise DesignError(
+            "motors.ids", got=Unquoted(f"{count} ids"), allowed=f"{design.n_cable}, one for each cable of {design.name}"
+        )
+    drum = DrumGeometry(design=size_drum(design))
+    winder = build_winder(
+        design, file.motors.data_sheet, drum, choose_period(file.motors), tension_floor=file.cables.tension_floor
+    )
+    return [replace(winder, limits=lower_limits(winder.limits, file.cables))] * count
+
+
+def lower_limits(limits: WinderLimits, cables: CableSetup) -> WinderLimits:
+    """The limits with those of a file, none of which may be above them.
+
+    Raises:
+        DesignError: for a limit of the file that is higher, or a largest tension below twice the floor.
+    """
+    ceiling, speed = limits.tension_ceiling, limits.speed_max
+    if cables.tension_max is not None:
+        least = 2 * limits.tension_floor
+        _check("cables.tension_max_n", cables.tension_max, least, ceiling, 1.0)
+        ceiling = cables.tension_max
+    if cables.speed_max is not None:
+        _check("cables.speed_max_mm_s", cables.speed_max, 1e-3, speed, 1e3)
+        speed = cables.speed_max
+    return replace(limits, tension_ceiling=ceiling, speed_max=speed)
+
+
+def _check(name: str, value: float, least: float, most: float, scale: float) -> None:
+    if not least <= value <= most:
+        allowed = (
+            f"{scale * least:g} to {scale * most:.4g}, the limit of design, drum and motor: it can only be lowered"
+        )
+        raise DesignError(name, got=Unquoted(f"{scale * value:g}"), allowed=allowed)

@@ -1,0 +1,170 @@
+"""The real robot: motors, gripper and arm of a robot file behind the driver. Never tried on a real device."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import final
+
+from spiraltrunk.control.messages import Task
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import RunError
+from spiraltrunk.hardware.arm.arm_port import ArmPort
+from spiraltrunk.hardware.arm.checks import ArmSettings
+from spiraltrunk.hardware.arm.trunk_load import trunk_load
+from spiraltrunk.hardware.bus.board import open_board
+from spiraltrunk.hardware.bus.bus_address import BusKind, parse_bus_address
+from spiraltrunk.hardware.bus.can_bus import open_can_bus
+from spiraltrunk.hardware.bus.frame_bus import FrameBus
+from spiraltrunk.hardware.clock import Clock, SystemClock
+from spiraltrunk.hardware.driver import TrunkDriver
+from spiraltrunk.hardware.driver_homing import ProbedHoming, WinderHoming
+from spiraltrunk.hardware.driver_options import DriverOptions
+from spiraltrunk.hardware.motors.gm6020 import compute_feedback_id
+from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
+from spiraltrunk.hardware.motors.motor_port import MotorPort
+from spiraltrunk.hardware.motors.pwm_servo import PwmServo
+from spiraltrunk.hardware.motors.servo_port import ServoPort
+from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
+from spiraltrunk.hardware.plant import CONTROL_PERIOD, HardwarePlant, Reach
+from spiraltrunk.hardware.relay import open_relay
+from spiraltrunk.hardware.robot_file import RobotFile, check_arm
+from spiraltrunk.hardware.robot_limits import build_winders, choose_period
+from spiraltrunk.hardware.safety.watchdog import (
+    ANSWER_ID,
+    BoardWatchdog,
+    NoWatchdog,
+    RelayWatchdog,
+    Watchdog,
+    WatchedBus,
+)
+from spiraltrunk.hardware.threaded_driver import SharedArm, ThreadedDriver
+from spiraltrunk.sim.robot.arm import arm_limits, arm_payload
+from spiraltrunk.workflows.drive.robot import Robot
+
+ARMING_TIME = 10.0
+"""Time after arming for which the floor of tension is held while a strategy plans [s] (ours)."""
+
+
+@final
+class HardwareRobot(Robot):
+    """Motors, gripper and arm on the ports that a robot file names; they are opened here, and nowhere else.
+
+    Args:
+        design: the robot's design.
+        file: how it is wired.
+        without_watchdog: whether it may be armed without a watchdog.
+        clock: time; the computer's by default, with the loop in a thread. With another one, such as a `TwinClock`, the
+            caller's thread runs the loop.
+        arm: used instead of the file's arm, such as a simulated one.
+
+    Raises:
+        DesignError: where the file does not fit the design; nothing is opened then.
+        DriveError: where a port or an arm cannot be opened; all others are closed again.
+        MissingPackage: without a package that it needs.
+    """
+
+    def __init__(
+        self,
+        design: TrunkDesign,
+        file: RobotFile,
+        *,
+        without_watchdog: bool = False,
+        clock: Clock | None = None,
+        arm: ArmPort | None = None,
+    ) -> None:
+        self.design, self.file = design, file
+        self.clock = SystemClock() if clock is None else clock
+        self.slack = file.cables.slack
+        winders = build_winders(design, file)
+        options = DriverOptions(
+            period=choose_period(file.motors), without_watchdog=without_watchdog, arming_time=ARMING_TIME
+        )
+        if file.servo is not None:
+            pulses = (file.servo.open_us, file.servo.slack_us, file.servo.closed_us)
+            options = replace(options, gripper_pulses_us=pulses)
+        with ExitStack() as opening:
+            motors, servo, watchdog = self._open_motors(opening)
+            self.arm = self._open_arm() if arm is None else arm
+            if self.arm is not None:
+                opening.callback(self.arm.close)
+            driver = TrunkDriver(
+                design=design,
+                motors=motors, winders=winders, homing=ProbedHoming(WinderHoming(winders)), watchdog=watchdog,
+                clock=self.clock, servo=servo, arm=self.arm, options=options,
+            )  # fmt: skip
+            self._ports = opening.pop_all()
+        self.driver = ThreadedDriver(driver) if clock is None else driver
+
+    def _open_motors(self, opening: ExitStack) -> tuple[MotorPort, ServoPort | None, Watchdog]:
+        """Motors, servo and watchdog; what was opened is closed by the stack, too."""
+        file, address = self.file, parse_bus_address(self.file.bus)
+        setup = file.motors
+        motors: MotorPort
+        servo: ServoPort | None = None
+        bus: WatchedBus | None = None
+        if address.kind is BusKind.STS:
+            settings = StsSettings(port=address.port, servo_ids=setup.ids, directions=setup.signs, model=setup.model)
+            motors = StsServos.from_settings(settings, self.clock)
+        else:
+            bus, servo = self._open_bus(address.kind, address.port)
+            motors = GM6020Motors(bus, motor_ids=setup.ids, directions=setup.signs)
+        opening.callback(motors.close)
+        if file.relay is not None:
+            relay = open_relay(file.relay)
+            opening.callback(relay.close)
+            return motors, servo, RelayWatchdog(relay)
+        if file.watchdog == "board" and bus is not None:
+            return motors, servo, BoardWatchdog(bus, self.clock)
+        return motors, servo, NoWatchdog()
+
+    def _open_bus(self, kind: BusKind, port: str) -> tuple[WatchedBus, ServoPort | None]:
+        """The bus of the motors, and the servo behind a board."""
+        bus: FrameBus
+        if kind is BusKind.BOARD:
+            bus = board = open_board(port, self.clock)
+            return WatchedBus(bus), None if self.file.servo is None else PwmServo(board, self.file.servo)
+        ids = [*map(compute_feedback_id, self.file.motors.ids), ANSWER_ID]
+        bus = open_can_bus(self.file.bus, self.clock, feedback_ids=ids)
+        return WatchedBus(bus), None
+
+    def _open_arm(self) -> ArmPort | None:
+        """The arm of the file; None without one."""
+        named = check_arm(self.file.arm)
+        if named is None:
+            return None
+        name, host = named
+        settings = ArmSettings(
+            limits=arm_limits(self.design.arm), payload=arm_payload(self.design.arm), period=CONTROL_PERIOD
+        )
+        if name == "panda":
+            from spiraltrunk.hardware.arm.panda_arm import PandaArm
+
+            return PandaArm(host, settings, self.clock)
+        from spiraltrunk.hardware.arm.franky_arm import FrankyArm
+
+        return FrankyArm(host, settings, self.clock)
+
+    def prepare(self) -> None:
+        """See `Robot.prepare`; the arm is told its load before."""
+        if self.arm is not None:
+            self.arm.set_load(trunk_load(self.design))
+        super().prepare()
+
+    def build_plant(self, task: Task, reach: Reach) -> HardwarePlant:
+        """The plant of a strategy; it has no camera.
+
+        Raises:
+            RunError: without an arm.
+        """
+        if self.arm is None:
+            raise RunError('the robot file names no arm; allowed: arm = "panda:HOST" or "franky:HOST"')
+        arm = SharedArm(self.arm, self.driver) if isinstance(self.driver, ThreadedDriver) else self.arm
+        return HardwarePlant(self.driver, arm, reach, task, slack=self.slack)
+
+    def close(self) -> None:
+        """See `Robot.close`; all ports are closed, whatever happens."""
+        try:
+            super().close()
+        finally:
+            self._ports.close()

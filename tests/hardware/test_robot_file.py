@@ -1,0 +1,176 @@
+"""Robot files: every key is read, refused in one line where it cannot be, and none raises a limit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from spiraltrunk.design import presets
+from spiraltrunk.errors import DesignError
+from spiraltrunk.hardware.robot_file import (
+    TABLES,
+    CableSetup,
+    MotorSetup,
+    RobotFile,
+    format_example,
+    load_robot_file,
+    parse_robot_file,
+)
+from spiraltrunk.hardware.robot_limits import build_winders, choose_period, lower_limits
+
+EXAMPLE = format_example()
+
+WRONG = {
+    "name": ["7", '""'],
+    "bus": ['"can0"', '"virtual"', '"socketcan:"', '"board:"', '"board:socket://host:1"', '"sts:/dev/ttyUSB0"', "3"],
+    "watchdog": ['"dog"', '"relay:"', '"relay"', '"relay:rfc2217://host"', "true"],
+    "arm": ['"panda"', '"panda:"', '"ur5:host"', '"panda:a b"', '"franky:http://x"', "1"],
+    "motors.family": ['"dynamixel"', "1"],
+    "motors.ids": ["[1, 1, 3]", "[0, 1, 2]", "[1, 2, 8]", "[1.0, 2, 3]", "[true, 2, 3]", "[]", "1", "[-1, 2, 3]"],
+    "motors.directions": ["[1, 1]", "[1, 1, 0]", "[1, 1, 2]", '"in"', "[1, 1, nan]"],
+    "motors.model": ['"sts9999"', "12"],
+    "motors.period_ms": ["0.5", "nan", "0", "60", "-2", "inf"],
+    "cables.tension_floor_n": ["0", "-1", "nan", "inf", "1000", '"x"'],
+    "cables.tension_max_n": ["0", "-1", "nan", "inf", "60.1", "1e9", "0.1"],
+    "cables.speed_max_mm_s": ["0", "-1", "nan", "inf", "1e5", "1e9"],
+    "cables.slack_mm": ["[1, 2]", "[nan, 0, 0]", "[100, 0, 0]", "[-100, 0, 0]", "[inf, 0, 0]", "1"],
+    "servo.least_us": ["499", "nan", "2600"],
+    "servo.most_us": ["2501", "nan", "900"],
+    "servo.open_us": ["899", "2101", "nan"],
+    "servo.slack_us": ["999", "2001", "nan"],
+    "servo.closed_us": ["899", "2101", "nan", "1200"],
+}
+"""Values that each key refuses."""
+
+
+def read(text: str) -> RobotFile:
+    return parse_robot_file(text.encode(), source="robot.toml")
+
+
+def change(key: str, value: str) -> str:
+    """The example with another value."""
+    table, _, name = key.rpartition(".")
+    lines, at, done = [], "", False
+    for line in EXAMPLE.splitlines():
+        at = line[1 : line.index("]")] if line.startswith("[") else at
+        if at == table and line.partition(" = ")[0] == name:
+            lines.append(f"{name} = {value}")
+            done = True
+            continue
+        lines.append(line)
+        if line == f"[{table}]" and f"\n{name} = " not in EXAMPLE:
+            lines.append(f"{name} = {value}")
+            done = True
+    assert done
+    return "\n".join(lines)
+
+
+def test_the_example_says_what_it_shows():
+    file = read(EXAMPLE)
+    assert file.motors == MotorSetup(family="gm6020", ids=(1, 2, 3), directions=(1, 1, -1))
+    assert file.cables == CableSetup(tension_max=30.0, speed_max=0.1, slack=(0.002, 0.0015, 0.0015))
+    assert (file.arm, file.watchdog, file.relay) == ("panda:192.168.1.2", "board", None)
+    assert file.servo is not None
+    assert file.servo.closed_us == 2000.0
+
+
+def test_every_key_has_values_that_are_refused():
+    assert set(WRONG) == {f"{table}.{key.name}".lstrip(".") for table, keys in TABLES.items() for key in keys}
+
+
+@pytest.mark.parametrize(("key", "value"), [(key, value) for key, values in WRONG.items() for value in values])
+def test_a_wrong_value_is_one_line_that_says_what_is_allowed(key: str, value: str):
+    with pytest.raises(DesignError, match="allowed") as caught:
+        build_winders(presets.PAPER, read(change(key, value)))
+    assert "\n" not in str(caught.value)
+    table = key.partition(".")[0]
+    assert table in str(caught.value) or key in ("cables.tension_floor_n",)
+
+
+@pytest.mark.parametrize("key", ["name", "bus", "motors.family", "motors.ids"])
+def test_a_missing_key_is_named(key: str):
+    name = key.rpartition(".")[2]
+    text = "\n".join(line for line in EXAMPLE.splitlines() if not line.startswith(f"{name} = "))
+    with pytest.raises(DesignError, match=f"{key} is missing"):
+        read(text)
+
+
+@pytest.mark.parametrize("text", ["torque_max_nm = 3", "[limits]\nx = 1", "[motors.more]\nx = 1"])
+def test_what_is_not_known_is_refused(text: str):
+    with pytest.raises((DesignError, ValueError), match=r"allowed|declare|only"):
+        read(EXAMPLE + text)
+
+
+def test_a_file_that_is_none_is_one_line(tmp_path):
+    for path, data in (("absent.toml", None), (".", None), ("long.toml", b"#" * 300_000), ("bad.toml", b"\xff = [")):
+        place = tmp_path / path
+        if data is not None:
+            place.write_bytes(data)
+        with pytest.raises(DesignError, match="allowed: a robot file") as caught:
+            load_robot_file(place)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_file_for_another_number_of_cables_is_refused():
+    with pytest.raises(DesignError, match=r"motors\.ids is 2 ids; allowed: 3"):
+        build_winders(
+            presets.PAPER, RobotFile(name="x", bus="socketcan:can0", motors=MotorSetup(family="gm6020", ids=(1, 2)))
+        )
+
+
+def test_ports_belong_to_the_family():
+    servos = MotorSetup(family="sts", ids=(1, 2, 3))
+    file = RobotFile(name="x", bus="sts:/dev/ttyUSB0", motors=servos, watchdog="relay:/dev/ttyUSB1")
+    assert (file.relay, choose_period(servos)) == ("/dev/ttyUSB1", servos.data_sheet.period)
+    for wrong in ({"bus": "socketcan:can0"}, {"watchdog": "board"}):
+        with pytest.raises(DesignError, match=r"(?i)sts"):
+            replace(file, **wrong)
+
+
+POSITIVE = st.floats(allow_nan=True, allow_infinity=True)
+
+
+@given(tension=st.none() | POSITIVE, speed=st.none() | POSITIVE, floor=st.none() | POSITIVE)
+def test_no_number_raises_a_limit(tension, speed, floor):
+    plain = RobotFile(name="x", bus="socketcan:can0", motors=MotorSetup(family="gm6020", ids=(1, 2, 3)))
+    most = build_winders(presets.PAPER, plain)[0].limits
+    try:
+        cables = CableSetup(tension_max=tension, speed_max=speed, tension_floor=floor)
+        winders = build_winders(presets.PAPER, replace(plain, cables=cables))
+    except DesignError:
+        return
+    for winder in winders:
+        for field in fields(most):
+            value, bound = getattr(winder.limits, field.name), getattr(most, field.name)
+            if field.name == "tension_floor":
+                assert 0.0 < value <= most.tension_ceiling / 2
+            elif field.name in ("tension_ceiling", "speed_max"):
+                assert 0.0 < value <= bound
+            else:
+                assert value == bound
+        assert winder.limits.torque_max <= plain.motors.data_sheet.torque_max
+
+
+@given(
+    st.binary(max_size=200)
+    | st.text(max_size=200).map(str.encode)
+    | st.integers(0, 1000).map(lambda n: EXAMPLE.encode()[:n])
+)
+def test_any_bytes_give_a_file_or_a_refusal(data: bytes):
+    told = ""
+    try:
+        parse_robot_file(data, source="x")
+    except (DesignError, ValueError) as error:
+        told = str(error)
+    assert "\n" not in told
+
+
+def test_limits_are_lowered():
+    most = build_winders(presets.PAPER, read(change("cables.tension_max_n", "60")))[0].limits
+    lower = lower_limits(most, CableSetup(tension_max=20.0, speed_max=0.05))
+    assert (lower.tension_ceiling, lower.speed_max, lower.tension_max) == (20.0, 0.05, most.tension_max)
+    assert math.isclose(lower.drag, most.drag)
