@@ -20,8 +20,11 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.results import read_versions
 from spiraltrunk.hardware.driver_snapshot import Snapshot
 from spiraltrunk.hardware.log import LoggedPlant, LogMetadata, LogWriter, describe_task
+from spiraltrunk.hardware.plant import HardwarePlant
+from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.workflows.drive.recorder import Recorder
+from spiraltrunk.workflows.drive.robot import Robot
 from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
 from spiraltrunk.workflows.grasp.jobs import JOBS
 from spiraltrunk.workflows.grasp.trial import Trial
@@ -127,7 +130,7 @@ def run_on_twin(
             if watch is not None:
                 watch(seen, status)
 
-        run_log = _run_logged(robot, chosen, seed, log, look)
+        run_log = run_logged(robot, robot.build_plant(), chosen, log, look, bus="virtual", seed=seed)
         assert robot.machine is not None
         factor = robot.machine.trace[-1].time / max(1e-9, time.perf_counter() - began)
         trial = Trial(
@@ -137,19 +140,32 @@ def run_on_twin(
         return DriveTrial(trial=trial, snapshot=robot.driver.snapshot(), homing=homing, warnings=tuple(warnings))
 
 
-def _run_logged(
-    robot: TwinRobot, strategy: Strategy[Any], seed: int, path: Path | None,
-    watch: Callable[[Observation, Status], None],
+def run_logged(
+    robot: Robot, plant: HardwarePlant, strategy: Strategy[Any], path: Path | None,
+    watch: Callable[[Observation, Status], None], *, bus: str, seed: int | None = None,
 ) -> RunLog:  # fmt: skip
-    plant = robot.build_plant()
+    """Run the strategy on an armed robot until it is done or a fault ends it.
+
+    Args:
+        robot: the robot.
+        plant: its plant.
+        strategy: what to do.
+        path: MCAP file to write; None for none.
+        watch: called after every step.
+        bus: the motors' bus, "virtual" for the twin.
+        seed: the twin's seed; None for the real robot.
+
+    Raises:
+        OutputError: where the log exists.
+    """
     if path is None:
         return _run_to_fault(robot, plant, strategy, watch)
     metadata = LogMetadata(
-        design=format_design(robot.design), bus="virtual", is_twin=True, seed=seed,
+        design=format_design(robot.design), bus=bus, is_twin=bus == "virtual", seed=seed,
         versions=read_versions("mujoco", "mink", "numpy"), provenance=f"spiraltrunk drive run {strategy.name}",
         task=describe_task(plant.task),
     )  # fmt: skip
-    with LogWriter(path, robot.clock.now(), metadata, waits=True) as writer:
+    with LogWriter(path, robot.clock.now(), metadata, waits=isinstance(robot.clock, TwinClock)) as writer:
         logged, record = LoggedPlant(plant, writer, robot.clock), Recorder(writer)
 
         def look(seen: Observation, status: Status) -> None:
@@ -164,7 +180,7 @@ def _run_logged(
 
 
 def _run_to_fault(
-    robot: TwinRobot, plant: Plant, strategy: Strategy[Any], watch: Callable[[Observation, Status], None]
+    robot: Robot, plant: Plant, strategy: Strategy[Any], watch: Callable[[Observation, Status], None]
 ) -> RunLog:
     """Run the strategy; a latched fault ends it as if it gave up, with the fault's text."""
     kept = _Kept(plant)

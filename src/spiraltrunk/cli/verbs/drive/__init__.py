@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from typing import Any, final
 
 from spiraltrunk.cli.arguments import Parser, add_parser, read_seed, read_text
 from spiraltrunk.cli.arguments import read_number as read_number
 from spiraltrunk.cli.output import Answer, UsageError
 from spiraltrunk.cli.output import quote as quote
-from spiraltrunk.cli.verbs.drive import actions, run_strategy, selftest
+from spiraltrunk.cli.verbs.drive import actions, poses, run_strategy, selftest
 
 ACTIONS = {
     "status": actions.add_status,
     "home": actions.add_home,
     "pull": actions.add_pull,
     "jog": actions.add_jog,
+    "pose": poses.add_pose,
     "protocol": actions.add_protocol,
     "run": run_strategy.add_run,
     "replay": run_strategy.add_replay,
     "selftest": selftest.add_selftest,
+    "ports": poses.add_ports,
 }
 """What the robot can be told, in the order of the help."""
 
@@ -34,12 +35,15 @@ def add_verb(verbs: Any) -> None:
         help="preset or TOML file (default paper), before the action",
     )  # fmt: skip
     parser.add_argument(
-        "--bus",
-        type=read_text,
-        default="virtual",
-        metavar="BUS",
-        help="virtual (default): the twin, in simulated time; only a name opens a port",
+        "--bus", type=read_text, default="virtual", metavar="BUS",
+        help="virtual (default): the twin; robot: the bus of --robot; or a bus such as socketcan:can0, "
+        "board:/dev/ttyACM0, sts:/dev/ttyUSB0. Only a name opens a port",
+    )  # fmt: skip
+    parser.add_argument("--robot", type=read_text, metavar="FILE", help="how the robot is wired: a TOML file")
+    parser.add_argument(
+        "--without-watchdog", action="store_true", help="arm although nothing ends the torque when this computer dies"
     )
+    parser.add_argument("--real-time", action="store_true", help="let the twin follow the computer's clock")
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of the twin and of the scene (default 0)")
     chosen = parser.add_subparsers(required=True, metavar="ACTION", parser_class=Parser)
     for name, add in ACTIONS.items():
@@ -60,7 +64,7 @@ def _name_design(arguments: list[str]) -> list[str]:
     is_value = False
     for place, argument in enumerate(arguments):
         if is_value or argument.startswith("-"):
-            is_value = not is_value and argument in {"--bus", "--seed"}
+            is_value = not is_value and argument in {"--bus", "--robot", "--seed"}
             continue
         return [*arguments[:place], "paper", *arguments[place:]] if argument in ACTIONS else arguments
     return arguments

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import Parser, read_count, read_number, read_text
-from spiraltrunk.cli.output import DONE, Answer, UsageError, format_json
+from spiraltrunk.cli.output import DONE, Answer, UsageError, complain, format_json
+from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, save_pose
 from spiraltrunk.cli.verbs.drive.robot import compute_state, open_robot
 
 if TYPE_CHECKING:
@@ -47,15 +48,21 @@ def add_pull(actions: Any, name: str) -> None:
         metavar="MM",
         help="cable to wind in, one for each, negative to let out",
     )
-    _add_move(parser)
+    add_move(parser)
 
 
 def add_jog(actions: Any, name: str) -> None:
     """Add the action that moves one cable."""
     parser = add_action(actions, name, _jog, "home, and wind one cable in or out: which one moves shows the wiring")
-    parser.add_argument("cable", type=read_count, metavar="CABLE", help="cable, counted from 1")
-    parser.add_argument("way_mm", type=read_number, metavar="MM", help="length to wind in, negative to let out")
-    _add_move(parser)
+    parser.add_argument("cable", type=read_count, nargs="?", metavar="CABLE", help="cable, counted from 1")
+    parser.add_argument("way_mm", type=read_number, nargs="?", metavar="MM", help="length to wind in; < 0 to let out")
+    parser.add_argument(
+        "--gamepad", type=read_count, nargs="?", const=0, metavar="N",
+        help="move all cables with this gamepad (default 0) instead, until its stop button",
+    )  # fmt: skip
+    parser.add_argument("--save", type=read_text, metavar="NAME", help="save where the cables are at the end as a pose")
+    add_poses_file(parser)
+    add_move(parser)
 
 
 def add_protocol(actions: Any, name: str) -> None:
@@ -65,10 +72,11 @@ def add_protocol(actions: Any, name: str) -> None:
     )
     parser.add_argument("protocol", type=read_text, metavar="PROTOCOL", help="paper, or a protocol.toml")
     parser.add_argument("run_name", type=read_text, metavar="RUN", help="name of the run, such as bend-dorsal")
-    _add_move(parser)
+    add_move(parser)
 
 
-def _add_move(parser: Parser) -> None:
+def add_move(parser: Parser) -> None:
+    """Add how cables are moved."""
     parser.add_argument(
         "--tension-n", type=read_number, default=_TENSION, metavar="N",
         help=f"largest tension of each cable (default {_TENSION:g})",
@@ -84,21 +92,21 @@ def _status(arguments: argparse.Namespace) -> Answer:
 
     with open_robot(arguments) as robot:
         robot.run(LISTENING)
-        return _answer(arguments, robot)
+        return answer(arguments, robot)
 
 
 def _home(arguments: argparse.Namespace) -> Answer:
     with open_robot(arguments) as robot:
         robot.home()
-        return _answer(arguments, robot)
+        return answer(arguments, robot)
 
 
 def _pull(arguments: argparse.Namespace) -> Answer:
     with open_robot(arguments) as robot:
         _check_count(robot, arguments.pulls_mm)
         robot.prepare()
-        _move(arguments, robot, [1e-3 * pull for pull in arguments.pulls_mm])
-        return _answer(arguments, robot)
+        move(arguments, robot, [1e-3 * pull for pull in arguments.pulls_mm])
+        return answer(arguments, robot)
 
 
 def _check_count(robot: Robot, pulls: list[float]) -> None:
@@ -107,14 +115,36 @@ def _check_count(robot: Robot, pulls: list[float]) -> None:
 
 
 def _jog(arguments: argparse.Namespace) -> Answer:
+    if (arguments.gamepad is None) == (arguments.way_mm is None):
+        raise UsageError("allowed: a cable and a length to wind in, or --gamepad, one of the two")
+    if arguments.gamepad is not None:
+        return _jog_with_gamepad(arguments)
     with open_robot(arguments) as robot:
         if not 1 <= arguments.cable <= robot.design.n_cable:
             raise UsageError(f"cable is {arguments.cable}; allowed: 1 to {robot.design.n_cable}")
         robot.prepare()
-        pulls = [cable.pull for cable in robot.driver.snapshot().cables]
+        pulls = robot.read_pulls()
         pulls[arguments.cable - 1] += 1e-3 * arguments.way_mm
-        _move(arguments, robot, pulls)
-        return _answer(arguments, robot)
+        move(arguments, robot, pulls)
+        _save(arguments, robot)
+        return answer(arguments, robot)
+
+
+def _jog_with_gamepad(arguments: argparse.Namespace) -> Answer:
+    from spiraltrunk.hardware.gamepad import Gamepad
+    from spiraltrunk.workflows.drive.gamepad_jog import jog_with_gamepad
+
+    with Gamepad(arguments.gamepad) as gamepad, open_robot(arguments, is_real_time=True) as robot:
+        robot.prepare()
+        complain(jog_with_gamepad(robot, gamepad, tension=arguments.tension_n), DONE)
+        _save(arguments, robot)
+        return answer(arguments, robot)
+
+
+def _save(arguments: argparse.Namespace, robot: Robot) -> None:
+    """Save where the cables are, where that is asked for."""
+    if arguments.save is not None:
+        save_pose(arguments, robot.design, robot.read_pulls(), arguments.save)
 
 
 def _protocol(arguments: argparse.Namespace) -> Answer:
@@ -127,25 +157,27 @@ def _protocol(arguments: argparse.Namespace) -> Answer:
         schedule = build_schedule(robot.design, protocol, protocol.run(arguments.run_name))
         robot.prepare()
         for pull in schedule.pull.tolist():
-            _move(arguments, robot, pull)
+            move(arguments, robot, pull)
             cables = robot.driver.snapshot().cables
             steps.append(
                 {
-                    "pull_mm": [1e3 * cable.pull for cable in cables], "target_mm": [1e3 * one for one in pull],
+                    "pull_mm": [1e3 * one for one in robot.read_pulls()], "target_mm": [1e3 * one for one in pull],
                     "tension_n": [cable.tension for cable in cables],
                 }
             )  # fmt: skip
-        return _answer(arguments, robot, steps)
+        return answer(arguments, robot, steps)
 
 
-def _move(arguments: argparse.Namespace, robot: Robot, pulls: list[float]) -> None:
+def move(arguments: argparse.Namespace, robot: Robot, pulls: list[float]) -> None:
+    """Wind the cables to these pulls [m], as the arguments of `add_move` say."""
     if not (arguments.speed_mm_s > 0.0 and 0.0 <= arguments.hold_s <= 3600.0):
         given = f"{arguments.speed_mm_s:g} mm/s, {arguments.hold_s:g} s"
         raise UsageError(f"--speed-mm-s and --hold-s are {given}; allowed: above 0, and 0 to 3600")
     robot.pull_to(pulls, tension=arguments.tension_n, speed=1e-3 * arguments.speed_mm_s, hold=float(arguments.hold_s))
 
 
-def _answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, Any]] | None = None) -> Answer:
+def answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, Any]] | None = None) -> Answer:
+    """The robot's state as an answer."""
     snapshot = robot.driver.snapshot()
     state = compute_state(snapshot) | {"bus": arguments.bus} | ({} if steps is None else {"steps": steps})
     if arguments.json:

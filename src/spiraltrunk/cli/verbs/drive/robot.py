@@ -6,36 +6,94 @@ import argparse
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.output import UsageError, quote
 from spiraltrunk.cli.verbs.drive.live import show_robot
+from spiraltrunk.errors import DriveError
 
 if TYPE_CHECKING:
+    from spiraltrunk.design.trunk import TrunkDesign
     from spiraltrunk.hardware.driver_snapshot import Snapshot
+    from spiraltrunk.hardware.robot_file import RobotFile
     from spiraltrunk.workflows.drive.robot import Robot
 
 
 @contextmanager
-def open_robot(arguments: argparse.Namespace) -> Iterator[Robot]:
+def open_robot(arguments: argparse.Namespace, *, is_real_time: bool = False) -> Iterator[Robot]:
     """The robot on the bus of the arguments, shown while it runs; it lets go at the end, and on Ctrl-C.
+
+    Its arm is left alone: only `run` uses it.
+
+    Args:
+        arguments: the arguments.
+        is_real_time: whether the twin follows the computer's clock, even where the arguments do not say so.
 
     Raises:
         UsageError: for a bus that is none.
+        DesignError: for a robot file that does not fit.
+        DriveError: where a port cannot be opened.
     """
     from spiraltrunk.design import load_design
-    from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
 
-    check_bus(arguments.bus)
     design = load_design(arguments.design)
-    with TwinRobot(design, options=TwinOptions(seed=arguments.seed)) as robot, show_robot(robot, sys.stderr):
+    with _build_robot(arguments, design, is_real_time=is_real_time) as robot, show_robot(robot, sys.stderr):
         yield robot
 
 
-def check_bus(bus: str) -> None:
-    """Refuse a bus that is not there."""
-    if bus != "virtual":
-        raise UsageError(f"--bus is {quote(bus)}; allowed: virtual")
+def _build_robot(arguments: argparse.Namespace, design: TrunkDesign, *, is_real_time: bool) -> Robot:
+    file = read_robot_file(arguments, design)
+    if file is None:
+        from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+
+        is_real_time = is_real_time or arguments.real_time
+        return TwinRobot(design, options=TwinOptions(seed=arguments.seed, is_real_time=is_real_time))
+    from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
+
+    return HardwareRobot(design, replace(file, arm="none"), without_watchdog=arguments.without_watchdog)
+
+
+def read_robot_file(arguments: argparse.Namespace, design: TrunkDesign) -> RobotFile | None:
+    """How the robot on the bus of the arguments is wired; None for the twin. Nothing is opened.
+
+    Without a robot file the motors of a bus are the design's, with ids from 1, and there is no watchdog.
+
+    Raises:
+        UsageError: for a bus that is none.
+        DesignError: for a robot file that cannot be read, or does not fit the design.
+    """
+    from spiraltrunk.hardware.bus.bus_address import ALLOWED, BusKind, parse_bus_address
+    from spiraltrunk.hardware.robot_file import MotorSetup, RobotFile, load_robot_file
+    from spiraltrunk.hardware.robot_limits import build_winders
+
+    bus, file = arguments.bus, None
+    if arguments.robot is not None:
+        file = load_robot_file(arguments.robot)
+        build_winders(design, file)
+    if bus == "virtual":
+        return None
+    if arguments.real_time:
+        raise UsageError("--real-time is for the twin; allowed: with --bus virtual")
+    if bus == "robot":
+        if file is None:
+            raise UsageError("--bus robot needs --robot FILE, whose bus it opens")
+        return file
+    try:
+        address = parse_bus_address(bus)
+    except DriveError:
+        raise UsageError(f"--bus is {quote(bus)}; allowed: virtual; robot, the bus of --robot; {ALLOWED}") from None
+    if file is None:
+        family = "sts" if address.kind is BusKind.STS else "gm6020"
+        ids = tuple(range(1, design.n_cable + 1))
+        file = RobotFile(name="no file", bus=bus, motors=MotorSetup(family=family, ids=ids))
+    return replace(file, bus=bus)
+
+
+def check_twin(arguments: argparse.Namespace) -> None:
+    """Refuse a bus for what only the twin does."""
+    if arguments.bus != "virtual":
+        raise UsageError(f"--bus is {quote(arguments.bus)}; allowed: virtual, the twin")
 
 
 def compute_state(snapshot: Snapshot) -> dict[str, Any]:
@@ -58,7 +116,10 @@ def compute_state(snapshot: Snapshot) -> dict[str, Any]:
             for cable in snapshot.cables
         ],
         "faults": [
-            {"kind": fault.kind.value, "cable": None if fault.cable is None else fault.cable + 1, "time_s": fault.time, "text": fault.text}
+            {
+                "kind": fault.kind.value, "cable": None if fault.cable is None else fault.cable + 1,
+                "time_s": fault.time, "text": fault.text,
+            }
             for fault in snapshot.faults
         ],
         "warnings": list(snapshot.warnings),

@@ -10,15 +10,13 @@ from spiraltrunk.cli.arguments import read_text
 from spiraltrunk.cli.output import DONE, FAILED, Answer, add_file_count, complain, format_json, open_out
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.drive.actions import add_action
-from spiraltrunk.cli.verbs.drive.robot import check_bus, compute_state
+from spiraltrunk.cli.verbs.drive.robot import compute_state, read_robot_file
+from spiraltrunk.cli.verbs.drive.run_hardware import LOG, run_on_robot
 from spiraltrunk.cli.verbs.grasp import format_verdict
 from spiraltrunk.cli.verbs.object_check import check_object
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.drive.trial import DriveTrial
-
-LOG = "drive.mcap"
-"""Name of the log."""
 
 
 def add_run(actions: Any, name: str) -> None:
@@ -45,14 +43,17 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
     from spiraltrunk.workflows.drive.trial import run_on_twin
+    from spiraltrunk.workflows.drive.twin_robot import TwinOptions
     from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
 
-    check_bus(arguments.bus)
     strategy = strategies.get(arguments.strategy)
     usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]
     name = usual if arguments.object is None else arguments.object
     shape, design = parse_object(name), load_design(arguments.design)
     check_object(strategy, design, shape, name)
+    file = read_robot_file(arguments, design)
+    if file is not None:
+        return run_on_robot(arguments, design, file, strategy, name)
     missing, video = None, not arguments.no_video
     with (
         open_out(arguments.out, "drive", [*list_files(video=video), LOG]) as output,
@@ -63,6 +64,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         def run(log: Any) -> DriveTrial:
             return run_on_twin(
                 design, shape, strategy=strategy, seed=arguments.seed, log=log,
+                options=TwinOptions(seed=arguments.seed, is_real_time=arguments.real_time),
                 watch=lambda seen, status: progress(status.phase, 0, 0),
             )  # fmt: skip
 

@@ -11,7 +11,7 @@ from spiraltrunk.cli.arguments import read_text
 from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, format_json
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.drive.actions import add_action
-from spiraltrunk.cli.verbs.drive.robot import check_bus
+from spiraltrunk.cli.verbs.drive.robot import check_twin
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.drive.selftest import FaultResult
@@ -27,7 +27,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
     from spiraltrunk.workflows.drive.selftest import SCENARIOS, run_selftest
 
-    check_bus(arguments.bus)
+    check_twin(arguments)
     names = tuple(arguments.only or SCENARIOS)
     for name in names:
         if name not in SCENARIOS:

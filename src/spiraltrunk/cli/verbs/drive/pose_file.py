@@ -1,0 +1,38 @@
+"""The file of poses of a command."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from spiraltrunk.cli.arguments import Parser, read_text
+
+if TYPE_CHECKING:
+    from spiraltrunk.design.trunk import TrunkDesign
+    from spiraltrunk.hardware.poses import Pose
+
+
+def add_poses_file(parser: Parser) -> None:
+    """Add where poses are kept."""
+    parser.add_argument(
+        "--poses", type=read_text, default="poses.json", metavar="FILE", help="file of poses (default poses.json)"
+    )
+
+
+def read_poses(arguments: argparse.Namespace, design: TrunkDesign) -> dict[str, Pose]:
+    """Poses of the file by name."""
+    from spiraltrunk.hardware.poses import load_poses
+    from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
+
+    return load_poses(arguments.poses, compute_pull_limits(design))
+
+
+def save_pose(arguments: argparse.Namespace, design: TrunkDesign, pulls: Sequence[float], name: str) -> None:
+    """Save a pose under a name; one of the same name is replaced."""
+    from spiraltrunk.hardware.poses import Pose, check_pose, write_poses
+    from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
+
+    pose = Pose(name, tuple(pulls))
+    check_pose(pose, compute_pull_limits(design))
+    write_poses(arguments.poses, read_poses(arguments, design) | {name: pose})

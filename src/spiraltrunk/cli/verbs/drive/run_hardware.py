@@ -1,0 +1,69 @@
+"""``spiraltrunk drive run`` on a bus that is named: a log and no verdict."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Any
+
+from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, add_file_count, format_json, open_out
+from spiraltrunk.cli.progress import show_progress
+from spiraltrunk.cli.verbs.drive.robot import compute_state
+
+if TYPE_CHECKING:
+    from spiraltrunk.control.strategy import Strategy
+    from spiraltrunk.design.trunk import TrunkDesign
+    from spiraltrunk.hardware.robot_file import RobotFile
+    from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
+
+RESULT = "result.json"
+"""Name of the result."""
+
+LOG = "drive.mcap"
+"""Name of the log."""
+
+
+def run_on_robot(
+    arguments: argparse.Namespace, design: TrunkDesign, file: RobotFile, strategy: Strategy[Any], name: str
+) -> Answer:
+    """Run the strategy on the real robot, for an object of this name.
+
+    Raises:
+        UsageError: where the file names no arm.
+    """
+    from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
+
+    if file.arm == "none":
+        raise UsageError('the robot has no arm; allowed: arm = "panda:HOST" or "franky:HOST" in the file of --robot')
+    with HardwareRobot(design, file, without_watchdog=arguments.without_watchdog) as robot:
+        result = _run(arguments, robot, strategy, name)
+    code = FAILED if result["gave_up"] else DONE
+    if arguments.json:
+        return code, format_json(result)
+    end = f"gave up: {result['gave_up']}" if result["gave_up"] else "came to its end"
+    text = f"{strategy.name} {end} after {result['duration_s']:.1f} s; {result['verdict']}"
+    return code, add_file_count(text, result, arguments, "\n  ")
+
+
+def _run(arguments: argparse.Namespace, robot: HardwareRobot, strategy: Strategy[Any], name: str) -> dict[str, Any]:
+    from spiraltrunk.sim.objects.catalogue import parse_object
+    from spiraltrunk.workflows.drive.hardware_trial import run_on_hardware, summarise_hardware_trial
+
+    with open_out(arguments.out, "drive", [RESULT, LOG]) as output, show_progress(sys.stderr) as progress:
+        progress("homing", 0, 0)
+
+        def run(log: Any) -> dict[str, Any]:
+            done = run_on_hardware(
+                robot, parse_object(name), strategy, log=log, watch=lambda seen, status: progress(status.phase, 0, 0)
+            )
+            state = compute_state(done.snapshot) | {"bus": robot.file.bus, "homing_s": done.homing}
+            state["warnings"] = list(done.warnings)
+            return summarise_hardware_trial(done, strategy, name) | {"drive": state}
+
+        if output is None:
+            return run(None)
+        with output.draft() as draft:
+            result = run(draft / LOG)
+            result["files"] = [RESULT, LOG]
+            (draft / RESULT).write_text(format_json(result) + "\n")
+        return result
