@@ -145,11 +145,14 @@ def run_tests(copy: Path, tests: list[str], jobs: int, limit: float) -> str:
 
 
 def nearest_tests(copy: Path, mutant: Mutant) -> list[str]:
-    """The tests that mirror the mutant's folder, or the nearest one above it that has tests."""
+    """The tests that mirror the mutant's folder, or the nearest one above it that has tests, and files above those."""
     folder = (copy / mutant.file).relative_to(copy / PACKAGE).parent
     while folder != Path() and not (copy / "tests" / folder).is_dir():
         folder = folder.parent
-    return [] if folder == Path() else [str(Path("tests") / folder)]
+    if folder == Path():
+        return sorted(path.relative_to(copy).as_posix() for path in (copy / "tests").glob("test_*.py"))
+    above = [path for parent in folder.parents[:-1] for path in (copy / "tests" / parent).glob("test_*.py")]
+    return [(Path("tests") / folder).as_posix(), *sorted(path.relative_to(copy).as_posix() for path in above)]
 
 
 def examine(copy: Path, mutant: Mutant, jobs: int, limit: float, *, is_near_only: bool) -> str:

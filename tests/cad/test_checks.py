@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk.cad.components.options import MakeOptions
-from spiraltrunk.cad.geometry.csg import Cut, Union, box, compute_volume, rod, shifted
+from spiraltrunk.cad.geometry.csg import Common, Cut, Union, box, compute_volume, rod, shifted
 from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.design.materials import PETG
 from spiraltrunk.errors import DesignError
@@ -120,6 +120,29 @@ def test_long_thin_faces_are_meshed_as_finely_as_asked():
     mesh = build_mesh(build_solid(Union(forms=(ring, ridge))), 0.05)
     middle = mesh.triangles_center
     assert np.hypot(middle[:, 0], middle[:, 1]).min() > 26.6364 - 0.1
+
+
+def test_a_flat_cone_needs_no_finer_mesh_than_a_steep_one():
+    """Chords deviate across the surface by their sagitta in its plane times the cosine of its slope."""
+    from spiraltrunk.cad.geometry.csg import Revolved
+
+    meshes = {}
+    for height in (1.0, 60.0):
+        cone = build_solid(Revolved(profile=((0.0, 0.0), (30.0, 0.0), (0.0, height))))
+        meshes[height] = build_mesh(cone, 0.05)
+        x, y, z = meshes[height].triangles_center[meshes[height].face_normals[:, 2] > 0.1].T
+        across = (30.0 - np.hypot(x, y) - 30.0 * z / height) / np.hypot(1.0, 30.0 / height)
+        assert np.abs(across).max() < 0.05
+    assert len(meshes[1.0].faces) <= len(meshes[60.0].faces)
+
+
+def test_an_intersection_of_several_bodies_keeps_each():
+    pair = Union(forms=(box((2, 2, 2), (0, 0, 0)), box((2, 2, 2), (9, 0, 0))))
+    other = Union(forms=(box((2, 2, 2), (1, 0, 0)), box((2, 2, 2), (9, 0, 0))))
+    both = build_solid(Common(form=pair, other=other))
+    assert both.volume == pytest.approx(4.0 + 8.0)
+    assert len(both.solids()) == 2
+    assert isinstance(build_solid(Cut(form=pair, tools=(box((3, 3, 3), (9, 0, 0)),))), build123d.Solid)
 
 
 def test_files_hold_the_same_solid(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from spiraltrunk.design.presets import PAPER
@@ -56,3 +57,23 @@ def test_validation_and_calibration_agree(files: list[str], is_synthetic: bool) 
         protocol=PROTOCOL, design=PAPER, fitted={"rest-000": files[:2]}, held_out={"rest-000": files[2:]}
     )
     assert read_recordings(given).synthetic == (tuple(files) if is_synthetic else ())
+
+
+def test_shapes_are_held_and_joined_by_straight_lines() -> None:
+    """Without noise: each shape for its time, then every point on the way to the next, ever farther on."""
+    points = np.random.default_rng(3).uniform(-0.2, 0.2, (3, PAPER.n_section, 3))
+    rotation = np.broadcast_to(np.eye(3), (*points.shape, 3))
+    options = CameraOptions(rate=20.0, hold=0.5, move=0.4, noise=0.0)
+    take = build_synthetic_take(PAPER, points, rotation, 0.0, options)
+    held, moved = options.hold_frames, options.move_frames
+    assert len(take.time) == 3 * held + 2 * moved
+    seen = np.stack([body.position for body in take.bodies[1:]], axis=1)
+    for i, start in enumerate(np.arange(3) * (held + moved)):
+        np.testing.assert_allclose(seen[start : start + held], np.tile(points[i], (held, 1, 1)), atol=1e-12)
+        if i == 2:
+            continue
+        way = points[i + 1] - points[i]
+        passed = seen[start + held : start + held + moved] - points[i]
+        share = np.einsum("nij,ij->ni", passed, way) / (way**2).sum(axis=-1)
+        np.testing.assert_allclose(passed, share[..., None] * way, atol=1e-12)
+        assert (np.diff(share, axis=0, prepend=0.0, append=1.0) > 0.0).all()

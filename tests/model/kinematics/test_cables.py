@@ -147,6 +147,17 @@ def test_rotations_with_torsion_are_taken_too():
     np.testing.assert_allclose(gap, np.tile(np.hypot(along, ring[:-1, 1] + ring[1:, 0])[:, None], 2), rtol=1e-12)
 
 
+@pytest.mark.parametrize("design", [PAPER, PLANAR], ids=["paper", "planar"])
+def test_holes_set_back_lie_deeper_in_both_sections(design):
+    """Away from the joint on both sides, along the section's axis, in proportion to the face."""
+    back = 0.08 * design.face_half_width * design.scale
+    face, deep = cables.hole_positions(design), cables.hole_positions(design, 0.08)
+    distal, proximal = (deep[side] - face[side] for side in (0, 1))
+    np.testing.assert_allclose(distal[..., 0], np.tile(back[1:, None], design.n_cable), rtol=1e-12)
+    np.testing.assert_allclose(proximal[..., 0], -np.tile(back[:-1, None], design.n_cable), rtol=1e-12)
+    np.testing.assert_allclose([distal[..., 1:], proximal[..., 1:]], 0.0, atol=1e-15)
+
+
 @pytest.mark.parametrize(
     "bend",
     [0.0, np.zeros(2), np.zeros((16, 2)), np.zeros((17, 3)), np.full((17, 2), np.inf), np.full((17, 2), np.nan)],

@@ -17,7 +17,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.push.approach_pose import plan_pose, reach_of
+from spiraltrunk.strategies.push.approach_pose import plan_pose, reach_of, roll_up
 from spiraltrunk.strategies.push.kick import RESISTANCE, ROLL, Kick
 from spiraltrunk.strategies.push.sweep import Sweep, choose_grasp, task_to_grasp
 
@@ -216,6 +216,20 @@ def test_the_rolled_trunk_keeps_off_the_ground_and_comes_down_behind_the_object(
     assert front[0, 1] < task.target.position[1] - reach_of(task.target)
     np.testing.assert_allclose(front[:, 0], task.target.position[0], atol=1e-6)
     assert np.ptp(front[:, 1]) == pytest.approx(0.28, abs=0.01)
+
+
+def test_the_trunk_clears_the_ground_straight_and_while_it_is_turned():
+    """Rolled up from hanging straight, it needs its length below the base; turned, what the rolled trunk needs."""
+    plant = Table(_task())
+    ground, base = plant.task.goal.ground, np.array([0.3, -0.1, 0.7])
+    hanging, turned = roll_up(plant.reset(), plant.pose, base)
+    assert hanging.rotation is None
+    assert hanging.position[2] - ground > PAPER.length
+    assert turned.position[2] - ground > plant.pose.trunk.bottom
+    np.testing.assert_allclose([hanging.position[:2], turned.position[:2]], [base[:2], base[:2]])
+    high = base + 2.0 * np.eye(3)[2]
+    for move in roll_up(plant.reset(), plant.pose, high):
+        np.testing.assert_allclose(move.position, high)
 
 
 @pytest.mark.parametrize(("name", "width"), [("ball-80", 0.08), ("ball-120", 0.12)])
