@@ -52,6 +52,21 @@ def test_a_closed_gripper_stops_at_itself_and_stands_still(plant, grip):
     assert _bodies_in_contact(plant) >= set(itertools.combinations(ends, 2))
 
 
+def test_a_phalanx_has_the_inertia_of_a_solid_cylinder(plant):
+    """As MuJoCo integrates it over a cylinder of the phalanx's length, width and mass."""
+    gripper = plant.design.gripper
+    for j in range(gripper.n_phalanx):
+        phalanx = plant.model.body(phalanx_name(0, j))
+        spec = mujoco.MjSpec()
+        size = [gripper.phalanx_width[j] / 2, gripper.phalanx_length[j] / 2, 0.0]
+        spec.worldbody.add_body(name="phalanx").add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=size, mass=float(phalanx.mass[0])
+        )
+        cylinder = spec.compile().body("phalanx")
+        np.testing.assert_allclose(np.sort(phalanx.inertia), np.sort(cylinder.inertia), rtol=1e-9)
+        np.testing.assert_allclose(phalanx.ipos, [gripper.phalanx_length[j] / 2, 0.0, 0.0], atol=1e-12)
+
+
 def test_fingers_never_change_sides(plant):
     """Fully closed, each finger's end is still on its own side of the axis."""
     _hold(plant, 1.0)
