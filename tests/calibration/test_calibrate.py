@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spiraltrunk.calibration.calibrate import Settings, Weighing, calibrate, compute_rmse
+from spiraltrunk.calibration.calibrate import Settings, Weighing, calibrate, compute_rmse, describe
 from spiraltrunk.calibration.fit_problem import FitProblem, split_half
 from spiraltrunk.calibration.identifiability import advise, list_unidentified
-from spiraltrunk.calibration.map_fit import MODEL_ERROR, add_model_error, inflate
+from spiraltrunk.calibration.map_fit import MODEL_ERROR, MapEstimate, add_model_error, inflate
 from spiraltrunk.calibration.noise_model import Block, NoiseModel, build_covariance, factorise, whiten
 from spiraltrunk.calibration.parameters import (
     BenchStiffness,
@@ -99,6 +99,24 @@ def test_stiffness_and_mass_together_leave_shapes_with_friction_as_they_are(fact
         design, winders = apply_parameters(carry_gripper(PAPER), turned)
         ends.append(predict_statics(design, states, winders).points)
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=2e-5)
+
+
+@pytest.mark.parametrize(("exponent", "level"), [(3.0, 0.0), (2.5, 0.3), (3.4, -0.2)])
+def test_the_exponent_of_a_power_law_is_told(exponent, level):
+    """Of joints K_i = c scale_i^n exactly n is told, and the mean over the mass, which c moves."""
+    prior = build_prior(PAPER, Prior())
+    law = exponent * np.log(PAPER.scale[:-1]) + level
+    values = np.zeros(len(prior.names))
+    values[: PAPER.n_joint] = law - np.log(PAPER.joint_stiffness)
+    values[prior.names.index("mass")] = 0.1
+    fit = MapEstimate(values=values, covariance=0.01 * prior.covariance, misfits=(), n_outlier=0, has_converged=True)
+    told = {one.name: one for one in describe(PAPER, fit, prior)}
+    found, ratio = told["stiffness_exponent"], told["stiffness_over_mass"]
+    assert found.value == pytest.approx(exponent, rel=1e-9)
+    assert ratio.value == pytest.approx(math.exp(law.mean()) / (PAPER.total_mass * math.exp(0.1)), rel=1e-9)
+    for one in (found, ratio):
+        assert one.low < one.value < one.high
+        assert one.width_ratio == pytest.approx(0.1)
 
 
 def test_repeated_commands_are_one_state():
