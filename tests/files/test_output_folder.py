@@ -61,6 +61,29 @@ def test_a_failure_leaves_what_was_there(tmp_path: Path) -> None:
     assert [path.name for path in (tmp_path / STATE).iterdir()] == ["manifest.json"]
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_waits_until_all_files_have_moved_in(
+    number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(number: int, frame: object) -> None:
+        raise KeyboardInterrupt(number)
+
+    def replace(path: Path, place: Path) -> Path:
+        os.kill(os.getpid(), number)
+        return move(path, place)
+
+    move, before = Path.replace, signal.signal(number, stop)
+    monkeypatch.setattr(Path, "replace", replace)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            write(tmp_path, TEXTS)
+        assert signal.getsignal(number) is stop
+    finally:
+        signal.signal(number, before)
+    assert read(tmp_path) == TEXTS
+    assert [path.name for path in (tmp_path / STATE).iterdir()] == ["manifest.json"]
+
+
 def test_a_failure_removes_only_folders_that_it_made(tmp_path: Path) -> None:
     (tmp_path / "kept").mkdir()
     with pytest.raises(KeyboardInterrupt), open_output(tmp_path / "kept" / "made" / "too", "grasp"):

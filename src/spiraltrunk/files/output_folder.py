@@ -21,6 +21,7 @@ from typing import final
 from spiraltrunk.errors import OutputError
 from spiraltrunk.files.lock import acquire_lock, release_lock, remove_abandoned
 from spiraltrunk.files.manifest import Record, compute_digest, load_manifest, sync_file, write_manifest
+from spiraltrunk.files.signals import hold_signals
 
 STATE = ".spiraltrunk"
 """Name of the hidden folder."""
@@ -129,8 +130,8 @@ class OutputFolder:
     def draft(self, *, is_partial: bool = False) -> Iterator[Path]:
         """A folder to write to, whose files replace those of the output folder at the end of the block.
 
-        Where the block raises, nothing is changed. ``result.json`` is removed first and comes last, so that it never
-        describes other files than those beside it.
+        Where the block raises, nothing is changed. While files move in, signals that end the command wait.
+        ``result.json`` is removed first and comes last, so that it never describes other files than those beside it.
 
         Args:
             is_partial: whether the command's other files stay; else those that it wrote earlier are removed, except
@@ -144,7 +145,8 @@ class OutputFolder:
             self._draft.mkdir()
             yield self._draft
             is_filled = True
-            self._move_in(is_partial)
+            with hold_signals():
+                self._move_in(is_partial)
         except OutputError:
             raise
         except OSError as error:
