@@ -42,3 +42,10 @@ def test_a_ring_down_is_two_columns(tmp_path):
 def test_what_is_no_record_is_refused(tmp_path, text, words):
     with pytest.raises(TakeError, match=words):
         load_static_loads(_write(tmp_path, text))
+
+
+@pytest.mark.parametrize(("load", "columns"), [(load_static_loads, HEAD), (load_ring_down, "time_s,acceleration")])
+def test_a_missing_record_is_told_with_its_columns(tmp_path, load, columns):
+    columns = columns.strip().replace(",", ", ")
+    with pytest.raises(TakeError, match=f"No such file or directory; allowed: a joint bench record, CSV of {columns}"):
+        load(tmp_path / "none.csv")

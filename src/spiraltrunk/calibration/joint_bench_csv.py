@@ -67,7 +67,7 @@ def load_ring_down(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
 def _read(path: str | Path, columns: dict[str, tuple[float, float]]) -> np.ndarray:
     """The numbers, shape (n, n_column)."""
     file = str(path)
-    with open_take(path) as stream:
+    with open_take(path, f"a joint bench record, CSV of {', '.join(columns)}") as stream:
         data = stream.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
         raise TakeError(f"it has more than {_MOST_BYTES} bytes; allowed: a shorter record", file=file)
