@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from xml.etree import ElementTree as ET
 
@@ -17,6 +18,9 @@ from spiraltrunk.cad.housing.winder import build_horn, find_arm
 from spiraltrunk.cad.output.top_view import format_top_view
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError
+
+MESSAGE = re.compile(r"part housing: housing\.radius_mm is ([\d.]+) mm; allowed: at least ([\d.]+) mm: (.*)")
+MOTORS, SCREWS = "3 motors of 66.7 mm side by side", "screws beside the motors"
 
 
 def rim(place: tuple[float, float], radius: float, height: float) -> np.ndarray:
@@ -52,12 +56,21 @@ def test_the_double_arm_is_the_same_turned_by_half(nozzle, options):
         assert contains(form, np.array([[x, y, 1.5] for y in (beside, -beside)])).all()
 
 
-@pytest.mark.parametrize(("radius", "why"), [(0.06, "3 motors of 66.7 mm side by side"), (0.08, "screws beside the")])
-def test_a_housing_too_small_is_told_with_its_radius(radius, why, options):
-    wide = replace(presets.PAPER, housing=replace(presets.PAPER.housing, radius=radius))
-    options = replace(options, flange=Flange(outer=130.0))
-    with pytest.raises(DesignError, match=rf"radius_mm is {1e3 * radius:.1f} mm; allowed: at least [\d.]+ mm: {why}"):
-        find_layout(wide, options)
+@pytest.mark.parametrize(
+    ("outer", "reasons"), [(63.0, [MOTORS]), (90.0, [MOTORS]), (130.0, [MOTORS, SCREWS]), (250.0, [MOTORS, SCREWS])]
+)
+def test_the_radius_that_is_asked_for_is_enough(outer, reasons, options):
+    """For motors side by side, then for screws outside the flange; each error tells the radius that was given."""
+    options, radius, told = replace(options, flange=Flange(outer=outer)), 50.0, []
+    for _ in range(4):
+        try:
+            find_layout(replace(presets.PAPER, housing=replace(presets.PAPER.housing, radius=1e-3 * radius)), options)
+            break
+        except DesignError as error:
+            given, allowed, why = MESSAGE.fullmatch(str(error)).groups()
+        told.append((why, radius - float(given)))
+        radius = float(allowed) + 0.01
+    assert told == [(why, pytest.approx(0.0, abs=0.01)) for why in reasons]
 
 
 @pytest.mark.parametrize("name", presets.NAMES)

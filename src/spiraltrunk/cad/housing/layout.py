@@ -77,16 +77,17 @@ def find_layout(design: TrunkDesign, options: MakeOptions) -> HousingLayout:
 def _find_base(design: TrunkDesign, options: MakeOptions, angles: tuple[float, ...], post: float) -> float:
     """Radius of the circle of the screws into the adapter, outside the flange and clear of the motors."""
     head, motor, ring = THREADS["M4"].head / 2 + 0.5, options.motor, motor_ring(design, options)
-    low, high = options.flange.outer / 2 + 6.0, post - POST - head
-    for k in range(int(2 * (high - low)) + 1):
-        radius = low + k / 2
-        apart = min(
-            math.dist(polar(radius, a, 0), polar(ring, axis, 0)) for a in angles for axis in motor_angles(design)
-        )
-        if apart >= motor.diameter / 2 + head:
-            return radius
-    need = low + post - high + 5.0
-    raise too_small("housing: housing.radius_mm", 1e3 * design.housing.radius, need, "screws beside the motors")
+    radius, most = options.flange.outer / 2 + 6.0, post - POST - head
+    while any(
+        math.dist(polar(radius, a, 0), polar(ring, axis, 0)) < motor.diameter / 2 + head
+        for a in angles
+        for axis in motor_angles(design)
+    ):
+        radius += 0.5
+    if radius > most:
+        given = 1e3 * design.housing.radius
+        raise too_small("housing: housing.radius_mm", given, given + radius - most, "screws beside the motors")
+    return radius
 
 
 def foot_circle(design: TrunkDesign) -> float:
