@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import final
 
-from spiraltrunk.control.messages import Task
+from spiraltrunk.control.messages import CameraObservation, Task
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.hardware.arm.arm_port import ArmPort
@@ -151,8 +152,10 @@ class HardwareRobot(Robot):
             self.arm.set_load(trunk_load(self.design))
         super().prepare()
 
-    def build_plant(self, task: Task, reach: Reach) -> HardwarePlant:
-        """The plant of a strategy; it has no camera.
+    def build_plant(
+        self, task: Task, reach: Reach, camera: Callable[[], CameraObservation | None] | None = None
+    ) -> HardwarePlant:
+        """The plant of a strategy; the package has no driver of a camera, so that one is given where there is one.
 
         Raises:
             RunError: without an arm.
@@ -160,7 +163,7 @@ class HardwareRobot(Robot):
         if self.arm is None:
             raise RunError('the robot file names no arm; allowed: arm = "panda:HOST" or "franky:HOST"')
         arm = SharedArm(self.arm, self.driver) if isinstance(self.driver, ThreadedDriver) else self.arm
-        return HardwarePlant(self.driver, arm, reach, task, slack=self.slack)
+        return HardwarePlant(self.driver, arm, reach, task, camera=camera, slack=self.slack)
 
     def close(self) -> None:
         """See `Robot.close`; all ports are closed, whatever happens."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, final
 
 from spiraltrunk.control.loop import RunLog
-from spiraltrunk.control.messages import Observation, Task
+from spiraltrunk.control.messages import CameraObservation, Observation, Task
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
@@ -44,13 +44,7 @@ class HardwareTrial:
 
 
 def build_announced_task(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -> Task:
-    """The task of a strategy's scene with the object exactly where it is announced.
-
-    Raises:
-        RunError: for a strategy that needs a camera: none is supported on the real robot.
-    """
-    if strategy.needs_camera:
-        raise RunError(f"{strategy.name} needs a camera, and the real robot has none; allowed: strategies without one")
+    """The task of a strategy's scene with the object exactly where it is announced."""
     return build_task(design, draw_scene(shape, 0, strategy=strategy, spread=_AS_ANNOUNCED))
 
 
@@ -59,6 +53,7 @@ def run_on_hardware(
     shape: ObjectSpec,
     strategy: Strategy[Any],
     *,
+    camera: Callable[[], CameraObservation | None] | None = None,
     log: Path | None = None,
     watch: Callable[[Observation, Status], None] | None = None,
 ) -> HardwareTrial:
@@ -68,15 +63,19 @@ def run_on_hardware(
         robot: the robot with its arm in its home posture.
         shape: the object.
         strategy: what to do.
+        camera: gives the latest observation of the object; None without a camera.
         log: MCAP file to write; None for none.
         watch: called after every step.
 
     Raises:
         ModelError: where the strategy cannot plan for the object.
         DriveError: where the robot cannot be homed or armed.
-        RunError: where it has no arm, or a fault ended homing.
+        RunError: where it has no arm, or no camera and the strategy needs one, or a fault ended homing.
     """
-    plant = robot.build_plant(build_announced_task(robot.design, shape, strategy), ArmReach(robot.design))
+    if strategy.needs_camera and camera is None:
+        raise RunError(f"{strategy.name} needs a camera, and there is none; allowed: strategies that need none")
+    task = build_announced_task(robot.design, shape, strategy)
+    plant = robot.build_plant(task, ArmReach(robot.design), camera)
     began = robot.clock.now()
     robot.prepare()
     homing, warnings = robot.clock.now() - began, dict[str, None]()

@@ -1,0 +1,175 @@
+"""The robot of a robot file, with a twin's motors at the other end of python-can's virtual bus."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk import strategies
+from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.strategy import Status, Strategy
+from spiraltrunk.design import presets
+from spiraltrunk.design.drum import size_drum
+from spiraltrunk.errors import DesignError, DriveError, MissingPackage, RunError
+from spiraltrunk.hardware.bus.can_bus import open_can_bus
+from spiraltrunk.hardware.log import load_log
+from spiraltrunk.hardware.robot_file import CableSetup, MotorSetup, RobotFile
+from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.twin.board import BoardTwin
+from spiraltrunk.hardware.twin.clock import TwinClock
+from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
+from spiraltrunk.hardware.twin.motors import MotorTwins
+from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.sim.machine import SimMachine
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.workflows.drive import hardware_robot
+from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
+from spiraltrunk.workflows.drive.hardware_trial import build_announced_task, run_on_hardware, summarise_hardware_trial
+from spiraltrunk.workflows.drive.machine_arm import MachineArm
+from spiraltrunk.workflows.drive.machine_load import MachineLoad
+from spiraltrunk.workflows.grasp.world import draw_scene
+
+DESIGN = presets.PAPER
+OBJECT = parse_object("cylinder-60")
+FILE = RobotFile(name="bench", bus="virtual:robot", motors=MotorSetup(family="gm6020", ids=(5, 2, 3)), watchdog="board")
+
+
+@contextmanager
+def connect(file: RobotFile = FILE, machine: SimMachine | None = None, **options: bool) -> Iterator[HardwareRobot]:
+    """A robot whose motors are twins, each process of the bus in lock-step."""
+    clock = TwinClock()
+    far = open_can_bus(file.bus, clock)
+    load = SpringTrunk(DESIGN) if machine is None else MachineLoad(machine)
+    radius = size_drum(DESIGN).winding_radius
+    motors = [MotorTwin(MotorParameters(drum_radius=radius, wound=-0.004)) for _ in file.motors.ids]
+    board = BoardTwin() if file.watchdog == "board" else None
+    clock.attach(MotorTwins(far, load, motors, motor_ids=list(file.motors.ids), board=board))
+    arm = None if machine is None else MachineArm(machine, clock)
+    try:
+        with HardwareRobot(DESIGN, file, clock=clock, arm=arm, **options) as robot:
+            yield robot
+    finally:
+        far.close()
+
+
+def test_it_homes_and_moves_its_cables():
+    with connect() as robot:
+        robot.prepare()
+        robot.pull_to([0.03, -0.01, -0.01], tension=20.0, hold=0.5)
+        cables = robot.driver.snapshot().cables
+    assert cables[0].pull > 0.02
+    assert max(cable.pull for cable in cables[1:]) < -0.005
+    assert [fault.kind for fault in robot.driver.faults] == [FaultKind.STOPPED]
+
+
+def test_limits_of_the_file_hold():
+    strong, weak = replace(FILE, cables=CableSetup(tension_max=8.0)), []
+    with connect(strong) as robot:
+        robot.prepare()
+        robot.watch = lambda driver: weak.append(max(cable.tension for cable in driver.snapshot().cables))
+        robot.pull_to([0.06, -0.02, -0.02], tension=30.0, hold=0.5)
+    assert 4.0 < max(weak) < 8.0 * 1.15
+
+
+def test_slack_is_wound_in_besides():
+    slack = (0.008, 0.0, 0.0)
+    with connect(replace(FILE, cables=CableSetup(slack=slack))) as robot:
+        robot.prepare()
+        robot.pull_to([0.03, -0.01, -0.01], tension=30.0, hold=1.0)
+        wound, seen = robot.driver.snapshot().cables[0].pull, robot.read_pulls()[0]
+    assert wound - seen == pytest.approx(slack[0] * wound / (DESIGN.cable_stroke + slack[0]))
+
+
+def test_without_a_watchdog_it_is_not_armed_unless_that_is_said():
+    file = replace(FILE, watchdog="none")
+    with connect(file) as robot, pytest.raises(DriveError, match="no watchdog"):
+        robot.prepare()
+    with connect(file, without_watchdog=True) as robot:
+        robot.prepare()
+        assert robot.driver.mode.value == "armed"
+
+
+def test_nothing_is_opened_for_a_file_that_does_not_fit(monkeypatch):
+    monkeypatch.setattr(hardware_robot, "open_can_bus", lambda *_, **__: pytest.fail("a bus was opened"))
+    with pytest.raises(DesignError, match=r"motors\.ids is 2 ids; allowed: 3"):
+        HardwareRobot(DESIGN, replace(FILE, motors=MotorSetup(family="gm6020", ids=(1, 2))))
+
+
+def test_the_bus_is_closed_where_the_arm_cannot_be_opened(monkeypatch):
+    opened = []
+
+    def remember(*arguments, **named):
+        opened.append(open_can_bus(*arguments, **named))
+        return opened[0]
+
+    monkeypatch.setattr(hardware_robot, "open_can_bus", remember)
+    with pytest.raises((MissingPackage, DriveError)):
+        HardwareRobot(DESIGN, replace(FILE, arm="panda:127.0.0.1"))
+    with pytest.raises(DriveError, match="closed"):
+        opened[0].receive()
+
+
+@pytest.mark.parametrize("bus", ["board:/dev/absent", "sts:/dev/absent"])
+def test_an_absent_port_is_one_line(bus):
+    family = bus.partition(":")[0].replace("board", "gm6020")
+    with pytest.raises(DriveError, match="/dev/absent") as caught:
+        HardwareRobot(DESIGN, RobotFile(name="x", bus=bus, motors=MotorSetup(family=family, ids=(1, 2, 3))))
+    assert "\n" not in str(caught.value)
+
+
+class Curl(Strategy[int]):
+    """Curls the trunk for half a second, where the arm is."""
+
+    name, number = "curl", 0
+
+    def init(self, observation: Observation) -> int:
+        self.T = observation.T_world_base
+        return 0
+
+    def step(self, state: int, observation: Observation) -> tuple[int, Command]:
+        return state + 1, Command(
+            T_world_base=self.T, cable_tension=np.array([15.0, 1.0, 1.0]), cable_pull=np.array([0.03, np.inf, np.inf])
+        )
+
+    def status(self, state: int) -> Status:
+        return Status(phase="prehension", action="curl", is_done=state > 25)
+
+
+@pytest.fixture
+def machine() -> SimMachine:
+    """MuJoCo's arm and trunk, in place of the real ones."""
+    machine = SimMachine(DESIGN, draw_scene(OBJECT, 0))
+    machine.restore()
+    return machine
+
+
+def test_a_strategy_runs_and_is_not_judged(machine, tmp_path):
+    path, strategy = tmp_path / "drive.mcap", Curl()
+    with connect(machine=machine) as robot:
+        trial = run_on_hardware(robot, OBJECT, strategy, log=path)
+    result = summarise_hardware_trial(trial, strategy, "cylinder-60")
+    assert (result["verdict"], result["success"], result["gave_up"]) == ("not judged", None, None)
+    assert result["duration_s"] == pytest.approx(0.5)
+    assert trial.log.observations[-1].cable_pull[0] > 0.005
+    log = load_log(path)
+    assert (log.metadata.bus, log.metadata.is_twin, log.is_complete) == (FILE.bus, False, True)
+
+
+def test_the_task_is_the_announced_one():
+    strategy = strategies.get("wrap-vertical")
+    task = build_announced_task(DESIGN, OBJECT, strategy)
+    assert task.target.position == pytest.approx(draw_scene(OBJECT, 7, strategy=strategy).position)
+
+
+def test_a_strategy_that_needs_a_camera_is_refused_without_one(machine):
+    with connect(machine=machine) as robot, pytest.raises(RunError, match="kick needs a camera"):
+        run_on_hardware(robot, OBJECT, strategies.get("kick"))
+
+
+def test_without_an_arm_no_strategy_runs():
+    with connect() as robot, pytest.raises(RunError, match="names no arm"):
+        run_on_hardware(robot, OBJECT, Curl())
