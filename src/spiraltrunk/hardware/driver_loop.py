@@ -59,7 +59,8 @@ class ControlLoop:
         self.arm, self.gripper = ArmSide(arm, options.limits), GripperSide(servo, options.gripper_pulses_us)
         ranges, weights = self.winding.build_ranges(), compute_shape_weights(design.cable_direction[:, 1:].tolist())
         self.watches = Watches(sheet=sheet, limits=options.limits, ranges=ranges, weights=weights)
-        self._homing_watches = replace(self.watches, is_homed=False)
+        homing_limits = replace(options.limits, blocked_torque=4.0 * sheet.torque_max)  # Homing finds a jam itself.
+        self._homing_watches = replace(self.watches, is_homed=False, limits=homing_limits)
         self._clock = clock
         self._time: float | None = None
         self.state = SafetyState()

@@ -84,7 +84,7 @@ def test_a_cable_that_never_rests_runs_into_the_time_limit(rig):
     state, k = begin_homing([winder], [one.feedback()]), 0
     while state.status is HomingStatus.RUNNING:
         k += 1
-        motor = replace(one.feedback(), time=k * dt, angle=3.0 + 0.05 * (k // 100 % 2), speed=0.0, torque=0.03)
+        motor = replace(one.feedback(), time=k * dt, angle=3.0 + 0.2 * (k // 100 % 2), speed=0.0, torque=0.03)
         state, _ = step_homing([winder], state, [motor], dt)
     assert state.status is HomingStatus.FAILED
     assert "did not come to rest" in state.reason

@@ -2,11 +2,17 @@
 
 The trunk hangs down, free of objects. Equal tensions hold it straight up to its weight and its friction; where it
 stands still is pull 0 of every winder. The motors cannot feel where the trunk is: a person looks whether it is so.
+
+Dry friction at the drums is larger than the tensions that hold a hanging trunk straight. So the cables are stirred at the
+end: torques of equal tension, and of an alternating part that is shifted from cable to cable by a turn over their number
+and falls from above the friction to zero. The trunk circles by some millimetres, and settles where the tensions are
+equal, whatever the friction, as a magnet loses its remanence in an alternating field that falls to zero.
 Pure functions; nothing here was tried on a real motor.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -21,7 +27,16 @@ from spiraltrunk.hardware.winder.winder import Winder, WinderState, WinderTarget
 FLOORS = 3.0
 """Tension of homing over the floor [-] (ours)."""
 
-STILL_TIME, STILL_LENGTH = 0.5, 2e-4
+DITHER = 2.0
+"""Amplitude of the dither over the dry friction while slack is taken in [-] (ours: the true one may be twice that)."""
+
+STIR, STIR_TIME = 4.0, 5.0
+"""Amplitude of the stirring over the dry friction at its start [-], and time in which it falls to zero [s] (ours)."""
+
+STIR_LENGTH = 2.5e-3
+"""Motion of each cable to and fro at the start of the stirring [m] (ours)."""
+
+STILL_TIME, STILL_LENGTH = 0.5, 1e-3
 """A cable is still that moved less than this length [m] for this time [s] (ours)."""
 
 JAM_TIME, JAM_LENGTH = 3.0, 3e-5
@@ -75,6 +90,8 @@ class HomingState:
     """Tension of homing [N]."""
     time: float = 0.0
     """Time since it began [s]."""
+    taut_since: float = math.inf
+    """Time of homing at which all cables were taut and at rest [s]; infinite before."""
     status: HomingStatus = HomingStatus.RUNNING
     """Running, homed or failed."""
     cable: int | None = None
@@ -111,16 +128,21 @@ def step_homing(
     if state.status is not HomingStatus.RUNNING:
         raise DriveError(f"homing is over: {state.status.value}; allowed: to begin anew")
     time = state.time + dt
+    is_taut = state.taut_since < math.inf
     stepped = [
-        _step_cable(winder, cable, motor, state, dt)
-        for winder, cable, motor in zip(winders, state.cables, motors, strict=True)
+        _stir_cable(winder, cable, motor, state, 2 * math.pi * number / len(winders))
+        if is_taut
+        else _step_cable(winder, cable, motor, state, dt)
+        for number, (winder, cable, motor) in enumerate(zip(winders, state.cables, motors, strict=True))
     ]
     after = replace(state, cables=tuple(cable for cable, _ in stepped), time=time)
     torques = tuple(torque for _, torque in stepped)
     for i, (winder, cable, motor) in enumerate(zip(winders, after.cables, motors, strict=True)):
         if reason := _find_fault(winder, cable, motor, after):
             return replace(after, status=HomingStatus.FAILED, cable=i, reason=reason), torques
-    if all(_is_taut(cable, after) for cable in after.cables):
+    if not is_taut and all(_is_taut(cable, after) for cable in after.cables):
+        return replace(after, taut_since=time), torques
+    if time - state.taut_since >= STIR_TIME:
         homed = tuple(_set_zero(cable, motor) for cable, motor in zip(after.cables, motors, strict=True))
         return replace(after, cables=homed, status=HomingStatus.HOMED), torques
     return after, torques
@@ -141,14 +163,32 @@ def _begin(winder: Winder, motor: MotorState) -> CableHoming:
 def _step_cable(
     winder: Winder, cable: CableHoming, motor: MotorState, homing: HomingState, dt: float
 ) -> tuple[CableHoming, float]:
-    state, reading, torque = step(winder, cable.winder, WinderTarget(tension=homing.tension), motor, dt)
+    state, reading, torque = step(
+        winder, cable.winder, WinderTarget(tension=homing.tension), motor, dt, dither=DITHER
+    )
     has_moved = cable.has_moved or abs(reading.pull - cable.start) > max(JAM_LENGTH, 4 * _find_step(winder))
-    is_ramping = state.tension_limit < homing.tension or reading.is_limited
+    is_ramping = state.tension_limit < homing.tension
     if is_ramping or abs(reading.pull - cable.still_pull) > STILL_LENGTH:
         return replace(
             cable, winder=state, has_moved=has_moved, still_pull=reading.pull, still_since=homing.time + dt
         ), torque
     return replace(cable, winder=state, has_moved=has_moved), torque
+
+
+def _stir_cable(
+    winder: Winder, cable: CableHoming, motor: MotorState, homing: HomingState, phase: float
+) -> tuple[CableHoming, float]:
+    """Torque of the tension, and of an alternating part with this phase [rad] that falls to zero; feedback is unused.
+
+    A rotor that a torque A beyond its friction F drives to and fro moves by about (A - F) t^2 / (32 J) with the period
+    t, which follows from `STIR_LENGTH`.
+    """
+    radius, elapsed = winder.drum.radius(motor.angle - cable.winder.zero_angle), homing.time - homing.taut_since
+    amplitude = STIR * winder.friction * max(0.0, 1.0 - elapsed / STIR_TIME)
+    excess = max((STIR - 1.0) * winder.friction * radius, 1e-9)
+    period = math.sqrt(32.0 * STIR_LENGTH * winder.inertia / excess)
+    torque = homing.tension * radius + amplitude * math.sin(2 * math.pi * elapsed / period + phase)
+    return cable, min(max(torque, -winder.limits.torque_max), winder.limits.torque_max)
 
 
 def _find_fault(winder: Winder, cable: CableHoming, motor: MotorState, state: HomingState) -> str:

@@ -16,6 +16,7 @@ from spiraltrunk.errors import DriveError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.winder.drum import DrumGeometry
+from spiraltrunk.hardware.winder.dither import AMPLITUDE, Dither, count_half, step_dither
 from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS, WinderGains, derive_gains
 from spiraltrunk.hardware.winder.limits import FRICTION_SHARE, WinderLimits, build_limits
 
@@ -24,6 +25,9 @@ FRICTION_STEPS = 2.0
 
 FRICTION_TIME = 0.05
 """Time in which a changing tension, or standstill, turns that direction [s] (ours)."""
+
+LET_DOWN = 0.02
+"""Rate at which a set tension falls that counts as letting down, over the slew limit [-] (ours)."""
 
 LANDING = 0.075
 """Rate at which the set tension approaches its floor from above, over the washout's [-] (ours: no slack then)."""
@@ -99,6 +103,8 @@ class WinderState(NamedTuple):
     """Direction of winding that dry friction opposes, -1 to 1 [-]."""
     trim: float = 0.0
     """Correction by a load cell [N]."""
+    dither: Dither = Dither()
+    """Dither, see `dither`."""
 
 
 class WinderReading(NamedTuple):
@@ -164,6 +170,7 @@ def step(
     dt: float,
     *,
     measured_tension: float | None = None,
+    dither: float | None = None,
 ) -> tuple[WinderState, WinderReading, float]:
     """Advance the control by ``dt`` [s] and return its state, what was measured, and the motor's torque [N m].
 
@@ -176,7 +183,7 @@ def step(
     - the governor bounds f so that v stays within the speed limit and x within the soft limits of length: f <= R + m
       w_governor (v_allowed - v), with R the estimate of tension and friction, and the same from below up to the ceiling
       of the tension; a slack cable is slower than a taut one;
-    - the torque f r, within the data sheet.
+    - the torque f r, within the data sheet; at the floor with a dither while a cable is let down, see `dither`.
 
     T is that of a disturbance observer: torque / r - friction - m dv/dt through a first-order low-pass of
     ``w_observer`` (83 rad/s at 500 Hz). While the rotor stands still it is uncertain by the dry friction over the
@@ -189,6 +196,8 @@ def step(
         motor: latest feedback of its motor; one that was seen before leaves the estimates as they are.
         dt: time since the step before [s].
         measured_tension: tension by a load cell [N]; None without one.
+        dither: amplitude of a dither over the dry friction [-], in place of any compensation of friction, as in homing;
+            None for the winder's own.
 
     Raises:
         DriveError: where target, feedback, ``dt`` or the measured tension is not finite or out of its range.
@@ -203,21 +212,28 @@ def step(
         direction = _lead(direction, wanted - state.tension_set, winder, motion)
     speed, gains = motion.speed, winder.gains
     slow_speed = state.slow_speed + _low_pass(gains.washout * motion.dt) * (speed - state.slow_speed)
+    shaken = _step_dither(winder, state, wanted, motion)
     friction = FRICTION_SHARE * winder.friction / motion.radius
+    compensated = 0.0
+    if dither is None:
+        dither = AMPLITUDE * shaken.share * _near_floor(winder, wanted, motion)
+        compensated = max(1.0 - dither, 0.0) * friction * direction
     trim = 0.0 if measured_tension is None else _trim(winder, state, wanted - felt, friction, motion)
     force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed) + trim
-    force += max(friction * direction, winder.limits.tension_floor - wanted)  # Letting down ends with the rotor braked.
+    force += max(compensated, winder.limits.tension_floor - wanted)  # Letting down ends with the rotor braked.
     force = min(force, winder.limits.tension_ceiling + winder.friction / motion.radius + max(trim, 0.0))
     governed = _govern(winder, force, _allow_speeds(winder, target.pull, wanted, tension, motion), resistance, motion)
     torque_max = winder.limits.torque_max
-    torque = min(max(governed * motion.radius, -torque_max), torque_max)
+    sense = 1.0 if shaken.count < count_half(gains.period) else -1.0
+    torque = governed * motion.radius + dither * winder.friction * sense
+    torque = min(max(torque, -torque_max), torque_max)
     slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted + governed - force - state.slow_set)
     after = WinderState(
         zero_angle=state.zero_angle, motor_time=motor.time, angle=motor.angle, speed=speed, slow_speed=slow_speed,
         tension_limit=limit, tension_set=wanted, slow_set=slow_set, resistance=resistance, tension=tension,
-        direction=direction, trim=trim,
+        direction=direction, trim=trim, dither=shaken,
     )  # fmt: skip
-    is_limited = governed != force or torque != governed * motion.radius
+    is_limited = governed != force or abs(torque) == torque_max
     return after, WinderReading(motion.pull, speed, felt, is_limited), torque
 
 
@@ -299,6 +315,19 @@ def _lead(direction: float, change: float, winder: Winder, motion: _Motion) -> f
     """Direction of friction that is compensated at standstill [-]: out while the tension is let down, else in."""
     sense = -1.0 if change < -1e-3 * winder.limits.tension_slew * motion.dt else 1.0
     return _follow(direction, sense, motion.dt / FRICTION_TIME)
+
+
+def _step_dither(winder: Winder, state: WinderState, wanted: float, motion: _Motion) -> Dither:
+    """Dither that starts while the set tension falls faster than `LET_DOWN` of its slew limit."""
+    falls = state.tension_set - wanted > LET_DOWN * winder.limits.tension_slew * motion.dt
+    n_half = count_half(winder.gains.period)
+    return step_dither(state.dither, motion.pull, motion.dt, n_half, is_let_down=falls)
+
+
+def _near_floor(winder: Winder, wanted: float, motion: _Motion) -> float:
+    """1 at the floor, 0 from a set tension that is higher by the dry friction [-]."""
+    above = (wanted - winder.limits.tension_floor) * motion.radius
+    return max(0.0, 1.0 - above / winder.friction) if winder.friction > 0.0 else 0.0
 
 
 def _trim(winder: Winder, state: WinderState, error: float, friction: float, motion: _Motion) -> float:
