@@ -15,8 +15,10 @@ from spiraltrunk.cli.entry import _build_parser
 
 
 def find_verbs(parser: argparse.ArgumentParser) -> dict[str, tuple[argparse.ArgumentParser, str]]:
-    """Parser and one line of help of each verb, in the order of the help."""
-    verbs = next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    """Parser and one line of help of each verb, or of each action of a verb, in the order of the help."""
+    verbs = next((action for action in parser._actions if isinstance(action, argparse._SubParsersAction)), None)
+    if verbs is None:
+        return {}
     told = {choice.dest: choice.help or "" for choice in verbs._choices_actions}
     return {name: (verbs.choices[name], told[name]) for name in verbs.choices}
 
@@ -25,12 +27,19 @@ def format_reference(parser: argparse.ArgumentParser) -> str:
     """The reference as reStructuredText."""
     lines: list[str] = []
     for name, (verb, told) in find_verbs(parser).items():
-        lines += ["", f".. _cli-{name}:", "", f"{parser.prog} {name}", "=" * 60, "", f"{_sentence(told)}", ""]
-        lines += [".. code-block:: text", "", *(f"   {line}" for line in _usage(verb)), ""]
-        lines += [f".. program:: {parser.prog} {name}", ""]
-        for group in verb._action_groups:
-            lines += _format_group(verb, group)
+        lines += ["", f".. _cli-{name}:", ""]
+        lines += _format_verb(verb, f"{parser.prog} {name}", told, "=")
+        for action, (inner, said) in find_verbs(verb).items():
+            lines += ["", *_format_verb(inner, f"{parser.prog} {name} {action}", said, "-")]
     return "\n".join(lines)
+
+
+def _format_verb(verb: argparse.ArgumentParser, name: str, told: str, underline: str) -> Iterator[str]:
+    yield from (name, underline * 60, "", f"{_sentence(told)}", "")
+    yield from (".. code-block:: text", "", *(f"   {line}" for line in _usage(verb)), "")
+    yield from (f".. program:: {name}", "")
+    for group in verb._action_groups:
+        yield from _format_group(verb, group)
 
 
 def _usage(verb: argparse.ArgumentParser) -> list[str]:
@@ -38,7 +47,11 @@ def _usage(verb: argparse.ArgumentParser) -> list[str]:
 
 
 def _format_group(verb: argparse.ArgumentParser, group: argparse._ArgumentGroup) -> Iterator[str]:
-    actions = [action for action in group._group_actions if action.dest != "help"]
+    actions = [
+        action
+        for action in group._group_actions
+        if action.dest != "help" and not isinstance(action, argparse._SubParsersAction)
+    ]
     if not actions:
         return
     yield from (f".. rubric:: {_escape(_sentence(group.title or 'arguments').rstrip('.'))}", "")

@@ -34,12 +34,18 @@ class Drawing:
         for i, line in enumerate(lines):
             self.text(x + w / 2, top + 19 * i, line, anchor="middle", is_bold=i == 0)
 
-    def text(self, x: float, y: float, words: str, *, anchor: str = "start", color: str = INK, is_bold: bool = False) -> None:
+    def text(
+        self, x: float, y: float, words: str, *, anchor: str = "start", color: str = INK, is_bold: bool = False
+    ) -> None:
         """Words at a point."""
         weight = ' font-weight="600"' * is_bold
-        self.items.append(f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}" fill="{color}"{weight}>{escape(words)}</text>')
+        self.items.append(
+            f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}" fill="{color}"{weight}>{escape(words)}</text>'
+        )
 
-    def line(self, points: Sequence[tuple[float, float]], color: str, *, is_dashed: bool = False, ends: str = "") -> None:
+    def line(
+        self, points: Sequence[tuple[float, float]], color: str, *, is_dashed: bool = False, ends: str = ""
+    ) -> None:
         """A line through points; ``ends`` has "a" for an arrow at its end and "b" for one at its begin."""
         way = " ".join(f"{x:g},{y:g}" for x, y in points)
         name = {POWER: "power", DATA: "data", INK: "ink"}[color]
@@ -189,7 +195,11 @@ def draw_parts() -> Drawing:
         drawing.line([(620, y + 39), (700, y + 39)], DATA, ends="ab")
     drawing.box((30, 340, 170, 60), "log", "MCAP file")
     drawing.line([(290, 370), (200, 370)], INK, ends="a")
-    drawing.text(30, 448, "Each port has a twin at its other end, which speaks the same bytes, fails on request, and pulls on the simulated trunk.")
+    drawing.text(
+        30,
+        448,
+        "Each port has a twin at its other end, which speaks the same bytes, fails on request, and pulls on the simulated trunk.",
+    )
     return drawing
 
 

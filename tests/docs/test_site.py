@@ -27,9 +27,16 @@ def test_the_reference_has_every_verb_and_option() -> None:
     reference = load("cli_reference")
     text = reference.format_reference(_build_parser())
     verbs = reference.find_verbs(_build_parser())
-    assert {"design", "shape", "grasp", "survey", "validate", "calibrate", "export", "bench"} <= verbs.keys()
-    for name, (verb, told) in verbs.items():
-        assert f".. _cli-{name}:" in text
+    assert {"design", "shape", "grasp", "survey", "validate", "calibrate", "export", "bench", "drive"} <= verbs.keys()
+    assert all(f".. _cli-{name}:" in text for name in verbs)
+    inner = {
+        f"{name} {action}": found
+        for name, (verb, _) in verbs.items()
+        for action, found in reference.find_verbs(verb).items()
+    }
+    assert "drive jog" in inner
+    for name, (verb, told) in {**verbs, **inner}.items():
+        assert f".. program:: spiraltrunk {name}\n" in text
         assert told
         for action in verb._actions:
             assert all(
