@@ -195,7 +195,7 @@ def test_the_order_of_what_cannot_be_done_later(built):
     assert at["Knots at the tip"] < at["Tell the arm its payload"] < at["First pull"]
     out = [title for title, text in said.items() if "pull the strips of tape out" in text]
     assert out == ["First pull"]
-    assert "no software that drives the motors" in said["First pull"]
+    assert "never tried on a motor" in said["First pull"]
 
 
 def test_lengths_add_up(built):

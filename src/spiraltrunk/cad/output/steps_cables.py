@@ -190,15 +190,15 @@ def _pull(build: Build) -> Step:
         needs=("robot" if build.has_gripper else "trunk with cables", "checked motors", "arm with its payload"),
         makes=("robot under tension",),
         work=(
-            "**This release contains no software that drives the motors.** The build ends here, with the tape on the "
-            "drums, until you have such a program and have tried it on a motor without a cable. What can be done "
-            "without: the push of each side in the step of the knots, the servo with its own driver, and the "
-            "models and simulations. Do not take the tape out and wind by hand: the drums cannot be reached any more.",
-            "The program must obey `SAFETY.md`, which lies beside `README.md` in the source of spiraltrunk (not in "
-            "this "
-            "folder). In short: no command older than 20 ms, current limited in size and rate, tension never below a "
-            "floor, and ramped down to it on a fault before it goes to zero.",
-            f"What such a program needs (untried; compare the motor's manual): GM6020 in current mode, frame 0x1FE for "
+            "**The software that drives the motors was never tried on a motor.** It is `spiraltrunk.hardware`; read "
+            "`SAFETY.md` and `docs/tutorials/hardware.md` in the source of spiraltrunk (not in this folder), and follow "
+            "the tutorial up to the first torque with clamped motors and without cables. Until then the tape stays on "
+            "the drums. What can be done without: the push of each side in the step of the knots, the servo with its "
+            "own driver, and the models and simulations. Do not take the tape out and wind by hand: the drums cannot "
+            "be reached any more.",
+            "A program of your own must obey `SAFETY.md`. In short: no command older than 20 ms, current limited in "
+            "size and rate, tension never below a floor, and ramped down to it on a fault before it goes to zero.",
+            f"What it needs (untried; compare the motor's manual): GM6020 in current mode, frame 0x1FE for "
             f"the ids 1 to 4, two bytes a motor, high byte first, 16384 for 3 A; feedback as on the bench. "
             f"{per_newton:.4f} A pull 1 N ({motor.torque:g} N m at {motor.current:g} A, cable's middle on a circle of "
             f"{2 * drum.radius:.1f} mm; friction is not counted). First limit: {5 * per_newton:.2f} A (5 N). Never "
@@ -206,9 +206,11 @@ def _pull(build: Build) -> Step:
             f"Wear safety glasses; nobody within {1e-3 * away + 0.5:.1f} m of the trunk and within the arm's reach. "
             f"The "
             "emergency stop lets the cables go: nothing may hang in the trunk that must not fall.",
-            f"Connect the 24 V supply in place of the bench supply. The program pulls 2 N on all {n} cables; only then "
-            "pull the strips of tape out by their threads. This is the zero of the turn counts; it is lost at "
-            "power-off, and the trunk must be held before the power goes.",
+            "Connect the 24 V supply in place of the bench supply. Emergency stop pressed, pull the strips of tape out "
+            "by their threads, and look that no turn springs off: by our estimate the rotors' friction holds a cable "
+            f"without load. Home at once: all {n} cables are wound in gently, and where the trunk is straight and all "
+            "are taut is the zero of the turn counts. It is lost at power-off, and the trunk must be held before the "
+            "power goes.",
             f"Pull one cable in by 5 mm, and let it out again. A cable may be pulled in by {drum.travel_in:.0f} mm "
             f"from straight (then {drum.turns_in:.1f} turns are on the drum) and let out by "
             f"{drum.travel_out:.0f} mm.",

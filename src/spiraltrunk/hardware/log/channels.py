@@ -22,7 +22,7 @@ class Column(NamedTuple):
     kind: str
     """"number", "integer", "boolean" or "string"."""
     depth: int = 0
-    """Number of axes of each message's value: 0 for a single one, 1 for a list."""
+    """Number of axes of each message's value, 0 for a single one and 1 for a list."""
 
 
 Number = Annotated[np.ndarray, Column("number")]

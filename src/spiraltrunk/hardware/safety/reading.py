@@ -37,8 +37,8 @@ class CableRange:
     """What a cable may do; the winder keeps inside, the watches raise a fault outside."""
 
     tension_least: float
-    """Least load of a cable that is wound in at the floor of tension [N]: the floor less the rotor's friction that is
-    not compensated."""
+    """Least load of a cable that is wound in at the floor of tension, which is the floor less the rotor's friction that
+    is not compensated [N]."""
     tension_ceiling: float
     """Largest tension [N]."""
     pull_least: float
