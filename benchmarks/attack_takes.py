@@ -4,7 +4,8 @@ Claim: whatever a file of a recording, a bench or a protocol holds, the command 
 or 2, at most one line of error, strict JSON without a number that is not finite, and files below ``--out`` alone. Small
 sound files are changed at random by the attacks of `CSV`, `C3D` and `TEXT`, one to three a try. Try N of a seed depends
 on these two numbers alone: ``--only N`` repeats it. A process does the tries one after the other; where it dies or is
-late, that is a fault of the try, and a new one goes on.
+late, that is a fault of the try, and a new one goes on. The process that reads a C3D file is forked from one that has
+imported ezc3d (`forked_reader`); ``--fresh`` starts one for each file, as the command itself does.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from forked_reader import ForkedReader
 from take_changes import ATTACKS
 
 SECONDS, MEGABYTES = 60.0, 1500.0
@@ -125,7 +127,7 @@ def draw_try(number: int, attack: Attack, seeds: Path, folder: Path) -> tuple[li
     if kind in ("csv", "c3d") and len(takes) == 2 and draw.random() < 0.3:
         sources = takes
     used: list[str] = []
-    for name in {*takes, "protocol.toml", *sources}:
+    for name in dict.fromkeys((*takes, "protocol.toml", *sources)):
         data = (seeds / name).read_bytes()
         if name in sources:
             for change in draw.sample(list(ATTACKS[kind]), draw.choice((1, 1, 1, 2, 3))):
@@ -183,7 +185,7 @@ def _read_peak() -> float:
     return int(re.findall(r"VmHWM:\s+(\d+)", status)[0]) / 1024
 
 
-def serve(seeds: Path, folder: Path, attack: Attack) -> None:
+def serve(seeds: Path, folder: Path, attack: Attack, *, is_fresh: bool) -> None:
     """Do the tries whose numbers come on standard input, each answered by a line of JSON."""
     answers = os.fdopen(os.dup(1), "w")
     printed, messages = (folder.parent / f"{folder.name}.{ending}" for ending in ("out", "err"))
@@ -191,7 +193,10 @@ def serve(seeds: Path, folder: Path, attack: Attack) -> None:
         os.dup2(os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND), number)
     resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
     from spiraltrunk import cli
+    from spiraltrunk.mocap.recordings import c3d
 
+    if attack.kind == "c3d" and not is_fresh:
+        c3d.run_limited = ForkedReader().run
     warnings.simplefilter("always")
     for line in sys.stdin:
         shutil.rmtree(folder, ignore_errors=True)
@@ -223,7 +228,8 @@ class Server:
 
     def __init__(self, arguments: argparse.Namespace, work: Path) -> None:
         self.command = [sys.executable, __file__, "--serve", "--work", str(work), "--seed", str(arguments.seed),
-                        "--verb", arguments.verb, "--kind", arguments.kind]  # fmt: skip
+                        "--verb", arguments.verb, "--kind", arguments.kind,
+                        *(["--fresh"] if arguments.fresh else [])]  # fmt: skip
         self.process: subprocess.Popen[str] | None = None
 
     def ask(self, number: int, limit: float) -> dict[str, Any]:
@@ -315,13 +321,15 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--seconds", type=float, default=1e9, help="time after which it ends (default: none)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", type=int, metavar="N", help="do this try alone")
+    parser.add_argument("--fresh", action="store_true", help="start Python anew for each C3D file: slower")
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args(argv)
     if arguments.kind == "bench" and arguments.verb != "calibrate":
         parser.error("--kind bench: allowed with --verb calibrate")
     if arguments.serve:
         folder = arguments.work / f"try_{os.getpid()}"
-        serve(arguments.work / "seeds", folder, Attack(arguments.seed, arguments.verb, arguments.kind))
+        attack = Attack(arguments.seed, arguments.verb, arguments.kind)
+        serve(arguments.work / "seeds", folder, attack, is_fresh=arguments.fresh)
         return 0
     found = run(arguments)
     print(json.dumps(found, indent=2))

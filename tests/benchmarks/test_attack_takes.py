@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import os
 import random
+import subprocess
 import sys
 from pathlib import Path
 
@@ -104,8 +106,77 @@ def test_a_file_that_is_left_is_noticed(attack, tmp_path) -> None:
     [("import os; input(); os.kill(os.getpid(), 9)", "died: exit -9"), ("import time; time.sleep(600)", "not ended")],
 )
 def test_a_process_that_dies_or_is_late_is_noticed(attack, tmp_path, code: str, fault: str) -> None:
-    server = attack.Server(argparse.Namespace(seed=0, verb="validate", kind="csv"), tmp_path)
+    server = attack.Server(argparse.Namespace(seed=0, verb="validate", kind="csv", fresh=False), tmp_path)
     server.command = [sys.executable, "-c", code]
     limit = 60.0 if "died" in fault else 0.2
     assert fault in server.ask(0, limit)["faults"][0]
     assert server.process is None
+
+
+def test_a_try_does_not_depend_on_the_hashes_of_names(attack, seeds, tmp_path) -> None:
+    """Else ``--only N`` does not repeat it; the order of a set differs from process to process."""
+    program = (
+        "import sys; from pathlib import Path; sys.path.insert(0, sys.argv[1]); import attack_takes as a, hashlib\n"
+        "seeds, folder, out = Path(sys.argv[2]), Path(sys.argv[3]), hashlib.sha256()\n"
+        "for number in range(40):\n"
+        "    a.draw_try(number, a.Attack(0, 'validate', 'c3d'), seeds, folder)\n"
+        "    [out.update(path.read_bytes()) for path in sorted(folder.iterdir())]\n"
+        "print(out.hexdigest())"
+    )
+    found = set()
+    for one in "123":
+        (tmp_path / one).mkdir()
+        command = [sys.executable, "-c", program, str(SCRIPT.parent), str(seeds / "seeds"), str(tmp_path / one)]
+        environment = os.environ | {"PYTHONHASHSEED": one}
+        found.add(subprocess.run(command, env=environment, capture_output=True, check=True).stdout)
+    assert len(found) == 1
+
+
+TASKS = """
+import os, time
+
+def run_double(sent):
+    print("not the result")
+    return 2 * sent
+
+def run_large(sent):
+    return bytes(3_000_000)
+
+def run_raise(sent):
+    raise ValueError("broken")
+
+def run_take(sent):
+    return bytes(1 << 31)
+
+def run_die(sent):
+    os.kill(os.getpid(), 11)
+
+def run_sleep(sent):
+    time.sleep(600)
+
+def run_count(sent):
+    while True:
+        pass
+"""
+
+
+def test_each_file_has_a_forked_process_of_its_own(attack, tmp_path) -> None:
+    """How it ends is told of its file alone: the next one is read as if nothing had been."""
+    pytest.importorskip("ezc3d", reason="ezc3d is not installed")
+    (tmp_path / "tasks.py").write_text(TASKS)
+    reader = attack.ForkedReader()
+
+    def run(task: str, seconds: int = 60) -> bytes:
+        return reader.run(tmp_path / "tasks.py", task, b"ab", seconds=seconds, memory=1 << 30)
+
+    for task, code in (("raise", "1"), ("die", "-11"), ("take", "1"), ("none", "1")):
+        with pytest.raises(ChildProcessError, match=f"^{code}$"):
+            run(task)
+        assert run("double") == b"abab"
+    for task in ("sleep", "count"):
+        with pytest.raises((TimeoutError, ChildProcessError)):
+            run(task, seconds=1)
+        assert run("double") == b"abab"
+    assert run("large") == bytes(3_000_000)
+    assert Path(f"/proc/{reader.process.pid}/task/{reader.process.pid}/children").read_text() == ""
+    reader.process.kill()
