@@ -249,6 +249,38 @@ def test_the_top_view_shows_the_openings_where_the_parts_have_them(built):
     assert sum(word.startswith("motor ") for word in words) == built.design.n_cable
 
 
+def test_words_of_the_top_view_lie_on_no_line_of_their_own(built):
+    from xml.etree import ElementTree as ET
+
+    def is_clear(word: ET.Element, center: tuple[float, float], radius: float) -> bool:
+        wide, x, y = 5.5 * len(word.text), float(word.get("x")), float(word.get("y")) - 7.0
+        near = [max(abs(x - center[0]) - wide, 0.0), max(abs(y - center[1]) - 8.0, 0.0)]
+        return math.hypot(*near) > radius
+
+    root = ET.fromstring(format_top_view(built.design, built.options))
+    tag = "{http://www.w3.org/2000/svg}"
+    words = {one.text: one for one in root.iter(f"{tag}text")}
+    around = 4.0 * find_layout(built.design, built.options).radius
+    left = float(root.get("viewBox").split()[0])
+    for name in {"dorsal", "wires", "servo (lid)"} & set(words):
+        assert is_clear(words[name], (0.0, 0.0), around), name
+        assert abs(float(words[name].get("x"))) + 5.5 * len(name) < -left, name
+    guides = [one for one in root.iter(f"{tag}circle") if float(one.get("r")) == 12.0]
+    assert len(guides) == built.design.n_cable
+    for k, guide in enumerate(guides):
+        assert is_clear(words[f"guide {k + 1}"], (float(guide.get("cx")), float(guide.get("cy"))), 14.0)
+
+
+def test_all_that_the_steps_use_of_cables_is_bought(built):
+    """Holes, knots and currents are tried on a cable that is not cut to its length for the robot."""
+    rows = {row.item: row for row in built.bill.bought}
+    long = float(rows["cable for trials"].size.split()[2])
+    assert long >= float(rows["cable"].size.split()[2]) + 2 * 300.0
+    text = " ".join(sentence for step in list_steps(built) for sentence in (*step.work, step.check))
+    assert text.count("cable for trials") == 4
+    assert not re.search("test cable|rest of a cable|spare cable", text)
+
+
 @pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
 def test_anticlockwise_winds_a_cable_in_that_runs_outside(design, options):
     """The cable meets its drum tangentially, away from the axis, where the drum moves on along the cable."""

@@ -76,9 +76,9 @@ def _split_length(build: Build) -> str:
     if build.design.gripper is None or "trunk" not in build.groups:
         return ""
     plate = 1e3 * build.design.length - build.body.end
-    piece = "piece" if build.n_piece == 1 else f"{build.n_piece} pieces together"
+    piece = "printed piece" if build.n_piece == 1 else f"{build.n_piece} printed pieces together"
     return (
-        f" from the base joint to the plate of the gripper (the printed {piece} {build.body.end:.0f} mm, the plate, "
+        f" from the base joint to the plate of the gripper (the {piece} {build.body.end:.0f} mm, the plate, "
         f"which is printed with the gripper, {plate:.1f} mm; the channel takes the point off the base's cone, so a "
         "piece may measure up to 1 mm less)"
     )

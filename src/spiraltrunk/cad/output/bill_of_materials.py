@@ -89,18 +89,19 @@ def format_markdown(design: TrunkDesign, bill: Bill) -> str:
         f"# Bill of materials: {escape(design.name)}", "",
         "Nothing was built from this list yet. Where each item goes is in `guide.md`.", "",
         "## To make", "",
-        "Masses and times are estimates from the settings in `guide.md`, with 30 % of the time for moves.", "",
+        "Masses and times are estimates from the settings in `guide.md`, with 30 % of the time for moves. Supports and "
+        "what a failed print takes are not counted.", "",
         "| quantity | part | material | g each | h each | what it is |", "|---|---|---|---|---|---|",
     ]  # fmt: skip
     for row in bill.made:
-        hours = "" if row.hours is None else f"{row.hours:.1f}"
+        hours = "" if row.hours is None else f"{max(row.hours, 0.1):.1f}"
         lines.append(f"| {row.count} | {row.item} | {row.material} | {row.mass:.1f} | {hours} | {row.note} |")
     lines += ["", "| material | g | h |", "|---|---|---|"]
     for name in dict.fromkeys(row.material for row in bill.made):
         own = [row for row in bill.made if row.material == name]
         total = sum(row.count * row.mass for row in own)
         duration = sum(row.count * (row.hours or 0.0) for row in own)
-        lines.append(f"| {name} | {total:.0f} | {duration:.0f} |")
+        lines.append(f"| {name} | {total:.0f} | {f'{duration:.0f}' if duration else ''} |")
     for kind in dict.fromkeys(row.kind for row in bill.bought):
         lines += [
             "", f"## To buy: {kind}", "",

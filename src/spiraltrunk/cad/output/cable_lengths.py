@@ -35,6 +35,11 @@ def cable_to_hold(design: TrunkDesign, options: MakeOptions) -> float:
     return KNOT + 2 * math.pi * drum.radius * (drum.turns - drum.turns_straight)
 
 
+def trial_length(design: TrunkDesign, options: MakeOptions) -> float:
+    """Length of the cable for trials [mm]: one more cable, and four pieces of 300 mm for knots (ours)."""
+    return 100 * math.ceil((cable_length(design, options) + 4 * 300.0) / 100)
+
+
 def strand_length(design: TrunkDesign) -> float:
     """Length to cut for a strand of the gripper [mm]: from servo to fingertip, with slack and both ends."""
     if design.gripper is None:

@@ -9,7 +9,7 @@ from spiraltrunk.cad.checks.assembly import list_bolts
 from spiraltrunk.cad.components.fasteners import M3_INSERT, M3_INSERT_DEEP, M4_INSERT, M4_INSERT_DEEP, Bolt
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.housing.test_stand import N_WEDGE, PER_SECTION, list_wedge_bolts
-from spiraltrunk.cad.output.cable_lengths import cable_length, strand_length
+from spiraltrunk.cad.output.cable_lengths import cable_length, strand_length, trial_length
 from spiraltrunk.cad.output.electronics import list_electronics, list_servo_electronics
 from spiraltrunk.cad.output.purchase import Purchase
 from spiraltrunk.cad.trunk.body import build_body
@@ -126,6 +126,12 @@ def _list_cables(design: TrunkDesign, groups: set[str], options: MakeOptions) ->
             Purchase(kind=CABLES, item="crimp bead", count=design.n_cable, size=f"hole {options.hole:g} mm",
                      material="brass", place="knots at the tip", note=f"under each knot, and a few more to try{room}"
                      + (f": the groove is {high:g} mm deep" if room else ""))
+        )  # fmt: skip
+    if {"drums", "trunk", "gripper"} & groups:
+        rows.append(
+            Purchase(kind=CABLES, item="cable for trials", count=1, material=braid, place="trials",
+                     size=f"{options.cable:g} mm, {trial_length(design, options):.0f} mm long",
+                     note="tries holes and knots, and compares currents with tensions")
         )  # fmt: skip
     if design.gripper is not None and {"horn", "gripper"} & groups:
         fingers = design.gripper.n_finger

@@ -21,7 +21,8 @@ def _drums(build: Build) -> Step:
     drum, n, tension = build.drum, build.design.n_cable, build.design.cable.tension_max
     return Step(
         title="Cables onto the drums", groups=frozenset({"drums"}), needs=("printed drums", "housing on the arm"),
-        makes=("wound drums",), takes=("trunk", "drum to rotor"),
+        makes=("wound drums",),
+        takes=("trunk", "drum to rotor", *(() if {"trunk", "gripper"} & build.groups else ("trials",))),
         work=(
             f"Cut {n} cables of {cable_length(build.design, build.options):.0f} mm with scissors for braid. "
             "Harden one end of each to a needle with a drop of cyanoacrylate glue.",
@@ -35,7 +36,7 @@ def _drums(build: Build) -> Step:
             "Lock each drum: a strip of masking tape, 6 mm wide, from the drum over its turns to the motor's body. Tie "
             "300 mm of sewing thread to the strip's end and lead it out through the opening in the wall: the strips "
             "are pulled out by it in the last step. Until then they alone hold the turns.",
-            "Try the end at the tip before it matters, on 300 mm of the rest of a cable: crimp a bead with crimping "
+            "Try the end at the tip before it matters, on 300 mm of the cable for trials: crimp a bead with crimping "
             "pliers and "
             f"knot as in the step after the next, then a pull of {1.25 * tension:.0f} N ({1.25 * tension / 9.81:.1f} "
             f"kg on a luggage "
@@ -169,8 +170,9 @@ def _payload(build: Build) -> Step:
             f"{1e3 * load.center:.0f} mm from the flange on the flange's z axis (0, 0, {load.center:.3f} m), moments "
             f"about it {load.transverse:.4f}, {load.transverse:.4f}, {load.axial:.4f} kg m2 (x, y, z). They are the "
             "simulation's, with the trunk straight and with the masses of the `trunk.toml` that this page was made "
-            f"from; wires{gripper} and what is held come on top. After weighing export again and use those numbers."
-            f"{more}{wedges}",
+            f"from; wires{gripper} and what is held come on top. After weighing, `spiraltrunk export trunk.toml "
+            "--parts adapter --formats stl --out again` writes this step with your masses into `again/guide.md`: "
+            f"use those.{more}{wedges}",
             f"Add up mass, wedges and the heaviest object, and compare the sum with what the arm carries.{panda} The "
             "centre of mass moves with the trunk: stay slow. With wedges it is tilted and further away: weigh and "
             "measure.",
@@ -214,8 +216,9 @@ def _pull(build: Build) -> Step:
             f"Pull one cable in by 5 mm, and let it out again. A cable may be pulled in by {drum.travel_in:.0f} mm "
             f"from straight (then {drum.turns_in:.1f} turns are on the drum) and let out by "
             f"{drum.travel_out:.0f} mm.",
-            "A current is no tension before it was compared: on a drum with a spare cable, outside the trunk, against "
-            "a luggage scale.",
+            "A current is no tension before it was compared: with the program, a motor in soft jaws, a drum, and the "
+            "cable for trials from it to a luggage scale. The drums of a shut housing cannot be reached: compare "
+            "before the step \"Motors into the housing\", or with one more motor and drum.",
         ),
         check="each cable bends the trunk to its own side, the angle in the feedback changes with the sense that was "
         "noted on the bench, and the emergency stop lets go at once.",

@@ -42,7 +42,8 @@ def _power(build: Build) -> Step:
             f"{own:g} A and its plug; the capacitor across the motors' side. Wires: {electronics.pick_wire(main)} up "
             f"to the fuse block, {electronics.pick_wire(own)} from there. The relay's coil is fed from behind the "
             f"{main:g} A fuse through the emergency stop button, which stays in until it is turned; the diode lies "
-            "across the coil, its ring to plus. Released, the button gives the motors power again: stand clear.",
+            "across the coil, its ring to plus. Released, the button gives the motors power again: stand clear. All of "
+            "it stands beside the arm in a closed box, which is not among the parts; the leads run along the arm.",
             f"Give the motors the ids 1 to {n} with their switches, by the motor's manual, and write the number on "
             "each. Motor k winds cable k. No motor of another kind (M3508, M2006) may share this bus: their ids "
             "overlap.",
@@ -172,9 +173,9 @@ def _lid(build: Build) -> Step:
         makes=("trunk on the lid",), takes=("neck to lid",),
         work=(
             f"Lay the lid with its rim on two blocks of {high:.0f} mm, flat face up, guides down and free between the "
-            f"blocks. Bring the foot of the neck over it: pull wire k through the lid's hole over guide k,{middle} "
-            f"then set the foot down, each cable hole of the neck over a guide.{turned} Copy the dorsal mark to the "
-            "lid's edge.",
+            f"blocks.{turned}",
+            f"Bring the foot of the neck over it: pull wire k through the lid's hole over guide k,{middle} "
+            "then set the foot down, each cable hole of the neck over a guide. Copy the dorsal mark to the lid's edge.",
             f"Screws from above with a {name_key('M4')}, nuts from below with a {name_spanner('M4')}, tightened "
             "crosswise.",
         ),
@@ -263,10 +264,12 @@ def _adapter(build: Build) -> Step:
         needs=("adapter with inserts", "flange facing up"),
         makes=("adapter on the flange",), takes=("adapter to the arm's flange",),
         work=(
+            "The hole of the dowel marks dorsal, and the mounted adapter hides it: with a pen draw a dorsal mark on "
+            "the adapter's edge beside it.",
             f"Dowel into the flange, spigot into its recess, four screws with the {name_key('M6')} from the flat side. "
             f"They enter the flange by "
             f"{12.0 - (ADAPTER - SPIGOT_SEAT):g} mm: compare the depth of its threads.",
-            f"The dowel marks dorsal. The models assume dorsal {roll:g} deg from the x axis of the arm's flange "
+            f"The models assume dorsal {roll:g} deg from the x axis of the arm's flange "
             "(`arm.roll_deg`). Measure it on your arm and correct the number in `trunk.toml`.",
         ),
         check="no screw head stands above the flat side, and the adapter does not rock.",
@@ -280,7 +283,7 @@ def _cup(build: Build) -> Step:
         needs=("housing with motors", "adapter on the flange"), makes=("housing on the arm",),
         takes=("housing to adapter",),
         work=(
-            "Stand the housing on the adapter, dorsal mark over the dowel (with wedges: over the thin side).",
+            "Stand the housing on the adapter, dorsal mark over dorsal mark (with wedges: over the thin side).",
             f"Screws from above, between the motors, with the long arm of a {name_key('M4', long=long)}, turned by its "
             "short arm.",
         ),

@@ -90,7 +90,8 @@ def _print(build: Build) -> Step:
         needs=("measured motors",) if {"housing", "drums", "horn"} & build.groups else (), makes=makes,
         work=tuple(work),
         check="the largest dimensions agree with `size_m` in each part's JSON file to 0.3 mm (it is in m: 0.088 is 88 "
-        "mm; all other lengths there and in the drawing files are in mm), and no wall has a hole or a split layer.",
+        "mm; all other lengths there and in the files of the shapes are in mm), and no wall has a hole or a split "
+        "layer.",
     )  # fmt: skip
 
 
@@ -116,11 +117,12 @@ def _clear(build: Build) -> Step:
         title="Take the supports out and clear the holes",
         groups=frozenset({"trunk", "gripper", "housing", "wedge"}),
         needs=tuple(f"printed {name}" for name in (*soft, *rigid)), makes=(*cleared, *(f"clear {n}" for n in rigid)),
+        takes=("trials",) if soft else (),
         work=(
             *((f"Break the supports out of the {join(rigid)}.",) if rigid else ()),
             *((_clear_gaps(), *_clear_holes(build)) if soft else ()),
         ),
-        check="a cable in each row of holes slides when a weight of 50 g hangs on it." if soft
+        check="the cable for trials slides in each row of holes when a weight of 50 g hangs on it." if soft
         else "no support is left.",
     )  # fmt: skip
 
@@ -144,8 +146,8 @@ def _clear_holes(build: Build) -> tuple[str, ...]:
         "too short for the rows and does not fit into the gaps."
     )
     needle = (
-        "Make a needle of the test cable: harden its last 20 mm with a drop of cyanoacrylate glue and cut it at a "
-        "slant with scissors for braid."
+        "Make a needle of the cable for trials: harden its last 20 mm with a drop of cyanoacrylate glue and cut it at "
+        "a slant with scissors for braid."
     )
     if not build.has_gripper:
         return rows, needle

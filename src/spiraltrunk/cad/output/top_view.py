@@ -17,6 +17,9 @@ _SCALE = 4.0
 _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Colours of the cables (Okabe and Ito)."""
 
+_MARGIN = 32.0
+"""Room for words around the housing [mm]."""
+
 
 def find_port(layout: HousingLayout) -> float:
     """Angle of the opening for the wires from dorsal, anticlockwise seen from the trunk [rad]."""
@@ -47,7 +50,7 @@ def find_touch(guide: tuple[float, float], drum: tuple[float, float], radius: fl
 def format_top_view(design: TrunkDesign, options: MakeOptions) -> str:
     """The open housing seen from the trunk, dorsal to the right, as SVG."""
     layout = find_layout(design, options)
-    size = 2 * _SCALE * (layout.radius + 24.0)
+    size = 2 * _SCALE * (layout.radius + _MARGIN)
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{size:.0f}" height="{size + 70:.0f}" '
         f'viewBox="{-size / 2:.0f} {-size / 2:.0f} {size:.0f} {size + 70:.0f}" font-family="sans-serif" '
@@ -59,8 +62,11 @@ def format_top_view(design: TrunkDesign, options: MakeOptions) -> str:
         *(_circle(polar(layout.post, angle, 0.0)[:2], 4.0, "#222222", 2) for angle in layout.posts),
         *_draw_winders(design, layout, options),
         *_draw_openings(design, layout, options),
-        _text((0.0, -layout.radius - 24.0 - 4.0), "seen from the trunk; arrows: the sense that pulls"),
-        _text((0.0, -layout.radius - 24.0 - 11.0), "dashed: motor; full: drum; small: guide above it in the lid"),
+        _text((0.0, -layout.radius - _MARGIN - 4.0), "seen from the trunk; arrows: the sense that pulls"),
+        _text(
+            (0.0, -layout.radius - _MARGIN - 11.0),
+            "dashed: motor; full: drum; small: guide above it in the lid; at the wall: posts",
+        ),
         "</svg>",
     ]
     return "\n".join(lines) + "\n"
@@ -84,7 +90,7 @@ def _draw_winders(design: TrunkDesign, layout: HousingLayout, options: MakeOptio
             f'{_SCALE * arrow:.1f} 0 0 0 {_SCALE * (x + end[0]):.1f},{-_SCALE * (y + end[1]):.1f}" fill="none" '
             'stroke="#222222" stroke-width="3" marker-end="url(#head)"/>',
             _text((x, y - drum.radius - 5.0), f"motor {k + 1}"),
-            _text(polar(ring - 7.5, angle, 0.0)[:2], f"guide {k + 1}"),
+            _text(polar(ring - 7.5 - 7.5 * abs(math.cos(angle)), angle, 0.0)[:2], f"guide {k + 1}"),
         ]
     return lines
 
@@ -100,7 +106,8 @@ def _draw_openings(design: TrunkDesign, layout: HousingLayout, options: MakeOpti
             f'<line x1="{_SCALE * low[0]:.1f}" y1="{-_SCALE * low[1]:.1f}" x2="{_SCALE * high[0]:.1f}" '
             f'y2="{-_SCALE * high[1]:.1f}" stroke="#222222" stroke-width="8"/>'
         )
-        lines.append(_text(polar(layout.radius + 12.0, angle, 0.0)[:2], name))
+        away = 12.0 + 0.5 * len(name) * abs(math.cos(angle))  # The text is centred there, and wide.
+        lines.append(_text(polar(layout.radius + away, angle, 0.0)[:2], name))
     return lines
 
 
