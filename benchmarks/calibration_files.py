@@ -119,11 +119,14 @@ def group(rows: list[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]
     kinds = {
         "rest alone": (False, False),
         "bending": (True, False),
-        "twist": (False, True),
+        "twist, rest at one tilt or none": (False, True),
+        "twist, rest at two tilts or more": (False, True),
         "bending and twist": (True, True),
     }
     for name, pulls in kinds.items():
         own = [row for row in rows if ("bend-dorsal" in row["runs"], "twist" in row["runs"]) == pulls]
+        if "tilt" in name:
+            own = [row for row in own if (len(row["runs"]) > 2) == ("two" in name)]
         if own:
             yield name, own
     for name, subset in (("rest at 0 and 90 deg, bending", DOCS), ("all first takes", RUNS)):

@@ -202,8 +202,11 @@ def _list_warnings(run: CalibrationRun) -> list[str]:
     found, recordings = run.found, run.recordings
     n_take = len(list_files(recordings.fitted)) + len(list_files(recordings.held_out))
     synthetic = f"not a measurement: {len(run.recorded.synthetic)} of {n_take} recordings are synthetic"
+    kinds = {one.kind for one in found.misfits}
     warnings = {
         synthetic: run.recorded.synthetic,
+        "a twist is fitted without a bending: its intervals are too narrow; fit a bending, too": "twist" in kinds
+        and not kinds & {"bend-dorsal", "bend-ventral"},
         "nothing was calibrated: these takes determine no parameter": len(list_unidentified(found))
         == len(found.parameters),
         "nothing was held out: the error on unseen shapes is not known": not recordings.held_out,
