@@ -21,7 +21,7 @@ import lib3mf
 import trimesh
 from trimesh.util import concatenate
 
-from spiraltrunk.cad.checks.printability import check_part, probe
+from spiraltrunk.cad.checks.printability import _winding_number, check_part, probe
 from spiraltrunk.cad.geometry.occ import build_mesh, build_solid, measure_bulk, measure_cylinders, write_3mf, write_step
 
 OPTIONS = MakeOptions()
@@ -100,6 +100,17 @@ def test_a_mesh_that_cuts_itself_is_told():
     other = one.copy().apply_translation((3.0, 0.5, 1.0))
     assert probe(one)[0] == 0
     assert probe(concatenate([one, other]))[0] > 10
+
+
+def test_the_winding_number_counts_the_bodies_round_a_point():
+    """Of two spheres in one mesh: none outside, one in either, two where they overlap, minus one turned inside out."""
+    one, other = trimesh.creation.icosphere(radius=2.0), trimesh.creation.icosphere(radius=2.0)
+    other.apply_translation((3.0, 0.0, 0.0))
+    both = concatenate([one, other])
+    for x, count in ((-3.0, 0), (-1.0, 1), (1.5, 2), (4.0, 1), (5.5, 0)):
+        assert _winding_number(both, np.array([x, 0.1, 0.2])) == pytest.approx(count, abs=1e-9)
+    one.invert()
+    assert _winding_number(one, np.array([0.1, 0.2, 0.3])) == pytest.approx(-1.0)
 
 
 def test_a_mesh_has_the_kernels_volume_and_area():
