@@ -34,6 +34,7 @@ WRONG = {
     "motors.directions": ["[1, 1]", "[1, 1, 0]", "[1, 1, 2]", '"in"', "[1, 1, nan]"],
     "motors.model": ['"sts9999"', "12"],
     "motors.period_ms": ["0.5", "nan", "0", "60", "-2", "inf"],
+    "motors.feedback_ms": ["0.5", "nan", "11", "-1", "inf"],
     "cables.tension_floor_n": ["0", "-1", "nan", "inf", "1000", '"x"'],
     "cables.tension_max_n": ["0", "-1", "nan", "inf", "60.1", "1e9", "0.1"],
     "cables.speed_max_mm_s": ["0", "-1", "nan", "inf", "1e5", "1e9"],

@@ -48,6 +48,10 @@ class MotorSetup:
     period: float | None = None
     """Period of control [s]; None for 2 ms with gm6020 and the data sheet's 10 ms with sts."""
 
+    feedback_period: float | None = None
+    """Longest time between two frames of a motor that reach the computer, where a board thins them out [s]; None for
+    the data sheet's. The watch of lost frames expects as many, and hears of an outage later."""
+
     def __post_init__(self) -> None:
         _check_choice("motors.family", self.family, FAMILIES)
         _check_choice("motors.model", self.model, tuple(MODELS))
@@ -66,6 +70,11 @@ class MotorSetup:
             raise DesignError("motors.directions", got=got, allowed=f"{len(self.ids)} numbers, each 1 or -1")
         if self.period is not None:
             check_number("motors.period", self.period, least=self.data_sheet.period, most=0.05)
+        if self.feedback_period is not None:
+            if (least := self.data_sheet.feedback_period) is None:
+                allowed = f"none: motors of the family {self.family} are asked for their feedback"
+                raise DesignError("motors.feedback_period", got=self.feedback_period, allowed=allowed)
+            check_number("motors.feedback_period", self.feedback_period, least=least, most=0.01)
 
     @property
     def data_sheet(self) -> MotorDataSheet:
@@ -167,6 +176,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("directions", MotorSetup, "directions", kind=_COUNTS),
         Key("model", MotorSetup, "model", kind=_TEXT),
         Key("period_ms", MotorSetup, "period", MILLI),
+        Key("feedback_ms", MotorSetup, "feedback_period", MILLI),
     ),
     "cables": (
         Key("tension_floor_n", CableSetup, "tension_floor"),

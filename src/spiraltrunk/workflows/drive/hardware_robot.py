@@ -110,6 +110,8 @@ class HardwareRobot(Robot):
         else:
             bus, servo = self._open_bus(address.kind, address.port)
             motors = GM6020Motors(bus, motor_ids=setup.ids, directions=setup.signs)
+            if setup.feedback_period is not None:
+                motors.data_sheet = replace(motors.data_sheet, feedback_period=setup.feedback_period)
         opening.callback(motors.close)
         if file.relay is not None:
             relay = open_relay(file.relay)
