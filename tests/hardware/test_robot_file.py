@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields, replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -175,3 +176,10 @@ def test_limits_are_lowered():
     lower = lower_limits(most, CableSetup(tension_max=20.0, speed_max=0.05))
     assert (lower.tension_ceiling, lower.speed_max, lower.tension_max) == (20.0, 0.05, most.tension_max)
     assert math.isclose(lower.drag, most.drag)
+
+
+def test_the_reference_shows_the_example_and_every_key():
+    page = (Path(__file__).parents[2] / "docs/reference/robot_file.md").read_text(encoding="utf-8")
+    assert EXAMPLE in page
+    names = {f"{table}.{key.name}".lstrip(".") for table, keys in TABLES.items() if table != "servo" for key in keys}
+    assert not {name for name in names if f"| `{name}` |" not in page}

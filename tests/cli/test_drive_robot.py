@@ -1,0 +1,94 @@
+"""Robots, buses, poses and ports on the command line: what cannot be is one line and exit code 2."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from spiraltrunk import cli
+from spiraltrunk.hardware.robot_file import format_example
+
+EXAMPLE = format_example()
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    path = tmp_path / "robot.toml"
+    path.write_text(EXAMPLE.replace("panda:192.168.1.2", "none"))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--bus", "can0", "status"], "--bus is 'can0'; allowed: virtual; robot"),
+        (["--bus", "socketcan:", "status"], "allowed"),
+        (["--bus", "board:/dev/absent", "status"], "cannot be opened"),
+        (["--bus", "robot", "status"], "--bus robot needs --robot FILE"),
+        (["--bus", "virtual:x", "--real-time", "status"], "--real-time is for the twin"),
+        (["--bus", "virtual:x", "selftest"], "allowed: virtual, the twin"),
+        (["--bus", "virtual:x", "run", "wrap-vertical"], "the robot has no arm"),
+        (["--robot", "absent.toml", "status"], "allowed: a robot file in TOML"),
+        (["pose", "curled"], "unknown pose 'curled'"),
+        (["pose", "curled", "--save", "10"], "1 lengths given; allowed: 3"),
+        (["pose", "curled", "--save", "1e9", "0", "0"], "allowed"),
+        (["pose", "curled", "--save", "nan", "0", "0"], "allowed: a finite number"),
+        (["jog"], "allowed: a cable and a length to wind in, or --gamepad"),
+        (["jog", "1", "5", "--gamepad"], "one of the two"),
+        (["jog", "4", "5"], "cable is 4; allowed: 1 to 3"),
+    ],
+)
+def test_bad_input_is_one_line(arguments, says, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["drive", *arguments]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert says in printed.err
+    assert len(printed.err.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("given", "wrong"),
+    [("ids = [1, 2, 3]", "ids = [1, 1, 3]"), ("ids = [1, 2, 3]", "ids = [1, 2]"), ("30.0", "nan"), ("30.0", "61.0"),
+     ("schema = 1", "schema = 2"), ("directions = [1, 1, -1]", "directions = [1, 1, 7]")],
+)  # fmt: skip
+def test_a_wrong_robot_file_is_one_line_even_on_the_twin(given, wrong, robot, capsys):
+    robot.write_text(EXAMPLE.replace(given, wrong, 1))
+    assert cli.main(["drive", "--robot", str(robot), "status"]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_a_file_that_fits_is_taken_on_the_twin(robot, capsys):
+    assert cli.main(["drive", "--robot", str(robot), "status", "--json"]) == 0
+    state = json.loads(capsys.readouterr().out)
+    assert set(state["lateness_ms"]) == {"p50", "p99", "p999", "n_period"}
+
+
+def test_a_bus_without_motors_is_told_and_not_armed(capsys):
+    assert cli.main(["drive", "--bus", "virtual:nobody", "home"]) == 2
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert "no watchdog is present" in said
+    assert "no feedback has come" in said
+
+
+def test_poses_are_saved_and_reached(tmp_path, capsys):
+    file = ["--poses", str(tmp_path / "poses.json")]
+    assert cli.main(["drive", "pose", "curled", "--save", "15", "-5", "-5", *file]) == 0
+    capsys.readouterr()
+    assert cli.main(["drive", "pose", "curled", "--hold-s", "0.2", *file, "--json"]) == 0
+    pulls = [cable["pull_mm"] for cable in json.loads(capsys.readouterr().out)["cables"]]
+    assert pulls[0] > 8.0
+    assert max(pulls[1:]) < 0.0
+
+
+def test_ports_open_nothing_unless_a_bus_is_named(monkeypatch, capsys):
+    from spiraltrunk.workflows.drive import ports
+
+    for name in ("open_can_bus", "open_board", "discover"):
+        monkeypatch.setattr(ports, name, lambda *_, **__: pytest.fail("a port was opened"))
+    assert cli.main(["drive", "ports", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["bus"], found["ids"]) == (None, None)
