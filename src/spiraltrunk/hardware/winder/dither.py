@@ -30,7 +30,7 @@ class Dither(NamedTuple):
 
     share: float = 0.0
     """Amplitude over that at the start, 1 to 0 [-]."""
-    count: int = 0
+    phase: int = 0
     """Periods of control since the cycle began [-]."""
     pull: float = 0.0
     """Pull from which paying out is counted: that at the start, or the largest since [m]."""
@@ -41,12 +41,25 @@ def step_dither(before: Dither, pull: float, dt: float, n_half: int, *, is_let_d
 
     A cable that is wound in starts nothing: there, friction is compensated.
     """
-    count = (before.count + 1) % (2 * n_half)
+    phase = (before.phase + 1) % (2 * n_half)
     if is_let_down or pull < before.pull - RESTART_LENGTH:
-        return Dither(1.0, count, pull)
-    return Dither(max(0.0, before.share - dt / FADE_TIME), count, max(before.pull, pull))
+        return Dither(1.0, phase, pull)
+    return Dither(max(0.0, before.share - dt / FADE_TIME), phase, max(before.pull, pull))
 
 
 def count_half(period: float) -> int:
     """Periods of control in half a cycle [-]."""
     return max(1, round(HALF_TIME / period))
+
+
+def compute_amplitude(dither: Dither, above: float, friction: float) -> float:
+    """Amplitude over the dry friction [-]: all at the floor, none where a torque ``above`` it exceeds the friction.
+
+    A cable that holds something is left at rest. Torque and friction are in N m.
+    """
+    return AMPLITUDE * dither.share * max(0.0, 1.0 - above / max(friction, 1e-9))
+
+
+def compute_sign(dither: Dither, n_half: int) -> float:
+    """1 in the first half of a cycle, -1 in the second [-]."""
+    return 1.0 if dither.phase < n_half else -1.0

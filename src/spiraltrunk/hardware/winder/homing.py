@@ -3,10 +3,10 @@
 The trunk hangs down, free of objects. Equal tensions hold it straight up to its weight and its friction; where it
 stands still is pull 0 of every winder. The motors cannot feel where the trunk is: a person looks whether it is so.
 
-Dry friction at the drums is larger than the tensions that hold a hanging trunk straight. So the cables are stirred at the
-end: torques of equal tension, and of an alternating part that is shifted from cable to cable by a turn over their number
-and falls from above the friction to zero. The trunk circles by some millimetres, and settles where the tensions are
-equal, whatever the friction, as a magnet loses its remanence in an alternating field that falls to zero.
+Dry friction at the drums is larger than the tensions that hold a hanging trunk straight. So the cables are stirred at
+the end, as a magnet is demagnetised: to equal tensions an alternating part is added, shifted from cable to cable by a
+turn over their number, which falls from above the friction to zero. The trunk circles by some millimetres, and settles
+where the tensions are equal, whatever the friction.
 Pure functions; nothing here was tried on a real motor.
 """
 
@@ -163,9 +163,7 @@ def _begin(winder: Winder, motor: MotorState) -> CableHoming:
 def _step_cable(
     winder: Winder, cable: CableHoming, motor: MotorState, homing: HomingState, dt: float
 ) -> tuple[CableHoming, float]:
-    state, reading, torque = step(
-        winder, cable.winder, WinderTarget(tension=homing.tension), motor, dt, dither=DITHER
-    )
+    state, reading, torque = step(winder, cable.winder, WinderTarget(tension=homing.tension), motor, dt, dither=DITHER)
     has_moved = cable.has_moved or abs(reading.pull - cable.start) > max(JAM_LENGTH, 4 * _find_step(winder))
     is_ramping = state.tension_limit < homing.tension
     if is_ramping or abs(reading.pull - cable.still_pull) > STILL_LENGTH:

@@ -15,8 +15,9 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.winder.dither import Dither, compute_amplitude, compute_sign, count_half, step_dither
 from spiraltrunk.hardware.winder.drum import DrumGeometry
-from spiraltrunk.hardware.winder.dither import AMPLITUDE, Dither, count_half, step_dither
+from spiraltrunk.hardware.winder.feedback_check import check_feedback
 from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS, WinderGains, derive_gains
 from spiraltrunk.hardware.winder.limits import FRICTION_SHARE, WinderLimits, build_limits
 
@@ -40,9 +41,6 @@ TRIM_SHARE = 0.2
 
 MOST_PERIODS = 3.0
 """A late step is taken as this many periods at most, so that lateness makes no jump [-] (ours)."""
-
-_ANGLE_MOST, _SPEED_MOST, _FORCE_MOST = 1e6, 1e4, 1e4
-"""Largest feedback [rad, rad/s, N m or N] (ours); anything else is no measurement."""
 
 
 @final
@@ -203,7 +201,7 @@ def step(
         DriveError: where target, feedback, ``dt`` or the measured tension is not finite or out of its range.
     """
     check_target(target, winder.limits)
-    _check_feedback(motor, dt, measured_tension)
+    check_feedback(motor, dt, measured_tension)
     motion = _read_motion(winder, state, motor, dt)
     resistance, tension, direction = _observe(winder, state, motor, motion)
     felt = tension if measured_tension is None else max(measured_tension, 0.0)
@@ -216,7 +214,7 @@ def step(
     friction = FRICTION_SHARE * winder.friction / motion.radius
     compensated = 0.0
     if dither is None:
-        dither = AMPLITUDE * shaken.share * _near_floor(winder, wanted, motion)
+        dither = compute_amplitude(shaken, (wanted - winder.limits.tension_floor) * motion.radius, winder.friction)
         compensated = max(1.0 - dither, 0.0) * friction * direction
     trim = 0.0 if measured_tension is None else _trim(winder, state, wanted - felt, friction, motion)
     force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed) + trim
@@ -224,8 +222,7 @@ def step(
     force = min(force, winder.limits.tension_ceiling + winder.friction / motion.radius + max(trim, 0.0))
     governed = _govern(winder, force, _allow_speeds(winder, target.pull, wanted, tension, motion), resistance, motion)
     torque_max = winder.limits.torque_max
-    sense = 1.0 if shaken.count < count_half(gains.period) else -1.0
-    torque = governed * motion.radius + dither * winder.friction * sense
+    torque = governed * motion.radius + dither * winder.friction * compute_sign(shaken, count_half(gains.period))
     torque = min(max(torque, -torque_max), torque_max)
     slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted + governed - force - state.slow_set)
     after = WinderState(
@@ -256,20 +253,6 @@ def _read_motion(winder: Winder, state: WinderState, motor: MotorState, dt: floa
     dt = min(dt, MOST_PERIODS * winder.gains.period)
     mass = winder.inertia / (radius * radius)
     return _Motion(winder.drum.pull(angle), motor.speed * radius, radius, mass, dt, is_turning)
-
-
-def _check_feedback(motor: MotorState, dt: float, measured_tension: float | None) -> None:
-    load = measured_tension or 0.0
-    is_sane = -_ANGLE_MOST <= motor.angle <= _ANGLE_MOST and -_SPEED_MOST <= motor.speed <= _SPEED_MOST
-    is_sane = is_sane and -_FORCE_MOST <= motor.torque <= _FORCE_MOST and -_FORCE_MOST <= load <= _FORCE_MOST
-    if not (is_sane and math.isfinite(motor.time)):
-        raise DriveError(
-            f"feedback of a winder: {motor.angle:g} rad, {motor.speed:g} rad/s, {motor.torque:g} N m at {motor.time:g} "
-            f"s, load cell {load:g} N; allowed: finite, at most {_ANGLE_MOST:g} rad, {_SPEED_MOST:g} rad/s and "
-            f"{_FORCE_MOST:g} N m or N"
-        )
-    if not 0.0 < dt < math.inf:
-        raise DriveError(f"time between two steps of a winder is {dt:g} s; allowed: finite and above 0")
 
 
 def _low_pass(exponent: float) -> float:
@@ -320,14 +303,7 @@ def _lead(direction: float, change: float, winder: Winder, motion: _Motion) -> f
 def _step_dither(winder: Winder, state: WinderState, wanted: float, motion: _Motion) -> Dither:
     """Dither that starts while the set tension falls faster than `LET_DOWN` of its slew limit."""
     falls = state.tension_set - wanted > LET_DOWN * winder.limits.tension_slew * motion.dt
-    n_half = count_half(winder.gains.period)
-    return step_dither(state.dither, motion.pull, motion.dt, n_half, is_let_down=falls)
-
-
-def _near_floor(winder: Winder, wanted: float, motion: _Motion) -> float:
-    """1 at the floor, 0 from a set tension that is higher by the dry friction [-]."""
-    above = (wanted - winder.limits.tension_floor) * motion.radius
-    return max(0.0, 1.0 - above / winder.friction) if winder.friction > 0.0 else 0.0
+    return step_dither(state.dither, motion.pull, motion.dt, count_half(winder.gains.period), is_let_down=falls)
 
 
 def _trim(winder: Winder, state: WinderState, error: float, friction: float, motion: _Motion) -> float:
