@@ -19,7 +19,7 @@ from spiraltrunk.hardware.driver_winding import Winding
 from spiraltrunk.hardware.motors.motor_port import MotorPort, MotorState
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.safety import states
-from spiraltrunk.hardware.safety.cable_watch import compute_shape_weights
+from spiraltrunk.hardware.safety.cable_relation import CableRelation
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.reaction import LET_GO_TIME, RAMP_TIME, Ramp, is_over, ramp_torques
 from spiraltrunk.hardware.safety.reading import CableReading
@@ -57,8 +57,8 @@ class ControlLoop:
         self.winding = Winding(winders, sheet)
         self.homing = ProbedHoming(homing)
         self.arm, self.gripper = ArmSide(arm, options.limits), GripperSide(servo, options.gripper_pulses_us)
-        ranges, weights = self.winding.build_ranges(), compute_shape_weights(design.cable_direction[:, 1:].tolist())
-        self.watches = Watches(sheet=sheet, limits=options.limits, ranges=ranges, weights=weights)
+        ranges, relation = self.winding.build_ranges(), CableRelation.from_design(design)
+        self.watches = Watches(sheet=sheet, limits=options.limits, ranges=ranges, relation=relation)
         homing_limits = replace(options.limits, blocked_torque=4.0 * sheet.torque_max)  # Homing finds a jam itself.
         self._homing_watches = replace(self.watches, is_homed=False, limits=homing_limits)
         self._clock = clock

@@ -1,12 +1,9 @@
-"""Watches of the cable: slack or broken, slipping, tangled, too tight, too long or too short."""
+"""Watches of the cables: lengths that do not fit, slipping, tangled, too tight, too long or too short."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
-
-import numpy as np
 
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.safety.fault import FaultKind
@@ -17,104 +14,71 @@ from spiraltrunk.hardware.safety.reading import CableRange, CableReading, Findin
 @explain_fields
 @final
 @dataclass(frozen=True, kw_only=True, slots=True)
-class SlackState:
-    """Load of a cable, and where the other cables say that it is taut."""
+class LoadState:
+    """Load of a cable."""
 
     load: float = 0.0
     """Mean tension [N]."""
     elapsed: float = 0.0
     """Time without load [s]."""
-    told: float = 0.0
-    """Length that the others told while all carried load, a mean [m]."""
-    offset: float = 0.0
-    """Length beyond it at which this cable was taut then [m]."""
-    tension: float = 0.0
-    """Sum of the tensions of all cables then [N]."""
 
 
-def compute_shape_weights(directions: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
-    """Weights with which the pulls of the other cables tell that of each cable, shape (n_cable, n_cable) [-].
+def watch_load(
+    state: LoadState, reading: CableReading, tension_least: float, dt: float, limits: SafetyLimits
+) -> LoadState:
+    """Whether a cable carries load: a mean over `slack_memory` of at least `slack_part` of ``tension_least`` [N].
 
-    Cable c with direction d_c across the trunk takes in l_c = d_c . b for a bend b, to first order. The others give b
-    by least squares, of least norm where they do not span the plane: w_c = d_c pinv(D_others), and 0 for itself.
-
-    Args:
-        directions: unit vectors across the trunk, shape (n_cable, 2) [-].
+    When a trunk uncurls or swings faster than the floor of tension winds a drum in, cables are slack for seconds.
     """
-    across = np.asarray(directions, dtype=float)
-    rows = []
-    for cable in range(len(across)):
-        others = np.delete(across, cable, axis=0)
-        weights = across[cable] @ np.linalg.pinv(others)
-        rows.append(tuple(np.insert(weights, cable, 0.0).tolist()))
-    return tuple(rows)
-
-
-def watch_slack(
-    state: SlackState, cable: tuple[CableReading, CableRange], told: float, dt: float, limits: SafetyLimits
-) -> tuple[SlackState, Finding | None]:
-    """A cable that was wound in beyond its length on the trunk and carries no load: it is broken, or off its drum.
-
-    Without load the floor of tension winds a drum in. When a trunk uncurls or swings faster than that, cables are slack
-    for seconds: nominal, and they become taut at the length that the other cables tell, or before. A broken cable goes
-    on. `watch_length` follows in each period in which all cables carry load.
-
-    Args:
-        state: state after the period before.
-        cable: its reading, and what it may do.
-        told: its length by the pulls of the others, see `compute_shape_weights` [m]. One of them that is slack itself
-            makes it too long, which delays the fault and raises no false one.
-        dt: period [s].
-        limits: when it is a fault.
-    """
-    reading, allowed_range = cable
     load = state.load + min(1.0, dt / limits.slack_memory) * (reading.tension - state.load)
-    is_loaded = load >= limits.slack_part * allowed_range.tension_least
-    elapsed = 0.0 if is_loaded else state.elapsed + dt
-    after = replace(state, load=load, elapsed=elapsed)
-    excess = reading.pull - told - state.offset
-    allowed = limits.slack_length + limits.slack_part_moved * abs(told - state.told)
-    if is_loaded or elapsed < limits.slack_time or excess < allowed:
-        return after, None
-    text = f"{1e3 * excess:.1f} mm more than the other cables tell came in with a load of {load:.2f} N"
-    return after, Finding(FaultKind.SLACK, f"{text}; allowed: {1e3 * allowed:.1f} mm")
+    is_loaded = load >= limits.slack_part * tension_least
+    return LoadState(load=load, elapsed=0.0 if is_loaded else state.elapsed + dt)
 
 
-def has_moved(states: Sequence[SlackState], told: Sequence[float], limits: SafetyLimits) -> bool:
-    """Whether the trunk has moved by `settle_length` since lengths were followed; ``told`` is of each cable [m]."""
-    return any(abs(new - state.told) > limits.settle_length for state, new in zip(states, told, strict=True))
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LengthState:
+    """What the lengths of the cables are compared with."""
+
+    excess: float = 0.0
+    """Length by which they differ from those of an even bend, followed slowly [m]."""
+    tension: float = 0.0
+    """Sum of the tensions, followed in the same way [N]."""
 
 
 def watch_length(
-    state: SlackState, lengths: tuple[float, float], tension: float, dt: float | None, limits: SafetyLimits
-) -> tuple[SlackState, Finding | None]:
-    """Length of a cable while all carry load: one that grows by a step against the others has slipped on its drum.
+    state: LengthState, excess: float, tension: float, dt: float, *, is_taut: bool, limits: SafetyLimits
+) -> tuple[LengthState, str]:
+    """Lengths that no bend explains: a cable has slipped, or it is broken and is wound in without end.
 
-    Told and measured length are followed with the time constant `settle_time`, or at once when the trunk `has_moved`;
-    the step is what is left beyond what bending and stretching explain.
+    `CableRelation` tells the ``excess`` of the lengths. It changes slowly where cables are taut, for shapes with
+    several bends and contacts alone change it; a slack cable lowers it, and it comes back when that is wound in. So it
+    is followed with the time constant `settle_time`, not below -`settle_least`, and only while all cables carry load.
+    A step beyond that is a fault. Of a step while another cable is slack, what remains beyond its slack is seen; of
+    slips that are shorter than `step_length`, nothing.
 
     Args:
-        state: state after `watch_slack`.
-        lengths: pull of this cable, and its length by the pulls of the others [m].
+        state: state after the period before.
+        excess: largest excess of a cable, of lengths without their elastic part [m].
         tension: sum of the tensions of all cables [N].
-        dt: period [s]; None follows at once.
+        dt: period [s].
+        is_taut: whether all cables carry load.
         limits: when it is a fault.
+
+    Returns:
+        The next state, and what is wrong or "".
     """
-    pull, told = lengths
-    excess = pull - told - state.offset
-    elastic = limits.compliance * max(0.0, tension - state.tension)
-    allowed = limits.step_length + limits.step_part_moved * abs(told - state.told) + elastic
-    share = 1.0 if dt is None else min(1.0, dt / limits.settle_time)
-    after = replace(
-        state,
-        told=state.told + share * (told - state.told),
-        offset=state.offset + share * excess,
-        tension=state.tension + share * (tension - state.tension),
-    )
-    if dt is None or excess < allowed:
-        return after, None
-    text = f"{1e3 * excess:.1f} mm more than the other cables tell came in under load"
-    return after, Finding(FaultKind.CABLE_SLIP, f"{text}; allowed: {1e3 * allowed:.1f} mm")
+    rise = excess - state.excess
+    elastic = limits.compliance_error * limits.compliance * abs(tension - state.tension)
+    allowed = limits.step_length + elastic
+    if is_taut:
+        share = min(1.0, dt / limits.settle_time)
+        followed = max(state.excess + share * rise, -limits.settle_least)
+        state = LengthState(excess=followed, tension=state.tension + share * (tension - state.tension))
+    if rise < allowed:
+        return state, ""
+    return state, f"{1e3 * rise:.1f} mm of cable came in that no bend explains; allowed: {1e3 * allowed:.1f} mm"
 
 
 @explain_fields

@@ -36,10 +36,13 @@ class SafetyLimits:
     """Equal new frames after the commanded torque has changed that are a fault [-]."""
     frozen_torque: float = 0.03
     """Change of the commanded torque that every motor's own estimate must show [N m]: 3 N on a drum of 10 mm."""
-    blocked_torque: float = 0.10
-    """Change of the commanded torque, beyond dry friction both ways, that must turn the drum [N m]: 10 N on 10 mm."""
+    blocked_torque: float = 0.12
+    """Change of the commanded torque, beyond dry friction both ways, that must turn the drum [N m]: 12 N on 10 mm."""
     blocked_steps: float = 3.0
     """Turn that counts as none, in steps of the encoder [-]."""
+    blocked_memory: float = 1.0
+    """Time constant with which torques of before are forgotten [s]: while all tensions rise slowly, a drum may stand
+    for seconds between friction and the trunk's motion."""
     blocked_time: float = 0.2
     """Time for which the drum does not turn after that change [s]."""
     stall_part: float = 0.9
@@ -77,22 +80,17 @@ class SafetyLimits:
     slack_memory: float = 0.02
     """Time constant of the mean load that is compared with it [s]."""
     slack_time: float = 0.04
-    """Least time without load [s]."""
-    slack_length: float = 0.003
-    """Cable wound in without load beyond the length that the other cables tell [m]."""
-    slack_part_moved: float = 0.2
-    """The same over the length that they have told since all cables carried load [-]: bending takes in up to 7 % of the
-    stroke on all sides at once."""
+    """Least time without load of a cable that counts as slack or broken when lengths do not fit [s]."""
+    step_length: float = 0.003
+    """Length that no bend explains, by which cables come in within `settle_time`, that is a slip or a break [m]."""
     settle_time: float = 0.5
     """Time constant with which the lengths of taut cables are followed, against which a slip is a step [s]."""
-    step_length: float = 0.0038
-    """Step of a taut cable's length against the others that is a slip [m]."""
-    step_part_moved: float = 0.1
-    """The same over the length that the others have told since then [-]."""
-    settle_length: float = 0.006
-    """Motion of the other cables after which they are followed at once [m]: bending then explains less than 1 mm."""
-    compliance: float = 1e-4
-    """Cable wound in over the rise of tension that is elastic [m/N]: twice that of a winder's cable."""
+    settle_least: float = 0.001
+    """Length by which they may be followed below that of an even bend [m]: the error of homing; less is slack."""
+    compliance: float = 5e-5
+    """Cable wound in over the tension that is elastic [m/N]: that of a winder's cable of 20 kN/m."""
+    compliance_error: float = 0.5
+    """Part of that by which it may differ [-]."""
     slip_length: float = 0.003
     """Cable wound in while the tension dips that is a slip [m]."""
     slip_tension: float = 3.0

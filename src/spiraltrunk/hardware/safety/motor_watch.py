@@ -52,9 +52,9 @@ class StallState:
     angle: float = math.nan
     """Angle at which the drum stands [rad]."""
     least: float = 0.0
-    """Least torque commanded since it stands there [N m]."""
+    """Least torque commanded since it stands there, which comes back to the present one [N m]."""
     most: float = 0.0
-    """Largest torque commanded since it stands there [N m]."""
+    """Largest torque commanded since it stands there, likewise [N m]."""
     blocked: float = 0.0
     """Time since the commanded torque has changed enough to turn it [s]."""
 
@@ -65,12 +65,13 @@ def watch_stall(
     """A motor that does not turn: at its largest torque, or through a change of torque that stretches every cable.
 
     A drum that stands at a high tension is nominal. One that does not turn by `blocked_steps` of the encoder while the
-    torque changes by `blocked_torque` plus twice the dry friction is blocked, for no cable is that stiff.
+    torque changes by `blocked_torque` plus twice the dry friction within about `blocked_memory` is blocked, for no cable
+    is that stiff.
     """
     is_saturated = abs(reading.torque) >= limits.stall_part * sheet.torque_max
     is_still = abs(reading.motor.speed) < limits.stall_speed
     saturated = state.saturated + dt if is_saturated and is_still else 0.0
-    after, span = _stand(state, reading, sheet, limits)
+    after, span = _stand(state, reading, dt, sheet, limits)
     needed = limits.blocked_torque + 2.0 * sheet.rotor_friction
     blocked = state.blocked + dt if span >= needed else 0.0
     after = StallState(saturated=saturated, angle=after.angle, least=after.least, most=after.most, blocked=blocked)
@@ -83,11 +84,13 @@ def watch_stall(
 
 
 def _stand(
-    state: StallState, reading: CableReading, sheet: MotorDataSheet, limits: SafetyLimits
+    state: StallState, reading: CableReading, dt: float, sheet: MotorDataSheet, limits: SafetyLimits
 ) -> tuple[StallState, float]:
-    """Where the drum stands, and the span of torques commanded since then [N m]."""
+    """Where the drum stands, and the span of torques commanded since then, of which old ones are forgotten [N m]."""
     angle, torque = reading.motor.angle, reading.torque
     if not abs(angle - state.angle) <= limits.blocked_steps * sheet.angle_step:
         return StallState(angle=angle, least=torque, most=torque), 0.0
-    least, most = min(state.least, torque), max(state.most, torque)
+    share = min(1.0, dt / limits.blocked_memory)
+    least = min(state.least + share * (torque - state.least), torque)
+    most = max(state.most + share * (torque - state.most), torque)
     return StallState(angle=state.angle, least=least, most=most), most - least

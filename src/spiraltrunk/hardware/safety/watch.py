@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple, final
 
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
+from spiraltrunk.hardware.safety.cable_relation import CableRelation
 from spiraltrunk.hardware.safety.cable_watch import (
-    SlackState,
+    LengthState,
+    LoadState,
     SlipState,
     TangleState,
     find_too_far,
-    has_moved,
     watch_length,
-    watch_slack,
+    watch_load,
     watch_slip,
     watch_tangle,
     watch_tension,
 )
-from spiraltrunk.hardware.safety.fault import Fault
+from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.feedback_watch import (
     FrozenState,
     LossState,
@@ -59,8 +60,8 @@ class MotorWatch:
 class CableWatch:
     """States of the watches of one cable."""
 
-    slack: SlackState = field(default_factory=SlackState)
-    """Time without load."""
+    load: LoadState = field(default_factory=LoadState)
+    """Load."""
     slip: SlipState = field(default_factory=SlipState)
     """Slip."""
     tangle: TangleState = field(default_factory=TangleState)
@@ -79,6 +80,8 @@ class WatchState:
     """Those of each motor."""
     cables: tuple[CableWatch, ...]
     """Those of each cable."""
+    length: LengthState = field(default_factory=LengthState)
+    """Lengths of all cables."""
     loss: LossState = field(default_factory=LossState)
     """Lost feedback."""
     swap: tuple[float, ...] = ()
@@ -109,8 +112,8 @@ class Watches:
     """When something is a fault."""
     ranges: tuple[CableRange, ...]
     """What each cable may do."""
-    weights: tuple[tuple[float, ...], ...]
-    """How the pulls of the other cables tell that of each, see `compute_shape_weights`."""
+    relation: CableRelation
+    """What the lengths of the cables have to do with each other."""
     is_homed: bool = True
     """Whether pull and load of the cables are known; False while the drums are homed."""
 
@@ -144,36 +147,36 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
     motors, cables = [], []
     for number, (reading, allowed) in enumerate(zip(readings, watches.ranges, strict=True)):
         motor, findings = _watch_motor(watches, state.motors[number], reading, dt)
-        told = sum(w * other.pull for w, other in zip(watches.weights[number], readings, strict=True))
-        cable, more = _watch_cable(watches, state.cables[number], (reading, allowed), told, dt)
+        cable, more = _watch_cable(watches, state.cables[number], reading, allowed, dt)
         motors.append(motor)
         cables.append(cable)
         found.extend((number, finding) for finding in (*findings, *more) if finding)
-    settled, slipped = _watch_lengths(watches, cables, readings, dt)
-    found.extend(slipped)
+    length, more_found = _watch_lengths(watches, state.length, cables, readings, dt)
+    found.extend(more_found)
     faults = tuple(Fault(kind=one.kind, time=now, cable=number, text=one.text) for number, one in found)
-    after = WatchState(motors=tuple(motors), cables=settled, loss=loss, swap=swap)
+    after = WatchState(motors=tuple(motors), cables=tuple(cables), length=length, loss=loss, swap=swap)
     return Seen(after, faults, tuple(_warn(watches, after, readings)))
 
 
 def _watch_lengths(
-    watches: Watches, cables: list[CableWatch], readings: tuple[CableReading, ...], dt: float
-) -> tuple[tuple[CableWatch, ...], list[tuple[int | None, Finding]]]:
-    """Where all cables carry load, their lengths have to agree."""
-    if not watches.is_homed or any(cable.slack.elapsed > 0.0 for cable in cables):
-        return tuple(cables), []
-    pulls = [reading.pull for reading in readings]
-    tension = sum(reading.tension for reading in readings)
-    after: list[CableWatch] = []
-    found: list[tuple[int | None, Finding]] = []
-    told = [sum(w * pull for w, pull in zip(weights, pulls, strict=True)) for weights in watches.weights]
-    elapsed = None if has_moved([cable.slack for cable in cables], told, watches.limits) else dt
-    for number, (cable, *lengths) in enumerate(zip(cables, pulls, told, strict=True)):
-        slack, finding = watch_length(cable.slack, (lengths[0], lengths[1]), tension, elapsed, watches.limits)
-        after.append(replace(cable, slack=slack))
-        if finding:
-            found.append((number, finding))
-    return tuple(after), found
+    watches: Watches, state: LengthState, cables: list[CableWatch], readings: tuple[CableReading, ...], dt: float
+) -> tuple[LengthState, list[tuple[int | None, Finding]]]:
+    """The lengths of all cables; of those that do not fit, one without load is blamed, or else all."""
+    if not watches.is_homed:
+        return state, []
+    limits = watches.limits
+    lengths = tuple(reading.pull - limits.compliance * reading.tension for reading in readings)
+    excess, tension = max(watches.relation.compute_excess(lengths)), sum(reading.tension for reading in readings)
+    is_taut = all(cable.load.elapsed == 0.0 for cable in cables)
+    after, text = watch_length(state, excess, tension, dt, is_taut=is_taut, limits=limits)
+    if not text:
+        return after, []
+    slack = [number for number, cable in enumerate(cables) if cable.load.elapsed >= limits.slack_time]
+    if not slack:
+        return after, [(None, Finding(FaultKind.CABLE_SLIP, text))]
+    return after, [
+        (number, Finding(FaultKind.SLACK, f"{text}; its load is {cables[number].load.load:.2f} N")) for number in slack
+    ]
 
 
 _Findings = tuple[Finding | None, ...]
@@ -191,18 +194,18 @@ def _watch_motor(watches: Watches, state: MotorWatch, reading: CableReading, dt:
 
 
 def _watch_cable(
-    watches: Watches, state: CableWatch, cable: tuple[CableReading, CableRange], told: float, dt: float
+    watches: Watches, state: CableWatch, reading: CableReading, allowed: CableRange, dt: float
 ) -> tuple[CableWatch, _Findings]:
-    """The watches of one cable, whose length is ``told`` by the others [m]."""
-    (reading, allowed), limits = cable, watches.limits
+    """The watches of one cable."""
+    limits = watches.limits
     tension, found_tension = watch_tension(state.tension, reading, dt, allowed.tension_ceiling, limits)
     if not watches.is_homed:
         return CableWatch(tension=tension), (found_tension,)
-    slack, found_slack = watch_slack(state.slack, cable, told, dt, limits)
+    load = watch_load(state.load, reading, allowed.tension_least, dt, limits)
     slip, found_slip = watch_slip(state.slip, reading, dt, limits)
     tangle, found_tangle = watch_tangle(state.tangle, reading, allowed.drag, limits)
-    after = CableWatch(slack=slack, slip=slip, tangle=tangle, tension=tension)
-    return after, (found_slip, found_slack, found_tangle, found_tension, find_too_far(reading, allowed, limits))
+    after = CableWatch(load=load, slip=slip, tangle=tangle, tension=tension)
+    return after, (found_slip, found_tangle, found_tension, find_too_far(reading, allowed, limits))
 
 
 def _warn(watches: Watches, state: WatchState, readings: tuple[CableReading, ...]) -> Iterator[str]:

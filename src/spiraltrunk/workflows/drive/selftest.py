@@ -37,6 +37,9 @@ _BEFORE, _AFTER = 2.0, 4.0
 _PERIOD, _MEAN, _SWING = 3.0, 12.0, 8.0
 """Exercise: period [s], mean and amplitude of the tensions, a third of a period apart [N] (ours)."""
 
+_STRONG = 2.0
+"""Factor of the tensions for a fault that small ones do not show [-] (ours)."""
+
 _RENEWAL = 0.02
 """Period of the commands [s]."""
 
@@ -53,6 +56,8 @@ class Scenario:
     """Settings of the fault that differ from its defaults."""
     is_stop: bool = True
     """Whether the driver must stop; otherwise control must go on."""
+    may_stop: bool = False
+    """Whether the driver may stop where it need not, which must then be safe."""
     is_warned: bool = False
     """Whether a warning must be told."""
     bar: float = DEVICE_BAR
@@ -63,6 +68,8 @@ class Scenario:
     """Whether `PULL_BAR` of cable is as good as the bar."""
     at_start: bool = False
     """Whether the fault is there from the beginning, before homing."""
+    strength: float = 1.0
+    """Factor of the exercise's tensions [-]."""
 
 
 SCENARIOS: Mapping[str, Scenario] = {
@@ -81,13 +88,13 @@ SCENARIOS: Mapping[str, Scenario] = {
     "delay": Scenario(fault="delay", settings={"duration": 0.002}, is_stop=False),
     "reorder": Scenario(fault="reorder", settings={"probability": 0.02}, is_stop=False),
     "duplicate": Scenario(fault="duplicate", is_stop=False),
-    "corrupt": Scenario(fault="corrupt", settings={"probability": 0.01}, is_stop=False),
+    "corrupt": Scenario(fault="corrupt", settings={"probability": 0.01}, is_stop=False, may_stop=True),
     "frozen_feedback": Scenario(fault="frozen_feedback"),
     "id_swap": Scenario(fault="id_swap"),
     "encoder_wrap": Scenario(fault="encoder_wrap", is_stop=False, at_start=True),
     "power_cycle": Scenario(fault="power_cycle", bar=SAFE_BAR, is_safe_bar=True),
     "over_temperature": Scenario(fault="over_temperature", settings={"rate": 200.0}, is_warned=True),
-    "stall": Scenario(fault="stall"),
+    "stall": Scenario(fault="stall", strength=_STRONG),
     "cable_break": Scenario(fault="cable_break", bar=CABLE_BAR, is_length_enough=True),
     "cable_slip": Scenario(fault="cable_slip", bar=CABLE_BAR, is_length_enough=True),
     "tangled_drum": Scenario(fault="tangled_drum"),
@@ -123,7 +130,8 @@ class FaultResult:
 class _Exercise:
     """A twin that is pulled about, and what is seen of it."""
 
-    def __init__(self, design: TrunkDesign, seed: int) -> None:
+    def __init__(self, design: TrunkDesign, seed: int, strength: float = 1.0) -> None:
+        self._strength = strength
         self.robot = TwinRobot(design, options=TwinOptions(seed=seed))
         self.warnings: set[str] = set()
         self.errors: list[float] = []
@@ -134,7 +142,7 @@ class _Exercise:
         driver, n_cable = self.robot.driver, self.robot.design.n_cable
         if driver.mode is Mode.ARMED:
             phase = 2 * math.pi * (elapsed / _PERIOD - np.arange(n_cable) / n_cable)
-            driver.set_targets(_MEAN + _SWING * np.sin(phase), valid_for=_RENEWAL)
+            driver.set_targets(self._strength * (_MEAN + _SWING * np.sin(phase)), valid_for=_RENEWAL)
 
     def run(self, duration: float, began: float) -> Iterator[float]:
         """Run the exercise; yields the time after each period of control [s]."""
@@ -198,7 +206,7 @@ def _measure_nominal(design: TrunkDesign, seed: int) -> float:
 
 def run_scenario(design: TrunkDesign, scenario: Scenario, *, seed: int, nominal: float) -> FaultResult:
     """One fault; ``nominal`` is the tracking error without a fault [N]."""
-    exercise = _Exercise(design, seed)
+    exercise = _Exercise(design, seed, scenario.strength)
     robot = exercise.robot
     if scenario.at_start and scenario.fault is not None:
         robot.faults.inject(build_fault(scenario.fault, scenario.settings))
@@ -275,11 +283,11 @@ def _judge(
 
 def _holds(scenario: Scenario, result: FaultResult) -> bool:
     is_warned = bool(result.warnings) or not scenario.is_warned
-    if not scenario.is_stop:
-        return result.cause is None and result.tracking < 2.0 and is_warned
-    if result.detected is None or result.safe is None or not is_warned:
+    if not scenario.is_stop and result.cause is None:
+        return result.tracking < 2.0 and is_warned
+    if not (scenario.is_stop or scenario.may_stop) or result.detected is None or result.safe is None or not is_warned:
         return False
     if scenario.is_safe_bar:
         return result.safe <= scenario.bar
-    is_soon = result.detected <= scenario.bar or (scenario.is_length_enough and result.wound <= PULL_BAR)
+    is_soon = scenario.may_stop or result.detected <= scenario.bar or (scenario.is_length_enough and result.wound <= PULL_BAR)
     return is_soon and result.safe - result.detected <= SAFE_BAR
