@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 import time
 from collections import Counter
@@ -31,9 +32,12 @@ def main() -> int:
     parser.add_argument(
         "--fault-period", type=float, default=FAULT_PERIOD, metavar="S", help="mean time between faults; inf for none"
     )
+    parser.add_argument(
+        "--minutes", type=float, default=math.inf, metavar="M", help="end after so much real time, if it is not over"
+    )
     parser.add_argument("--out", type=Path, metavar="FILE", help="write every fault and the memory there, as JSON")
     arguments = parser.parse_args()
-    began = time.process_time()
+    began, end = time.process_time(), time.monotonic() + 60.0 * arguments.minutes
     shown = [0.0]
 
     def tell(name: str, done: int, total: int) -> None:
@@ -44,7 +48,7 @@ def main() -> int:
     commands = record_commands(PAPER, NAMES)
     result = run_soak(
         PAPER, commands, duration=3600.0 * arguments.hours, seed=arguments.seed, fault_period=arguments.fault_period,
-        progress=tell,
+        progress=tell, is_enough=lambda: time.monotonic() > end,
     )  # fmt: skip
     spent = time.process_time() - began
     causes = Counter((record.name or "nothing", record.kind or "went on") for record in result.faults)

@@ -17,6 +17,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from operator import mul
 from typing import final
 
 import numpy as np
@@ -24,7 +26,7 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
 
-_ITERATIONS = 3
+_ITERATIONS = 2
 """Fixed-point iterations for a [-]: dA/d|a| is at most tan(delta / 2)^2, 0.07 on the paper's trunk."""
 
 
@@ -71,12 +73,16 @@ class CableRelation:
         cable slips.
         """
         excess = []
-        for length, (p, q), (ys, zs) in zip(lengths, self.directions, self.inverses, strict=True):
-            y = sum(w * other for w, other in zip(ys, lengths, strict=True))
-            z = sum(w * other for w, other in zip(zs, lengths, strict=True))
-            per_y, per_z = sum(ys), sum(zs)
-            common = 0.0
+        for length, (p, q), (ys, zs), (per_y, per_z) in zip(
+            lengths, self.directions, self.inverses, self._sums, strict=True
+        ):
+            y, z, common = sum(map(mul, ys, lengths)), sum(map(mul, zs, lengths)), 0.0
             for _ in range(_ITERATIONS):
                 common = self.compute_common(math.hypot(y - common * per_y, z - common * per_z))
             excess.append(length - common - p * (y - common * per_y) - q * (z - common * per_z))
         return tuple(excess)
+
+    @cached_property
+    def _sums(self) -> tuple[tuple[float, float], ...]:
+        """Sums of the inverses' rows."""
+        return tuple((sum(ys), sum(zs)) for ys, zs in self.inverses)

@@ -7,7 +7,7 @@ were recorded from a run in simulation, because a scene in MuJoCo is too slow fo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -101,6 +101,7 @@ def run_soak(
     seed: int = 0,
     fault_period: float = FAULT_PERIOD,
     progress: Progress = ignore_progress,
+    is_enough: Callable[[], bool] = lambda: False,
 ) -> SoakResult:
     """Play random strategies for ``duration`` [s] of simulated time.
 
@@ -111,13 +112,14 @@ def run_soak(
         seed: seed of everything that is drawn.
         fault_period: mean time between two faults [s]; infinite for none.
         progress: called after every strategy.
+        is_enough: asked after every strategy whether to end before ``duration``.
 
     Raises:
         RunError: where the twin cannot be homed again.
     """
     soak = _Soak(design, seed, fault_period)
     soak.home()
-    while soak.robot.clock.now() < duration:
+    while soak.robot.clock.now() < duration and not is_enough():
         name = str(soak.rng.choice(sorted(commands)))
         if soak.play(commands[name]):
             soak.n_strategy += 1
