@@ -41,7 +41,7 @@ def time_strategy(name: str) -> None:
     strategy.step = step
     planning = run(plant, strategy).planning
     wall, processor = 1e3 * np.array(times).T
-    told = [f"{np.percentile(part, 99):6.2f} {part.max():7.1f}" for part in (processor, wall)]
+    cpu, clock = [f"{np.percentile(part, 99):6.2f} {part.max():7.1f}" for part in (processor, wall)]
     print(
         f"{name:17s} {len(times):5d} steps; plan {planning:5.2f} s; p99, max [ms]: processor {told[0]}, wall {told[1]}"
     )
