@@ -42,9 +42,7 @@ def time_strategy(name: str) -> None:
     planning = run(plant, strategy).planning
     wall, processor = 1e3 * np.array(times).T
     cpu, clock = [f"{np.percentile(part, 99):6.2f} {part.max():7.1f}" for part in (processor, wall)]
-    print(
-        f"{name:17s} {len(times):5d} steps; plan {planning:5.2f} s; p99, max [ms]: processor {told[0]}, wall {told[1]}"
-    )
+    print(f"{name:17s} {len(times):5d} steps; plan {planning:5.2f} s; p99, max [ms]: processor {cpu}, wall {clock}")
 
 
 def time_loop(interval: float) -> None:

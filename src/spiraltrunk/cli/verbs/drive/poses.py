@@ -51,7 +51,7 @@ def _ports(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.cli.verbs.drive.robot import read_robot_file
     from spiraltrunk.design import load_design
     from spiraltrunk.hardware.bus.bus_address import parse_bus_address
-    from spiraltrunk.workflows.drive.ports import ask_ids, find_ports
+    from spiraltrunk.hardware.ports import ask_ids, find_ports
 
     file = read_robot_file(arguments, load_design(arguments.design))
     found = find_ports()
