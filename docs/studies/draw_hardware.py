@@ -84,7 +84,7 @@ def draw_power(drawing: Drawing, supply: str, fuses: tuple[str, ...]) -> None:
     drawing.line([(730, 67), (800, 67)], POWER)
     drawing.dot(410, 67, POWER)
     drawing.box((240, 190, 140, 56), "emergency stop", "normally closed", color=POWER)
-    drawing.box((425, 190, 130, 56), "timer's contact", "normally open", color=POWER)
+    drawing.box((425, 190, 130, 56), "timer's contact", "and start button", color=POWER)
     drawing.box((600, 190, 120, 56), "relay's coil", "with diode", color=POWER)
     drawing.line([(410, 67), (410, 140), (310, 140), (310, 190)], POWER)
     drawing.line([(380, 218), (425, 218)], POWER)
@@ -195,11 +195,8 @@ def draw_parts() -> Drawing:
         drawing.line([(620, y + 39), (700, y + 39)], DATA, ends="ab")
     drawing.box((30, 340, 170, 60), "log", "MCAP file")
     drawing.line([(290, 370), (200, 370)], INK, ends="a")
-    drawing.text(
-        30,
-        448,
-        "Each port has a twin at its other end, which speaks the same bytes, fails on request, and pulls on the simulated trunk.",
-    )
+    words = "Each port has a twin at its other end: it speaks the same bytes, fails on request, and pulls on the trunk."
+    drawing.text(30, 448, words)
     return drawing
 
 

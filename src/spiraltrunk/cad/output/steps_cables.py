@@ -193,11 +193,11 @@ def _pull(build: Build) -> Step:
         makes=("robot under tension",),
         work=(
             "**The software that drives the motors was never tried on a motor.** It is `spiraltrunk.hardware`; read "
-            "`SAFETY.md` and `docs/tutorials/hardware.md` in the source of spiraltrunk (not in this folder), and follow "
-            "the tutorial up to the first torque with clamped motors and without cables. Until then the tape stays on "
-            "the drums. What can be done without: the push of each side in the step of the knots, the servo with its "
-            "own driver, and the models and simulations. Do not take the tape out and wind by hand: the drums cannot "
-            "be reached any more.",
+            "`SAFETY.md` and `docs/tutorials/hardware.md` in the source of spiraltrunk (not in this folder), and "
+            "follow the tutorial up to the first torque with clamped motors and without cables. Until then the tape "
+            "stays on the drums. What can be done without: the push of each side in the step of the knots, the servo "
+            "with its own driver, and the models and simulations. Do not take the tape out and wind by hand: the "
+            "drums cannot be reached any more.",
             "A program of your own must obey `SAFETY.md`. In short: no command older than 20 ms, current limited in "
             "size and rate, tension never below a floor, and ramped down to it on a fault before it goes to zero.",
             f"What it needs (untried; compare the motor's manual): GM6020 in current mode, frame 0x1FE for "
