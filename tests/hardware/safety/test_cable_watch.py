@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
 from spiraltrunk.hardware.motors.motor_port import MotorState
 from spiraltrunk.hardware.safety.cable_watch import (
-    SlackState,
+    LengthState,
+    LoadState,
     SlipState,
     TangleState,
-    compute_shape_weights,
     find_too_far,
-    has_moved,
     watch_length,
-    watch_slack,
+    watch_load,
     watch_slip,
     watch_tangle,
     watch_tension,
@@ -25,7 +23,7 @@ from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.reading import CableRange, CableReading
 
-LIMITS = SafetyLimits(slack_part_moved=0.1)
+LIMITS = SafetyLimits()
 DT = 0.002
 MOTOR = MotorState(time=0.0, angle=0.0, speed=0.0, torque=0.0, temperature=30.0)
 Point = tuple[float, float, float]
@@ -36,137 +34,102 @@ def read(pull: float, speed: float, tension: float, wanted: float = 0.0) -> Cabl
     return CableReading(motor=MOTOR, torque=0.0, pull=pull, speed=speed, tension=tension, tension_wanted=wanted)
 
 
-# Slack.
+# Load.
 
 RANGE = CableRange(tension_least=1.0, tension_ceiling=60.0, pull_least=-0.05, pull_most=0.2)
 
 
-def run_slack(points: list[tuple[float, float, float]], *, state: SlackState | None = None) -> tuple[int, float] | None:
-    """Pulls [m], lengths told by the others [m] and tensions [N]; period and excess of the fault."""
-    state = state or SlackState(load=1.0)
-    for number, (pull, told, tension) in enumerate(points):
-        state, found = watch_slack(state, (read(pull, 0.0, tension), RANGE), told, DT, LIMITS)
-        if found:
-            assert found.kind is FaultKind.SLACK
-            return number, pull - told
-    return None
-
-
-def wind(speed: float, periods: int, told: float = 0.0, tension: float = 0.0) -> list[tuple[float, float, float]]:
-    return [(speed * DT * i, told, tension) for i in range(periods)]
-
-
-def test_a_cable_that_broke_is_noticed_within_3_mm_and_200_ms():
-    number, excess = run_slack(wind(0.028, 500))
-    assert excess == pytest.approx(LIMITS.slack_length, abs=1e-4)
-    assert number * DT < 0.2
-
-
-def test_a_loaded_cable_is_not_slack_wherever_it_is():
-    assert run_slack(wind(0.1, 2000, tension=0.51)) is None
-    assert run_slack(wind(0.1, 2000, tension=0.49)) is not None
-
-
-def test_a_cable_that_a_trunk_outruns_is_slack_and_no_fault():
-    """80 mm at the speed of a slack cable: three seconds without load."""
-    assert run_slack(wind(0.028, 1400, told=0.08)) is None
-    assert run_slack(wind(-0.028, 1400)) is None
-
-
-def test_the_allowance_grows_with_what_the_others_moved():
-    moved = [(0.05, 0.042, 0.0)] * 200
-    assert run_slack(moved, state=SlackState(load=1.0, told=-0.012)) is None
-    assert run_slack(moved, state=SlackState(load=1.0, told=0.096)) is None
-    assert run_slack(moved, state=SlackState(load=1.0, told=0.032)) is not None
-    assert run_slack(moved, state=SlackState(load=1.0, told=0.032, offset=0.0045)) is None
-
-
-def test_a_moment_without_load_is_no_fault():
-    number, _ = run_slack([(0.05, 0.0, 0.0)] * 200)
-    assert number * DT == pytest.approx(LIMITS.slack_time + LIMITS.slack_memory * math.log(2), abs=3 * DT)
-    assert run_slack(([(0.05, 0.0, 0.0)] * 18 + [(0.05, 0.0, 5.0)] * 20) * 20) is None
+def run_load(tensions: list[float], state: LoadState | None = None) -> LoadState:
+    state = state or LoadState(load=1.0)
+    for tension in tensions:
+        state = watch_load(state, read(0.0, 0.0, tension), RANGE.tension_least, DT, LIMITS)
+    return state
 
 
 def test_the_load_is_a_mean_over_its_memory():
-    state, _ = watch_slack(SlackState(load=1.0), (read(0.0, 0.0, 2.0), RANGE), 0.0, DT, LIMITS)
-    assert state.load == pytest.approx(1.0 + DT / LIMITS.slack_memory)
-    state, _ = watch_slack(SlackState(load=1.0), (read(0.0, 0.0, 2.0), RANGE), 0.0, 1.0, LIMITS)
-    assert state.load == 2.0
+    assert run_load([2.0]).load == pytest.approx(1.0 + DT / LIMITS.slack_memory)
+    assert watch_load(LoadState(load=1.0), read(0.0, 0.0, 2.0), 1.0, 1.0, LIMITS).load == 2.0
 
 
-# Lengths of taut cables.
+def test_half_of_the_least_tension_is_load():
+    assert run_load([0.51] * 500).elapsed == 0.0
+    assert run_load([0.5] * 500, LoadState(load=0.5)).elapsed == 0.0
+    assert run_load([0.49] * 500).elapsed > 0.5
 
 
-def run_length(points: list[tuple[float, float, float]]) -> tuple[int, float] | None:
-    """Pulls [m], lengths told by the others [m], sums of tension [N], from where all agree; period and excess."""
-    state = SlackState()
-    for number, (pull, told, tension) in enumerate(points):
-        state, found = watch_length(state, (pull, told), tension, DT, LIMITS)
-        if found:
-            assert found.kind is FaultKind.CABLE_SLIP
-            return number, pull - told
+def test_the_time_without_load_begins_when_the_mean_is_gone_and_ends_with_load():
+    late = LIMITS.slack_memory * math.log(2)
+    assert run_load([0.0] * 100).elapsed == pytest.approx(0.2 - late, abs=2 * DT)
+    assert run_load([0.0] * 100 + [5.0] * 5).elapsed == 0.0
+    assert run_load([0.0] * 2, LoadState(load=0.1, elapsed=1.0)).elapsed == pytest.approx(1.0 + 2 * DT)
+
+
+# Lengths.
+
+
+def run_length(points: list[tuple[float, float]], *, is_taut: bool = True, state: LengthState | None = None):
+    """Excess [m] and sum of tensions [N] of each period; the period of the fault, or None."""
+    state = state or LengthState()
+    for number, (excess, tension) in enumerate(points):
+        state, text = watch_length(state, excess, tension, DT, is_taut=is_taut, limits=LIMITS)
+        if text:
+            return number
     return None
 
 
-def test_a_step_of_a_taut_cable_against_the_others_is_a_slip():
-    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(0.0037, 0.0, 0.0)] * 100) is None
-    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(0.0039, 0.0, 0.0)] * 100)[0] == 100
-    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(0.0, -0.0039, 0.0)] * 100) is None, "0.39 mm by bending"
-    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(0.0, -0.0043, 0.0)] * 100)[0] == 100
-    assert run_length([(0.0, 0.0, 0.0)] * 100 + [(-0.01, 0.0, 0.0)] * 100) is None, "shorter is no slip"
+@pytest.mark.parametrize("is_taut", [True, False])
+def test_a_step_of_3_mm_is_a_fault(is_taut):
+    still = [(0.0, 10.0)] * 3000
+    state = LengthState(tension=10.0)
+    assert run_length([*still, *[(0.0029, 10.0)] * 100], is_taut=is_taut, state=state) is None
+    assert run_length([*still, *[(0.0031, 10.0)] * 100], is_taut=is_taut, state=state) == 3000
+    assert run_length([*still, *[(-0.01, 10.0)] * 100], is_taut=is_taut, state=state) is None, "shorter is no slip"
 
 
-def test_a_rise_of_tension_stretches_and_a_fall_excuses_nothing():
-    assert run_length([(0.0, 0.0, 20.0)] * 5000 + [(0.0060, 0.0, 43.0)] * 2) is None
-    assert run_length([(0.0, 0.0, 20.0)] * 5000 + [(0.0060, 0.0, 41.0)] * 2) is not None
-    assert run_length([(0.0, 0.0, 20.0)] * 5000 + [(0.0039, 0.0, 5.0)] * 2) is not None
+def test_a_slip_that_is_wound_in_at_the_speed_of_a_slack_cable_is_noticed_in_time():
+    slow = [(0.028 * DT * i, 10.0) for i in range(500)]
+    for is_taut in (True, False):
+        number = run_length(slow, is_taut=is_taut, state=LengthState(tension=10.0))
+        assert number * DT < 0.2
+        assert slow[number][0] < 0.0037
+
+
+@pytest.mark.parametrize("change", [20.0, -20.0])
+def test_a_change_of_tension_excuses_the_elastic_length_once_more(change):
+    """5e-5 m/N over 20 N is 1 mm."""
+    state = LengthState(tension=100.0)
+    assert run_length([(0.0039, 100.0 + change)] * 2, state=state) is None
+    assert run_length([(0.0041, 100.0 + change)] * 2, state=state) == 0
 
 
 def test_a_slow_change_is_followed_with_its_time_constant():
-    assert run_length([(0.006 * DT * i, 0.0, 0.0) for i in range(5000)]) is None
-    assert run_length([(0.009 * DT * i, 0.0, 0.0) for i in range(5000)]) is not None
-    state, _ = watch_length(SlackState(), (0.005, 0.002), 10.0, DT, LIMITS)
+    assert run_length([(0.0055 * DT * i, 0.0) for i in range(5000)]) is None
+    assert run_length([(0.0065 * DT * i, 0.0) for i in range(5000)]) is not None
+    state, _ = watch_length(LengthState(), 0.002, 10.0, DT, is_taut=True, limits=LIMITS)
     share = DT / LIMITS.settle_time
-    assert (state.told, state.offset, state.tension) == pytest.approx((0.002 * share, 0.003 * share, 10.0 * share))
+    assert (state.excess, state.tension) == pytest.approx((0.002 * share, 10.0 * share))
+    state, _ = watch_length(LengthState(), 0.002, 10.0, 1.0, is_taut=True, limits=LIMITS)
+    assert (state.excess, state.tension) == (0.002, 10.0)
 
 
-def test_a_trunk_that_moves_is_followed_at_once():
-    state, found = watch_length(SlackState(load=3.0), (0.02, 0.0061), 10.0, None, LIMITS)
-    assert not found
-    assert (state.load, state.told, state.offset, state.tension) == pytest.approx((3.0, 0.0061, 0.0139, 10.0))
-    state, _ = watch_length(SlackState(), (0.02, 0.003), 10.0, 10.0, LIMITS)
-    assert state.told == 0.003
+def test_while_a_cable_is_slack_nothing_is_followed():
+    state, _ = watch_length(LengthState(excess=0.002, tension=3.0), -0.03, 9.0, DT, is_taut=False, limits=LIMITS)
+    assert state == LengthState(excess=0.002, tension=3.0)
+    assert run_length([(0.0005 * DT * i, 0.0) for i in range(5000)], is_taut=False) == pytest.approx(3000, abs=2)
 
 
-def test_a_trunk_moves_when_one_cable_tells_so():
-    states = [SlackState(), SlackState(told=0.01)]
-    assert not has_moved(states, [0.0059, 0.0041], LIMITS)
-    assert has_moved(states, [0.0061, 0.01], LIMITS)
-    assert has_moved(states, [-0.0061, 0.01], LIMITS)
-    assert has_moved(states, [0.0, 0.0039], LIMITS)
+def test_lengths_below_those_of_an_even_bend_are_followed_by_1_mm():
+    """A cable that is slack and does not look so must not become a slip when it is wound in."""
+    slack = [(-0.02, 0.0)] * 5000
+    assert run_length([*slack, (0.0019, 0.0)]) is None
+    assert run_length([*slack, (0.0021, 0.0)]) == 5000
+    state, _ = watch_length(LengthState(excess=0.005), -0.02, 0.0, 1.0, is_taut=True, limits=LIMITS)
+    assert state.excess == -LIMITS.settle_least
 
 
 def test_the_text_of_a_step():
-    _, found = watch_length(SlackState(), (0.02, 0.0), 10.0, DT, LIMITS)
-    assert found.text == "20.0 mm more than the other cables tell came in under load; allowed: 4.8 mm"
-
-
-def test_the_text_of_a_slack_cable():
-    state = SlackState(load=0.0, elapsed=1.0)
-    _, found = watch_slack(state, (read(0.05, 0.0, 0.0), RANGE), 0.04, DT, LIMITS)
-    assert found.text == "10.0 mm more than the other cables tell came in with a load of 0.00 N; allowed: 7.0 mm"
-
-
-def test_three_cables_tell_each_other_exactly_and_two_by_their_sum():
-    angles = [0.0, 2 * math.pi / 3, 4 * math.pi / 3]
-    weights = compute_shape_weights([(math.cos(a), math.sin(a)) for a in angles])
-    assert np.allclose(weights, [[0, -1, -1], [-1, 0, -1], [-1, -1, 0]])
-    assert np.allclose(compute_shape_weights([(1.0, 0.0), (-1.0, 0.0)]), [[0, -1], [-1, 0]])
-    square = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
-    for bend in ((0.01, 0.02), (-0.03, 0.01)):
-        pulls = [y * bend[0] + z * bend[1] for y, z in square]
-        told = [sum(w * pull for w, pull in zip(row, pulls, strict=True)) for row in compute_shape_weights(square)]
-        assert told == pytest.approx(pulls)
+    _, text = watch_length(LengthState(excess=0.001), 0.021, 20.0, DT, is_taut=True, limits=LIMITS)
+    assert text == "20.0 mm of cable came in that no bend explains; allowed: 4.0 mm"
 
 
 # Slip.

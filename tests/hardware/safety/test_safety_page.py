@@ -76,3 +76,11 @@ def test_ramps_and_times_are_those_of_the_code() -> None:
     assert {3.0: "three times the floor"}[FLOORS] in ROWS[Mode.HOMING.value]
     assert f"{1e3 * watchdog.TIMEOUT:g} ms after the last heartbeat" in PAGE
     assert f"to zero within {1e3 * watchdog.RELEASE:g} ms" in PAGE
+
+
+def test_the_length_beyond_every_bend_is_that_of_the_code() -> None:
+    assert f"{1e3 * LIMITS.step_length:g} mm more do not" in PAGE
+    assert (
+        f"{1e3 * (LIMITS.step_length + 20 * LIMITS.compliance):g} mm while the sum of the tensions changes by 20 N"
+        in PAGE
+    )

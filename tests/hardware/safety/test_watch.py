@@ -8,9 +8,10 @@ import random
 
 import pytest
 
+from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
-from spiraltrunk.hardware.safety.cable_watch import compute_shape_weights
+from spiraltrunk.hardware.safety.cable_relation import CableRelation
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.reading import CableRange, CableReading
@@ -31,7 +32,7 @@ def watches() -> Watches:
         sheet=SHEET,
         limits=SafetyLimits(voltage_least=20.0, voltage_most=26.0),
         ranges=(RANGE,) * 3,
-        weights=compute_shape_weights([(math.cos(a), math.sin(a)) for a in (0.0, 2.0944, 4.1888)]),
+        relation=CableRelation.from_design(PAPER),
     )
 
 
@@ -151,18 +152,38 @@ def test_while_homing_the_cables_are_not_watched_but_their_ceiling_is(watches):
         assert {one for one, _ in kinds} <= {FaultKind.OVER_TENSION}
 
 
-def test_a_cable_is_told_by_the_others_since_all_were_taut(watches):
-    """Cable 2 is 3.2 mm longer than the others tell, and later without load where it was."""
+def hold(reading: CableReading, pull: float, tension: float = 10.0) -> CableReading:
+    return dataclasses.replace(reading, pull=pull, tension=tension)
 
-    def spoil(t, cable, r):
-        return dataclasses.replace(r, pull=0.0032, tension=0.0 if t > 0.9 else 10.0) if cable == 1 else still(r)
 
-    def still(r):
-        return dataclasses.replace(r, pull=0.0, tension=10.0)
+def test_a_step_of_taut_cables_blames_all_and_one_without_load_itself(watches):
+    def step(tension: float):
+        return lambda t, cable, r: hold(r, 0.006, tension) if cable == 1 and t > 0.9 else hold(r, 0.0)
 
-    assert run(watches, 2.0, spoil)[0] == set()
-    kinds, _, _ = run(watches, 2.0, lambda t, c, r: dataclasses.replace(spoil(t, c, r), tension=0.0))
-    assert (FaultKind.SLACK, 1) in kinds
+    assert run(watches, 0.92, step(10.0))[0] == {(FaultKind.CABLE_SLIP, None)}
+    kinds, first, _ = run(
+        watches, 2.0, lambda t, cable, r: hold(r, 0.02 * max(0.0, t - 0.9), 0.0 if cable == 1 else 10.0)
+    )  # fmt: skip
+    assert kinds == {(FaultKind.SLACK, 1)}
+    assert 0.9 + 0.003 / 0.06 < first < 1.0
+
+
+def test_while_one_cable_is_slack_the_lengths_are_not_followed(watches):
+    """All take in 1 mm more each second, slowly enough to be followed where they are taut."""
+
+    def drift(tension: float):
+        return lambda t, cable, r: hold(r, 0.0005 * t, tension if cable == 1 else 10.0)
+
+    assert run(watches, 4.0, drift(10.0))[0] == set()
+    assert run(watches, 4.0, drift(0.0))[0] == {(FaultKind.SLACK, 1)}
+
+
+def test_elastic_length_is_no_slip(watches):
+    """60 N more on each cable stretch it by 3 mm."""
+    stretched = run(
+        watches, 2.0, lambda t, cable, r: hold(r, 5e-5 * (60.0 if t > 1.0 else 3.0), 60.0 if t > 1.0 else 3.0)
+    )  # fmt: skip
+    assert stretched[0] == set()
 
 
 def test_silent_and_impossible_motors_are_told_each():

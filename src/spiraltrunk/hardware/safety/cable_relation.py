@@ -10,7 +10,8 @@ the trunk and a length A that is common to all cables. For a given |a|, A is lea
 
     A(a) = C sin(delta / 2) (1 - sqrt(1 - (|a| / (C cos(delta / 2)))^2)),   C = sum of 2 R_i,
 
-and at most C sin(delta / 2) (1 - cos(delta / 2)): 4.4 mm on the paper's trunk, whose cables go 130 mm.
+and at most C sin(delta / 2) (1 - cos(delta / 2)): 4.4 mm on the paper's trunk, whose cables go 130 mm. The taper is left
+out: for its sake a cable beside the plane of the bend takes in less, by up to a third of A.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
 
-_ITERATIONS = 2
+_ITERATIONS = 3
 """Fixed-point iterations for a [-]: dA/d|a| is at most tan(delta / 2)^2, 0.07 on the paper's trunk."""
 
 
@@ -68,9 +69,9 @@ class CableRelation:
         """Length of each cable beyond what the others tell of it [m]; ``lengths`` are taken in since straight [m].
 
         The others tell a by least squares, of least norm where they do not span the plane. Of three cables all are
-        beyond by the same, nearly: their sum less 3 A. It is 0 for bends alike, at most 3 C sin(delta / 2)
-        (1 - cos(delta / 2)) for other shapes, less than 0 where a cable is slack, and grows by the length by which a
-        cable slips.
+        beyond by the same, nearly: their sum less 3 A. It is 0 for bends alike but for the taper, at most
+        3 C sin(delta / 2) (1 - cos(delta / 2)) for other shapes, less where a cable is slack, and grows by the length
+        by which a cable slips.
         """
         excess = []
         for length, (p, q), (ys, zs), (per_y, per_z) in zip(

@@ -55,8 +55,8 @@ def watch_length(
     `CableRelation` tells the ``excess`` of the lengths. It changes slowly where cables are taut, for shapes with
     several bends and contacts alone change it; a slack cable lowers it, and it comes back when that is wound in. So it
     is followed with the time constant `settle_time`, not below -`settle_least`, and only while all cables carry load.
-    A step beyond that is a fault. Of a step while another cable is slack, what remains beyond its slack is seen; of
-    slips that are shorter than `step_length`, nothing.
+    A step beyond that is a fault, where a change of tension does not explain it. Of a step while another cable is
+    slack, what remains beyond its slack is seen; of slips that are shorter than `step_length`, nothing.
 
     Args:
         state: state after the period before.
@@ -70,8 +70,7 @@ def watch_length(
         The next state, and what is wrong or "".
     """
     rise = excess - state.excess
-    elastic = limits.compliance_error * limits.compliance * abs(tension - state.tension)
-    allowed = limits.step_length + elastic
+    allowed = limits.step_length + limits.compliance * abs(tension - state.tension)
     if is_taut:
         share = min(1.0, dt / limits.settle_time)
         followed = max(state.excess + share * rise, -limits.settle_least)

@@ -88,9 +88,8 @@ class SafetyLimits:
     settle_least: float = 0.001
     """Length by which they may be followed below that of an even bend [m]: the error of homing; less is slack."""
     compliance: float = 5e-5
-    """Cable wound in over the tension that is elastic [m/N]: that of a winder's cable of 20 kN/m."""
-    compliance_error: float = 0.5
-    """Part of that by which it may differ [-]."""
+    """Cable wound in over the tension that is elastic [m/N]: that of a winder's cable of 20 kN/m. From none to twice as
+    much is allowed for, because a trunk shortens, too."""
     slip_length: float = 0.003
     """Cable wound in while the tension dips that is a slip [m]."""
     slip_tension: float = 3.0

@@ -289,5 +289,7 @@ def _holds(scenario: Scenario, result: FaultResult) -> bool:
         return False
     if scenario.is_safe_bar:
         return result.safe <= scenario.bar
-    is_soon = scenario.may_stop or result.detected <= scenario.bar or (scenario.is_length_enough and result.wound <= PULL_BAR)
+    is_soon = (
+        scenario.may_stop or result.detected <= scenario.bar or (scenario.is_length_enough and result.wound <= PULL_BAR)
+    )
     return is_soon and result.safe - result.detected <= SAFE_BAR

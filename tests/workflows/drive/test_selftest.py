@@ -1,0 +1,87 @@
+"""Every fault of the self-test is noticed in time, and safe in time; each test prints its figures."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.workflows.drive import selftest
+from spiraltrunk.workflows.drive.selftest import SCENARIOS, FaultResult, Scenario, run_scenario, run_selftest
+
+
+@pytest.fixture(scope="module")
+def nominal() -> float:
+    return selftest._measure_nominal(PAPER, 0)
+
+
+def show(name: str, result: FaultResult) -> None:
+    times = [math.nan if time is None else 1e3 * time for time in (result.detected, result.safe)]
+    print(
+        f"{name}: noticed after {times[0]:.0f} ms as {result.cause}, safe after {times[1]:.0f} ms, "
+        f"{1e3 * result.wound:.1f} mm wound in, tracking {result.tracking:.2f}, warnings {len(result.warnings)}"
+    )
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_what_must_happen_happens(name, nominal):
+    result = run_scenario(PAPER, SCENARIOS[name], seed=0, nominal=nominal)
+    show(name, result)
+    assert result.holds
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_it_happens_with_other_slack_and_other_faults_too(seed):
+    results = run_selftest(PAPER, seed=seed)
+    for name, result in results.items():
+        show(name, result)
+    assert [name for name, result in results.items() if not result.holds] == []
+
+
+@pytest.mark.parametrize("cable", [0, 1, 2])
+@pytest.mark.parametrize("fault", ["cable_slip", "cable_break"])
+def test_each_cable_is_watched(fault, cable, nominal):
+    scenario = Scenario(fault=fault, settings={"cable": cable}, bar=selftest.CABLE_BAR, is_length_enough=True)
+    result = run_scenario(PAPER, scenario, seed=5, nominal=nominal)
+    show(f"{fault} of cable {cable + 1}", result)
+    assert result.holds
+
+
+def test_a_slip_that_is_too_short_goes_on_unnoticed(nominal):
+    """SAFETY.md says so."""
+    scenario = Scenario(fault="cable_slip", settings={"length": 0.002}, is_stop=False)
+    assert run_scenario(PAPER, scenario, seed=0, nominal=nominal).holds
+
+
+RESULT = FaultResult(
+    detected=0.1, safe=0.15, cause="stall", bar=0.2, holds=True, tracking=math.nan, wound=0.0, warnings=()
+)
+"""A fault that was noticed and ended safe."""
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes", "holds"),
+    [
+        ({"bar": 0.2}, {}, True),
+        ({"bar": 0.05}, {}, False),
+        ({"bar": 0.05, "is_length_enough": True}, {"wound": 0.002}, True),
+        ({"bar": 0.05, "is_length_enough": True}, {"wound": 0.004}, False),
+        ({"bar": 0.2}, {"safe": 0.21}, False),
+        ({"bar": 0.2}, {"safe": None}, False),
+        ({"bar": 0.2}, {"detected": None, "cause": None}, False),
+        ({"bar": 0.2, "is_warned": True}, {}, False),
+        ({"bar": 0.2, "is_warned": True}, {"warnings": ("hot",)}, True),
+        ({"bar": 0.14, "is_safe_bar": True}, {}, False),
+        ({"bar": 0.16, "is_safe_bar": True}, {}, True),
+        ({"is_stop": False}, {}, False),
+        ({"is_stop": False, "may_stop": True}, {}, True),
+        ({"is_stop": False, "may_stop": True}, {"safe": 0.21}, False),
+        ({"is_stop": False}, {"cause": None, "detected": None, "tracking": 1.9}, True),
+        ({"is_stop": False}, {"cause": None, "detected": None, "tracking": 2.1}, False),
+    ],
+)
+def test_the_verdict_on_a_fault(scenario, changes, holds):
+    result = FaultResult(**{**{name: getattr(RESULT, name) for name in RESULT.__dataclass_fields__}, **changes})
+    assert selftest._holds(Scenario(fault="stall", **scenario), result) == holds
