@@ -46,6 +46,12 @@ from spiraltrunk.workflows.drive.robot import Robot
 ARMING_TIME = 10.0
 """Time after arming for which the floor of tension is held while a strategy plans [s] (ours)."""
 
+BOOT_TIME = 1.0
+"""Time for which a relay is fed before its motors are asked anything [s] (ours)."""
+
+FEED_PERIOD = 0.005
+"""Time between two pulses to the relay meanwhile [s] (ours)."""
+
 
 @final
 class HardwareRobot(Robot):
@@ -104,6 +110,10 @@ class HardwareRobot(Robot):
         motors: MotorPort
         servo: ServoPort | None = None
         bus: WatchedBus | None = None
+        relay = None if file.relay is None else open_relay(file.relay)
+        if relay is not None:
+            opening.callback(relay.close)
+            _power_up(RelayWatchdog(relay), self.clock)
         if address.kind is BusKind.STS:
             settings = StsSettings(port=address.port, servo_ids=setup.ids, directions=setup.signs, model=setup.model)
             motors = StsServos.from_settings(settings, self.clock)
@@ -113,9 +123,7 @@ class HardwareRobot(Robot):
             if setup.feedback_period is not None:
                 motors.data_sheet = replace(motors.data_sheet, feedback_period=setup.feedback_period)
         opening.callback(motors.close)
-        if file.relay is not None:
-            relay = open_relay(file.relay)
-            opening.callback(relay.close)
+        if relay is not None:
             return motors, servo, RelayWatchdog(relay)
         if file.watchdog == "board" and bus is not None:
             return motors, servo, BoardWatchdog(bus, self.clock)
@@ -173,3 +181,11 @@ class HardwareRobot(Robot):
             super().close()
         finally:
             self._ports.close()
+
+
+def _power_up(watchdog: Watchdog, clock: Clock) -> None:
+    """Feed a relay in the motors' supply until they have booted."""
+    end = clock.now() + BOOT_TIME
+    while clock.now() < end:
+        watchdog.feed()
+        clock.sleep_until(clock.now() + FEED_PERIOD)

@@ -21,7 +21,10 @@ RENEWAL = 0.02
 """Time between two targets of a move [s] (ours)."""
 
 LISTENING = 0.1
-"""Time for which the motors' feedback is awaited [s] (ours)."""
+"""Time for which the motors' feedback is looked at, once it has come [s] (ours)."""
+
+LONGEST_SILENCE = 2.0
+"""Time for which the first feedback is awaited: motors boot when a relay closes their supply [s] (ours)."""
 
 Watch = Callable[[Driver], None]
 """Called after every renewal, for screens and logs."""
@@ -65,6 +68,15 @@ class Robot(ABC):
                 shown = self.clock.now()
                 self.watch(self.driver)
 
+    def listen(self) -> None:
+        """Run until every motor has answered, at most for `LONGEST_SILENCE`, and for `LISTENING` more."""
+        end = self.clock.now() + LONGEST_SILENCE
+        while any(math.isnan(cable.temperature) for cable in self.driver.snapshot().cables):
+            if self.clock.now() >= end:
+                return
+            self.run(RENEWAL)
+        self.run(LISTENING)
+
     def home(self) -> None:
         """Wait for feedback, and find the zeros of the drums.
 
@@ -72,7 +84,7 @@ class Robot(ABC):
             DriveError: where the motors do not answer, or there is no watchdog.
             RunError: where a fault ended it.
         """
-        self.run(LISTENING)
+        self.listen()
         self.driver.home()
         end = self.clock.now() + LONGEST_HOMING
         while self.driver.mode is Mode.HOMING and self.clock.now() < end:

@@ -88,10 +88,8 @@ def add_move(parser: Parser) -> None:
 
 
 def _status(arguments: argparse.Namespace) -> Answer:
-    from spiraltrunk.workflows.drive.robot import LISTENING
-
     with open_robot(arguments) as robot:
-        robot.run(LISTENING)
+        robot.listen()
         return answer(arguments, robot)
 
 
