@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import errno
+import io
 import math
 import re
 from pathlib import Path
@@ -149,15 +149,11 @@ def write_step(solid: Shape[Any], path: Path, name: str) -> None:
     import build123d as bd
 
     solid.label = name
-    try:
-        is_written = bd.export_step(solid, str(path), timestamp=_WHEN)
-    except RuntimeError:  # It does not say why.
-        is_written = False
-    if not is_written:
-        raise OSError(errno.EIO, "the STEP writer failed, as on a full disc", str(path))
-    # The writer counts the files of its process in the name of the assembly's one item.
-    written, item = path.read_text(), re.compile(r"(_USAGE_OCCURRENCE\()'\d+'([^;]*)")
-    path.write_text(item.sub(lambda found: f"{found[1]}'1'{found[2]}".replace("\n", ""), written))
+    stream = io.BytesIO()  # The writer takes no path that is no UTF-8, and does not say why it fails.
+    bd.export_step(solid, stream, timestamp=_WHEN)
+    # It counts the files of its process in the name of the assembly's one item.
+    item = re.compile(rb"(_USAGE_OCCURRENCE\()'\d+'([^;]*)")
+    path.write_bytes(item.sub(lambda found: b"%b'1'%b" % (found[1], found[2].replace(b"\n", b"")), stream.getvalue()))
 
 
 def write_3mf(mesh: Trimesh, path: Path, name: str) -> None:
