@@ -21,6 +21,7 @@ from spiraltrunk.hardware.driver import TrunkDriver
 from spiraltrunk.hardware.driver_homing import HomingRoutine, HomingStep
 from spiraltrunk.hardware.driver_options import DriverOptions
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorPort, MotorState
+from spiraltrunk.hardware.motors.pwm_servo import ServoCalibration
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.reaction import LET_GO_TIME
@@ -653,6 +654,15 @@ def test_on_a_fault_the_arm_holds_at_once_and_gets_no_position():
     assert rig.arm.sent == []
     assert rig.servo.pulses == [1500.0], "no pulse on a fault"
     assert rig.servo.n_released == 1, "limp after the ramp"
+
+
+def test_the_gripper_has_the_pulses_of_its_calibration():
+    calibration = ServoCalibration(least_us=900, most_us=2100, open_us=1900, slack_us=1300, closed_us=1000)
+    rig = build(with_sides=True, options=DriverOptions(gripper=calibration)).pull()
+    for gripper in (-1.0, -0.5, 0.0, 1.0):
+        rig.aim(gripper=gripper, valid_for=0.1)
+        rig.run(DT)
+    assert rig.servo.pulses == [1300.0, 1900.0, 1600.0, 1300.0, 1000.0]
 
 
 def test_a_servo_that_fails_is_a_fault():

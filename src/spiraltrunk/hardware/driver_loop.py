@@ -56,7 +56,7 @@ class ControlLoop:
         self.motors, self.watchdog, self.options = motors, watchdog, options
         self.winding = Winding(winders, sheet)
         self.homing = ProbedHoming(homing)
-        self.arm, self.gripper = ArmSide(arm, options.limits), GripperSide(servo, options.gripper_pulses_us)
+        self.arm, self.gripper = ArmSide(arm, options.limits), GripperSide(servo, options.gripper)
         ranges, relation = self.winding.build_ranges(), CableRelation.from_design(design)
         self.watches = Watches(sheet=sheet, limits=options.limits, ranges=ranges, relation=relation)
         homing_limits = replace(options.limits, blocked_torque=4.0 * sheet.torque_max)  # Homing finds a jam itself.

@@ -5,9 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import final
 
-from spiraltrunk.checks import check_number, check_numbers
+from spiraltrunk.checks import check_number
 from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.hardware.motors.pwm_servo import ServoCalibration
 from spiraltrunk.hardware.safety.limits import SafetyLimits
+
+HOBBY_SERVO = ServoCalibration(least_us=1000.0, most_us=2000.0, open_us=1000.0, slack_us=1500.0, closed_us=2000.0)
+"""Pulses that hobby servos take (unconfirmed)."""
 
 
 @explain_fields
@@ -26,11 +30,10 @@ class DriverOptions:
     """Time after arming for which the floor of tension is held without a command [s] (ours)."""
     validity_most: float = 1.0
     """Longest validity of a command [s] (ours)."""
-    gripper_pulses_us: tuple[float, float, float] = (1000.0, 1500.0, 2000.0)
-    """Pulses of the servo for the gripper open, slack and closed [us]; measure them at calibration."""
+    gripper: ServoCalibration = HOBBY_SERVO
+    """Pulses of the gripper's servo; measure them at calibration."""
 
     def __post_init__(self) -> None:
         check_number("driver.period", self.period, least=1e-4, most=0.1)
         check_number("driver.arming_time", self.arming_time, least=0.0, most=10.0)
         check_number("driver.validity_most", self.validity_most, least=0.0, most=10.0)
-        check_numbers("driver.gripper_pulses_us", self.gripper_pulses_us, count=3, least=0.0, most=20000.0)

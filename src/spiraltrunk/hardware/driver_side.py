@@ -9,6 +9,7 @@ import numpy as np
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.arm.arm_port import ArmPort, ArmState
 from spiraltrunk.hardware.driver_targets import Targets
+from spiraltrunk.hardware.motors.pwm_servo import ServoCalibration, compute_pulse
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
@@ -74,8 +75,8 @@ def _blame_arm(text: str, now: float) -> Fault:
 class GripperSide:
     """The servo: told each new pulse once, and limp without torque."""
 
-    def __init__(self, servo: ServoPort | None, pulses_us: tuple[float, float, float]) -> None:
-        self._servo, self._pulses = servo, pulses_us
+    def __init__(self, servo: ServoPort | None, calibration: ServoCalibration) -> None:
+        self._servo, self._calibration = servo, calibration
         self._sent: float | None = None
 
     def send(self, targets: Targets, now: float) -> tuple[Fault, ...]:
@@ -83,7 +84,7 @@ class GripperSide:
         if self._servo is None or targets.gripper == self._sent:
             return ()
         try:
-            self._servo.set_pulse(float(np.interp(targets.gripper, (-1.0, 0.0, 1.0), self._pulses)))
+            self._servo.set_pulse(compute_pulse(self._calibration, targets.gripper))
         except DriveError as error:
             return (Fault(kind=FaultKind.SERVO, time=now, cable=None, text=str(error)),)
         self._sent = targets.gripper

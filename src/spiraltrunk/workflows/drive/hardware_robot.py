@@ -88,8 +88,7 @@ class HardwareRobot(Robot):
             period=choose_period(file.motors), without_watchdog=without_watchdog, arming_time=ARMING_TIME
         )
         if file.servo is not None:
-            pulses = (file.servo.open_us, file.servo.slack_us, file.servo.closed_us)
-            options = replace(options, gripper_pulses_us=pulses)
+            options = replace(options, gripper=file.servo)
         with ExitStack() as opening:
             motors, servo, watchdog = self._open_motors(opening)
             self.arm = self._open_arm() if arm is None else arm
