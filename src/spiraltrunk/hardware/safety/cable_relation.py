@@ -4,14 +4,14 @@ A joint i that is bent by q_i shortens its gap at a cable, whose direction makes
 
     2 R_i (sin(delta / 2) (1 - cos(q_i / 2)) + cos(delta / 2) sin(q_i / 2) cos psi_i),   0 <= q_i <= delta,
 
-with the distance R_i from joint to hole. So cable c with direction d_c takes in l_c = A + d_c . a with a vector a across
-the trunk and a length A that is common to all cables. For a given |a|, A is least where all joints are bent alike
-(1 - cos is convex in sin):
+with the distance R_i from joint to hole. So cable c with direction d_c takes in l_c = A + d_c . a with a vector a
+across the trunk and a length A that is common to all cables. For a given |a|, A is least where all joints are bent
+alike (1 - cos is convex in sin):
 
     A(a) = C sin(delta / 2) (1 - sqrt(1 - (|a| / (C cos(delta / 2)))^2)),   C = sum of 2 R_i,
 
-and at most C sin(delta / 2) (1 - cos(delta / 2)): 4.4 mm on the paper's trunk, whose cables go 130 mm. The taper is left
-out: for its sake a cable beside the plane of the bend takes in less, by up to a third of A.
+and at most C sin(delta / 2) (1 - cos(delta / 2)): 4.4 mm on the paper's trunk, whose cables go 130 mm. The taper is
+left out: for its sake a cable beside the plane of the bend takes in less, by up to a third of A.
 """
 
 from __future__ import annotations

@@ -65,8 +65,8 @@ def watch_stall(
     """A motor that does not turn: at its largest torque, or through a change of torque that stretches every cable.
 
     A drum that stands at a high tension is nominal. One that does not turn by `blocked_steps` of the encoder while the
-    torque changes by `blocked_torque` plus twice the dry friction within about `blocked_memory` is blocked, for no cable
-    is that stiff.
+    torque changes by `blocked_torque` plus twice the dry friction within about `blocked_memory` is blocked, for no
+    cable is that stiff.
     """
     is_saturated = abs(reading.torque) >= limits.stall_part * sheet.torque_max
     is_still = abs(reading.motor.speed) < limits.stall_speed

@@ -1,0 +1,104 @@
+"""Operation for hours on the twin: no false alarm, and every fault with its time; the tests print their figures."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+
+import numpy as np
+import pytest
+
+from spiraltrunk.control.messages import Command
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.strategies import all_names
+from spiraltrunk.workflows.drive.robot import RENEWAL
+from spiraltrunk.workflows.drive.soak import FAULTS, SoakResult, record_commands, run_soak
+from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+
+
+def swing(duration: float) -> tuple[Command, ...]:
+    """Tensions of 2 to 22 N, a third of 4 s apart, and all cables let go at the end."""
+    commands = []
+    for i in range(round(duration / RENEWAL)):
+        phase = math.tau * (i * RENEWAL / 4.0 - np.arange(3) / 3)
+        commands.append(Command(T_world_base=np.eye(4), cable_tension=12.0 + 10.0 * np.sin(phase)))
+    return (*commands, *[Command(T_world_base=np.eye(4), cable_tension=np.zeros(3))] * 50)
+
+
+def show(result: SoakResult) -> None:
+    print(
+        f"{result.simulated:.0f} s, {result.n_strategy} strategies, {result.n_command} commands, {result.n_lost} lost, "
+        f"drift {1e3 * result.drift:.4f} mm, faults {[(one.name, one.kind) for one in result.faults]}"
+    )
+
+
+def test_a_minute_of_nominal_operation_raises_nothing():
+    result = run_soak(PAPER, {"swing": swing(9.0)}, duration=60.0, fault_period=math.inf)
+    show(result)
+    assert result.simulated >= 60.0
+    assert (result.faults, result.n_lost) == ((), 0)
+    assert result.n_strategy == math.ceil(58.0 / 10.0)
+    assert result.drift < 1e-3
+
+
+def test_every_fault_is_noted_with_its_time_and_reaction():
+    result = run_soak(PAPER, {"swing": swing(9.0)}, duration=90.0, seed=3, fault_period=5.0)
+    show(result)
+    assert len(result.faults) > 5
+    assert result.n_lost == 0
+    for one in result.faults:
+        assert one.name in FAULTS
+        assert (one.noticed is None) == (one.kind is None) == (one.reaction is None)
+        if one.noticed is not None:
+            assert one.injected < one.noticed < one.injected + 4.0
+            assert one.reaction < 0.1
+    assert all(early.injected < late.injected for early, late in itertools.pairwise(result.faults))
+
+
+def test_a_soak_ends_when_it_is_enough():
+    calls = []
+    result = run_soak(
+        PAPER, {"swing": swing(1.0)}, duration=1e9, fault_period=math.inf,
+        progress=lambda name, done, total: calls.append((name, total)), is_enough=lambda: len(calls) == 2,
+    )  # fmt: skip
+    assert result.n_strategy == 2
+    assert calls == [("swing", 1_000_000_000)] * 2
+
+
+def step_at_random(seed: int, duration: float) -> TwinRobot:
+    """New targets of 0 to 40 N, and pulls in half of them, every 0.3 to 2 s, without any ramp."""
+    chance, robot = random.Random(seed), TwinRobot(PAPER, options=TwinOptions(seed=seed))
+    robot.prepare()
+    end, due = robot.clock.now() + duration, 0.0
+    while robot.clock.now() < end and robot.driver.mode is Mode.ARMED:
+        if robot.clock.now() >= due:
+            due = robot.clock.now() + chance.uniform(0.3, 2.0)
+            tensions = [chance.choice([0.0, 0.0, chance.uniform(0.0, 40.0)]) for _ in range(3)]
+            pulls = None if chance.random() < 0.5 else [chance.uniform(-0.08, 0.1) for _ in range(3)]
+        robot.driver.set_targets(tensions, pulls, valid_for=RENEWAL)
+        robot.run(RENEWAL)
+    return robot
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_steps_of_the_tension_and_slack_cables_are_no_fault(seed):
+    robot = step_at_random(seed, 15.0)
+    assert robot.driver.faults == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2, 22))
+def test_many_steps_of_the_tension_are_no_fault(seed):
+    robot = step_at_random(seed, 25.0)
+    assert robot.driver.faults == ()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+def test_an_hour_of_the_strategies_raises_nothing():
+    result = run_soak(PAPER, record_commands(PAPER, all_names()), duration=3600.0, seed=0, fault_period=math.inf)
+    show(result)
+    assert (result.faults, result.n_lost) == ((), 0)
+    assert result.drift < 1e-3
