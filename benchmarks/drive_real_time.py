@@ -19,7 +19,7 @@ from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.hardware import threaded_driver
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 from spiraltrunk.workflows.grasp.world import draw_scene
 
 INTERVALS = (0.005, threaded_driver.SWITCH_INTERVAL)

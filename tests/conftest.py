@@ -18,7 +18,7 @@ settings.load_profile("spiraltrunk")
 
 HERE = Path(__file__).parent
 WITHOUT_MODELS = (
-    "hardware/safety/", "hardware/test_driver",
+    "hardware/safety/", "hardware/driver/",
     "architecture/", "cad/", "cli/test_design", "cli/test_grasp", "cli/test_signals", "cli/test_survey", "design/",
     "report/trial/test_figures", "sim/objects/", "sim/relaxation/", "sim/robot/test_arm", "sim/robot/test_trunk",
     "sim/test_grasp", "sim/test_p", "strategies/push/test_push", "strategies/test_strategies", "workflows/survey/",

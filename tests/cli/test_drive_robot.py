@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from spiraltrunk import cli
-from spiraltrunk.hardware.robot_file import format_example
+from spiraltrunk.hardware.setup.robot_file import format_example
 
 EXAMPLE = format_example()
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.hardware.robot_file import TABLES, format_example, parse_robot_file
-from spiraltrunk.hardware.robot_limits import build_winders
+from spiraltrunk.hardware.setup.robot_file import TABLES, format_example, parse_robot_file
+from spiraltrunk.hardware.setup.robot_limits import build_winders
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "tutorials" / "hardware.md").read_text()

@@ -12,8 +12,8 @@ from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.errors import RunError
 from spiraltrunk.hardware.arm.arm_port import ArmState
+from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.safety.states import Mode
-from spiraltrunk.hardware.threaded_driver import Driver
 from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
 
 CONTROL_PERIOD = 0.02

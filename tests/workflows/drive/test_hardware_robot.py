@@ -17,8 +17,8 @@ from spiraltrunk.design.drum import size_drum
 from spiraltrunk.errors import DesignError, DriveError, MissingPackage, RunError
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
 from spiraltrunk.hardware.log import load_log
-from spiraltrunk.hardware.robot_file import CableSetup, MotorSetup, RobotFile
 from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
@@ -29,8 +29,8 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.drive import hardware_robot
 from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 from spiraltrunk.workflows.drive.hardware_trial import build_announced_task, run_on_hardware, summarise_hardware_trial
-from spiraltrunk.workflows.drive.machine_arm import MachineArm
-from spiraltrunk.workflows.drive.machine_load import MachineLoad
+from spiraltrunk.workflows.drive.twin.machine_arm import MachineArm
+from spiraltrunk.workflows.drive.twin.machine_load import MachineLoad
 from spiraltrunk.workflows.grasp.world import draw_scene
 
 DESIGN = presets.PAPER

@@ -8,7 +8,7 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.twin.motor import MotorParameters
 from spiraltrunk.workflows.drive import twin_robot
-from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
 STRETCH = 3.66 / 2e4
 """Elastic elongation of the cables under the tension of homing [m]."""

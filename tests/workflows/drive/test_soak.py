@@ -15,7 +15,7 @@ from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.strategies import all_names
 from spiraltrunk.workflows.drive.robot import RENEWAL
 from spiraltrunk.workflows.drive.soak import FAULTS, SoakResult, record_commands, run_soak
-from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
 
 def swing(duration: float) -> tuple[Command, ...]:

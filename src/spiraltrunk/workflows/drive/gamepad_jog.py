@@ -8,7 +8,7 @@ from typing import Protocol
 from spiraltrunk.design.drum import SPARE, size_drum
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.hardware.gamepad import GamepadInput, GamepadSettings, init_jog, step_jog
-from spiraltrunk.hardware.poses import PullLimits
+from spiraltrunk.hardware.setup.poses import PullLimits
 from spiraltrunk.workflows.drive.robot import RENEWAL, Robot
 
 

@@ -18,9 +18,10 @@ from spiraltrunk.hardware.bus.bus_address import BusKind, parse_bus_address
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
 from spiraltrunk.hardware.bus.frame_bus import FrameBus
 from spiraltrunk.hardware.clock import Clock, SystemClock
-from spiraltrunk.hardware.driver import TrunkDriver
-from spiraltrunk.hardware.driver_homing import ProbedHoming, WinderHoming
-from spiraltrunk.hardware.driver_options import DriverOptions
+from spiraltrunk.hardware.driver.homing_routine import ProbedHoming, WinderHoming
+from spiraltrunk.hardware.driver.options import DriverOptions
+from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDriver
+from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
 from spiraltrunk.hardware.motors.gm6020 import compute_feedback_id
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
 from spiraltrunk.hardware.motors.motor_port import MotorPort
@@ -28,9 +29,6 @@ from spiraltrunk.hardware.motors.pwm_servo import PwmServo
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
 from spiraltrunk.hardware.plant import CONTROL_PERIOD, HardwarePlant, Reach
-from spiraltrunk.hardware.relay import open_relay
-from spiraltrunk.hardware.robot_file import RobotFile, check_arm
-from spiraltrunk.hardware.robot_limits import build_winders, choose_period
 from spiraltrunk.hardware.safety.watchdog import (
     ANSWER_ID,
     BoardWatchdog,
@@ -39,7 +37,9 @@ from spiraltrunk.hardware.safety.watchdog import (
     Watchdog,
     WatchedBus,
 )
-from spiraltrunk.hardware.threaded_driver import SharedArm, ThreadedDriver
+from spiraltrunk.hardware.setup.relay import open_relay
+from spiraltrunk.hardware.setup.robot_file import RobotFile, check_arm
+from spiraltrunk.hardware.setup.robot_limits import build_winders, choose_period
 from spiraltrunk.sim.robot.arm import arm_limits, arm_payload
 from spiraltrunk.workflows.drive.robot import Robot
 

@@ -13,7 +13,7 @@ from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.field_docs import explain_fields
-from spiraltrunk.hardware.driver_snapshot import Snapshot
+from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task

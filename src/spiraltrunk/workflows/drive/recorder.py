@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import final
 
+from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.log.recording import log_arm, log_fault, log_state, log_warning
 from spiraltrunk.hardware.log.writer import LogWriter
-from spiraltrunk.hardware.threaded_driver import Driver
 
 REACTION = "torque ramped to the floor of tension and switched off, arm held"
 """What a driver does on every fault."""

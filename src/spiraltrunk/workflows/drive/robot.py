@@ -10,8 +10,8 @@ from typing import Self
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError, RunError
 from spiraltrunk.hardware.clock import Clock
+from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.safety.states import Mode
-from spiraltrunk.hardware.threaded_driver import Driver
 from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
 
 LONGEST_HOMING = 60.0

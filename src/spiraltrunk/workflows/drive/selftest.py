@@ -14,7 +14,7 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.twin.faults import build_fault
-from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
 SAFE_BAR = 0.100
 """Time within which the robot must be safe after the link or the host failed [s]."""

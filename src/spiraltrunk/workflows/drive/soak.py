@@ -25,7 +25,7 @@ from spiraltrunk.hardware.twin.faults import build_fault
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.drive.robot import RENEWAL
 from spiraltrunk.workflows.drive.selftest import SCENARIOS
-from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 from spiraltrunk.workflows.grasp.trial import run_trial
 
 FAULTS = (

@@ -18,14 +18,14 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.results import read_versions
-from spiraltrunk.hardware.driver_snapshot import Snapshot
+from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.log import LoggedPlant, LogMetadata, LogWriter, describe_task
 from spiraltrunk.hardware.plant import HardwarePlant
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.workflows.drive.recorder import Recorder
 from spiraltrunk.workflows.drive.robot import Robot
-from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 from spiraltrunk.workflows.grasp.jobs import JOBS
 from spiraltrunk.workflows.grasp.trial import Trial
 from spiraltrunk.workflows.grasp.verdict import Evidence

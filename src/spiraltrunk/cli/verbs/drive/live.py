@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from spiraltrunk.cli.progress import print_progress
 
 if TYPE_CHECKING:
-    from spiraltrunk.hardware.driver_snapshot import Snapshot
-    from spiraltrunk.hardware.threaded_driver import Driver
+    from spiraltrunk.hardware.driver.snapshot import Snapshot
+    from spiraltrunk.hardware.driver.threaded_driver import Driver
     from spiraltrunk.workflows.drive.robot import Robot
 
 _REFRESH = 0.1

@@ -10,7 +10,7 @@ from spiraltrunk.cli.arguments import Parser, read_text
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
-    from spiraltrunk.hardware.poses import Pose
+    from spiraltrunk.hardware.setup.poses import Pose
 
 
 def add_poses_file(parser: Parser) -> None:
@@ -22,7 +22,7 @@ def add_poses_file(parser: Parser) -> None:
 
 def read_poses(arguments: argparse.Namespace, design: TrunkDesign) -> dict[str, Pose]:
     """Poses of the file by name."""
-    from spiraltrunk.hardware.poses import load_poses
+    from spiraltrunk.hardware.setup.poses import load_poses
     from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
 
     return load_poses(arguments.poses, compute_pull_limits(design))
@@ -30,7 +30,7 @@ def read_poses(arguments: argparse.Namespace, design: TrunkDesign) -> dict[str, 
 
 def save_pose(arguments: argparse.Namespace, design: TrunkDesign, pulls: Sequence[float], name: str) -> None:
     """Save a pose under a name; one of the same name is replaced."""
-    from spiraltrunk.hardware.poses import Pose, check_pose, write_poses
+    from spiraltrunk.hardware.setup.poses import Pose, check_pose, write_poses
     from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
 
     pose = Pose(name, tuple(pulls))

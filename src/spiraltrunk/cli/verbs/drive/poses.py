@@ -31,7 +31,7 @@ def add_ports(actions: Any, name: str) -> None:
 
 def _pose(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
-    from spiraltrunk.hardware.poses import find_pose
+    from spiraltrunk.hardware.setup.poses import find_pose
 
     design = load_design(arguments.design)
     if arguments.save is not None:
@@ -51,7 +51,7 @@ def _ports(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.cli.verbs.drive.robot import read_robot_file
     from spiraltrunk.design import load_design
     from spiraltrunk.hardware.bus.bus_address import parse_bus_address
-    from spiraltrunk.hardware.ports import ask_ids, find_ports
+    from spiraltrunk.hardware.setup.ports import ask_ids, find_ports
 
     file = read_robot_file(arguments, load_design(arguments.design))
     found = find_ports()

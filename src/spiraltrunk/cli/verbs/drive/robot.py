@@ -15,8 +15,8 @@ from spiraltrunk.errors import DriveError
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
-    from spiraltrunk.hardware.driver_snapshot import Snapshot
-    from spiraltrunk.hardware.robot_file import RobotFile
+    from spiraltrunk.hardware.driver.snapshot import Snapshot
+    from spiraltrunk.hardware.setup.robot_file import RobotFile
     from spiraltrunk.workflows.drive.robot import Robot
 
 
@@ -45,7 +45,7 @@ def open_robot(arguments: argparse.Namespace, *, is_real_time: bool = False) -> 
 def _build_robot(arguments: argparse.Namespace, design: TrunkDesign, *, is_real_time: bool) -> Robot:
     file = read_robot_file(arguments, design)
     if file is None:
-        from spiraltrunk.workflows.drive.twin_robot import TwinOptions, TwinRobot
+        from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
         is_real_time = is_real_time or arguments.real_time
         return TwinRobot(design, options=TwinOptions(seed=arguments.seed, is_real_time=is_real_time))
@@ -64,8 +64,8 @@ def read_robot_file(arguments: argparse.Namespace, design: TrunkDesign) -> Robot
         DesignError: for a robot file that cannot be read, or does not fit the design.
     """
     from spiraltrunk.hardware.bus.bus_address import ALLOWED, BusKind, parse_bus_address
-    from spiraltrunk.hardware.robot_file import MotorSetup, RobotFile, load_robot_file
-    from spiraltrunk.hardware.robot_limits import build_winders
+    from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile, load_robot_file
+    from spiraltrunk.hardware.setup.robot_limits import build_winders
 
     bus, file = arguments.bus, None
     if arguments.robot is not None:

@@ -13,7 +13,7 @@ from spiraltrunk.cli.verbs.drive.robot import compute_state
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
     from spiraltrunk.design.trunk import TrunkDesign
-    from spiraltrunk.hardware.robot_file import RobotFile
+    from spiraltrunk.hardware.setup.robot_file import RobotFile
     from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 
 RESULT = "result.json"

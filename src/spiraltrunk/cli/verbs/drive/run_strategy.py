@@ -43,7 +43,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
     from spiraltrunk.workflows.drive.trial import run_on_twin
-    from spiraltrunk.workflows.drive.twin_robot import TwinOptions
+    from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions
     from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
 
     strategy = strategies.get(arguments.strategy)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError
-from spiraltrunk.hardware.robot_file import (
+from spiraltrunk.hardware.setup.robot_file import (
     TABLES,
     CableSetup,
     MotorSetup,
@@ -21,7 +21,7 @@ from spiraltrunk.hardware.robot_file import (
     load_robot_file,
     parse_robot_file,
 )
-from spiraltrunk.hardware.robot_limits import build_winders, choose_period, lower_limits
+from spiraltrunk.hardware.setup.robot_limits import build_winders, choose_period, lower_limits
 
 EXAMPLE = format_example()
 

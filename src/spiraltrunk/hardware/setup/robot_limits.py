@@ -7,7 +7,7 @@ from dataclasses import replace
 from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
-from spiraltrunk.hardware.robot_file import CableSetup, MotorSetup, RobotFile
+from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.limits import WinderLimits
 from spiraltrunk.hardware.winder.winder import Winder, build_winder

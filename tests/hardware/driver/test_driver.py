@@ -17,9 +17,9 @@ from spiraltrunk.design.drum import size_drum
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmPort, ArmState
 from spiraltrunk.hardware.clock import Clock
-from spiraltrunk.hardware.driver import TrunkDriver
-from spiraltrunk.hardware.driver_homing import HomingRoutine, HomingStep
-from spiraltrunk.hardware.driver_options import DriverOptions
+from spiraltrunk.hardware.driver.homing_routine import HomingRoutine, HomingStep
+from spiraltrunk.hardware.driver.options import DriverOptions
+from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorPort, MotorState
 from spiraltrunk.hardware.motors.pwm_servo import ServoCalibration
 from spiraltrunk.hardware.motors.servo_port import ServoPort

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import final
 
-from spiraltrunk.hardware.driver_targets import Targets
+from spiraltrunk.hardware.driver.targets import Targets
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.safety.motor_watch import derate
 from spiraltrunk.hardware.safety.reading import CableRange, CableReading

@@ -17,12 +17,12 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.arm.arm_port import ArmPort
 from spiraltrunk.hardware.clock import Clock
-from spiraltrunk.hardware.driver_homing import HomingRoutine, WinderHoming
-from spiraltrunk.hardware.driver_lateness import Schedule
-from spiraltrunk.hardware.driver_loop import ControlLoop
-from spiraltrunk.hardware.driver_options import DriverOptions
-from spiraltrunk.hardware.driver_snapshot import CableSnapshot, Snapshot
-from spiraltrunk.hardware.driver_targets import (
+from spiraltrunk.hardware.driver.homing_routine import HomingRoutine, WinderHoming
+from spiraltrunk.hardware.driver.lateness import Schedule
+from spiraltrunk.hardware.driver.loop import ControlLoop
+from spiraltrunk.hardware.driver.options import DriverOptions
+from spiraltrunk.hardware.driver.snapshot import CableSnapshot, Snapshot
+from spiraltrunk.hardware.driver.targets import (
     Targets,
     read_arm_position,
     read_gripper,

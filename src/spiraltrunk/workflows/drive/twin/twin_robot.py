@@ -18,14 +18,14 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.arm.trunk_load import trunk_load
 from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
 from spiraltrunk.hardware.clock import SystemClock
-from spiraltrunk.hardware.driver import TrunkDriver
-from spiraltrunk.hardware.driver_homing import ProbedHoming, WinderHoming
-from spiraltrunk.hardware.driver_options import DriverOptions
+from spiraltrunk.hardware.driver.homing_routine import ProbedHoming, WinderHoming
+from spiraltrunk.hardware.driver.options import DriverOptions
+from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDriver
+from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
 from spiraltrunk.hardware.motors.gm6020 import GM6020
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
 from spiraltrunk.hardware.plant import HardwarePlant
 from spiraltrunk.hardware.safety.watchdog import BoardWatchdog, WatchedBus
-from spiraltrunk.hardware.threaded_driver import SharedArm, ThreadedDriver
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
@@ -38,10 +38,10 @@ from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.winder import build_winder
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.drive.machine_arm import MachineArm
-from spiraltrunk.workflows.drive.machine_load import MachineLoad
-from spiraltrunk.workflows.drive.machine_servo import MachineServo
 from spiraltrunk.workflows.drive.robot import Robot
+from spiraltrunk.workflows.drive.twin.machine_arm import MachineArm
+from spiraltrunk.workflows.drive.twin.machine_load import MachineLoad
+from spiraltrunk.workflows.drive.twin.machine_servo import MachineServo
 
 SLACK_MOST = 0.010
 """Most slack of a cable before homing [m] (ours): a trunk that was just threaded."""

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, DriveError, OutputError, SpiralTrunkError, UnknownName
-from spiraltrunk.hardware.poses import FORMAT, Pose, PullLimits, check_pose, find_pose, load_poses, write_poses
+from spiraltrunk.hardware.setup.poses import FORMAT, Pose, PullLimits, check_pose, find_pose, load_poses, write_poses
 
 LIMITS = PullLimits((-0.02, -0.02, -0.02), (0.08, 0.08, 0.08))
 POSES = {"curled": Pose("curled", (0.06, -0.01, -0.01)), "été": Pose("été", (0.0, 0.0, 0.0))}

@@ -11,11 +11,11 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.arm.arm_port import ArmPort
 from spiraltrunk.hardware.clock import Clock
-from spiraltrunk.hardware.driver_homing import HomingRoutine, ProbedHoming
-from spiraltrunk.hardware.driver_options import DriverOptions
-from spiraltrunk.hardware.driver_side import ArmSide, GripperSide
-from spiraltrunk.hardware.driver_targets import Targets
-from spiraltrunk.hardware.driver_winding import Winding
+from spiraltrunk.hardware.driver.homing_routine import HomingRoutine, ProbedHoming
+from spiraltrunk.hardware.driver.options import DriverOptions
+from spiraltrunk.hardware.driver.side import ArmSide, GripperSide
+from spiraltrunk.hardware.driver.targets import Targets
+from spiraltrunk.hardware.driver.winding import Winding
 from spiraltrunk.hardware.motors.motor_port import MotorPort, MotorState
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.safety import states

@@ -8,7 +8,7 @@ import numpy as np
 
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.arm.arm_port import ArmPort, ArmState
-from spiraltrunk.hardware.driver_targets import Targets
+from spiraltrunk.hardware.driver.targets import Targets
 from spiraltrunk.hardware.motors.pwm_servo import ServoCalibration, compute_pulse
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind

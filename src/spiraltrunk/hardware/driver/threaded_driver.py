@@ -2,7 +2,7 @@
 
 The thread keeps the loop and the watchdog's heartbeat going while a strategy plans or a screen is drawn; both then
 share one interpreter with it. Python passes the interpreter on every 5 ms, two and a half periods of control, hence
-`SWITCH_INTERVAL`. Compiled code that keeps the interpreter delays the loop all the same: `driver_lateness` tells.
+`SWITCH_INTERVAL`. Compiled code that keeps the interpreter delays the loop all the same: `driver.lateness` tells.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.arm.arm_port import ArmPort, ArmState
 from spiraltrunk.hardware.clock import Clock
-from spiraltrunk.hardware.driver import TrunkDriver
-from spiraltrunk.hardware.driver_snapshot import Snapshot
+from spiraltrunk.hardware.driver.snapshot import Snapshot
+from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
 from spiraltrunk.hardware.safety.fault import Fault
 from spiraltrunk.hardware.safety.states import Mode
 

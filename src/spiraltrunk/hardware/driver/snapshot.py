@@ -7,7 +7,7 @@ from typing import final
 
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.arm.arm_port import ArmState
-from spiraltrunk.hardware.driver_lateness import Lateness
+from spiraltrunk.hardware.driver.lateness import Lateness
 from spiraltrunk.hardware.safety.fault import Fault
 from spiraltrunk.hardware.safety.states import Mode
 
