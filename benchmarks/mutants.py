@@ -155,15 +155,20 @@ def nearest_tests(copy: Path, mutant: Mutant) -> list[str]:
     return [(Path("tests") / folder).as_posix(), *sorted(path.relative_to(copy).as_posix() for path in above)]
 
 
-def examine(copy: Path, mutant: Mutant, jobs: int, limit: float, *, is_near_only: bool) -> str:
-    """Put the mutant into the copy, run the tests, take it out again; what noticed it, or nothing."""
+def examine(
+    copy: Path, mutant: Mutant, jobs: int, limit: float, *, is_near_only: bool, own: list[str] | None = None
+) -> str:
+    """Put the mutant into the copy, run the tests, take it out again; what noticed it, or nothing.
+
+    ``own`` are the tests that run first, by default those of the mutant's own folder.
+    """
     file = copy / mutant.file
     source = file.read_bytes()
     if source[mutant.first : mutant.last] != mutant.old.encode():
         raise SystemExit(f"{mutant.file} has changed since the sample was drawn: begin anew with another --out")
     file.write_bytes(source[: mutant.first] + mutant.new.encode() + source[mutant.last :])
     try:
-        near = nearest_tests(copy, mutant)
+        near = nearest_tests(copy, mutant) if own is None else own
         noticed = run_tests(copy, near, jobs, limit) if near else ""
         return noticed if noticed or is_near_only else run_tests(copy, ["tests"], jobs, limit)
     finally:
@@ -196,7 +201,9 @@ def build_parser(summary: str, count: int, out: str) -> argparse.ArgumentParser:
     return parser
 
 
-def examine_sample(sample: list[Mutant], options: argparse.Namespace, tests: list[str]) -> int:
+def examine_sample(
+    sample: list[Mutant], options: argparse.Namespace, tests: list[str], own: list[str] | None = None
+) -> int:
     """Examine the sample and print what was not noticed; ``tests`` must pass before. 0 where 90 % are noticed."""
     options.out.parent.mkdir(parents=True, exist_ok=True)
     lines = options.out.read_text().splitlines() if options.out.exists() else []
@@ -209,7 +216,9 @@ def examine_sample(sample: list[Mutant], options: argparse.Namespace, tests: lis
         for number, mutant in enumerate(sample, start=1):
             key = json.dumps(asdict(mutant), sort_keys=True)
             if key not in known:
-                known[key] = examine(copy, mutant, options.jobs, options.limit_s, is_near_only=options.near_only)
+                known[key] = examine(
+                    copy, mutant, options.jobs, options.limit_s, is_near_only=options.near_only, own=own
+                )
                 with options.out.open("a") as out:
                     out.write(json.dumps({"mutant": asdict(mutant), "noticed_by": known[key]}) + "\n")
             noticed = known[key] or "NOT NOTICED"

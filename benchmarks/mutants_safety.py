@@ -18,11 +18,11 @@ TESTS = str(Path("tests") / "hardware" / "safety")
 def main() -> int:
     """Examine a sample of the safety layer, or all of it."""
     parser = build_parser(__doc__.partition("\n")[0], 120, "out/mutants_safety.jsonl")
-    parser.set_defaults(jobs=1, limit_s=120.0, near_only=True)
+    parser.set_defaults(jobs=1, limit_s=300.0, near_only=True)
     options = parser.parse_args()
     total = sum(1 for file in sorted((ROOT / SAFETY).rglob("*.py")) for _ in find_mutants(file))
     print(f"{total} mutants in all")
-    return examine_sample(draw(min(options.count, total), options.seed, SAFETY), options, [TESTS])
+    return examine_sample(draw(min(options.count, total), options.seed, SAFETY), options, [TESTS], [TESTS])
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import pytest
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.safety.states import Mode
-from spiraltrunk.strategies import all_names
+from spiraltrunk.strategies import NAMES
 from spiraltrunk.workflows.drive.robot import RENEWAL
 from spiraltrunk.workflows.drive.soak import FAULTS, SoakResult, record_commands, run_soak
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
@@ -98,7 +98,7 @@ def test_many_steps_of_the_tension_are_no_fault(seed):
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_an_hour_of_the_strategies_raises_nothing():
-    result = run_soak(PAPER, record_commands(PAPER, all_names()), duration=3600.0, seed=0, fault_period=math.inf)
+    result = run_soak(PAPER, record_commands(PAPER, NAMES), duration=3600.0, seed=0, fault_period=math.inf)
     show(result)
     assert (result.faults, result.n_lost) == ((), 0)
     assert result.drift < 1e-3
