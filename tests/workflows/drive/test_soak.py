@@ -13,6 +13,7 @@ from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.strategies import NAMES
+from spiraltrunk.workflows.drive import soak
 from spiraltrunk.workflows.drive.robot import RENEWAL
 from spiraltrunk.workflows.drive.soak import FAULTS, SoakResult, record_commands, run_soak
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
@@ -55,6 +56,15 @@ def test_every_fault_is_noted_with_its_time_and_reaction():
             assert one.injected < one.noticed < one.injected + 4.0
             assert one.reaction < 0.1
     assert all(early.injected < late.injected for early, late in itertools.pairwise(result.faults))
+
+
+@pytest.mark.slow
+def test_a_hot_motor_cools_before_the_next_homing(monkeypatch):
+    monkeypatch.setattr(soak, "FAULTS", ("over_temperature",))
+    result = run_soak(PAPER, {"swing": swing(9.0)}, duration=20.0, seed=1, fault_period=1.0)
+    show(result)
+    assert result.faults[0].kind == "over-temperature"
+    assert result.simulated > 100.0
 
 
 def test_a_soak_ends_when_it_is_enough():

@@ -43,6 +43,9 @@ FAULT_TIME = 4.0
 REST = 2.0
 """Time that a robot is left alone after a fault, before a person clears it [s]."""
 
+COOL = 60.0
+"""Temperature down to which a person lets the motors cool before homing [degC] (ours)."""
+
 
 @explain_fields
 @final
@@ -219,6 +222,8 @@ class _Soak:
         )
         self._clear()
         robot.run(REST)
+        while max(motor.temperature for motor in robot.motors.motors) > COOL:
+            robot.run(REST)
         robot.driver.clear_fault("soak")
         robot.run(0.2)
         for _ in range(3):
