@@ -1,0 +1,30 @@
+"""Strategies, unchanged, on the twin from homing to the verdict."""
+
+import pytest
+
+from spiraltrunk import strategies
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.workflows.drive.trial import run_on_twin
+
+
+def _run(name, **options):
+    return run_on_twin(PAPER, parse_object(strategies.get(name).objects[0]), strategy=name, **options)
+
+
+@pytest.mark.slow
+def test_a_kick_succeeds_on_the_twin_and_its_log_is_read_again(tmp_path):
+    done = _run("kick", log=tmp_path / "kick.mcap")
+    assert done.trial.verdict.success, done.trial.verdict.reason
+    assert done.snapshot.faults == ()
+    assert 0.0 < done.homing < 15.0
+    assert (tmp_path / "kick.mcap").stat().st_size > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", strategies.NAMES)
+def test_no_strategy_raises_a_false_alarm(name):
+    """Nothing is wrong with the twin: whatever the strategy achieves, no watch may stop it."""
+    done = _run(name)
+    print(f"{name}: {done.trial.verdict.reason}")
+    assert [fault.text for fault in done.snapshot.faults] == []
