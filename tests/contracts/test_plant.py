@@ -15,7 +15,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import RunError
 from spiraltrunk.sim import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.drive.twin_robot import TwinRobot
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 
 
 @cache

@@ -7,7 +7,7 @@ import pytest
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.twin.motor import MotorParameters
-from spiraltrunk.workflows.drive import twin_robot
+from spiraltrunk.workflows.drive.twin import twin_robot
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
 STRETCH = 3.66 / 2e4
