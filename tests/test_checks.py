@@ -21,6 +21,7 @@ from spiraltrunk.design import (
     Spiral,
     TrunkDesign,
 )
+from spiraltrunk.design.drum import DrumDesign, DrumOptions, size_drum
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 
@@ -34,10 +35,27 @@ GOOD = {
     HousingDesign: replace(PAPER.housing, mass=1.85, neck_mass=0.06),
     ArmDesign: ArmDesign(home=(0.0, 1.0)),
     TrunkDesign: PAPER,
+    DrumOptions: DrumOptions(),
+    DrumDesign: size_drum(PAPER),
 }
 """One valid value of each dataclass."""
 
 OUT_OF_RANGE = {
+    DrumOptions: {
+        "cable_diameter": (0.0, -1e-3, 1.0),
+        "motor_diameter": (0.0, -1e-3, 1.0),
+        "motor_clearance": (-1e-9, 1.0),
+        "rotor_circle": (0.0, -1e-3, 1.0),
+        "torque_max": (0.0, -1.0, 1e4),
+    },
+    DrumDesign: {
+        "winding_radius": (0.0, -1e-2, 1.0),
+        "cable_diameter": (0.0, -1e-3, 0.1),
+        "width": (0.0, -1e-3, 1.0),
+        "travel_in": (0.0, -0.1, 100.0),
+        "travel_out": (-1e-9, 100.0),
+        "dead_turns": (-1e-9, 100.0),
+    },
     Spiral: {"a": (0.0, -1e-3, 1e3), "b": (0.0, -0.16, 2.0)},
     SectionSolid: {
         "length": (0.0, -1.0),

@@ -85,7 +85,7 @@ def test_poses_are_saved_and_reached(tmp_path, capsys):
 
 
 def test_ports_open_nothing_unless_a_bus_is_named(monkeypatch, capsys):
-    from spiraltrunk.hardware import ports
+    from spiraltrunk.hardware.setup import ports
 
     for name in ("open_can_bus", "open_board", "discover"):
         monkeypatch.setattr(ports, name, lambda *_, **__: pytest.fail("a port was opened"))

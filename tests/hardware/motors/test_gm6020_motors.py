@@ -81,7 +81,7 @@ def test_feedback_in_si_units_and_in_the_cables_sense():
     first, second = bench.motors.read()
     angle = 128 / 8192 * 2 * math.pi
     assert first == MotorState(
-        time=2.51, angle=angle, speed=2 * math.pi, torque=2.223, temperature=40.0, is_count_lost=False
+        time=2.51, angle=angle, speed=2 * math.pi, torque=2.223, temperature=40.0, is_count_lost=False, n_frame=2
     )
     assert (second.angle, second.speed, second.torque) == (-angle, -2 * math.pi, -2.223)
 

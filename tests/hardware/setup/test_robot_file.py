@@ -179,7 +179,7 @@ def test_limits_are_lowered():
 
 
 def test_the_reference_shows_the_example_and_every_key():
-    page = (Path(__file__).parents[2] / "docs/reference/robot_file.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs/reference/robot_file.md").read_text(encoding="utf-8")
     assert EXAMPLE in page
     names = {f"{table}.{key.name}".lstrip(".") for table, keys in TABLES.items() if table != "servo" for key in keys}
     assert not {name for name in names if f"| `{name}` |" not in page}

@@ -18,7 +18,6 @@ from spiraltrunk.hardware.bus.bus_address import BusKind, parse_bus_address
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
 from spiraltrunk.hardware.bus.frame_bus import FrameBus
 from spiraltrunk.hardware.clock import Clock, SystemClock
-from spiraltrunk.hardware.driver.homing_routine import ProbedHoming, WinderHoming
 from spiraltrunk.hardware.driver.options import DriverOptions
 from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDriver
 from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
@@ -96,7 +95,7 @@ class HardwareRobot(Robot):
                 opening.callback(self.arm.close)
             driver = TrunkDriver(
                 design=design,
-                motors=motors, winders=winders, homing=ProbedHoming(WinderHoming(winders)), watchdog=watchdog,
+                motors=motors, winders=winders, watchdog=watchdog,
                 clock=self.clock, servo=servo, arm=self.arm, options=options,
             )  # fmt: skip
             self._ports = opening.pop_all()

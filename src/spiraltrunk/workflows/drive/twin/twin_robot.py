@@ -18,7 +18,6 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.arm.trunk_load import trunk_load
 from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
 from spiraltrunk.hardware.clock import SystemClock
-from spiraltrunk.hardware.driver.homing_routine import ProbedHoming, WinderHoming
 from spiraltrunk.hardware.driver.options import DriverOptions
 from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDriver
 from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
@@ -139,7 +138,7 @@ class TwinRobot(Robot):
         winders = [build_winder(self.design, GM6020, drum, options.period) for _ in range(n_cable)]
         return TrunkDriver(
             design=self.design, motors=GM6020Motors(bus, motor_ids=range(1, n_cable + 1)), winders=winders,
-            homing=ProbedHoming(WinderHoming(winders)), watchdog=BoardWatchdog(bus, self.clock), clock=self.clock,
+            watchdog=BoardWatchdog(bus, self.clock), clock=self.clock,
             servo=self.servo, arm=self.arm, options=options,
         )  # fmt: skip
 
