@@ -92,3 +92,39 @@ def test_ports_open_nothing_unless_a_bus_is_named(monkeypatch, capsys):
     assert cli.main(["drive", "ports", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert (found["bus"], found["ids"]) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["jog", "1", "5", "--tension-n", "-1"], "--tension-n is -1; allowed: 0 to 60"),
+        (["jog", "1", "5", "--tension-n", "1e300"], "--tension-n is 1e+300"),
+        (["jog", "1", "5", "--speed-mm-s", "1e-9"], "--speed-mm-s is 1e-09; allowed: 0.1 to 300"),
+        (["jog", "1", "5", "--speed-mm-s", "1e9"], "--speed-mm-s is 1e+09"),
+        (["jog", "1", "5", "--hold-s", "-1"], "--hold-s is -1"),
+        (["jog", "1", "1e300"], "cable 1 by 1e+300 mm; allowed"),
+        (["jog", "4", "5"], "cable is 4; allowed: 1 to 3"),
+        (["pull", "500", "0", "0"], "cable 1: 500 mm; allowed"),
+        (["pull", "1", "2"], "2 lengths given; allowed: 3"),
+        (["pull", "1", "2", "3", "--speed-mm-s", "0"], "--speed-mm-s is 0"),
+    ],
+)
+def test_bad_moves_are_refused_before_a_robot_is_there(monkeypatch, capsys, arguments, told):
+    def open_nothing(*_, **__):
+        raise AssertionError("a robot was opened")
+
+    monkeypatch.setattr("spiraltrunk.cli.verbs.drive.actions.open_robot", open_nothing)
+    assert cli.main(["drive", *arguments]) == 2
+    line = capsys.readouterr().err
+    assert told in line
+    assert line.count("\n") == 1
+
+
+def test_a_move_that_ends_short_is_told(capsys):
+    assert cli.main(["drive", "jog", "1", "60", "--tension-n", "5", "--hold-s", "0.2"]) == 0
+    assert "mm from its target" in capsys.readouterr().err
+
+
+def test_the_seed_may_stand_behind_the_action(capsys):
+    assert cli.main(["drive", "status", "--seed", "7", "--json"]) == 0
+    assert '"mode": "safe"' in capsys.readouterr().out

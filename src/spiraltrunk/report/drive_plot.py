@@ -12,6 +12,7 @@ from spiraltrunk.report.style import (
     COLORS,
     INK,
     LIMIT,
+    LINE_STYLES,
     NORMAL,
     SMALL,
     add_legend,
@@ -80,7 +81,8 @@ def write_drive_plot(measured: Measured, path: str | Path) -> Path:
 def _draw(axes: Axes, measured: Measured, values: np.ndarray, ylabel: str, target: np.ndarray | None = None) -> None:
     for i in range(values.shape[1]):
         color = COLORS[i % len(COLORS)]
-        axes.plot(measured.time, values[:, i], label=f"cable {i + 1}", linewidth=1.4, color=color)
+        style = LINE_STYLES[i % 3]  # The fourth is that of the targets.
+        axes.plot(measured.time, values[:, i], label=f"cable {i + 1}", linewidth=1.4, color=color, linestyle=style)
         if target is not None:
             axes.plot(measured.time, target[:, i], linewidth=0.9, color=color, linestyle=":")
     for time, _ in measured.faults:

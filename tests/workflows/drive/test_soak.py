@@ -35,6 +35,7 @@ def show(result: SoakResult) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_minute_of_nominal_operation_raises_nothing():
     result = run_soak(PAPER, {"swing": swing(9.0)}, duration=60.0, fault_period=math.inf)
     show(result)
@@ -44,6 +45,7 @@ def test_a_minute_of_nominal_operation_raises_nothing():
     assert result.drift < 1e-3
 
 
+@pytest.mark.slow
 def test_every_fault_is_noted_with_its_time_and_reaction():
     result = run_soak(PAPER, {"swing": swing(9.0)}, duration=90.0, seed=3, fault_period=5.0)
     show(result)

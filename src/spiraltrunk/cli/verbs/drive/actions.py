@@ -6,8 +6,9 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.arguments import Parser, read_count, read_number, read_text
+from spiraltrunk.cli.arguments import Parser, read_count, read_number, read_seed, read_text
 from spiraltrunk.cli.output import DONE, Answer, UsageError, complain, format_json
+from spiraltrunk.cli.verbs.drive.move_check import check_jog, check_lengths, check_move, tell_short
 from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, save_pose
 from spiraltrunk.cli.verbs.drive.robot import compute_state, open_robot
 
@@ -24,6 +25,8 @@ def add_action(actions: Any, name: str, run: Callable[[argparse.Namespace], Answ
     parser.add_argument(
         "--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON object, nothing else"
     )
+    parser.add_argument("--bus", type=read_text, default=argparse.SUPPRESS, metavar="BUS", help="as before the action")
+    parser.add_argument("--seed", type=read_seed, default=argparse.SUPPRESS, help="as before the action")
     parser.set_defaults(run=run)
     return parser
 
@@ -100,30 +103,35 @@ def _home(arguments: argparse.Namespace) -> Answer:
 
 
 def _pull(arguments: argparse.Namespace) -> Answer:
+    from spiraltrunk.design import load_design
+
+    design = load_design(arguments.design)
+    check_move(arguments, design)
+    check_lengths(design, arguments.pulls_mm)
     with open_robot(arguments) as robot:
-        _check_count(robot, arguments.pulls_mm)
         robot.prepare()
-        move(arguments, robot, [1e-3 * pull for pull in arguments.pulls_mm])
+        pulls = [1e-3 * pull for pull in arguments.pulls_mm]
+        move(arguments, robot, pulls)
+        tell_short(robot, pulls)
         return answer(arguments, robot)
-
-
-def _check_count(robot: Robot, pulls: list[float]) -> None:
-    if len(pulls) != robot.design.n_cable:
-        raise UsageError(f"{len(pulls)} lengths given; allowed: {robot.design.n_cable}, one for each cable")
 
 
 def _jog(arguments: argparse.Namespace) -> Answer:
     if (arguments.gamepad is None) == (arguments.way_mm is None):
         raise UsageError("allowed: a cable and a length to wind in, or --gamepad, one of the two")
+    from spiraltrunk.design import load_design
+
+    design = load_design(arguments.design)
+    check_move(arguments, design)
     if arguments.gamepad is not None:
         return _jog_with_gamepad(arguments)
+    check_jog(design, arguments.cable, arguments.way_mm)
     with open_robot(arguments) as robot:
-        if not 1 <= arguments.cable <= robot.design.n_cable:
-            raise UsageError(f"cable is {arguments.cable}; allowed: 1 to {robot.design.n_cable}")
         robot.prepare()
         pulls = robot.read_pulls()
         pulls[arguments.cable - 1] += 1e-3 * arguments.way_mm
         move(arguments, robot, pulls)
+        tell_short(robot, pulls)
         _save(arguments, robot)
         return answer(arguments, robot)
 
@@ -146,10 +154,12 @@ def _save(arguments: argparse.Namespace, robot: Robot) -> None:
 
 
 def _protocol(arguments: argparse.Namespace) -> Answer:
+    from spiraltrunk.design import load_design
     from spiraltrunk.mocap.protocol.schedule import build_schedule
     from spiraltrunk.mocap.protocol.toml import load_protocol
 
     protocol = load_protocol(arguments.protocol)
+    check_move(arguments, load_design(arguments.design))
     steps = []
     with open_robot(arguments) as robot:
         schedule = build_schedule(robot.design, protocol, protocol.run(arguments.run_name))
@@ -168,9 +178,6 @@ def _protocol(arguments: argparse.Namespace) -> Answer:
 
 def move(arguments: argparse.Namespace, robot: Robot, pulls: list[float]) -> None:
     """Wind the cables to these pulls [m], as the arguments of `add_move` say."""
-    if not (arguments.speed_mm_s > 0.0 and 0.0 <= arguments.hold_s <= 3600.0):
-        given = f"{arguments.speed_mm_s:g} mm/s, {arguments.hold_s:g} s"
-        raise UsageError(f"--speed-mm-s and --hold-s are {given}; allowed: above 0, and 0 to 3600")
     robot.pull_to(pulls, tension=arguments.tension_n, speed=1e-3 * arguments.speed_mm_s, hold=float(arguments.hold_s))
 
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.output import UsageError, quote
+from spiraltrunk.cli.output import DONE, UsageError, complain, quote
 from spiraltrunk.cli.verbs.drive.live import show_robot
 from spiraltrunk.errors import DriveError
 
@@ -46,6 +46,11 @@ def _build_robot(arguments: argparse.Namespace, design: TrunkDesign, *, is_real_
     file = read_robot_file(arguments, design)
     if file is None:
         from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
+
+        if arguments.robot is not None:
+            complain(
+                "--robot is only checked: the twin has the design's limits; --bus robot drives what it names", DONE
+            )
 
         is_real_time = is_real_time or arguments.real_time
         return TwinRobot(design, options=TwinOptions(seed=arguments.seed, is_real_time=is_real_time))

@@ -91,6 +91,9 @@ def _replay(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.workflows.drive.replay import PLOT, read_replay, write_replay
 
     replay = read_replay(arguments.log)
+    if not replay.result["is_complete"]:
+        damage = replay.result["damage"] or "its program was ended"
+        complain(f"the log is cut off ({damage}): what follows is told up to there", DONE)
     with open_out(arguments.out, "drive", [PLOT]) as output:
         if output is not None:
             with output.draft() as draft:
