@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from spiraltrunk.control.messages import Command
-from spiraltrunk.control.plant import TENSION_SLEW
+from spiraltrunk.control.plant import CONTROL_PERIOD, TENSION_SLEW
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import RunError
 from spiraltrunk.sim import SimPlant
-from spiraltrunk.sim.plant import CONTROL_PERIOD
 
 
 def _still(plant, seconds, seen=None, **changes):

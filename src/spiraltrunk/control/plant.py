@@ -10,6 +10,9 @@ from abc import ABC, abstractmethod
 
 from spiraltrunk.control.messages import Command, Observation
 
+CONTROL_PERIOD = 0.02
+"""Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
+
 TENSION_SLEW = 240.0
 """Largest rate of change of a winder's tension [N/s] (ours); a jump to full tension bends joints past their limit."""
 

@@ -9,15 +9,12 @@ import numpy as np
 
 from spiraltrunk.control.command_check import read_command
 from spiraltrunk.control.messages import CameraObservation, Command, Observation, Task
-from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.plant import CONTROL_PERIOD, Plant
 from spiraltrunk.errors import RunError
 from spiraltrunk.hardware.arm.arm_port import ArmState
 from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
-
-CONTROL_PERIOD = 0.02
-"""Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
 
 MOVING = 0.02
 """Speed of a joint above which the arm counts as moving [rad/s] (ours)."""

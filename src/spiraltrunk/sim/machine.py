@@ -10,6 +10,7 @@ import numpy as np
 
 from spiraltrunk.control.arm_limits import ArmLimits
 from spiraltrunk.control.messages import CameraObservation
+from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
@@ -20,9 +21,6 @@ from spiraltrunk.sim.robot.gripper import GROUPS
 from spiraltrunk.sim.scene.build import build_model, build_task
 from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
 from spiraltrunk.sim.sensors import Sensors
-
-CONTROL_PERIOD = 0.02
-"""Time between commands [s]: the 50 Hz at which a Python program can feed a Franka controller."""
 
 GRIPPER_TIME = 0.4
 """Time of the gripper's servo from slack to full tension [s] (ours)."""

@@ -11,10 +11,10 @@ import numpy as np
 
 from spiraltrunk.control.command_check import read_command
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.plant import TENSION_SLEW, Plant
+from spiraltrunk.control.plant import CONTROL_PERIOD, TENSION_SLEW, Plant
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
-from spiraltrunk.sim.machine import CONTROL_PERIOD, EXTREMES_PERIOD, GRIPPER_TIME, SimMachine
+from spiraltrunk.sim.machine import EXTREMES_PERIOD, GRIPPER_TIME, SimMachine
 from spiraltrunk.sim.scene.options import SceneOptions
 
 

@@ -303,6 +303,7 @@ def test_without_a_watchdog_only_when_told_so():
     rig = build(options=DriverOptions(without_watchdog=True))
     rig.watchdog.is_there = False
     rig.pull()
+    assert rig.driver.mode is Mode.ARMED
 
 
 def test_a_lost_count_needs_homing_again(rig):
@@ -406,6 +407,7 @@ def test_what_has_no_arm_and_no_servo_takes_no_command_for_them(rig):
     rig.pull()
     attack(rig, arm_position=[0.0] * 7)
     attack(rig, gripper=0.5)
+    assert rig.driver.mode is Mode.ARMED
 
 
 def test_no_targets_are_taken_unless_armed(rig):

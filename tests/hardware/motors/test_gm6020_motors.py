@@ -198,6 +198,8 @@ def test_closing_sends_zero_once_and_nothing_afterwards(bench):
 def test_closing_on_a_bus_that_is_gone_is_harmless(bench):
     bench.bus.set_off(True)
     bench.motors.close()
+    with pytest.raises(DriveError, match="closed"):
+        bench.motors.send([0.0, 0.0, 0.0])
 
 
 def test_opening_sends_nothing(bench):

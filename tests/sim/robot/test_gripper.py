@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from spiraltrunk.control.messages import Command
+from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.sim import SimPlant
-from spiraltrunk.sim.plant import CONTROL_PERIOD, GRIPPER_TIME
+from spiraltrunk.sim.machine import GRIPPER_TIME
 from spiraltrunk.sim.robot.gripper import GROUPS, phalanx_name
 from spiraltrunk.sim.robot.trunk import hinge_names
 

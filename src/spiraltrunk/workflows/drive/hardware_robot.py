@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import final
 
 from spiraltrunk.control.messages import CameraObservation, Task
+from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.hardware.arm.arm_port import ArmPort
@@ -27,7 +28,7 @@ from spiraltrunk.hardware.motors.motor_port import MotorPort
 from spiraltrunk.hardware.motors.pwm_servo import PwmServo
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
-from spiraltrunk.hardware.plant import CONTROL_PERIOD, HardwarePlant, Reach
+from spiraltrunk.hardware.plant import HardwarePlant, Reach
 from spiraltrunk.hardware.safety.watchdog import (
     ANSWER_ID,
     BoardWatchdog,

@@ -9,11 +9,12 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.arm_limits import ArmLimits
+from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmState
 from spiraltrunk.hardware.arm.checks import ArmSettings
 from spiraltrunk.hardware.arm.guarded_arm import GuardedArm
 from spiraltrunk.hardware.clock import Clock
-from spiraltrunk.sim.machine import CONTROL_PERIOD, SimMachine
+from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.robot.arm import arm_payload
 
 

@@ -7,8 +7,9 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.hardware.twin.cable_load import CableLoad
-from spiraltrunk.sim.machine import CONTROL_PERIOD, EXTREMES_PERIOD, SimMachine
+from spiraltrunk.sim.machine import EXTREMES_PERIOD, SimMachine
 from spiraltrunk.sim.scene.options import TIMESTEP
 
 STRONGEST = 10.0
