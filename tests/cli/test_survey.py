@@ -10,6 +10,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -18,6 +20,10 @@ import pytest
 
 import spiraltrunk.workflows.survey.run_survey as engine
 from spiraltrunk import cli, strategies
+from spiraltrunk.design import TrunkDesign, presets, write_design
+from spiraltrunk.processes.pool import Outcome
+from spiraltrunk.workflows.survey.plan import Entry
+from spiraltrunk.workflows.survey.row import Row
 
 FAKES = Path(__file__).parents[1] / "workflows" / "survey" / "fakes"
 
@@ -203,3 +209,26 @@ def test_without_out_an_interrupted_survey_says_that_it_is_lost(tmp_path: Path) 
     _, said = running.communicate(timeout=30)
     assert running.returncode == 130
     assert said.splitlines()[0] == "spiraltrunk: 3 of 5 trials are lost, as there is no --out"
+
+
+def test_the_robot_that_was_asked_for_runs_the_trials(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Design and friction reach every trial."""
+    tried: list[TrunkDesign] = []
+
+    def run_jobs(work: Callable[[Entry], Row], entries: list[Entry], workers: int) -> Iterator[Outcome[Entry, Row]]:
+        monkeypatch.setattr(
+            "spiraltrunk.workflows.survey.run_entry.run_scene", lambda design, *_, **__: tried.append(design)
+        )
+        return (Outcome(job=entry, result=work(entry)) for entry in entries)
+
+    monkeypatch.setattr(engine, "run_jobs", run_jobs)
+    mine = replace(presets.PAPER, name="mine")
+    write_design(mine, tmp_path / "mine.toml")
+    survey = ["survey", "--strategies", "kick", "--trials", "1"]
+    assert cli.main([*survey, "--design", str(tmp_path / "mine.toml"), "--friction", "0.15"]) == 0
+    assert cli.main(survey) == 0
+    assert tried == [replace(mine, cable=replace(mine.cable, friction=0.15)), presets.PAPER]
+    assert cli.main([*survey, "--friction", "-0.1"]) == 2
+    assert "cable.friction" in capsys.readouterr().err

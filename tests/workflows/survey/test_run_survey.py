@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from spiraltrunk.design import presets
 from spiraltrunk.errors import OutputError, SurveyError
 from spiraltrunk.files.output_folder import open_output
 from spiraltrunk.workflows.survey.plan import SurveyPlan, derive_seed
@@ -107,7 +108,12 @@ def test_a_complete_survey_runs_nothing_again(whole: Path, fakes: ModuleType, pl
 
 @pytest.mark.parametrize(
     ("changes", "told"),
-    [({"trials": 6}, "trials 5, not 6"), ({"seed": 8}, "seed 7, not 8"), ({"objects": {"kick": ("a",)}}, "objects")],
+    [
+        ({"trials": 6}, "trials 5, not 6"),
+        ({"seed": 8}, "seed 7, not 8"),
+        ({"objects": {"kick": ("a",)}}, "objects"),
+        ({"design": presets.get("spirob-15")}, "a survey of another design"),
+    ],
 )
 def test_another_survey_is_refused(
     whole: Path, fakes: ModuleType, plan: SurveyPlan, changes: dict[str, Any], told: str

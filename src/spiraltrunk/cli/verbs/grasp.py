@@ -20,6 +20,7 @@ from spiraltrunk.cli.output import (
     quote,
 )
 from spiraltrunk.cli.progress import show_progress
+from spiraltrunk.cli.verbs.design_options import add_design, load_robot
 from spiraltrunk.cli.verbs.object_check import check_object
 
 if TYPE_CHECKING:
@@ -48,11 +49,7 @@ def add_verb(verbs: Any) -> None:
         "--object", type=read_text, metavar="NAME",
         help="a catalogue name, or a solid such as cylinder:diameter_mm=72,height_mm=180,mass_g=350",
     )  # fmt: skip
-    parser.add_argument(
-        "--design", type=read_text, default="paper", metavar="DESIGN",
-        help="preset or TOML file (default paper, which the strategies are tuned for; the presets spirob-15 and "
-        "spirob-1m run, but fail with the default object)",
-    )  # fmt: skip
+    add_design(parser)
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of the randomised scene (default 0)")
     parser.add_argument("--no-video", action="store_true", help="write neither film strip nor video")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write result, design, plots and video there")
@@ -62,14 +59,13 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if os.environ.get("MUJOCO_GL", "").lower().strip() not in _GL:
         raise UsageError(f"MUJOCO_GL is {quote(os.environ['MUJOCO_GL'])}; allowed: egl, osmesa, glfw or unset")
     from spiraltrunk import strategies
-    from spiraltrunk.design import load_design
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
     from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
 
     strategy = strategies.get(arguments.strategy)
     usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]
     name = usual if arguments.object is None else arguments.object
-    shape, design = parse_object(name), load_design(arguments.design)
+    shape, design = parse_object(name), load_robot(arguments)
     check_object(strategy, design, shape, name)
     _warn_heavy(strategy, design, shape)
     _warn_unchecked(design)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
 from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, add_file_count, complain, format_json, open_out
+from spiraltrunk.cli.verbs.design_options import add_design, load_robot
 from spiraltrunk.cli.verbs.object_check import check_object
 from spiraltrunk.cli.verbs.survey_progress import show_survey
 
@@ -34,6 +35,7 @@ def add_verb(verbs: Any) -> None:
         "--object", type=read_text, metavar="NAME",
         help="the object of every trial, as in grasp (default: in turn the objects of the strategy)",
     )  # fmt: skip
+    add_design(parser)
     parser.add_argument(
         "--out", type=read_text, metavar="DIR",
         help="write trials, table and plots there; the same command resumes an interrupted survey",
@@ -76,19 +78,19 @@ def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
 
     Raises:
         UnknownName: for a strategy or object that does not exist.
-        DesignError: for an impossible object, or a number out of range.
+        DesignError: for an impossible object or robot, or a number out of range.
         UsageError: for an object that one of the strategies cannot grasp.
     """
     from spiraltrunk import strategies
-    from spiraltrunk.design import presets
     from spiraltrunk.sim.objects.catalogue import parse_object
     from spiraltrunk.workflows.survey.plan import SurveyPlan
 
+    design = load_robot(arguments)
     names = strategies.NAMES if arguments.strategies == "all" else arguments.strategies.split(",")
     objects = {name: strategies.get(name).objects for name in (name.strip() for name in names)}
     if arguments.object is not None:
         shape = parse_object(arguments.object)
         for name in objects:
-            check_object(strategies.get(name), presets.PAPER, shape, arguments.object)
+            check_object(strategies.get(name), design, shape, arguments.object)
         objects = dict.fromkeys(objects, (arguments.object,))
-    return SurveyPlan(objects=objects, trials=arguments.trials, seed=arguments.seed)
+    return SurveyPlan(objects=objects, trials=arguments.trials, seed=arguments.seed, design=design)

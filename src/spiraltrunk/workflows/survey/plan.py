@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from spiraltrunk.checks import check_count
+from spiraltrunk.design import presets
+from spiraltrunk.design.toml import format_design
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
 
@@ -39,6 +42,8 @@ class SurveyPlan:
     """Trials of each strategy."""
     seed: int = 0
     """Seed that the seeds of all trials are derived from."""
+    design: TrunkDesign = presets.PAPER
+    """Robot of every trial."""
 
     def __post_init__(self) -> None:
         check_count("survey.trials", self.trials, least=1, most=100_000)
@@ -58,7 +63,8 @@ class SurveyPlan:
     def settings(self) -> dict[str, Any]:
         """Settings that are equal for equal surveys, ready for JSON."""
         objects = {name: list(names) for name, names in self.objects.items()}
-        return {"trials": self.trials, "seed": self.seed, "objects": objects}
+        design = format_design(self.design)
+        return {"trials": self.trials, "seed": self.seed, "objects": objects, "design": design}
 
 
 def derive_seed(seed: int, strategy: str, index: int) -> int:

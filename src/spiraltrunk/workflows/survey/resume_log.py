@@ -92,6 +92,7 @@ def check_settings(folder: Path, settings: Mapping[str, Any]) -> None:
     if differing:
         key = differing[0]
         what = f"a survey with {key} {_short(held[key])}, not {_short(settings[key])}"
+        what = "a survey of another design" if key == "design" else what
         raise SurveyError(f"--out: {str(folder)!r} holds {what}; {_ALLOWED}")
 
 

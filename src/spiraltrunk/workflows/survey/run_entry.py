@@ -9,6 +9,7 @@ from itertools import groupby
 from spiraltrunk import strategies
 from spiraltrunk.control.strategy import Status
 from spiraltrunk.design import presets
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.results import to_json
 from spiraltrunk.processes.worker import format_error
 from spiraltrunk.sim.objects.catalogue import parse_object
@@ -18,10 +19,10 @@ from spiraltrunk.workflows.survey.plan import Entry
 from spiraltrunk.workflows.survey.row import Row, build_empty_row
 
 
-def compute_row(entry: Entry) -> Row:
-    """Run a trial with the paper's robot; an exception in it is a failure with that reason.
+def compute_row(entry: Entry, design: TrunkDesign = presets.PAPER) -> Row:
+    """Run a trial with a robot, the paper's unless given; an exception in it is a failure with that reason.
 
-    ``spiraltrunk grasp`` runs the same trial for the same strategy, object and seed.
+    ``spiraltrunk grasp`` runs the same trial for the same design, strategy, object and seed.
 
     Raises:
         ImportError: where a package is missing, which is no failure of the strategy.
@@ -33,7 +34,7 @@ def compute_row(entry: Entry) -> Row:
         scene = draw_scene(parse_object(entry.object), entry.seed, strategy=strategy)
         row["width_m"], row["mass_kg"], row["friction"] = scene.shape.width, scene.shape.mass, scene.shape.friction
         row["stiffness_factor"] = scene.trunk.stiffness_factor
-        row |= _summarise(run_scene(presets.PAPER, scene, strategy=strategy, seed=entry.seed))
+        row |= _summarise(run_scene(design, scene, strategy=strategy, seed=entry.seed))
     except ImportError:
         raise
     except Exception as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ def run_survey(
     *,
     workers: int = 1,
     folder: str | Path | OutputFolder | None = None,
-    work: Callable[[Entry], Row] = compute_row,
+    work: Callable[[Entry], Row] | None = None,
     watch: Watch | None = None,
 ) -> dict[str, Any]:
     """Run all trials of a plan and count them; the result is independent of workers and interruptions.
@@ -42,7 +43,7 @@ def run_survey(
         plan: the trials.
         workers: processes that share them.
         folder: where to log them; trials that are logged already are not run again.
-        work: function that runs a trial, importable in processes.
+        work: function that runs a trial, importable in processes; None runs it in simulation.
         watch: called as the work goes on.
 
     Returns:
@@ -58,6 +59,7 @@ def run_survey(
     """
     check_count("survey.workers", workers, least=1, most=MOST_WORKERS)
     watch = watch or (lambda rows: None)
+    work = work or partial(compute_row, design=plan.design)
     if folder is None:
         rows: list[Row] = []
         _run_entries(plan, rows, rows.append, workers=workers, work=work, watch=watch)
