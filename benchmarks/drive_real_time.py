@@ -16,7 +16,7 @@ from spiraltrunk import strategies
 from spiraltrunk.control.loop import run
 from spiraltrunk.design import presets
 from spiraltrunk.errors import SpiralTrunkError
-from spiraltrunk.hardware import threaded_driver
+from spiraltrunk.hardware.driver import threaded_driver
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot

@@ -46,7 +46,6 @@ watchdog = "board"
 family = "gm6020"
 ids = [1, 2, 3]
 period_ms = 5
-feedback_ms = 10
 """
 
 

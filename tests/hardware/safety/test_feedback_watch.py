@@ -11,12 +11,10 @@ from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.feedback_watch import (
     FrozenState,
-    LossState,
     MotionState,
     find_impossible,
     find_stale,
     watch_frozen,
-    watch_loss,
     watch_motion,
     watch_swap,
 )
@@ -74,104 +72,6 @@ def test_feedback_far_beyond_the_data_sheet_is_impossible(name, good, bad):
 def test_a_voltage_may_be_unknown():
     assert find_impossible(build(voltage=None), SHEET, LIMITS) is None
     assert find_impossible(build(voltage=24.0), SHEET, LIMITS) is None
-
-
-# Loss.
-
-
-def run_loss(
-    losses: list[list[bool]], *, frames: int = 0, limits: SafetyLimits = LIMITS
-) -> tuple[LossState, list[tuple[int, tuple]]]:
-    """Periods in each of which each motor's feedback is lost or not; with ``frames``, that many of each are due."""
-    n_motor = len(losses[0])
-    state, times, counts, found = LossState(), [0.0] * n_motor, [0] * n_motor, []
-    for number, lost in enumerate([[False] * n_motor, *losses]):
-        for i, is_lost in enumerate(lost):
-            if not is_lost:
-                times[i], counts[i] = number * DT, counts[i] + frames
-        motors = tuple(
-            build(time=time, n_frame=count if frames else None) for time, count in zip(times, counts, strict=True)
-        )
-        state, findings = watch_loss(state, motors, DT, DT / frames if frames else None, limits)
-        if findings:
-            found.append((number, findings))
-    return state, found
-
-
-def test_twenty_missed_periods_in_a_row_are_a_fault_of_that_motor():
-    state, found = run_loss([[False, True, False]] * 20)
-    number, findings = found[0]
-    assert number <= 20
-    assert state.heard[1].missed == 20
-    assert (1, FaultKind.STALE_FEEDBACK) in [(motor, one.kind) for motor, one in findings]
-    assert state.heard[0].missed == 0
-
-
-def test_missed_periods_that_are_not_in_a_row_count_anew():
-    losses = ([[True]] * 8 + [[False]] * 60) * 5
-    state, found = run_loss(losses)
-    assert not found
-    assert state.heard[0].missed == 0
-    assert state.evidence == 0.0
-
-
-def lose_frames(part: float, seed: int, periods: int, frames: int = 2) -> tuple[float, int | None]:
-    """Loss of single frames of three motors at ``frames`` a period: mean, and the period in which it is a fault."""
-    random.seed(seed)
-    state, counts, times = LossState(), [0] * 3, [0.0] * 3
-    for number in range(periods):
-        for i in range(3):
-            came = sum(random.random() >= part for _ in range(frames))
-            if came:
-                counts[i] += came
-                times[i] = number * DT
-        motors = tuple(build(time=time, n_frame=count) for time, count in zip(times, counts, strict=True))
-        state, findings = watch_loss(state, motors, DT, DT / frames, LIMITS)
-        if findings:
-            return state.loss, number
-    return state.loss, None
-
-
-@pytest.mark.parametrize("part", [0.0, 0.01, 0.05])
-def test_up_to_5_percent_lost_are_no_fault_and_are_shown(part):
-    loss, number = lose_frames(part, seed=1, periods=5000)
-    assert number is None
-    assert loss == pytest.approx(part, abs=0.02)
-
-
-def test_20_percent_lost_are_noticed_within_60_ms_on_the_average():
-    """So that the ramp of 40 ms ends within 100 ms."""
-    delays = [DT * lose_frames(0.2, seed, 1000)[1] for seed in range(40)]
-    print(f"mean {1e3 * sum(delays) / len(delays):.0f} ms, longest {1e3 * max(delays):.0f} ms")
-    assert sum(delays) / len(delays) < 0.060
-
-
-def test_20_percent_lost_are_noticed_without_a_count_of_frames():
-    random.seed(3)
-    _, found = run_loss([[random.random() < 0.2 for _ in range(3)] for _ in range(500)])
-    number, findings = found[0]
-    assert number * DT < 0.2
-    assert findings[0][0] is None
-    assert findings[0][1].kind is FaultKind.STALE_FEEDBACK
-
-
-def test_frames_that_come_a_period_late_are_not_lost():
-    """One frame, then three: jitter of the adapter, no loss."""
-    state, count = LossState(), 0
-    for number in range(2000):
-        count += 1 if number % 2 else 3
-        state, findings = watch_loss(state, (build(time=number * DT, n_frame=count),), DT, DT / 2, LIMITS)
-        assert not findings
-    assert abs(state.loss) < 0.01
-
-
-def test_the_shown_loss_is_a_mean_over_its_memory():
-    state, _ = run_loss([[False]] * 10)
-    assert state.loss == 0.0
-    state, _ = run_loss([[True]] * 19)
-    assert state.loss == pytest.approx(1.0 - (1.0 - DT / LIMITS.loss_memory) ** 19)
-    state, _ = run_loss([[True]], limits=SafetyLimits(loss_memory=0.5))
-    assert state.loss == pytest.approx(DT / 0.5)
 
 
 # Frozen.
@@ -322,12 +222,3 @@ def test_equal_torques_cannot_tell_and_short_misfits_are_forgotten():
 
 def test_a_lone_motor_cannot_be_exchanged():
     assert swap([[0.5]] * 100, [[0.1]] * 100) is None
-
-
-def test_an_outage_counts_once_and_not_as_a_loss():
-    """All motors silent for 19 periods, now and then, are under the limit for periods in a row."""
-    assert run_loss(([[True] * 3] * 19 + [[False] * 3] * 100) * 5)[1] == []
-    assert run_loss(([[True] * 3] * 19 + [[False] * 3] * 100) * 5, frames=2)[1] == []
-    number, findings = run_loss([[True] * 3] * 20)[1][0]
-    assert number == 20
-    assert [motor for motor, _ in findings] == [0, 1, 2]

@@ -1,4 +1,4 @@
-"""Watches of the feedback: whether it comes, whether it is alive, and whether it can be true.
+"""Watches of the feedback: how old it is, whether it is alive, and whether it can be true.
 
 Each is a pure function from a state, the readings and the limits to the next state and what was found.
 """
@@ -40,95 +40,6 @@ def find_impossible(motor: MotorState, sheet: MotorDataSheet, limits: SafetyLimi
         text = f"the temperature is {motor.temperature:g} degC; {allowed}"
         return Finding(FaultKind.IMPLAUSIBLE_FEEDBACK, text)
     return None
-
-
-_OUTAGE = 2
-"""Periods in a row without feedback from which losses are not independent [-] (ours)."""
-
-
-class _Heard(NamedTuple):
-    """What tells new feedback of a motor from old."""
-
-    time: float
-    """Its arrival [s]."""
-    n_frame: int | None
-    """Frames up to then [-]."""
-    missed: int = 0
-    """Periods in a row without new feedback [-]."""
-
-
-@explain_fields
-@final
-@dataclass(frozen=True, kw_only=True, slots=True)
-class LossState:
-    """How much of the feedback of all motors, which share a bus, is lost."""
-
-    heard: tuple[_Heard, ...] = ()
-    """Latest feedback of each motor; empty before the first period."""
-    evidence: float = 0.0
-    """Cumulated log-likelihood ratio, never negative [-]."""
-    loss: float = 0.0
-    """Mean part of the feedback that is lost [-]."""
-
-
-def watch_loss(
-    state: LossState, motors: tuple[MotorState, ...], dt: float, period: float | None, limits: SafetyLimits
-) -> tuple[LossState, tuple[tuple[int | None, Finding], ...]]:
-    """Feedback that misses too many periods of control, in a row or on the average.
-
-    The sum S of log(p1/p0) for each frame that is lost and log((1-p1)/(1-p0)) for each that arrives, kept at 0 or
-    above (Page's cumulative sum test, Biometrika 41, 1954), tells a loss p1 = `loss_stopped` from p0 = `loss_warned`
-    with the least mean delay for a given rate of false alarms. Where motors send by themselves, dt / ``period`` frames
-    are due in each period of control; else one is. Of an outage only the first period counts in S: its losses are not
-    independent, and `missed_cycles` is the limit for it.
-
-    Args:
-        state: state after the period before.
-        motors: feedback of all motors.
-        dt: period of control [s].
-        period: period of the feedback [s], None where it is asked for.
-        limits: when it is a fault.
-
-    Returns:
-        The next state, and what was found, each with its motor or None for all.
-    """
-    before = state.heard or tuple(_Heard(motor.time, motor.n_frame) for motor in motors)
-    if not state.heard:
-        return LossState(heard=before), ()
-    heard, arrived, lost, ratio = [], 0.0, 0.0, 0.0
-    p0, p1 = limits.loss_warned, limits.loss_stopped
-    for motor, old in zip(motors, before, strict=True):
-        missed = old.missed + 1 if motor.time == old.time else 0
-        heard.append(_Heard(motor.time, motor.n_frame, missed))
-        came, due = _count_frames(motor, old, dt, period)
-        arrived += came
-        lost += due - came
-        if missed < _OUTAGE:
-            ratio += (due - came) * math.log(p1 / p0) + came * math.log((1.0 - p1) / (1.0 - p0))
-    share = min(1.0, dt / limits.loss_memory)
-    loss = state.loss + share * (lost / max(arrived + lost, 1.0) - state.loss)
-    after = LossState(heard=tuple(heard), evidence=max(0.0, state.evidence + ratio), loss=loss)
-    return after, _judge_loss(after, limits)
-
-
-def _count_frames(motor: MotorState, old: _Heard, dt: float, period: float | None) -> tuple[float, float]:
-    """Frames of one motor that came and that were due in a period of control [-]."""
-    if period is None or motor.n_frame is None or old.n_frame is None:
-        return float(motor.time != old.time), 1.0
-    return float(motor.n_frame - old.n_frame), dt / period
-
-
-def _judge_loss(state: LossState, limits: SafetyLimits) -> tuple[tuple[int | None, Finding], ...]:
-    """What the state of the loss means."""
-    found: list[tuple[int | None, Finding]] = []
-    for motor, heard in enumerate(state.heard):
-        if heard.missed >= limits.missed_cycles:
-            text = f"{heard.missed} periods in a row without feedback; allowed: below {limits.missed_cycles}"
-            found.append((motor, Finding(FaultKind.STALE_FEEDBACK, text)))
-    if state.evidence >= limits.loss_evidence:
-        text = f"about {limits.loss_stopped:.0%} of the feedback is lost; allowed: {limits.loss_warned:.0%}"
-        found.append((None, Finding(FaultKind.STALE_FEEDBACK, text)))
-    return tuple(found)
 
 
 class _Frame(NamedTuple):

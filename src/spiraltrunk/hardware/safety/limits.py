@@ -30,6 +30,8 @@ class SafetyLimits:
 
     Three motors at 1 kHz: 33 ms after the loss rose to `loss_stopped` on the average, and falsely once in 2.7 hours of
     a constant loss of `loss_warned` (average run lengths from the Markov chain of the sum)."""
+    late_most: float = 0.020
+    """Longest time for which frames that may have been delayed are waited for before they count as an outage [s]."""
     loss_memory: float = 1.0
     """Time constant of the mean loss that is shown and warned of [s]."""
     frozen_frames: int = 10

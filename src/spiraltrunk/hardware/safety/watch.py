@@ -24,16 +24,15 @@ from spiraltrunk.hardware.safety.cable_watch import (
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.feedback_watch import (
     FrozenState,
-    LossState,
     MotionState,
     find_impossible,
     find_stale,
     watch_frozen,
-    watch_loss,
     watch_motion,
     watch_swap,
 )
 from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.loss_watch import LossState, watch_loss
 from spiraltrunk.hardware.safety.motor_watch import StallState, derate, find_hot, watch_stall, watch_voltage
 from spiraltrunk.hardware.safety.reading import CableRange, CableReading, Finding
 

@@ -45,10 +45,6 @@ from spiraltrunk.workflows.drive.twin.machine_servo import MachineServo
 SLACK_MOST = 0.010
 """Most slack of a cable before homing [m] (ours): a trunk that was just threaded."""
 
-
-LATE_EVIDENCE = 60.0
-"""`SafetyLimits.loss_evidence` of a twin in real time [-] (ours): frames of a thread that is late are not lost."""
-
 PLANNING_TIME = 10.0
 """Time after arming for which the floor of tension is held in real time, while a strategy plans [s] (ours)."""
 
@@ -133,8 +129,7 @@ class TwinRobot(Robot):
     def _build_driver(self, bus: WatchedBus, drum: DrumGeometry) -> TrunkDriver:
         n_cable, options = self.design.n_cable, self.options.driver
         if self.options.is_real_time:
-            limits = replace(options.limits, loss_evidence=LATE_EVIDENCE)
-            options = replace(options, arming_time=PLANNING_TIME, limits=limits)
+            options = replace(options, arming_time=PLANNING_TIME)
         winders = [build_winder(self.design, GM6020, drum, options.period) for _ in range(n_cable)]
         return TrunkDriver(
             design=self.design, motors=GM6020Motors(bus, motor_ids=range(1, n_cable + 1)), winders=winders,
