@@ -5,7 +5,8 @@ second. The killed process logs the motors at 500 Hz and arm, command and state 
 number of each tick once `LogWriter.write` has returned; the pipe keeps what was reported before the kill. Lost is the
 time from the last tick in the file to the last one reported.
 
-Usage: ``python benchmarks/kill_log.py [--kills 100] [--seed 0]``, and ``--cost`` for the time that logging takes from a
+Usage: ``python benchmarks/kill_log.py [--kills 100] [--seed 0] [--chunks 3]``, where parts of so few chunks let kills
+come between two parts of a log, and ``--cost`` for the time that logging takes from a
 loop at 500 Hz, and the sizes of a log with and without compression.
 """
 
@@ -32,7 +33,7 @@ from spiraltrunk.design.toml import format_design
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.files.results import read_versions
 from spiraltrunk.hardware.arm.arm_port import ArmState
-from spiraltrunk.hardware.log import LogMetadata, LogWriter, load_log
+from spiraltrunk.hardware.log import LogMetadata, LogWriter, load_log, part
 from spiraltrunk.hardware.log.channels import MotorLog
 from spiraltrunk.hardware.log.recording import log_arm, log_motors, log_state
 from spiraltrunk.hardware.motors.motor_port import MotorState
@@ -104,8 +105,9 @@ def log_tick(log: LogWriter, tick: int, now: float, measured: Measured) -> None:
         })  # fmt: skip
 
 
-def write_until_killed(path: str, seed: int) -> None:
+def write_until_killed(path: str, seed: int, chunks: int) -> None:
     """Main function of the process that is killed."""
+    part.MOST_CHUNKS = chunks
     rng, tick = random.Random(seed), 0
     due = time.monotonic()
     with LogWriter(path, due, build_metadata()) as log:
@@ -118,10 +120,10 @@ def write_until_killed(path: str, seed: int) -> None:
             time.sleep(max(0.0, due - time.monotonic()))
 
 
-def kill_once(folder: Path, number: int, after: float) -> Kill:
+def kill_once(folder: Path, number: int, after: float, chunks: int) -> Kill:
     """Start the process, kill it ``after`` seconds from its first report on, and read what it leaves."""
     path = folder / f"{number}.mcap"
-    command = [sys.executable, __file__, "--write", str(path), "--seed", str(number)]
+    command = [sys.executable, __file__, "--write", str(path), "--seed", str(number), "--chunks", str(chunks)]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as child:
         assert child.stdout is not None
         sent = child.stdout.read(_TICK.size)
@@ -151,13 +153,13 @@ def _compare(path: Path, after: float, reports: list[tuple[int, float]]) -> Kill
     return Kill(after=after, reported=len(reports), found=found, lost=float(lost), error=error)
 
 
-def kill_often(kills: int, seed: int, longest: float = 3.0) -> list[Kill]:
+def kill_often(kills: int, seed: int, longest: float = 3.0, chunks: int = part.MOST_CHUNKS) -> list[Kill]:
     """Kill at moments drawn evenly from 0 to ``longest`` [s]; a twentieth of them in the first 50 ms."""
     rng, done = random.Random(seed), []
     with tempfile.TemporaryDirectory() as folder:
         for number in range(kills):
             after = rng.uniform(0.0, 0.05 if number % 20 == 0 else longest)
-            done.append(kill_once(Path(folder), number, after))
+            done.append(kill_once(Path(folder), number, after, chunks))
             if sys.stderr.isatty():
                 print(f"\r{number + 1} of {kills}", end="", file=sys.stderr)
     return done
@@ -235,16 +237,17 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--chunks", type=int, default=part.MOST_CHUNKS, help="chunks of a part of the log")
     parser.add_argument("--cost", action="store_true", help="measure the cost instead")
     parser.add_argument("--seconds", type=float, default=20.0, help="length of each loop of --cost")
     parser.add_argument("--write", metavar="FILE", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.write:
-        write_until_killed(given.write, given.seed)
+        write_until_killed(given.write, given.seed, given.chunks)
     if given.cost:
         print(json.dumps(measure_cost(given.seconds), indent=2))
         return 0
-    kills = kill_often(given.kills, given.seed)
+    kills = kill_often(given.kills, given.seed, chunks=given.chunks)
     print(format_table(kills))
     return 0 if all(kill.holds for kill in kills) else 1
 

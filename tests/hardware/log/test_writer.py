@@ -19,7 +19,7 @@ from mcap.reader import make_reader
 
 from spiraltrunk.errors import DriveError, OutputError
 from spiraltrunk.hardware.arm.arm_port import ArmState
-from spiraltrunk.hardware.log import LogWriter, load_log, writer
+from spiraltrunk.hardware.log import LogWriter, load_log, part, writer
 from spiraltrunk.hardware.log.channels import CHANNELS, ArmLog, FaultLog, MotorLog, StateLog, WarningLog
 from spiraltrunk.hardware.log.recording import log_arm, log_fault, log_motors, log_state, log_warning
 from spiraltrunk.hardware.motors.motor_port import MotorState
@@ -40,7 +40,7 @@ def wait_for(holds: Callable[[], bool]) -> None:
 
 def fake_disc(monkeypatch: pytest.MonkeyPatch, write: Callable[[int, bytes], int]) -> None:
     """Let the log's thread write with another function."""
-    monkeypatch.setattr(writer, "os", SimpleNamespace(write=write, fsync=os.fsync, close=os.close))
+    monkeypatch.setattr(part, "os", SimpleNamespace(write=write, fsync=os.fsync, close=os.close))
 
 
 def test_numbers_come_back_exactly(tmp_path: Path, build_metadata: Build) -> None:

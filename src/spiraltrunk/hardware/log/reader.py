@@ -9,7 +9,7 @@ import zlib
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar, cast, final
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeVar, cast, final
 
 from spiraltrunk.errors import DriveError, MissingPackage, describe
 from spiraltrunk.field_docs import explain_fields
@@ -17,6 +17,7 @@ from spiraltrunk.files.text_lines import check_regular
 from spiraltrunk.hardware.log.channels import CHANNELS
 from spiraltrunk.hardware.log.columns import Columns
 from spiraltrunk.hardware.log.metadata import RECORD, LogMetadata, parse_metadata
+from spiraltrunk.hardware.log.part import name_part
 
 if TYPE_CHECKING:
     from mcap.records import Chunk, McapRecord
@@ -58,23 +59,55 @@ class Log:
 
 
 def load_log(path: str | Path, channels: Collection[str] = tuple(CHANNELS)) -> Log:
-    """Read a log as far as it is intact.
+    """Read a log as far as it is intact, with the parts that follow its file, see `part`.
 
     Args:
-        path: the file.
+        path: the file; a later part alone is read alone.
         channels: topics to read, of `CHANNELS`; others are left out.
 
     Raises:
         DriveError: where it is no log of this package, too large, or cannot be read.
         MissingPackage: where mcap is not installed.
     """
+    columns = {topic: Columns(topic) for topic in CHANNELS if topic in channels}
+    whole, size = _read_file(Path(path), columns, MOST_BYTES)
+    number = 2
+    while whole.damage is None and (file := name_part(Path(path), number)).exists():
+        part, part_size = _read_file(file, columns, MOST_BYTES - size)
+        if part.metadata != whole.metadata:
+            raise DriveError(f"log {describe(str(file))}: it belongs to another log; allowed: parts of one log")
+        damage = part.damage if whole.is_complete else f"part {number - 1} has no end"
+        whole, size, number = part._replace(damage=damage), size + part_size, number + 1
     try:
-        check_regular(Path(path))
-        with Path(path).open("rb") as file:
+        read = {topic: column.build() for topic, column in columns.items()}
+    except DriveError as error:
+        raise DriveError(f"log {describe(str(path))}: {error}") from None
+    is_complete = whole.is_complete and whole.damage is None
+    return Log(metadata=whole.metadata, is_complete=is_complete, damage=whole.damage, channels=read)
+
+
+@final
+class _Read(NamedTuple):
+    """What one file holds beside its messages."""
+
+    metadata: LogMetadata
+    is_complete: bool
+    damage: str | None
+
+
+def _read_file(path: Path, columns: dict[str, Columns], most: int) -> tuple[_Read, int]:
+    """Add the messages of one file to the columns; also its size [bytes], of at most ``most``.
+
+    Raises:
+        DriveError: where it is no log of this package, too large, or cannot be read.
+    """
+    try:
+        check_regular(path)
+        with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
-            if size > MOST_BYTES:
+            if size > most:
                 raise DriveError(f"it has {size / 1e9:.2f} GB; allowed: at most {MOST_BYTES / 1e9:g} GB")
-            return _read(_WholeReads(file, size), channels)
+            return _read(_WholeReads(file, size), columns), size
     except DriveError as error:
         raise DriveError(f"log {describe(str(path))}: {error}") from None
     except (OSError, ValueError) as error:
@@ -101,11 +134,10 @@ class _WholeReads:
         return self._file.read(n)
 
 
-def _read(stream: _WholeReads, wanted: Collection[str]) -> Log:
+def _read(stream: _WholeReads, columns: dict[str, Columns]) -> _Read:
     records = _iterate_records(stream)
     metadata, is_complete, damage = _read_head(records), False, None
     topics: dict[int, str | None] = {}
-    columns = {topic: Columns(topic) for topic in CHANNELS if topic in wanted}
     from mcap.records import Channel, Footer, Message
 
     while True:
@@ -123,8 +155,7 @@ def _read(stream: _WholeReads, wanted: Collection[str]) -> Log:
                 columns[topic].add(_parse(record.data, topic))
         elif isinstance(record, Footer):
             is_complete = True
-    read = {topic: column.build() for topic, column in columns.items()}
-    return Log(metadata=metadata, is_complete=is_complete, damage=damage, channels=read)
+    return _Read(metadata, is_complete, damage)
 
 
 _DAMAGE = (ValueError, struct.error, MemoryError, OverflowError, RecursionError, TypeError, zlib.error)

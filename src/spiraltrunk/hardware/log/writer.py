@@ -1,7 +1,8 @@
 """Writer of logs: MCAP with JSON messages, from a thread of its own, so that the control loop never waits for the disc.
 
 The file grows by a whole chunk every `CHUNK_PERIOD`, which the kernel has from then on: a process that is killed loses
-what came since. Each is followed by fsync(2), so that a power failure loses little more. That Foxglove opens such a log
+what came since. Each is followed by fsync(2), so that a power failure loses little more. After an hour the next file
+begins, see `part`, so that the memory of the index stays bounded. That Foxglove opens such a log
 follows from its documentation ("jsonschema" and "json"), and was never tried.
 """
 
@@ -9,7 +10,6 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 import threading
 import time as wall
 from collections.abc import Mapping
@@ -18,19 +18,16 @@ from dataclasses import replace
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from types import TracebackType
-from typing import IO, TYPE_CHECKING, Any, cast, final
+from typing import Any, final
 
 import numpy as np
 
 from spiraltrunk.checks import read_numbers
-from spiraltrunk.errors import DriveError, MissingPackage, SpiralTrunkError, describe
+from spiraltrunk.errors import DriveError, OutputError, SpiralTrunkError, describe
 from spiraltrunk.files.results import to_json
-from spiraltrunk.hardware.log.channels import CHANNELS, format_schema, list_columns
-from spiraltrunk.hardware.log.log_file import PendingStream, create_log
-from spiraltrunk.hardware.log.metadata import RECORD, LogMetadata, format_metadata
-
-if TYPE_CHECKING:
-    from mcap.writer import Writer
+from spiraltrunk.hardware.log.channels import CHANNELS, list_columns
+from spiraltrunk.hardware.log.metadata import LogMetadata
+from spiraltrunk.hardware.log.part import LogPart, name_part
 
 CHUNK_PERIOD = 0.3
 """Time after which a chunk is closed and written [s] (ours): a third of the 1 s that may be lost."""
@@ -88,11 +85,10 @@ class LogWriter:
         origin = float(read_numbers("clock_origin of the log", clock_origin, shape=(), unit="s", error=DriveError))
         self._waits = waits
         self._metadata = replace(metadata, clock_origin=origin)
-        self._stream = PendingStream()
-        self._writer = _start_writer(self._stream, self._metadata)
-        self._channels: dict[str, int] = {}
+        self._path, self._n_part = Path(path), 1
+        self._refuse_part(2)
+        self._part = LogPart(self._path, self._metadata)
         self._fields = {channel: list_columns(channel).keys() - {"time"} for channel in CHANNELS}
-        self._descriptor = create_log(Path(path), self._stream.take())
         self._queue: SimpleQueue[_Message] = SimpleQueue()
         self._refused = 0  # Counted by the caller's thread,
         self._failed, self._told, self._unwritten, self._sequence = 0, 0, 0, 0  # these by the log's.
@@ -152,28 +148,54 @@ class LogWriter:
             self._write_chunks()
             self._drain(self._queue.qsize())
             self._tell_loss()
-            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._part.finish()
             self._commit()
         except Exception as error:  # Control goes on, whatever it is.
             self._warn(f"{type(error).__name__}: {error}")
         finally:
             self._is_dead = True
             self._failed += self._queue.qsize() + self._unwritten
-            os.close(self._descriptor)
+            self._part.close()
 
     def _write_chunks(self) -> None:
         due = wall.monotonic() + CHUNK_PERIOD
         while not self._is_closing:
-            if self._stream.pending < _MOST_PENDING:
+            if self._part.pending < _MOST_PENDING:
                 self._await_message()
                 self._drain(_TURN)
             else:
                 wall.sleep(_NAP)
             if wall.monotonic() >= due:
                 self._tell_loss()
-                self._writer.flush()  # type: ignore[no-untyped-call]
+                self._part.flush()
                 self._commit()
+                if self._part.is_full and not self._part.pending:
+                    self._turn_part()
                 due = wall.monotonic() + CHUNK_PERIOD
+
+    def _turn_part(self) -> None:
+        """End the file and begin the next; while the disc takes neither, messages wait in the queue."""
+        self._part.finish()
+        self._commit()
+        while not self._is_closing:
+            try:
+                if not self._part.pending:
+                    self._refuse_part(self._n_part + 1)
+                    after = LogPart(name_part(self._path, self._n_part + 1), self._metadata)
+                    break
+            except OutputError as error:
+                self._warn(str(error))
+            wall.sleep(_NAP)
+            self._commit()
+        else:
+            raise OutputError("the disc takes no further file")
+        self._part.close()
+        self._part, self._n_part = after, self._n_part + 1
+
+    def _refuse_part(self, number: int) -> None:
+        """Refuse to go on where a part is there already: read back, it would be taken for one of this log."""
+        if (path := name_part(self._path, number)).exists():
+            raise OutputError(f"the log {str(path)!r} exists; allowed: a new file, as no log is replaced")
 
     def _await_message(self) -> None:
         """Wait until there is a message, at most `_NAP`, and encode it."""
@@ -202,14 +224,7 @@ class LogWriter:
             return
         self._unwritten += 1
         self._sequence = (self._sequence + 1) % (1 << 32)
-        self._writer.add_message(self._find_channel(channel), moment, data, moment, self._sequence)
-
-    def _find_channel(self, channel: str) -> int:
-        """Number of a channel, registered where it is new."""
-        if channel not in self._channels:
-            schema = self._writer.register_schema(CHANNELS[channel].__name__, "jsonschema", format_schema(channel))
-            self._channels[channel] = self._writer.register_channel(channel, "json", schema)
-        return self._channels[channel]
+        self._part.add(channel, moment, data, self._sequence)
 
     def _tell_loss(self) -> None:
         """Say in the log that messages were lost."""
@@ -221,9 +236,8 @@ class LogWriter:
         """Write and fsync; a disc that is slow or refuses is warned of once."""
         began = wall.monotonic()
         try:
-            self._stream.commit(lambda data: os.write(self._descriptor, data))
+            self._part.commit()
             self._unwritten = 0
-            os.fsync(self._descriptor)
         except OSError as error:
             self._warn(error.strerror or str(error))
         if (took := wall.monotonic() - began) > _SLOW:
@@ -234,17 +248,6 @@ class LogWriter:
             self._has_warned = True
             text = str(SpiralTrunkError(f"the log is not written as it should be ({reason}); control goes on"))
             logging.getLogger("spiraltrunk").warning(text)
-
-
-def _start_writer(stream: PendingStream, metadata: LogMetadata) -> Writer:
-    try:
-        from mcap.writer import CompressionType, Writer
-    except ImportError:
-        raise MissingPackage("mcap is not installed: pip install 'spiraltrunk[hardware]'") from None
-    writer = Writer(cast("IO[bytes]", stream), compression=CompressionType.ZSTD)  # It writes, tells and flushes only.
-    writer.start(profile="", library="spiraltrunk")
-    writer.add_metadata(RECORD, format_metadata(metadata))
-    return writer
 
 
 def _format_message(time: float, values: Mapping[str, Any]) -> bytes:
