@@ -12,7 +12,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.bus.frame_bus import Frame
 from spiraltrunk.hardware.motors.gm6020 import TORQUE_PER_RAW, CommandMode, Feedback, decode_feedback, encode_command
 from spiraltrunk.hardware.twin.anchor import Anchor
-from spiraltrunk.hardware.twin.assembly import TwinOptions, build_twin
+from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import TwinClock
@@ -65,7 +65,7 @@ def build() -> Callable[..., Setup]:
         is_watched: bool = False,
         **parameters: Any,
     ) -> Setup:
-        options = TwinOptions(
+        options = AssemblyOptions(
             motor=MotorParameters(**parameters), feedback_period=feedback_period, is_watched=is_watched,
             fails_at_driver=not at_motors, seed=seed,
         )  # fmt: skip

@@ -35,7 +35,7 @@ from spiraltrunk.hardware.safety.watchdog import (
     BoardMode,
 )
 from spiraltrunk.hardware.twin.anchor import Anchor
-from spiraltrunk.hardware.twin.assembly import TwinOptions, build_twin
+from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import MotorTwins
@@ -230,7 +230,7 @@ def test_motors_survive_a_bus_that_is_off() -> None:
 
 def test_in_real_time_a_driver_finds_its_motors() -> None:
     """The twin runs in a thread by the computer's clock, and answers as in simulated time."""
-    twin = build_twin(PAPER, TwinOptions(is_watched=False), clock=SystemClock())
+    twin = build_twin(PAPER, AssemblyOptions(is_watched=False), clock=SystemClock())
     motors = GM6020Motors(twin.bus, motor_ids=(1, 2, 3))
     with twin.in_real_time():
         motors.send([0.3, 0.0, 0.0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import final
 
@@ -12,6 +13,7 @@ from spiraltrunk.hardware.clock import Clock
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
+from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import MotorTwins
@@ -21,11 +23,13 @@ from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
 @explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
-class TwinOptions:
+class AssemblyOptions:
     """What a twin consists of."""
 
-    motor: MotorParameters = field(default_factory=MotorParameters)
-    """Numbers of each motor and its drum."""
+    motor: MotorParameters | Sequence[MotorParameters] = field(default_factory=MotorParameters)
+    """Numbers of every motor and its drum, or of each."""
+    motor_ids: Sequence[int] | None = None
+    """Id of each motor; 1 upwards by default."""
     feedback_period: float = 1e-3
     """Time between two answers of a motor [s]."""
     is_watched: bool = True
@@ -53,18 +57,21 @@ class TwinAssembly:
     """The watchdog's board, or None."""
     injector: FaultInjector
     """Where faults are injected."""
+    devices: tuple[TwinDevice, ...]
+    """What is advanced, in this order: faults, what stands beside the motors, motors."""
 
     def in_real_time(self) -> RealTimeTwin:
         """The thread that advances a twin whose clock is the computer's."""
-        return RealTimeTwin(self.injector, self.motors, clock=self.clock)
+        return RealTimeTwin(*self.devices, clock=self.clock)
 
 
 def build_twin(
     design: TrunkDesign,
-    options: TwinOptions | None = None,
+    options: AssemblyOptions | None = None,
     *,
     clock: Clock | None = None,
     load: CableLoad | None = None,
+    beside: Sequence[TwinDevice] = (),
 ) -> TwinAssembly:
     """A twin of the design's motors.
 
@@ -73,18 +80,23 @@ def build_twin(
         options: what the twin consists of.
         clock: time; a `TwinClock` of its own by default. With another one, `TwinAssembly.in_real_time` advances it.
         load: what the cables pull on; a hanging `SpringTrunk` by default.
+        beside: further devices, such as the gripper's servo.
     """
-    options = TwinOptions() if options is None else options
+    options = AssemblyOptions() if options is None else options
     clock = TwinClock() if clock is None else clock
     load = SpringTrunk(design) if load is None else load
     driver_end, motor_end = build_memory_pair(clock)
     bus = FaultyBus(driver_end, clock, is_driver=True, seed=options.seed)
     far = FaultyBus(motor_end, clock, is_driver=False, seed=options.seed)
     board = BoardTwin() if options.is_watched else None
-    motors = [MotorTwin(options.motor) for _ in range(design.n_cable)]
-    twins = MotorTwins(far, load, motors, feedback_period=options.feedback_period, board=board)
+    numbers = [options.motor] * design.n_cable if isinstance(options.motor, MotorParameters) else options.motor
+    twins = MotorTwins(
+        far, load, [MotorTwin(one) for one in numbers], motor_ids=options.motor_ids,
+        feedback_period=options.feedback_period, board=board,
+    )  # fmt: skip
     injector = FaultInjector(twins, bus if options.fails_at_driver else far)
+    devices = (injector, *beside, twins)
     if isinstance(clock, TwinClock):
-        clock.attach(injector)
-        clock.attach(twins)
-    return TwinAssembly(clock=clock, bus=bus, motors=twins, load=load, board=board, injector=injector)
+        for device in devices:
+            clock.attach(device)
+    return TwinAssembly(clock=clock, bus=bus, motors=twins, load=load, board=board, injector=injector, devices=devices)

@@ -16,7 +16,6 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.arm.trunk_load import trunk_load
-from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
 from spiraltrunk.hardware.clock import SystemClock
 from spiraltrunk.hardware.driver.options import DriverOptions
 from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDriver
@@ -25,13 +24,11 @@ from spiraltrunk.hardware.motors.gm6020 import GM6020
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
 from spiraltrunk.hardware.plant import HardwarePlant
 from spiraltrunk.hardware.safety.watchdog import BoardWatchdog, WatchedBus
-from spiraltrunk.hardware.twin.board import BoardTwin
+from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
 from spiraltrunk.hardware.twin.device import TwinDevice
-from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
-from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
-from spiraltrunk.hardware.twin.motors import MotorTwins
+from spiraltrunk.hardware.twin.motor import MotorParameters
 from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.winder import build_winder
@@ -93,38 +90,37 @@ class TwinRobot(Robot):
         else:
             self.machine.restore()
             self._load = MachineLoad(self.machine)
-        drum = size_drum(design)
-        ours, theirs = build_memory_pair(clock)
-        self.bus = FaultyBus(theirs, self.clock, is_driver=False, seed=options.seed)
-        """The motors' end of the bus, which takes faults."""
-        self.motors = MotorTwins(
-            self.bus, self._load, self._draw_motors(drum.winding_radius), feedback_period=options.feedback_period,
-            board=BoardTwin() if options.has_board else None,
-        )  # fmt: skip
-        self.faults = FaultInjector(self.motors, self.bus)
-        """Lets faults begin and end."""
         self.servo = None if self.machine is None else MachineServo(self.machine)
         self.arm = None if self.machine is None else MachineArm(self.machine, self.clock, self._lock)
-        devices = [device for device in (self.faults, self.servo, self.motors) if device is not None]
-        driver = self._build_driver(WatchedBus(ours), DrumGeometry(design=drum))
+        drum = size_drum(design)
+        twin = build_twin(
+            design, self._assemble(drum.winding_radius), clock=clock, load=self._load,
+            beside=() if self.servo is None else (self.servo,),
+        )  # fmt: skip
+        self.motors = twin.motors
+        self.faults = twin.injector
+        """Lets faults begin and end."""
+        driver = self._build_driver(WatchedBus(twin.bus), DrumGeometry(design=drum))
         self._twin: RealTimeTwin | None = None
-        if isinstance(clock, TwinClock):
-            self.driver = driver
-            for device in devices:
-                clock.attach(device)
-        else:
-            self._twin = RealTimeTwin(_Locked(self._lock, devices))
+        if options.is_real_time:
+            self._twin = RealTimeTwin(_Locked(self._lock, twin.devices))
             self._twin.start()
-            self.driver = ThreadedDriver(driver)
+        self.driver = ThreadedDriver(driver) if options.is_real_time else driver
 
-    def _draw_motors(self, radius: float) -> list[MotorTwin]:
-        rng = np.random.default_rng(self.options.seed)
+    def _assemble(self, radius: float) -> AssemblyOptions:
+        """Motors whose drums have some slack, and whose encoders stand anywhere; faults of the bus at their end."""
+        options = self.options
+        rng = np.random.default_rng(options.seed)
         slack = rng.uniform(0.2, 1.0, self.design.n_cable) * SLACK_MOST
         starts = rng.integers(0, MotorParameters().encoder_counts, self.design.n_cable)
-        return [
-            MotorTwin(MotorParameters(drum_radius=radius, wound=-float(loose), encoder_start=int(start)))
+        motors = [
+            MotorParameters(drum_radius=radius, wound=-float(loose), encoder_start=int(start))
             for loose, start in zip(slack, starts, strict=True)
         ]
+        return AssemblyOptions(
+            motor=motors, feedback_period=options.feedback_period, is_watched=options.has_board,
+            fails_at_driver=False, seed=options.seed,
+        )  # fmt: skip
 
     def _build_driver(self, bus: WatchedBus, drum: DrumGeometry) -> TrunkDriver:
         n_cable, options = self.design.n_cable, self.options.driver
