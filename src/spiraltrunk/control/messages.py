@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
 
@@ -31,6 +32,8 @@ class Target:
     """Unit vector along the object: horizontal if it hangs or lies, up if it stands, shape (3,) [-]."""
     friction: float = 0.8
     """Coefficient of friction that strategies may assume [-]."""
+    profile: ObjectProfile | None = None
+    """Sections, centre of mass and stability in the pose in which it is presented; None where they are unknown."""
 
 
 @explain_fields

@@ -14,6 +14,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.sim.mujoco_log import compile_spec, first_line
+from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.robot.arm import add_arm
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 from spiraltrunk.sim.robot.trunk import add_trunk, tune_joint_limits
@@ -31,7 +32,7 @@ def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
     axis = np.array([math.cos(options.yaw), math.sin(options.yaw), 0.0])
     target = Target(
         kind=shape.kind, width=shape.width, length=shape.size[0], mass=shape.mass, position=position,
-        axis=np.array([0.0, 0.0, 1.0]) if is_upright else axis,
+        axis=np.array([0.0, 0.0, 1.0]) if is_upright else axis, profile=compute_profile(shape, options.orientation),
     )  # fmt: skip
     aside = np.array([0.0, ASIDE, 0.0])
     beside = np.array([0.0, PLACE_ASIDE, PLACE_RISE]) if is_hung else aside
