@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.output import DONE, UsageError, complain, quote
+from spiraltrunk.cli.output import UsageError, quote
 from spiraltrunk.cli.verbs.drive.live import show_robot
 from spiraltrunk.errors import DriveError
 
@@ -47,16 +47,18 @@ def _build_robot(arguments: argparse.Namespace, design: TrunkDesign, *, is_real_
     if file is None:
         from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
-        if arguments.robot is not None:
-            complain(
-                "--robot is only checked: the twin has the design's limits; --bus robot drives what it names", DONE
-            )
-
-        is_real_time = is_real_time or arguments.real_time
-        return TwinRobot(design, options=TwinOptions(seed=arguments.seed, is_real_time=is_real_time))
+        is_real_time, wired = is_real_time or arguments.real_time, load_wiring(arguments)
+        return TwinRobot(design, options=TwinOptions(seed=arguments.seed, is_real_time=is_real_time, file=wired))
     from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 
     return HardwareRobot(design, replace(file, arm="none"), without_watchdog=arguments.without_watchdog)
+
+
+def load_wiring(arguments: argparse.Namespace) -> RobotFile | None:
+    """The robot file of the arguments, for the twin; None without one."""
+    from spiraltrunk.hardware.setup.robot_file import load_robot_file
+
+    return None if arguments.robot is None else load_robot_file(arguments.robot)
 
 
 def read_robot_file(arguments: argparse.Namespace, design: TrunkDesign) -> RobotFile | None:

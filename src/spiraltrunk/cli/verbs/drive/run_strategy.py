@@ -10,7 +10,7 @@ from spiraltrunk.cli.arguments import read_text
 from spiraltrunk.cli.output import DONE, FAILED, Answer, add_file_count, complain, format_json, open_out
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.drive.actions import add_action
-from spiraltrunk.cli.verbs.drive.robot import compute_state, read_robot_file
+from spiraltrunk.cli.verbs.drive.robot import compute_state, load_wiring, read_robot_file
 from spiraltrunk.cli.verbs.drive.run_hardware import LOG, run_on_robot
 from spiraltrunk.cli.verbs.grasp import format_verdict
 from spiraltrunk.cli.verbs.object_check import check_object
@@ -64,7 +64,9 @@ def _run(arguments: argparse.Namespace) -> Answer:
         def run(log: Any) -> DriveTrial:
             return run_on_twin(
                 design, shape, strategy=strategy, seed=arguments.seed, log=log,
-                options=TwinOptions(seed=arguments.seed, is_real_time=arguments.real_time),
+                options=TwinOptions(
+                    seed=arguments.seed, is_real_time=arguments.real_time, file=load_wiring(arguments)
+                ),
                 watch=lambda seen, status: progress(status.phase, 0, 0),
             )  # fmt: skip
 

@@ -20,24 +20,24 @@ from spiraltrunk.hardware.clock import SystemClock
 from spiraltrunk.hardware.driver.options import DriverOptions
 from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDriver
 from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
-from spiraltrunk.hardware.motors.gm6020 import GM6020
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
 from spiraltrunk.hardware.plant import HardwarePlant
 from spiraltrunk.hardware.safety.watchdog import BoardWatchdog, WatchedBus
+from spiraltrunk.hardware.setup.robot_file import RobotFile
 from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.motor import MotorParameters
+from spiraltrunk.hardware.twin.slack_load import SlackLoad
 from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
-from spiraltrunk.hardware.winder.drum import DrumGeometry
-from spiraltrunk.hardware.winder.winder import build_winder
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.drive.robot import Robot
 from spiraltrunk.workflows.drive.twin.machine_arm import MachineArm
 from spiraltrunk.workflows.drive.twin.machine_load import MachineLoad
 from spiraltrunk.workflows.drive.twin.machine_servo import MachineServo
+from spiraltrunk.workflows.drive.twin.wiring import build_wiring
 
 SLACK_MOST = 0.010
 """Most slack of a cable before homing [m] (ours): a trunk that was just threaded."""
@@ -60,6 +60,8 @@ class TwinOptions:
     """Settings of the driver."""
     has_board: bool = True
     """Whether the board's watchdog is between bus and motors."""
+    file: RobotFile | None = None
+    """Robot file whose ids, directions, periods, limits and slack the twin has; None for the design's own."""
     is_real_time: bool = False
     """Whether twin and driver follow the computer's clock, each in its thread; no run is like another then."""
 
@@ -74,7 +76,7 @@ class TwinRobot(Robot):
         options: how the twin differs from the ideal.
 
     Raises:
-        DesignError: where drum, winder or scene cannot be built.
+        DesignError: where drum, winder or scene cannot be built, or the robot file does not fit.
     """
 
     def __init__(
@@ -83,6 +85,11 @@ class TwinRobot(Robot):
         self.design, self._lock = design, threading.RLock()
         self.options = options = TwinOptions() if options is None else options
         self.clock = clock = SystemClock() if options.is_real_time else TwinClock()
+        self.wiring = build_wiring(
+            design, options.file, period=options.driver.period, feedback_period=options.feedback_period
+        )
+        """Motors, winders and cables."""
+        self.slack = self.wiring.cables.slack
         self.machine = None if scene is None else SimMachine(design, scene)
         self._load: CableLoad
         if self.machine is None:
@@ -92,43 +99,46 @@ class TwinRobot(Robot):
             self._load = MachineLoad(self.machine)
         self.servo = None if self.machine is None else MachineServo(self.machine)
         self.arm = None if self.machine is None else MachineArm(self.machine, self.clock, self._lock)
-        drum = size_drum(design)
         twin = build_twin(
-            design, self._assemble(drum.winding_radius), clock=clock, load=self._load,
+            design, self._assemble(), clock=clock,
+            load=SlackLoad(self._load, self.slack, design.cable_stroke) if self.slack else self._load,
             beside=() if self.servo is None else (self.servo,),
         )  # fmt: skip
         self.motors = twin.motors
         self.faults = twin.injector
         """Lets faults begin and end."""
-        driver = self._build_driver(WatchedBus(twin.bus), DrumGeometry(design=drum))
+        driver = self._build_driver(WatchedBus(twin.bus))
         self._twin: RealTimeTwin | None = None
         if options.is_real_time:
             self._twin = RealTimeTwin(_Locked(self._lock, twin.devices))
             self._twin.start()
         self.driver = ThreadedDriver(driver) if options.is_real_time else driver
 
-    def _assemble(self, radius: float) -> AssemblyOptions:
+    def _assemble(self) -> AssemblyOptions:
         """Motors whose drums have some slack, and whose encoders stand anywhere; faults of the bus at their end."""
-        options = self.options
+        options, wiring, radius = self.options, self.wiring, size_drum(self.design).winding_radius
         rng = np.random.default_rng(options.seed)
         slack = rng.uniform(0.2, 1.0, self.design.n_cable) * SLACK_MOST
         starts = rng.integers(0, MotorParameters().encoder_counts, self.design.n_cable)
         motors = [
-            MotorParameters(drum_radius=radius, wound=-float(loose), encoder_start=int(start))
-            for loose, start in zip(slack, starts, strict=True)
+            MotorParameters(drum_radius=radius, wound=-float(loose), encoder_start=int(start), is_reversed=sign < 0)
+            for loose, start, sign in zip(slack, starts, wiring.motors.signs, strict=True)
         ]
         return AssemblyOptions(
-            motor=motors, feedback_period=options.feedback_period, is_watched=options.has_board,
+            motor=motors, motor_ids=wiring.motors.ids, feedback_period=wiring.feedback_period,
+            is_watched=options.has_board,
             fails_at_driver=False, seed=options.seed,
         )  # fmt: skip
 
-    def _build_driver(self, bus: WatchedBus, drum: DrumGeometry) -> TrunkDriver:
-        n_cable, options = self.design.n_cable, self.options.driver
+    def _build_driver(self, bus: WatchedBus) -> TrunkDriver:
+        wiring, setup = self.wiring, self.wiring.motors
+        options = replace(self.options.driver, period=wiring.period)
         if self.options.is_real_time:
             options = replace(options, arming_time=PLANNING_TIME)
-        winders = [build_winder(self.design, GM6020, drum, options.period) for _ in range(n_cable)]
+        motors = GM6020Motors(bus, motor_ids=setup.ids, directions=setup.signs)
+        motors.data_sheet = replace(motors.data_sheet, feedback_period=wiring.feedback_period)
         return TrunkDriver(
-            design=self.design, motors=GM6020Motors(bus, motor_ids=range(1, n_cable + 1)), winders=winders,
+            design=self.design, motors=motors, winders=wiring.winders,
             watchdog=BoardWatchdog(bus, self.clock), clock=self.clock,
             servo=self.servo, arm=self.arm, options=options,
         )  # fmt: skip
@@ -152,7 +162,8 @@ class TwinRobot(Robot):
         with self._lock:
             self._load.begin()
         arm = SharedArm(self.arm, self.driver) if isinstance(self.driver, ThreadedDriver) else self.arm
-        return HardwarePlant(self.driver, arm, self.machine.reach, self.machine.task, camera=self._read_camera)
+        reach, task = self.machine.reach, self.machine.task
+        return HardwarePlant(self.driver, arm, reach, task, camera=self._read_camera, slack=self.slack)
 
     def _read_camera(self) -> CameraObservation | None:
         assert self.machine is not None
