@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Iterable
 
 
@@ -87,6 +89,13 @@ class RunError(SpiralTrunkError, RuntimeError):
 
 class DriveError(SpiralTrunkError, RuntimeError):
     """A bus, motor, servo or arm that cannot be reached or refuses, or a command that it must not get."""
+
+
+def describe_reason(error: BaseException) -> str:
+    """Why the operating system or a library refused, on one line, without numbers of errors and names of files."""
+    if isinstance(error, OSError) and error.errno is not None and error.errno > 0:
+        return os.strerror(error.errno)
+    return " ".join(re.sub(r"\[(Errno|Error Code) -?\d+\]:? ?", "", str(error)).split()) or type(error).__name__
 
 
 def describe(value: object, most: int = 80) -> str:

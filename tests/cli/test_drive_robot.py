@@ -31,7 +31,12 @@ def robot(tmp_path: Path) -> Path:
         (["--bus", "virtual:x", "selftest"], "allowed: virtual, the twin"),
         (["--bus", "virtual:x", "run", "wrap-vertical"], "the robot has no arm"),
         (["--robot", "absent.toml", "status"], "allowed: a robot file in TOML"),
-        (["pose", "curled"], "unknown pose 'curled'"),
+        (["pose", "curled"], "no pose 'curled': none is saved there yet; `drive pose NAME --save` saves one"),
+        (["pose", "curled", "--poses", "/dev/zero"], "no regular file; allowed: a file of poses"),
+        (["pose", "curled", "--poses", "."], "this is a folder; allowed: a file of poses"),
+        (["pose", "curled", "--save", "1", "0", "0", "--poses", "/dev/null"], "this is no regular file"),
+        (["jog", "1", "5", "--save", "x" * 100], "name of a pose is"),
+        (["jog", "1", "5", "--save", "curled", "--poses", "/dev/zero"], "no regular file"),
         (["pose", "curled", "--save", "10"], "1 lengths given; allowed: 3"),
         (["pose", "curled", "--save", "1e9", "0", "0"], "allowed"),
         (["pose", "curled", "--save", "nan", "0", "0"], "allowed: a finite number"),
@@ -47,18 +52,24 @@ def test_bad_input_is_one_line(arguments, says, tmp_path, monkeypatch, capsys):
     assert printed.out == ""
     assert says in printed.err
     assert len(printed.err.splitlines()) == 1
+    assert "Errno" not in printed.err
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
     ("given", "wrong"),
     [("ids = [1, 2, 3]", "ids = [1, 1, 3]"), ("ids = [1, 2, 3]", "ids = [1, 2]"), ("30.0", "nan"), ("30.0", "61.0"),
-     ("schema = 1", "schema = 2"), ("directions = [1, 1, -1]", "directions = [1, 1, 7]")],
+     ("schema = 1", "schema = 2"), ("directions = [1, 1, -1]", "directions = [1, 1, 7]"),
+     ("ids = [1, 2, 3]", "ids = [1, [2], 3]"), ("ids = [1, 2, 3]", f"ids = {'[' * 2000}{']' * 2000}"),
+     ("30.0", "1" + "0" * 5000), ("30.0", "-1e300"), ("speed_max", "tension_floor_n = 1e-300\nspeed_max")],
 )  # fmt: skip
 def test_a_wrong_robot_file_is_one_line_even_on_the_twin(given, wrong, robot, capsys):
     robot.write_text(EXAMPLE.replace(given, wrong, 1))
     assert cli.main(["drive", "--robot", str(robot), "status"]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
+    told = capsys.readouterr().err
+    assert len(told.splitlines()) == 1
+    assert "robot.toml" in told
+    assert not any(word in told for word in ("recursion", "set_int_max", "array of 3"))
 
 
 def test_a_file_that_fits_is_taken_on_the_twin(robot, capsys):

@@ -138,8 +138,11 @@ def parse_toml(data: bytes) -> dict[str, Any]:
         document = tomllib.loads(data.decode("utf-8-sig"), parse_float=Decimal)
     except UnicodeDecodeError:
         raise ValueError("it is no text in UTF-8") from None
-    except (ValueError, ArithmeticError, RecursionError) as error:
-        raise ValueError(" ".join(str(error).split())[:200]) from None
+    except RecursionError:
+        raise ValueError("its arrays or tables are nested too deeply") from None
+    except (ValueError, ArithmeticError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise ValueError("a number has too many digits" if "set_int_max_str_digits" in reason else reason) from None
     schema = document.pop("schema", SCHEMA)
     if schema != SCHEMA:
         raise ValueError(f"schema is {describe(describe_toml(schema))}, not {SCHEMA}")
@@ -175,8 +178,8 @@ def read_value(name: str, value: object, key: Key) -> object:
         return _to_si(name, value, key.unit)
     if key.kind is Kind.NUMBERS and isinstance(value, list):
         return tuple(_to_si(f"{name}[{i}]", item, key.unit) for i, item in enumerate(value))
-    if key.kind is Kind.COUNTS and isinstance(value, list) and all(type(item) is int for item in value):
-        return tuple(value)
+    if key.kind is Kind.COUNTS and isinstance(value, list):
+        return tuple(_read_count(f"{name}[{i}]", item) for i, item in enumerate(value))
     if type(value) is {Kind.TEXT: str, Kind.COUNT: int}.get(key.kind):
         return value
     raise DesignError(name, got=describe_toml(value), allowed=key.kind.value)
@@ -230,6 +233,12 @@ def _to_si(name: str, value: object, unit: Decimal) -> float:
     if not math.isfinite(number):
         raise DesignError(name, got=describe_toml(value), allowed=Kind.NUMBER.value)
     return number
+
+
+def _read_count(name: str, value: object) -> int:
+    if type(value) is not int:
+        raise DesignError(name, got=describe_toml(value), allowed=Kind.COUNT.value)
+    return value
 
 
 def _from_si(value: float, unit: Decimal) -> str:

@@ -133,6 +133,15 @@ def test_ports_belong_to_the_family():
             replace(file, **wrong)
 
 
+@pytest.mark.parametrize("bus", ["socketcan:can0", "gs_usb:0", "slcan:/dev/ttyACM0"])
+def test_a_board_watches_no_adapter(bus):
+    motors = MotorSetup(family="gm6020", ids=(1, 2, 3))
+    with pytest.raises(DesignError, match=rf"watchdog is 'board'; allowed: relay:PORT or none with bus {bus}"):
+        RobotFile(name="x", bus=bus, motors=motors, watchdog="board")
+    with pytest.raises(DesignError, match="watchdog is 'board'"):
+        replace(RobotFile(name="x", bus="board:/dev/ttyACM0", motors=motors, watchdog="board"), bus=bus)
+
+
 POSITIVE = st.floats(allow_nan=True, allow_infinity=True)
 
 

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, final
 
-from spiraltrunk.errors import DriveError, MissingPackage, describe
+from spiraltrunk.errors import DriveError, MissingPackage, describe, describe_reason
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.bus.board_frame import BoardMessage, MessageParser, encode_message
 from spiraltrunk.hardware.bus.board_messages import BoardCommand, decode_frames, encode_frames, encode_pulse
@@ -176,10 +176,10 @@ def open_board(port: str, clock: Clock) -> BoardBus:
         line = serial.serial_for_url(port, baudrate=BAUD_RATE, timeout=0, write_timeout=WRITE_TIMEOUT, exclusive=True)
     except (OSError, ValueError, LookupError, AttributeError) as error:
         raise DriveError(
-            f"board {describe(port)} cannot be opened: {error}; check name, cable and permissions"
+            f"board {describe(port)} cannot be opened: {describe_reason(error)}; check name, cable and permissions"
         ) from error
     return BoardBus(line, clock)
 
 
 def _gone(error: BaseException) -> DriveError:
-    return DriveError(f"the board does not answer: {error}; check cable and power")
+    return DriveError(f"the board does not answer: {describe_reason(error)}; check cable and power")

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, final
 
-from spiraltrunk.errors import DriveError, MissingPackage
+from spiraltrunk.errors import DriveError, MissingPackage, describe_reason
 from spiraltrunk.hardware.bus.can_address import CanAddress, parse_can_address
 from spiraltrunk.hardware.bus.can_reader import CanReader, is_gone
 from spiraltrunk.hardware.bus.frame_bus import Frame, FrameBus
@@ -149,7 +149,7 @@ class CanBus(FrameBus):
             raise self._gone(self._reader.error) from self._reader.error
 
     def _gone(self, error: BaseException) -> DriveError:
-        return DriveError(f"bus {self._name} does not work: {error}; check adapter, power and wiring")
+        return DriveError(f"bus {self._name} does not work: {describe_reason(error)}; check adapter, power and wiring")
 
     def close(self) -> None:
         """See `FrameBus.close`."""
@@ -191,9 +191,11 @@ def open_can_bus(text: str, clock: Clock, *, feedback_ids: Iterable[int] | None 
         bus = can.Bus(channel=channel, interface=address.interface, ignore_config=True, **options)
     except can.CanInterfaceNotImplementedError as error:
         advice = f"pip install '{EXTRAS[address.interface]}'" if address.interface in EXTRAS else "use another computer"
-        raise MissingPackage(f"bus {text} cannot be opened: {error}; {advice}") from error
+        raise MissingPackage(f"bus {text} cannot be opened: {describe_reason(error)}; {advice}") from error
     except (can.CanError, OSError, ValueError) as error:
-        raise DriveError(f"bus {text} cannot be opened: {error}; check adapter, driver and permissions") from error
+        raise DriveError(
+            f"bus {text} cannot be opened: {describe_reason(error)}; check adapter, driver and permissions"
+        ) from error
     return CanBus(bus, address, clock)
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Self, final
 
 from spiraltrunk.checks import check_count, check_number, check_numbers, check_text, check_type
-from spiraltrunk.errors import DesignError, DriveError
+from spiraltrunk.errors import DesignError, DriveError, describe_reason
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.clock import Clock
 from spiraltrunk.hardware.motors.serial_port import SerialStream, open_serial
@@ -113,7 +113,9 @@ class LoadCells:
         try:
             self._received += self._stream.read(_RECEIVED_MAX)
         except (OSError, TypeError) as error:
-            raise DriveError(f"load cells on {self.settings.port}: {error}; is the board plugged in?") from error
+            raise DriveError(
+                f"load cells on {self.settings.port}: {describe_reason(error)}; is the board plugged in?"
+            ) from error
         del self._received[: max(0, len(self._received) - _RECEIVED_MAX)]
         self._take_frames()
         now = self._clock.now()

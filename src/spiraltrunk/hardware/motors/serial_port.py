@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol, final
 
-from spiraltrunk.errors import DriveError, MissingPackage
+from spiraltrunk.errors import DriveError, MissingPackage, describe_reason
 
 _WRITE_TIME = 0.005
 """Longest wait for room in the adapter's buffer [s] (ours)."""
@@ -54,7 +54,9 @@ def open_serial(port: str, baud: int) -> SerialStream:
         opened = serial.Serial(port, baud, timeout=0, write_timeout=_WRITE_TIME, exclusive=True)
     except (OSError, ValueError) as error:
         known = ", ".join(list_ports()) or "none"
-        raise DriveError(f"serial port {port!r} cannot be opened: {error}; ports found: {known}") from error
+        raise DriveError(
+            f"serial port {port!r} cannot be opened: {describe_reason(error)}; ports found: {known}"
+        ) from error
     return _PatientStream(opened, serial.SerialTimeoutException)
 
 

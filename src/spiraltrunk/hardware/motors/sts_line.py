@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any, final
 
-from spiraltrunk.errors import DriveError, MissingPackage
+from spiraltrunk.errors import DriveError, MissingPackage, describe_reason
 from spiraltrunk.hardware.motors.serial_port import SerialStream, open_serial
 
 BAUD = 1_000_000
@@ -125,4 +125,4 @@ class StsLine:
         return DriveError(f"servo id {servo_id} on {self.port} does not answer; check its power, wiring and id")
 
     def _gone(self, error: Exception) -> DriveError:
-        return DriveError(f"serial port {self.port}: {error}; is the adapter still plugged in?")
+        return DriveError(f"serial port {self.port}: {describe_reason(error)}; is the adapter still plugged in?")

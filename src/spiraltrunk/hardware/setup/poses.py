@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, NoReturn, final
 from spiraltrunk.checks import check_numbers, check_text
 from spiraltrunk.errors import DesignError, DriveError, OutputError, SpiralTrunkError, UnknownName, describe
 from spiraltrunk.files.atomic import write_text
+from spiraltrunk.files.text_lines import check_regular
 
 FORMAT = "spiraltrunk poses 1"
 """What a file of poses says of itself."""
@@ -68,8 +69,11 @@ def find_pose(poses: Mapping[str, Pose], name: str) -> Pose:
     """The pose of this name.
 
     Raises:
+        DriveError: where there is no pose.
         UnknownName: with the names that exist.
     """
+    if not poses:
+        raise DriveError(f"no pose {describe(name)}: none is saved there yet; `drive pose NAME --save` saves one")
     if name not in poses:
         raise UnknownName("pose", name, sorted(poses))
     return poses[name]
@@ -82,18 +86,20 @@ def load_poses(path: str | Path, limits: PullLimits) -> dict[str, Pose]:
         DriveError: where the file cannot be read, is not one of poses, or a pose does not fit; none is returned then.
     """
     try:
+        check_regular(Path(path))
         with Path(path).open("rb") as file:
             data = file.read(SIZE_MAX + 1)
     except FileNotFoundError:
         return {}
-    except OSError as error:
-        raise DriveError(f"{str(path)!r} cannot be read: {error.strerror}") from error
+    except (OSError, ValueError) as error:
+        allowed = "allowed: a file of poses, which `drive pose NAME --save` makes"
+        raise DriveError(f"{describe(str(path))} cannot be read: {_explain(error)}; {allowed}") from error
     try:
         poses = _read_poses(data)
         for pose in poses.values():
             check_pose(pose, limits)
     except SpiralTrunkError as error:
-        raise DriveError(f"{str(path)!r}: {error}") from error
+        raise DriveError(f"{describe(str(path))}: {error}") from error
     return poses
 
 
@@ -104,17 +110,26 @@ def write_poses(path: str | Path, poses: Mapping[str, Pose]) -> None:
         OutputError: where it cannot be written, or there is a file that holds no poses.
     """
     existing = Path(path)
-    if existing.exists():
-        try:
-            _read_poses(existing.read_bytes()[: SIZE_MAX + 1])
-        except (OSError, SpiralTrunkError) as error:
-            raise OutputError(f"{str(path)!r} is kept: it holds no poses ({error}); choose another name") from error
+    try:
+        check_regular(existing)
+        if existing.exists():
+            with existing.open("rb") as file:
+                _read_poses(file.read(SIZE_MAX + 1))
+    except (OSError, SpiralTrunkError) as error:
+        reason = f"it holds no poses ({_explain(error)})"
+        raise OutputError(f"{describe(str(path))} is kept: {reason}; choose another name") from error
     entries = {name: {"pulls_mm": [1e3 * pull for pull in pose.pulls]} for name, pose in sorted(poses.items())}
     text = json.dumps({"format": FORMAT, "poses": entries}, indent=2, ensure_ascii=False, allow_nan=False)
     try:
         write_text(path, text + "\n")
     except OSError as error:
-        raise OutputError(f"{str(path)!r} cannot be written: {error.strerror}") from error
+        allowed = "allowed: a file in a folder that can be written"
+        raise OutputError(f"{describe(str(path))} cannot be written: {_explain(error)}; {allowed}") from error
+
+
+def _explain(error: Exception) -> str:
+    """Why a file cannot be used; of errors of `check_regular` their own words."""
+    return str(getattr(error, "strerror", None) or error)
 
 
 def _read_poses(data: bytes) -> dict[str, Pose]:
@@ -123,7 +138,9 @@ def _read_poses(data: bytes) -> dict[str, Pose]:
     try:
         content = json.loads(data.decode(), object_pairs_hook=_refuse_doubles, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
-        raise DriveError(f"no JSON: {error}") from error
+        nested = "its arrays are nested too deeply" if isinstance(error, RecursionError) else str(error)
+        digits = "a number has too many digits" if "set_int_max_str_digits" in nested else nested
+        raise DriveError(f"no JSON: {digits}; allowed: a file of poses") from error
     if not isinstance(content, dict) or set(content) != {"format", "poses"} or content["format"] != FORMAT:
         raise DriveError(f"begins with {describe(content, 40)}; allowed: a table of 'format' ({FORMAT!r}) and 'poses'")
     if not isinstance(content["poses"], dict):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spiraltrunk.errors import DriveError, MissingPackage
+from spiraltrunk.errors import DriveError, MissingPackage, describe_reason
 
 _BAUD = 115_200
 """Baud rate [bit/s] (ours): a byte takes 0.09 ms, far less than a period of control."""
@@ -27,4 +27,6 @@ def open_relay(port: str) -> Any:
     try:
         return serial.Serial(port, _BAUD, timeout=0, write_timeout=_WRITE_TIME, exclusive=True)
     except (OSError, ValueError) as error:
-        raise DriveError(f"relay {port!r} cannot be opened: {error}; check name, cable and permissions") from error
+        raise DriveError(
+            f"relay {port!r} cannot be opened: {describe_reason(error)}; check name, cable and permissions"
+        ) from error

@@ -28,6 +28,12 @@ FAMILIES = ("gm6020", "sts")
 ARMS = ("panda", "franky")
 """Drivers of arms: panda-python and franky."""
 
+ADAPTERS = ("socketcan", "gs_usb", "slcan")
+"""CAN adapters, whose bus has motors and no board; the other buses of python-can carry twins."""
+
+LEAST_FLOOR = 0.1
+"""Least pretension of a robot file [N] (ours): less holds no cable on its drum."""
+
 _RELAY = "relay:/dev/ttyUSB1, a relay on a serial port"
 
 
@@ -104,7 +110,7 @@ class CableSetup:
 
     def __post_init__(self) -> None:
         if self.tension_floor is not None:
-            check_number("cables.tension_floor", self.tension_floor, above=0.0, below=100.0)
+            check_number("cables.tension_floor", self.tension_floor, least=LEAST_FLOOR, below=100.0)
         if self.tension_max is not None:
             check_number("cables.tension_max", self.tension_max, above=0.0, most=1e4)
         if self.speed_max is not None:
@@ -150,6 +156,9 @@ class RobotFile:
     def _check_watchdog(self, kind: BusKind) -> None:
         if self.watchdog == "board" and kind is BusKind.STS:
             allowed = "relay:PORT or none: no board stands between computer and STS servos"
+            raise DesignError("watchdog", got=self.watchdog, allowed=allowed)
+        if self.watchdog == "board" and kind is BusKind.CAN and self.bus.partition(":")[0] in ADAPTERS:
+            allowed = f"relay:PORT or none with bus {self.bus}: no board stands behind an adapter"
             raise DesignError("watchdog", got=self.watchdog, allowed=allowed)
         if self.relay is None and self.watchdog not in ("board", "none"):
             raise DesignError("watchdog", got=self.watchdog, allowed=f"board, none, or {_RELAY}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from spiraltrunk.cli.arguments import Parser, read_count, read_number, read_seed, read_text
 from spiraltrunk.cli.output import DONE, Answer, UsageError, complain, format_json
 from spiraltrunk.cli.verbs.drive.move_check import check_jog, check_lengths, check_move, tell_short
-from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, save_pose
+from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, check_name, save_pose
 from spiraltrunk.cli.verbs.drive.robot import compute_state, open_robot
 
 if TYPE_CHECKING:
@@ -123,6 +123,8 @@ def _jog(arguments: argparse.Namespace) -> Answer:
 
     design = load_design(arguments.design)
     check_move(arguments, design)
+    if arguments.save is not None:
+        check_name(arguments, design, arguments.save)
     if arguments.gamepad is not None:
         return _jog_with_gamepad(arguments)
     check_jog(design, arguments.cable, arguments.way_mm)

@@ -28,6 +28,19 @@ def read_poses(arguments: argparse.Namespace, design: TrunkDesign) -> dict[str, 
     return load_poses(arguments.poses, compute_pull_limits(design))
 
 
+def check_name(arguments: argparse.Namespace, design: TrunkDesign, name: str) -> None:
+    """Refuse a name that no pose has, or a file that holds no poses, before anything moves.
+
+    Raises:
+        DesignError: for the name.
+        DriveError: for the file.
+    """
+    from spiraltrunk.hardware.setup.poses import Pose
+
+    Pose(name, ())
+    read_poses(arguments, design)
+
+
 def save_pose(arguments: argparse.Namespace, design: TrunkDesign, pulls: Sequence[float], name: str) -> None:
     """Save a pose under a name; one of the same name is replaced."""
     from spiraltrunk.hardware.setup.poses import Pose, check_pose, write_poses

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.output import UsageError, quote
 from spiraltrunk.cli.verbs.drive.live import show_robot
-from spiraltrunk.errors import DriveError
+from spiraltrunk.errors import DesignError, DriveError
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
@@ -77,7 +77,10 @@ def read_robot_file(arguments: argparse.Namespace, design: TrunkDesign) -> Robot
     bus, file = arguments.bus, None
     if arguments.robot is not None:
         file = load_robot_file(arguments.robot)
-        build_winders(design, file)
+        try:
+            build_winders(design, file)
+        except DesignError as error:
+            raise DesignError(error.name, got=error.got, allowed=error.allowed, file=arguments.robot) from None
     if bus == "virtual":
         return None
     if arguments.real_time:
