@@ -15,6 +15,12 @@ if TYPE_CHECKING:
     from spiraltrunk.hardware.driver.threaded_driver import Driver
     from spiraltrunk.workflows.drive.robot import Robot
 
+_WIDE = 68
+"""Width of a terminal from which on titles are written out [columns]."""
+
+_TITLES = ("cable", "pull [mm]", "tension [N]", "of [N]", "motor [degC]", "age [ms]")
+_NARROW_TITLES = ("", "mm", "N", "of N", "degC", "ms old")
+
 _REFRESH = 0.1
 """Wall time between two pictures [s]."""
 
@@ -36,36 +42,63 @@ def show_robot(robot: Robot, stream: TextIO | None) -> Iterator[None]:
     from rich.console import Console
     from rich.live import Live
 
-    with Live(console=Console(file=stream), transient=True, auto_refresh=False) as live:
+    console = Console(file=stream)
+    with Live(console=console, transient=True, auto_refresh=False) as live:
         shown = [0.0]
 
         def draw(driver: Driver) -> None:
             if time.monotonic() >= shown[0] + _REFRESH:
                 shown[0] = time.monotonic()
-                live.update(draw_table(driver.snapshot()), refresh=True)
+                live.update(draw_table(driver.snapshot(), console.width), refresh=True)
 
         robot.watch = draw
         yield
 
 
-def draw_table(snapshot: Snapshot) -> Any:
-    """The robot's state as a table for the terminal."""
-    from rich.table import Table
+def draw_table(snapshot: Snapshot, width: int = 80) -> Any:
+    """The robot's state for a terminal of so many columns: its mode, one line a cable, faults and warnings."""
+    from rich.console import Group
+    from rich.text import Text
 
-    lateness = snapshot.lateness
     state = "letting go" if snapshot.is_letting_go else snapshot.mode.value
-    late = " / ".join(f"{1e3 * part:.1f}" for part in (lateness.p50, lateness.p99, lateness.p999))
-    late = f"loop late by {late} ms (p50 / p99 / p99.9)"
-    table = Table(title=f"{state}, {snapshot.time:.1f} s, {late}", caption=_describe_trouble(snapshot))
-    for title in ("cable", "pull [mm]", "tension [N]", "of [N]", "motor [degC]", "age [ms]"):
-        table.add_column(title, justify="right")
+    head = Text(f"{state}, {snapshot.time:.1f} s", style="bold")
+    return Group(
+        head, _build_rows(snapshot, is_narrow=width < _WIDE), _describe_loop(snapshot, width), *_list_trouble(snapshot)
+    )
+
+
+def _build_rows(snapshot: Snapshot, *, is_narrow: bool) -> Any:
+    """Table of the cables, which needs 36 columns where it is narrow, else 65."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, padding=(0, 1 if is_narrow else 2, 0, 0), pad_edge=False)
+    for title in _NARROW_TITLES if is_narrow else _TITLES:
+        table.add_column(Text(title), justify="right", no_wrap=True)
     for number, cable in enumerate(snapshot.cables, start=1):
-        figures = (cable.tension, cable.tension_target, cable.temperature, 1e3 * cable.feedback_age)
         pull = f"{1e3 * cable.pull:.1f}" if snapshot.is_homed else "-"
-        table.add_row(str(number), pull, *(f"{figure:.1f}" if math.isfinite(figure) else "-" for figure in figures))
+        tensions = (_format(figure, 1) for figure in (cable.tension, cable.tension_target))
+        rest = (_format(figure, 0) for figure in (cable.temperature, 1e3 * cable.feedback_age))
+        table.add_row(str(number), pull, *tensions, *rest)
     return table
 
 
-def _describe_trouble(snapshot: Snapshot) -> str:
-    """Faults and warnings, one a line."""
-    return "\n".join([*(f"{fault.kind.value}: {fault.text}" for fault in snapshot.faults), *snapshot.warnings])
+def _format(figure: float, digits: int) -> str:
+    return f"{figure:.{digits}f}" if math.isfinite(figure) else "-"
+
+
+def _describe_loop(snapshot: Snapshot, width: int) -> Any:
+    """How late the loop woke, at three quantiles."""
+    from rich.text import Text
+
+    lateness = snapshot.lateness
+    late = "/".join(f"{1e3 * part:.1f}" for part in (lateness.p50, lateness.p99, lateness.p999))
+    return Text(f"late {late} ms" if width < _WIDE else f"loop late {late} ms (p50/p99/p99.9)")
+
+
+def _list_trouble(snapshot: Snapshot) -> list[Any]:
+    """Faults and warnings."""
+    from rich.text import Text
+
+    faults = [Text(f"{fault.kind.value}: {fault.text}", style="red") for fault in snapshot.faults]
+    return [*faults, *(Text(warning, style="yellow") for warning in snapshot.warnings)]

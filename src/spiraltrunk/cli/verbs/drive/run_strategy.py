@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import read_text
@@ -35,6 +36,7 @@ def add_replay(actions: Any, name: str) -> None:
     """Add the action that tells of a log."""
     parser = add_action(actions, name, _replay, "read the log of a run, and draw its plots")
     parser.add_argument("log", type=read_text, metavar="LOG", help="an MCAP file that `drive run --out` wrote")
+    parser.add_argument("--intact", action="store_true", help="of a damaged log, tell what stands before the damage")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write the plots there")
 
 
@@ -90,17 +92,19 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
 def _replay(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.report import format_table
-    from spiraltrunk.workflows.drive.replay import PLOT, read_replay, write_replay
+    from spiraltrunk.workflows.drive.replay import PLOT, read_replay, summarise_replay, write_replay
 
-    replay = read_replay(arguments.log)
-    if not replay.result["is_complete"]:
-        damage = replay.result["damage"] or "its program was ended"
-        complain(f"the log is cut off ({damage}): what follows is told up to there", DONE)
+    replay = read_replay(arguments.log, intact=arguments.intact)
     with open_out(arguments.out, "drive", [PLOT]) as output:
         if output is not None:
             with output.draft() as draft:
                 write_replay(replay, draft)
+    if not replay.result["is_complete"]:
+        damage = replay.result["damage"]
+        how = "cut off (its program was ended)" if damage is None else f"damaged ({damage})"
+        complain(f"the log is {how}: what follows is told up to there", DONE)
+    files = [] if arguments.out is None else [PLOT]
     if arguments.json:
-        return DONE, format_json(replay.result)
-    rows = [(key.replace("_", " "), str(value)) for key, value in replay.result.items() if not isinstance(value, list)]
+        return DONE, format_json(replay.result | {"files": files})
+    rows = summarise_replay(replay, [str(Path(arguments.out) / name) for name in files])
     return DONE, format_table(rows, title=str(arguments.log), indent=2)
