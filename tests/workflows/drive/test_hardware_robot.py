@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from spiraltrunk import strategies
-from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.design import presets
 from spiraltrunk.design.drum import size_drum
@@ -18,6 +18,7 @@ from spiraltrunk.errors import DesignError, DriveError, MissingPackage, RunError
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
 from spiraltrunk.hardware.log import load_log
 from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.clock import TwinClock
@@ -27,6 +28,7 @@ from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.drive import hardware_robot
+from spiraltrunk.workflows.drive.camera import Camera
 from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 from spiraltrunk.workflows.drive.hardware_trial import build_announced_task, run_on_hardware, summarise_hardware_trial
 from spiraltrunk.workflows.drive.twin.machine_arm import MachineArm
@@ -168,6 +170,31 @@ def test_the_task_is_the_announced_one():
 def test_a_strategy_that_needs_a_camera_is_refused_without_one(machine):
     with connect(machine=machine) as robot, pytest.raises(RunError, match="kick needs a camera"):
         run_on_hardware(robot, OBJECT, strategies.get("kick"))
+
+
+def test_a_camera_of_the_user_is_asked_with_the_time_of_the_run(machine):
+    times = []
+
+    def look(time):
+        times.append(time)
+        return CameraObservation(time=time - 0.03, position=np.ones(3), axis=np.array([0.0, 0.0, 1.0]))
+
+    class Watching(Curl):
+        needs_camera = True
+
+    with connect(machine=machine) as robot:
+        trial = run_on_hardware(robot, OBJECT, Watching(), camera=Camera(look, "bench:look", robot.clock))
+    assert times == pytest.approx([seen.time for seen in trial.log.observations], abs=0.005)
+    assert [seen.camera.time for seen in trial.log.observations] == pytest.approx([t - 0.03 for t in times])
+
+
+def test_a_camera_that_fails_ends_the_run(machine):
+    def look(time):
+        return None if time < 0.2 else "a cup"
+
+    with connect(machine=machine) as robot, pytest.raises(RunError, match="camera bench:look returned 'a cup'; allow"):
+        run_on_hardware(robot, OBJECT, Curl(), camera=Camera(look, "bench:look", robot.clock))
+    assert robot.driver.mode is not Mode.ARMED
 
 
 def test_without_an_arm_no_strategy_runs():

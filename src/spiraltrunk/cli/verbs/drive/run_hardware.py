@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
     from spiraltrunk.design.trunk import TrunkDesign
     from spiraltrunk.hardware.setup.robot_file import RobotFile
+    from spiraltrunk.workflows.drive.camera import Camera, Look
     from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 
 RESULT = "result.json"
@@ -24,19 +25,24 @@ LOG = "drive.mcap"
 
 
 def run_on_robot(
-    arguments: argparse.Namespace, design: TrunkDesign, file: RobotFile, strategy: Strategy[Any], name: str
-) -> Answer:
+    arguments: argparse.Namespace, design: TrunkDesign, file: RobotFile, strategy: Strategy[Any], name: str,
+    *, look: Look | None = None,
+) -> Answer:  # fmt: skip
     """Run the strategy on the real robot, for an object of this name.
 
     Raises:
-        UsageError: where the file names no arm.
+        UsageError: where the file names no arm, or the strategy needs a camera and there is none.
     """
+    from spiraltrunk.workflows.drive.camera import Camera
     from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 
     if file.arm == "none":
         raise UsageError('the robot has no arm; allowed: arm = "panda:HOST" or "franky:HOST" in the file of --robot')
+    if strategy.needs_camera and look is None:
+        raise UsageError(f"{strategy.name} needs a camera; allowed: --camera MODULE:NAME, or a strategy without one")
     with HardwareRobot(design, file, without_watchdog=arguments.without_watchdog) as robot:
-        result = _run(arguments, robot, strategy, name)
+        camera = None if look is None else Camera(look, arguments.camera, robot.clock)
+        result = _run(arguments, robot, strategy, name, camera)
     code = FAILED if result["gave_up"] else DONE
     if arguments.json:
         return code, format_json(result)
@@ -45,7 +51,9 @@ def run_on_robot(
     return code, add_file_count(text, result, arguments, "\n  ")
 
 
-def _run(arguments: argparse.Namespace, robot: HardwareRobot, strategy: Strategy[Any], name: str) -> dict[str, Any]:
+def _run(
+    arguments: argparse.Namespace, robot: HardwareRobot, strategy: Strategy[Any], name: str, camera: Camera | None
+) -> dict[str, Any]:
     from spiraltrunk.sim.objects.catalogue import parse_object
     from spiraltrunk.workflows.drive.hardware_trial import run_on_hardware, summarise_hardware_trial
 
@@ -54,7 +62,12 @@ def _run(arguments: argparse.Namespace, robot: HardwareRobot, strategy: Strategy
 
         def run(log: Any) -> dict[str, Any]:
             done = run_on_hardware(
-                robot, parse_object(name), strategy, log=log, watch=lambda seen, status: progress(status.phase, 0, 0)
+                robot,
+                parse_object(name),
+                strategy,
+                camera=camera,
+                log=log,
+                watch=lambda seen, status: progress(status.phase, 0, 0),
             )
             state = compute_state(done.snapshot) | {"bus": robot.file.bus, "homing_s": done.homing}
             state["warnings"] = list(done.warnings)

@@ -28,6 +28,10 @@ def add_run(actions: Any, name: str) -> None:
         "--object", type=read_text, metavar="NAME",
         help="a catalogue name, or a solid such as cylinder:diameter_mm=72,height_mm=180,mass_g=350",
     )  # fmt: skip
+    parser.add_argument(
+        "--camera", type=read_text, metavar="MODULE:NAME",
+        help="a Python function that tells where the object is, for a robot; the twin has a camera of its own",
+    )  # fmt: skip
     parser.add_argument("--no-video", action="store_true", help="write neither film strip nor video")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write result, log, plots and video there")
 
@@ -44,6 +48,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk import strategies
     from spiraltrunk.design import load_design
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
+    from spiraltrunk.workflows.drive.camera import load_camera
     from spiraltrunk.workflows.drive.trial import run_on_twin
     from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions
     from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
@@ -54,8 +59,11 @@ def _run(arguments: argparse.Namespace) -> Answer:
     shape, design = parse_object(name), load_design(arguments.design)
     check_object(strategy, design, shape, name)
     file = read_robot_file(arguments, design)
+    look = None if arguments.camera is None else load_camera(arguments.camera)
     if file is not None:
-        return run_on_robot(arguments, design, file, strategy, name)
+        return run_on_robot(arguments, design, file, strategy, name, look=look)
+    if look is not None:
+        complain("--camera is only tried once: the twin has a camera of its own", DONE)
     missing, video = None, not arguments.no_video
     with (
         open_out(arguments.out, "drive", [*list_files(video=video), LOG]) as output,
