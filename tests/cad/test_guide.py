@@ -106,7 +106,8 @@ def test_counts_are_the_designs(built):
     assert counts["motor RoboMaster GM6020"] == counts["cable"] == counts["crimp bead"] == n
     assert counts["reflective marker"] == 3 * built.design.n_section
     assert counts["servo DS-929MG"] == (built.design.gripper is not None)
-    assert counts["strand"] == (0 if built.design.gripper is None else 2 * built.design.gripper.n_finger)
+    gripper = built.design.gripper
+    assert counts["strand"] == (0 if gripper is None else 2 * gripper.n_finger * gripper.n_leg)
     inserts = [row.count for row in built.bill.bought if row.item == "heat-set insert"]
     layout = find_layout(built.design, built.options)
     assert sorted(inserts) == sorted([len(layout.bases), len(layout.posts)])

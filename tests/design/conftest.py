@@ -12,6 +12,7 @@ from spiraltrunk.errors import DesignError
 FULL = replace(
     PAPER,
     name='every "key" \\ has a value',
+    gripper=replace(PAPER.gripper, n_leg=2),
     joint=replace(PAPER.joint, stiffness=tuple(1.0 + 0.1 * i for i in range(PAPER.n_joint))),
     housing=replace(PAPER.housing, mass=1.85, neck_mass=0.06),
     arm=ArmDesign(home=(0.0, -math.pi / 4, math.pi / 2)),

@@ -66,3 +66,20 @@ def test_the_paper_gripper_grasps_about_40_mm():
 def test_impossible_scales_are_refused(factor):
     with pytest.raises(DesignError, match="gripper scale"):
         GripperDesign().scaled(factor)
+
+
+@pytest.mark.parametrize("scale", [1.25, 1.5, 2.0])
+def test_an_enlarged_gripper_is_scaled_and_its_cables_run_on_both_sides(scale):
+    large = GripperDesign().enlarged(scale)
+    assert large == replace(GripperDesign().scaled(scale), n_leg=2)
+    assert large.tension_max == pytest.approx(8.0 * scale**2)
+
+
+def test_a_scale_of_1_is_the_paper_gripper():
+    assert GripperDesign().enlarged(1.0) == GripperDesign()
+
+
+@pytest.mark.parametrize("scale", [0.99, 2.01, 0.0, -1.5, math.nan, math.inf, "1.5"])
+def test_finger_scales_beyond_1_to_2_are_refused(scale):
+    with pytest.raises(DesignError, match=r"gripper\.scale is .*; allowed: a finite number, at least 1, at most 2"):
+        GripperDesign().enlarged(scale)

@@ -73,7 +73,7 @@ def test_the_first_preset_is_the_paper():
 
 @pytest.mark.parametrize("name", ["papr", "", "PAPER"])
 def test_an_unknown_preset_lists_those_that_exist(name):
-    with pytest.raises(UnknownName, match="paper, spirob-15, spirob-1m"):
+    with pytest.raises(UnknownName, match="paper, paper-large-grip, spirob-15, spirob-1m"):
         presets.get(name)
 
 

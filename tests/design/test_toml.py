@@ -165,6 +165,7 @@ def test_every_key_with_a_dimension_wears_its_unit():
         "center_fraction",
         "n_finger",
         "n_phalanx",
+        "n_leg",
         "model",
         "mount_site",
         "material",
@@ -255,3 +256,36 @@ def test_a_relative_model_is_written_as_it_is():
 
 def test_a_model_too_long_once_resolved_is_refused(refusal):
     assert refusal(MINIMAL + f'[arm]\nmodel = "{"x" * 999}"\n').name == "arm.model"
+
+
+def test_one_number_enlarges_the_gripper(tmp_path):
+    path = tmp_path / "trunk.toml"
+    path.write_text('name = "large"\n[spiral]\na_mm = 26.0\nb = 0.16\n[gripper]\nscale = 1.5\n')
+    design = load_design(path)
+    assert design.gripper == GripperDesign().enlarged(1.5)
+    assert load_design(write_design(design, path)) == design
+
+
+def test_the_scale_applies_to_the_sizes_beside_it(tmp_path):
+    path = tmp_path / "trunk.toml"
+    path.write_text('name = "long"\n[spiral]\na_mm = 26.0\nb = 0.16\n[gripper]\nfinger_length_mm = 50.0\nscale = 2\n')
+    assert load_design(path).gripper.finger_length == pytest.approx(0.100)
+
+
+@pytest.mark.parametrize(("scale", "message"), [
+    ("2.5", r"gripper\.scale is 2\.5; allowed: a finite number, at least 1, at most 2"),
+    ("0.5", r"gripper\.scale is 0\.5; allowed: a finite number, at least 1, at most 2"),
+    ("nan", r"gripper\.scale is nan; allowed: a finite number"),
+    ("'large'", r"gripper\.scale is 'large'; allowed: a finite number"),
+])  # fmt: skip
+def test_scales_beyond_the_range_are_refused_by_key(tmp_path, scale, message):
+    path = tmp_path / "trunk.toml"
+    path.write_text(f'name = "bad"\n[spiral]\na_mm = 26.0\nb = 0.16\n[gripper]\nscale = {scale}\n')
+    with pytest.raises(DesignError, match=message):
+        load_design(path)
+
+
+def test_the_file_of_the_paper_is_as_before():
+    """Its digest identifies designs in the results of earlier versions; a new key may not change it."""
+    assert "n_leg" not in format_design(PAPER)
+    assert "n_leg = 2" in format_design(presets.get("paper-large-grip"))

@@ -183,7 +183,9 @@ def test_a_missing_file_lists_the_presets(tmp_path):
         "a\0b",
         "\udcff",
     ):
-        with pytest.raises(DesignError, match=r"a preset \(paper, spirob-15, spirob-1m\) or a .toml file"):
+        with pytest.raises(
+            DesignError, match=r"a preset \(paper, paper-large-grip, spirob-15, spirob-1m\) or a .toml file"
+        ):
             load_design(missing)
 
 

@@ -14,8 +14,12 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.checks import check_count, check_number
+from spiraltrunk.checks import Range, check_count, check_number, check_range
 from spiraltrunk.field_docs import explain_fields
+
+SCALES = Range(least=1.0, most=2.0)
+"""Finger scales on a given trunk [-] (ours): at 2 the fingers stand 13 mm off the axis, beyond the paper's tip of 10.6
+mm, and close with 32 N."""
 
 
 @explain_fields
@@ -44,6 +48,9 @@ class GripperDesign:
     """Bending stiffness of a finger's first joint [N m/rad], then k_p^3 a joint (ours)."""
     tension_max: float = 8.0
     """Largest tension of a cable group [N] (ours)."""
+    n_leg: int = 1
+    """Legs of each cable group beside the trunk's solid joints [-]: 1 runs on one side of the axis, 2 on opposite sides
+    with half the tension each, which does not bend the trunk (ours)."""
 
     def __post_init__(self) -> None:
         check_count("gripper.n_finger", self.n_finger, least=2, most=8)
@@ -55,6 +62,7 @@ class GripperDesign:
         for name in ("mass", "stiffness", "tension_max"):
             check_number(f"gripper.{name}", getattr(self, name), least=1e-12, below=1e4)
         check_number("gripper.mount_radius", self.mount_radius, least=0.0, below=10.0)
+        check_count("gripper.n_leg", self.n_leg, least=1, most=2)
 
     @property
     def k_p(self) -> float:
@@ -89,6 +97,15 @@ class GripperDesign:
             stiffness=factor**3 * self.stiffness,
             tension_max=factor**2 * self.tension_max,
         )
+
+    def enlarged(self, scale: float) -> GripperDesign:
+        """The gripper of a larger finger scale on the same trunk: `scaled`, with cables of two legs above a scale of 1.
+
+        Raises:
+            DesignError: for a scale outside of `SCALES`.
+        """
+        check_range("gripper.scale", scale, SCALES)
+        return self if scale == 1.0 else replace(self.scaled(scale), n_leg=2)
 
     @property
     def grasp_width(self) -> float:

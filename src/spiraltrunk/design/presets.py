@@ -34,6 +34,14 @@ PAPER = _build_paper()
 """The robot of "Grasping by Spiraling" with the numbers of the authors' code: b = 0.16, measured section masses."""
 
 
+LARGE_GRIP = 1.75
+"""Finger scale of ``paper-large-grip`` [-] (ours)."""
+
+
+def _build_large_grip() -> TrunkDesign:
+    return replace(PAPER, name="paper-large-grip", gripper=GripperDesign().enlarged(LARGE_GRIP))
+
+
 def _build_spirob_15() -> TrunkDesign:
     """Planar SpiRob: two cables, 25 cm, tip 5.5 mm, taper 15 deg (Wang et al., SpiRobs); joints like the paper's."""
     planar = CableDesign(angles=(0.0, math.pi))
@@ -51,6 +59,7 @@ def _build_spirob_1m() -> TrunkDesign:
 
 _BUILDERS: dict[str, Callable[[], TrunkDesign]] = {
     "paper": lambda: PAPER,
+    "paper-large-grip": _build_large_grip,
     "spirob-15": _build_spirob_15,
     "spirob-1m": _build_spirob_1m,
 }

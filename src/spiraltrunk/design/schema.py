@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Sequence
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, Field, fields
 from decimal import Context, Decimal
 from enum import Enum
 from typing import Any, NamedTuple, final
@@ -61,12 +61,21 @@ class Key(NamedTuple):
     kind: Kind = Kind.NUMBER
     follows_rule: bool = False
     """Whether a rule gives the value where the file does not."""
+    hides_default: bool = False
+    """Whether a written file leaves the key out where the value is the default."""
 
     @property
     def is_required(self) -> bool:
         """Whether the field has no default and no rule."""
-        own = next(field for field in fields(self.owner) if field.name == self.field)
+        own = self._find_field()
         return own.default is MISSING and own.default_factory is MISSING and not self.follows_rule
+
+    def is_written(self, value: object) -> bool:
+        """Whether a file that describes ``value`` has the key."""
+        return value is not None and not (self.hides_default and value == self._find_field().default)
+
+    def _find_field(self) -> Field[Any]:
+        return next(field for field in fields(self.owner) if field.name == self.field)
 
 
 TABLES: dict[str, tuple[Key, ...]] = {
@@ -108,6 +117,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("mass_g", GripperDesign, "mass", MILLI),
         Key("stiffness_nm_per_rad", GripperDesign, "stiffness"),
         Key("tension_max_n", GripperDesign, "tension_max"),
+        Key("n_leg", GripperDesign, "n_leg", kind=Kind.COUNT, hides_default=True),
     ),
     "housing": (
         Key("radius_mm", HousingDesign, "radius", MILLI),

@@ -9,10 +9,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from spiraltrunk.checks import check_type
 from spiraltrunk.design import presets, schema
+from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import compactness
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
@@ -21,6 +22,9 @@ from spiraltrunk.files.atomic import write_file
 from spiraltrunk.files.text_lines import check_regular
 
 _PARTS = tuple(table for table in schema.TABLES if table)
+
+_SCALE = "scale"
+"""Key of [gripper] by which all its other sizes are scaled; a written file states the sizes that follow."""
 
 _HEAD = """\
 # A spiraltrunk design, as `spiraltrunk design` writes it.
@@ -88,7 +92,7 @@ def format_design(design: TrunkDesign, notes: Sequence[str] = ()) -> str:
         text += f"\n[{table}]\n" if table else ""
         for key in keys:
             value = getattr(design if key.owner is TrunkDesign else part, key.field)
-            text += "" if value is None else f"{key.name} = {schema.format_value(value, key)}\n"
+            text += f"{key.name} = {schema.format_value(value, key)}\n" if key.is_written(value) else ""
     return text
 
 
@@ -101,8 +105,20 @@ def _assemble(document: dict[str, Any]) -> TrunkDesign:
     for table in _PARTS:
         if table in document:
             keys = schema.TABLES[table]
-            trunk[table] = keys[0].owner(**schema.read_table(table, document[table], keys))
+            content, scale = _split_scale(document[table]) if table == "gripper" else (document[table], None)
+            more = [_SCALE] if table == "gripper" else []
+            part = keys[0].owner(**schema.read_table(table, content, keys, more))
+            trunk[table] = part if scale is None else part.enlarged(scale)
     return TrunkDesign(**trunk)
+
+
+def _split_scale(content: object) -> tuple[object, float | None]:
+    """A [gripper] table without its finger scale, and the scale [-], None where it has none."""
+    if not isinstance(content, dict) or _SCALE not in content:
+        return content, None
+    rest = {name: value for name, value in content.items() if name != _SCALE}
+    scale = schema.read_value(f"gripper.{_SCALE}", content[_SCALE], schema.Key(_SCALE, GripperDesign, _SCALE))
+    return rest, cast(float, scale)
 
 
 def _as_typed(error: DesignError, path: Path) -> DesignError:

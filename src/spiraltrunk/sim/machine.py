@@ -17,7 +17,7 @@ from spiraltrunk.errors import RunError
 from spiraltrunk.sim.ground_truth import Sample, TruthRecorder
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.robot.cable_friction import CableFriction
-from spiraltrunk.sim.robot.gripper import GROUPS
+from spiraltrunk.sim.robot.gripper import GROUPS, LEGS
 from spiraltrunk.sim.scene.build import build_model, build_task
 from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
 from spiraltrunk.sim.sensors import Sensors
@@ -66,7 +66,7 @@ class SimMachine:
         self._object = self.model.body("object").id
         gain, gear = self.model.actuator_gainprm[self._arm_motors, 0], self.model.actuator_gear[self._arm_motors, 0]
         self._arm_stiffness = gain * gear**2
-        self._grippers = [self.model.actuator(name).id for name in GROUPS] if self.design.gripper else []
+        self._grippers = [] if self.design.gripper is None else _find_grippers(self.model)
 
     @property
     def arm_limits(self) -> ArmLimits:
@@ -123,7 +123,9 @@ class SimMachine:
         """Set the tension of the gripper's cables over its largest, from -1 (opening) to 1 (closing) [-]."""
         if self.design.gripper is not None:
             tension = self.design.gripper.tension_max
-            self.data.ctrl[self._grippers] = max(0.0, tension * share), max(0.0, -tension * share)
+            pulls = max(0.0, tension * share), max(0.0, -tension * share)
+            for motors, pull in zip(self._grippers, pulls, strict=True):
+                self.data.ctrl[motors] = pull
 
     def advance(self, duration: float) -> None:
         """Advance the physics by a whole number of time steps [s]."""
@@ -175,6 +177,12 @@ class SimMachine:
         data.qacc[:] = 0.0
         mujoco.mj_inverse(self.model, data)
         return np.asarray((data.qfrc_inverse[self._truth.arm_v] - held) / self._arm_stiffness)
+
+
+def _find_grippers(model: mujoco.MjModel) -> list[list[int]]:
+    """Actuators of the closing and of the opening cable group, on the fingers and, with two legs, on the trunk."""
+    known = {model.actuator(i).name: i for i in range(model.nu)}
+    return [[known[name] for name in names if name in known] for names in zip(GROUPS, LEGS, strict=True)]
 
 
 def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:

@@ -9,6 +9,7 @@ from spiraltrunk.cad.checks.assembly import list_bolts
 from spiraltrunk.cad.components.fasteners import M3_INSERT, M3_INSERT_DEEP, M4_INSERT, M4_INSERT_DEEP, Bolt
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.housing.test_stand import N_WEDGE, PER_SECTION, list_wedge_bolts
+from spiraltrunk.cad.housing.winder import find_arm
 from spiraltrunk.cad.output.cable_lengths import cable_length, strand_length, trial_length
 from spiraltrunk.cad.output.electronics import list_electronics, list_servo_electronics
 from spiraltrunk.cad.output.purchase import Purchase
@@ -51,6 +52,9 @@ def list_purchases(
         )
     if design.gripper is not None and {"horn", "housing"} & groups:
         note = "with its round horn and its screws; dimensions unconfirmed: measure first (guide, step 1)"
+        if design.gripper.n_leg > 1:
+            torque = design.gripper.tension_max * find_arm(design, options) / 1e3
+            note += f"; one of {torque:.2f} N m or more closes with the full {design.gripper.tension_max:g} N"
         rows.append(Purchase(kind=MOTORS, item="servo DS-929MG", count=1, place="servo", note=note))
         rows += list_servo_electronics()
     if "housing" in groups:
@@ -134,11 +138,13 @@ def _list_cables(design: TrunkDesign, groups: set[str], options: MakeOptions) ->
                      note="tries holes and knots, and compares currents with tensions")
         )  # fmt: skip
     if design.gripper is not None and {"horn", "gripper"} & groups:
-        fingers = design.gripper.n_finger
+        fingers, legs = design.gripper.n_finger, design.gripper.n_leg
+        note = f"two groups of {fingers}, one to close and one to open; a little thinner will do"
+        if legs > 1:
+            note += f"; of each group {fingers} for either side of the trunk's axis"
         rows.append(
-            Purchase(kind=CABLES, item="strand", count=2 * fingers, material=braid, place="gripper",
-                     size=f"{options.cable / math.sqrt(fingers):.2f} mm, {strand_length(design):.0f} mm long",
-                     note=f"two groups of {fingers}, one to close and one to open; a little thinner will do")
+            Purchase(kind=CABLES, item="strand", count=2 * fingers * legs, material=braid, place="gripper", note=note,
+                     size=f"{options.cable / math.sqrt(fingers * legs):.2f} mm, {strand_length(design):.0f} mm long")
         )  # fmt: skip
     return rows
 

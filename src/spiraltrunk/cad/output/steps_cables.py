@@ -104,22 +104,26 @@ def _knots(build: Build) -> Step:
 
 def _gripper(build: Build) -> Step:
     gripper = build.design.gripper
-    fingers = 0 if gripper is None else gripper.n_finger
+    fingers, legs = (0, 1) if gripper is None else (gripper.n_finger, gripper.n_leg)
+    one, other = ("one strand", "one") if legs == 1 else ("two strands, one from each side of the trunk,", "two")
+    tie = (
+        "tie a figure of eight at the fingertip" if legs == 1 else "tie the two strands of a hole to each other over "
+        "4 mm of filament across the hole at the fingertip: the loop slides round it and shares the pull"
+    )  # fmt: skip
     return Step(
         title="Gripper", groups=frozenset({"gripper", "horn"}), needs=("trunk with cables", "clear gripper"),
         makes=("robot",),
         work=(
             "Finger 1 is the finger in line with one of the two lugs of the tenon. Mark it with a pen.",
-            f"Untwist the last 60 mm of both groups. Lead all {2 * fingers} strands into the hole of the tenon. In the "
-            f"plate, {fingers} channels lead from there to the fingers: with tweezers fish one strand of CLOSE (black "
-            "end) to the inner hole and one of OPEN (white end) to the outer hole of each finger, through a channel's "
-            "open end, and on to the fingertip.",
+            f"Untwist the last 60 mm of both groups. Lead all {2 * fingers * legs} strands into the hole of the "
+            f"tenon. In the plate, {fingers} channels lead from there to the fingers: with tweezers fish {one} of "
+            f"CLOSE (black end) to the inner hole and {other} of OPEN (white end) to the outer hole of each finger, "
+            "through a channel's open end, and on to the fingertip.",
             "Push the tenon in with finger 1 a quarter turn clockwise of dorsal (seen from the tip, looking at the "
             "trunk), drawing the strands along. Turn it by 90 deg anticlockwise: finger 1 is dorsal, the lugs are "
             "locked. A ring of electrical tape over the seam keeps it from turning back.",
-            "Servo at its middle (1500 us, fed as on the bench), fingers straight. Pull each strand taut, tie a "
-            "figure of eight at the "
-            "fingertip, cut it 3 mm behind with scissors for braid.",
+            "Servo at its middle (1500 us, fed as on the bench), fingers straight. Pull each strand taut, "
+            f"{tie}, cut it 3 mm behind with scissors for braid.",
         ),
         check="1400 us and 1600 us move all fingers, to opposite sides; note which closes. Then go towards the two "
         "pulses noted for the servo, and stop where the fingers meet.",

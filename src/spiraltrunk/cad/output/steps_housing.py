@@ -185,7 +185,7 @@ def _lid(build: Build) -> Step:
 
 def _bracket(build: Build) -> Step:
     gripper = build.design.gripper
-    fingers = 0 if gripper is None else gripper.n_finger
+    fingers, legs = (0, 1) if gripper is None else (gripper.n_finger, gripper.n_leg)
     return Step(
         title="Servo, double arm and the gripper's strands", groups=frozenset({"horn", "housing", "gripper"}),
         needs=("trunk on the lid", "servo at its middle", "printed double arm"), makes=("trunk with strands",),
@@ -199,8 +199,9 @@ def _bracket(build: Build) -> Step:
             "round horn with two short screws of the bag. Press the horn on the shaft so that the double arm lies "
             "parallel to the lid and to the bracket's wall, and fix it with the centre screw. Do not turn the shaft to "
             "get there: move the horn by one tooth.",
-            f"Two groups of {fingers} strands. Blacken the free ends of one group over 100 mm with a pen: CLOSE; the "
-            "other stays white: OPEN. Knot each group together at one end (a figure of eight), push the other ends "
+            f"Two groups of {fingers * legs} strands. Blacken the free ends of one group over 100 mm with a pen: "
+            "CLOSE; the other stays white: OPEN. Knot each group together at one end (a figure of eight), push the "
+            "other ends "
             f"with tweezers through the hole at one end of the double arm, "
             f"{find_arm(build.design, build.options):.1f} mm from the shaft. The knot stays on the face away from the "
             "servo. The other group through the other hole.",
@@ -219,7 +220,14 @@ def _say_channel(build: Build) -> str:
     if hollow >= build.design.n_joint:
         return ""
     inside = f"inside joints 1 to {hollow} and " if hollow else ""
-    return f"They run {inside}beside the thinner joints from {hollow + 1} on, one group on each side. "
+    gripper = build.design.gripper
+    sides = "one group on each side"
+    if gripper is not None and gripper.n_leg > 1:
+        sides = (
+            f"half of each group on each side: part each group into two bundles of {gripper.n_finger} strands before "
+            "it is drawn, and draw the two bundles of a group through opposite holes of the four"
+        )
+    return f"They run {inside}beside the thinner joints from {hollow + 1} on, {sides}. "
 
 
 def _flange() -> Step:

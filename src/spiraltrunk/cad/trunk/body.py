@@ -70,6 +70,15 @@ class Body:
         widest = max((joint.radius for joint in self.joints[self.n_hollow :]), default=0.0)
         return widest + options.hole / 2 + options.clearance
 
+    def find_legs(self, n_leg: int, options: MakeOptions) -> tuple[tuple[float, float], ...]:
+        """Positions (dorsal, lateral) of the holes beside the solid joints: two of one leg each, or four, in mm."""
+        aside = self.find_aside(options)
+        if n_leg == 1:
+            return ((0.0, aside), (0.0, -aside))
+        x = min((options.hole + options.wall) / 2, aside)
+        y = math.sqrt(aside**2 - x**2)
+        return ((x, y), (-x, -y), (-x, y), (x, -y))
+
 
 def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:
     """Joint ``i`` (from 0) with the design's bending stiffness E I / L.

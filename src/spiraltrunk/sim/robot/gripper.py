@@ -1,17 +1,31 @@
-"""MuJoCo bodies of the tip gripper: fingers of phalanges on elastic hinges, a closing and an opening cable group."""
+"""MuJoCo bodies of the tip gripper: fingers of phalanges on elastic hinges, a closing and an opening cable group.
+
+A group's tension acts on the finger joints. Where the group runs in two legs, it acts on the trunk's solid joints too:
+tendons follow the legs as they are printed, with half the tension each. What a single leg does to the trunk is not
+modelled, nor are friction on the way and the axial compression of the joints.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 
 from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
+from spiraltrunk.design.strand_route import find_strand_route
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 
 GROUPS = ("gripper_close", "gripper_open")
 """Tendon and actuator of the two cable groups, on the fingers' inner and outer sides."""
+
+LEGS = ("gripper_close_legs", "gripper_open_legs")
+"""Tendon and actuator of the legs of the two groups through the trunk; absent where a group has one leg."""
+
+SITE_SET_BACK = 0.08
+"""Distance of a leg's sites behind the faces over its distance from the axis [-]; 0 would chatter in a shut gap."""
 
 SOLIMP_LIMIT = [0.95, 0.999, 0.01, 0.5, 2.0]
 """Impedance of a finger joint's limit: full within half a degree, as of the phalanges' faces."""
@@ -24,6 +38,35 @@ def add_gripper(spec: mujoco.MjSpec, tip: mujoco.MjsBody, gripper: GripperDesign
         _exclude_overlaps(spec, gripper, f)
     for group, side in zip(GROUPS, (-1.0, 1.0), strict=True):
         _add_group(spec, gripper, group, side)
+
+
+def add_legs(spec: mujoco.MjSpec, design: TrunkDesign, sections: Sequence[str]) -> None:
+    """Add the legs of both cable groups beside the solid joints of the trunk, whose bodies are ``sections``.
+
+    Each group is one tendon of two branches with half its length each (MuJoCo's pulley with the divisor 2), so that
+    both carry half its tension.
+    """
+    gripper, route = design.gripper, find_strand_route(design)
+    if gripper is None or gripper.n_leg < 2 or route.first_solid >= design.n_joint:
+        return
+    for name, direction in zip(LEGS, route.leg_directions(), strict=True):
+        tendon = spec.add_tendon(name=name, group=4)
+        for branch, turn in (("a", 1.0), ("b", -1.0)):
+            tendon.wrap_pulley(2.0)
+            y, z = turn * route.aside * direction
+            for n in range(route.first_solid, design.n_section):
+                for end, x in zip("pd", _leg_ends(design, n, route.aside), strict=True):
+                    site = f"{name}_{n + 1:02d}{branch}{end}"
+                    spec.body(sections[n]).add_site(name=site, group=4, pos=[x, y, z])
+                    tendon.wrap_site(site)
+        _add_pull(spec, name, gripper.tension_max)
+
+
+def _leg_ends(design: TrunkDesign, n: int, aside: float) -> tuple[float, float]:
+    """Axial positions at which a leg enters and leaves section ``n`` [m]."""
+    solid, back = design.solid, SITE_SET_BACK * aside
+    begin, end = aside * math.tan(solid.lean_proximal), aside * math.tan(solid.lean_distal)
+    return begin + back, float(design.section_length[n]) - end - back
 
 
 def phalanx_name(finger: int, j: int) -> str:
@@ -79,10 +122,13 @@ def _add_group(spec: mujoco.MjSpec, gripper: GripperDesign, group: str, side: fl
     for f in range(gripper.n_finger):
         for j in range(gripper.n_phalanx):
             tendon.wrap_joint(phalanx_name(f, j), side * STRAND_LEVER * float(gripper.phalanx_width[j]))
+    _add_pull(spec, group, gripper.tension_max)
+
+
+def _add_pull(spec: mujoco.MjSpec, tendon: str, tension_max: float) -> None:
     actuator = spec.add_actuator(
-        name=group, target=group, trntype=mujoco.mjtTrn.mjTRN_TENDON, ctrllimited=True,
-        ctrlrange=[0.0, gripper.tension_max],
-    )  # fmt: skip
+        name=tendon, target=tendon, trntype=mujoco.mjtTrn.mjTRN_TENDON, ctrllimited=True, ctrlrange=[0.0, tension_max]
+    )
     actuator.gear[0] = -1.0
 
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from spiraltrunk.checks import check_type
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
-from spiraltrunk.sim.robot.gripper import add_gripper
+from spiraltrunk.sim.robot.gripper import add_gripper, add_legs
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF, TRUNK_COLORS
 
 _QUAT_MOUNT_TRUNK_WXYZ = (0.5, -0.5, -0.5, -0.5)
@@ -81,6 +81,7 @@ def add_trunk(
         _add_cable(spec, design, c, options)
     if design.gripper is not None:
         add_gripper(spec, body, design.gripper, float(design.section_length[-1]))
+        add_legs(spec, design, [section_name(n) for n in range(design.n_section)])
     _exclude_neighbours(spec, design)
 
 
