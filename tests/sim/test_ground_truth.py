@@ -1,5 +1,7 @@
 """What the record reads off MuJoCo's arrays, against MuJoCo's own functions, in the middle of a grasp."""
 
+from copy import copy
+
 import mujoco
 import numpy as np
 import pytest
@@ -44,6 +46,29 @@ def test_the_grip_is_the_sum_of_the_normal_forces(plant):
     assert count > 2
     assert total > 1.0
     assert plant.trace[-1].grip_force == pytest.approx(total, rel=1e-12)
+
+
+def test_the_slip_is_the_mean_sliding_velocity_by_normal_force(plant):
+    """With points' velocities from Jacobians. After a step, forces and contacts are those before it: computed anew."""
+    model, data, force, total, slid = plant.model, copy(plant.data), np.zeros(6), 0.0, np.zeros(3)
+    mujoco.mj_forward(model, data)
+    for i, contact in enumerate(data.contact):
+        if "object" not in (names := _names(plant, contact)) or not names & {"section", "finger", "neck"}:
+            continue
+        bodies = sorted((int(model.geom_bodyid[g]) for g in contact.geom), key=lambda b: model.body(b).name != "object")
+        jacobian = np.zeros((2, 3, model.nv))
+        for body, rows in zip(bodies, jacobian, strict=True):
+            mujoco.mj_jac(model, data, rows, None, contact.pos, body)
+        velocity, normal = (jacobian[0] - jacobian[1]) @ data.qvel, contact.frame[:3]
+        mujoco.mj_contactForce(model, data, i, force)
+        total, slid = total + force[0], slid + force[0] * (velocity - normal * (normal @ velocity))
+    assert np.linalg.norm(slid / total) > 1e-4
+    seen = plant._truth.sample(data, plant._arm_command).slip_velocity
+    np.testing.assert_allclose(seen, slid / total, rtol=1e-9, atol=1e-12)
+
+
+def test_the_axis_is_the_objects_own(plant):
+    np.testing.assert_array_equal(plant.trace[-1].object_axis, plant.data.body("object").xmat.reshape(3, 3)[:, 0])
 
 
 def test_the_overlap_is_that_of_the_deepest_contact(plant):

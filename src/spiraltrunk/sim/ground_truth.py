@@ -27,6 +27,8 @@ class Sample:
     """MuJoCo's generalised positions, shape (n_q,) [m, rad]."""
     object_position: np.ndarray
     """Centre of the object, shape (3,) [m]."""
+    object_axis: np.ndarray
+    """Unit vector along the object, shape (3,) [-]."""
     joint_bend: np.ndarray
     """Angle between neighbouring axes, shape (n_joint,) [rad]."""
     cable_pull: np.ndarray
@@ -35,6 +37,8 @@ class Sample:
     """Tension, shape (n_cable,) [N]."""
     grip_force: float
     """Sum of the normal forces between trunk and object [N]."""
+    slip_velocity: np.ndarray
+    """Mean sliding velocity of the object along the trunk's surface, weighted by normal force, shape (3,) [m/s]."""
     string_tension: float
     """Sum of the tensions of the object's strings [N]."""
     penetration: float
@@ -68,6 +72,7 @@ class TruthRecorder:
         self._cables = np.array([model.tendon(cable_name(c)).id for c in range(design.n_cable)])
         self._is_string = np.array([model.tendon(t).name.startswith("string_") for t in range(model.ntendon)], bool)
         self._object = model.body("object").id
+        self._body, self._root = model.geom_bodyid.copy(), model.body_rootid.copy()
         self.motors = np.array([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
         """Actuators of the cables."""
         self.arm_q = np.array([model.joint(name).qposadr[0] for name in arm_joints])
@@ -97,14 +102,17 @@ class TruthRecorder:
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
         """Ground truth of the present state; resets the extremes. ``arm_command`` has shape (n_arm,) [rad]."""
+        contact, force = self._find_grip(data)
         sample = Sample(
             time=data.time,
             qpos=data.qpos.copy(),
             object_position=data.xpos[self._object].copy(),
+            object_axis=data.xmat[self._object, [0, 3, 6]],
             joint_bend=joint_bends(data.qpos, self._hinges),
             cable_pull=self.straight_length - data.ten_length[self._cables],
             cable_tension=-data.actuator_force[self.motors],
-            grip_force=self._grip_force(data),
+            grip_force=sum(force.tolist()),
+            slip_velocity=self._slip_velocity(data, contact, force),
             string_tension=self._string_tension(data),
             penetration=self._penetration,
             bend_most=self._bend,
@@ -119,12 +127,30 @@ class TruthRecorder:
         self.reset()
         return sample
 
-    def _grip_force(self, data: mujoco.MjData) -> float:
-        """Sum of the normal forces between trunk and object [N]; a contact's first constraint row is the normal."""
+    def _find_grip(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
+        """Contacts between trunk and object, and their normal forces [N]: a contact's first constraint row."""
         if data.ncon == 0:
-            return 0.0
-        row = data.contact.efc_address[self._kind[data.contact.geom].sum(axis=1) == OBJECT + TRUNK]
-        return sum(data.efc_force[row[row >= 0]].tolist())
+            return np.zeros(0, int), np.zeros(0)
+        row = data.contact.efc_address
+        contact = np.flatnonzero((self._kind[data.contact.geom].sum(axis=1) == OBJECT + TRUNK) & (row >= 0))
+        return contact, data.efc_force[row[contact]]
+
+    def _slip_velocity(self, data: mujoco.MjData, contact: np.ndarray, force: np.ndarray) -> np.ndarray:
+        r"""Mean of the contacts' sliding velocities, :math:`\sum_i N_i P_i (v_o - v_t) / \sum_i N_i`, shape (3,) [m/s].
+
+        :math:`v_o` and :math:`v_t` are the velocities of object and trunk at the contact, :math:`P_i` projects onto its
+        tangential plane. The mean of an object that turns in a loop is small, as its surface slides both ways.
+        """
+        total = force.sum()
+        if not total > 0.0:
+            return np.zeros(3)
+        geom, point = data.contact.geom[contact], data.contact.pos[contact]
+        is_first = self._kind[geom[:, :1]] == OBJECT
+        body = self._body[np.where(is_first, geom, geom[:, ::-1])]
+        relative = np.subtract(*(_velocities(data, body[:, side], self._root, point) for side in (0, 1)))
+        normal = data.contact.frame[contact, :3]
+        relative -= (relative * normal).sum(axis=1, keepdims=True) * normal
+        return np.asarray(force @ relative / total)
 
     def _string_tension(self, data: mujoco.MjData) -> float:
         if not self._is_string.any():
@@ -142,6 +168,15 @@ def joint_bends(qpos: np.ndarray, hinges: np.ndarray) -> np.ndarray:
     """
     first, second = np.cos(qpos[hinges])
     return np.asarray(np.arccos(first * second))
+
+
+def _velocities(data: mujoco.MjData, body: np.ndarray, root: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Velocity of points that move with bodies, shape (n, 3) [m/s].
+
+    MuJoCo's ``cvel`` is the velocity about the centre of mass of the body's kinematic tree.
+    """
+    turn, shift = data.cvel[body, :3], data.cvel[body, 3:]
+    return np.asarray(shift + np.cross(turn, point - data.subtree_com[root[body]]))
 
 
 def read_contacts(geom: np.ndarray, dist: np.ndarray, kind: np.ndarray) -> tuple[float, bool, bool, bool]:

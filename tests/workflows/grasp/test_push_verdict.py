@@ -12,13 +12,13 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.workflows.grasp.evidence import Evidence, Moments
 from spiraltrunk.workflows.grasp.push_verdict import evaluate_kick, evaluate_sweep
-from spiraltrunk.workflows.grasp.verdict import Evidence, Moments
 
 TASK = build_task(
     PAPER, SceneOptions(shape=parse_object("ball-100"), support="ground", position=(0.5, 0.0, 0.0), push=(0.0, 0.17))
 )
-START = TASK.target.position
+START, AXIS = TASK.target.position, TASK.target.axis
 TIMES = np.arange(0, 801) * 0.02
 SWEPT = 4.0
 MOMENTS = Moments(push=(1.0, SWEPT), lift=(5.0, 7.0), carry=(7.0, 9.0), hold=(9.0, 12.0))
@@ -27,7 +27,8 @@ MOMENTS = Moments(push=(1.0, SWEPT), lift=(5.0, 7.0), carry=(7.0, 9.0), hold=(9.
 def _sample(t, position, is_held=False):
     home = np.array(PANDA.home)
     return Sample(
-        time=t, qpos=np.zeros(1), object_position=position, joint_bend=np.full(17, 0.4), cable_pull=np.zeros(3),
+        time=t, qpos=np.zeros(1), object_position=position, object_axis=AXIS, slip_velocity=np.zeros(3),
+        joint_bend=np.full(17, 0.4), cable_pull=np.zeros(3),
         cable_tension=np.zeros(3), grip_force=5.0 if is_held else 0.0, string_tension=0.0, penetration=1e-3,
         bend_most=0.5, touches_robot=False, touches_table=not is_held, arm_touches_ground=False,
         arm_torque=np.full(7, 5.0), arm_position=home, arm_velocity=np.zeros(7), arm_command=home,

@@ -11,10 +11,11 @@ from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import PLACE_ASIDE, SceneOptions
-from spiraltrunk.workflows.grasp.verdict import Evidence, Moments, evaluate_grasp
+from spiraltrunk.workflows.grasp.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict import evaluate_grasp
 
 TASK = build_task(PAPER, SceneOptions())
-START = TASK.target.position
+START, AXIS = TASK.target.position, TASK.target.axis
 MOMENTS = Moments(lift=(1.0, 3.0), carry=(3.0, 5.0), hold=(5.0, 8.0))
 TIMES = np.arange(0, 501) * 0.02
 
@@ -32,7 +33,8 @@ def _sample(t):
     position = START + np.array([0.0, _aside(t), _height(t)])
     home = np.array(PANDA.home)
     return Sample(
-        time=t, qpos=np.zeros(1), object_position=position, joint_bend=np.full(17, 0.4), cable_pull=np.zeros(3),
+        time=t, qpos=np.zeros(1), object_position=position, object_axis=AXIS, slip_velocity=np.zeros(3),
+        joint_bend=np.full(17, 0.4), cable_pull=np.zeros(3),
         cable_tension=np.zeros(3), grip_force=5.0 if lifted else 0.0, string_tension=0.0 if lifted else 2.45,
         penetration=1e-3, bend_most=0.5, touches_robot=False, touches_table=t >= 9.0,
         arm_touches_ground=False, arm_torque=np.full(7, 5.0),

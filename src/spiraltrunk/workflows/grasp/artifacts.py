@@ -59,7 +59,7 @@ def list_files(*, video: bool = True) -> tuple[str, ...]:
 
 def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict[str, Any]:
     """Verdict and figures of a trial with the object called ``name``, ready for JSON."""
-    verdict, options = trial.verdict, trial.options
+    verdict, options, failure = trial.verdict, trial.options, trial.verdict.failure
     spans = compute_phase_spans(trial.log)
     figures = {
         "strategy": trial.strategy,
@@ -67,12 +67,17 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
         "seed": trial.seed,
         "success": verdict.success,
         "reason": verdict.reason,
+        "cause": None if failure is None else failure.cause.value,
+        "cause_time_s": None if failure is None else failure.time,
         "phases": [{"name": phase, "start_s": begin, "end_s": end} for phase, begin, end in spans],
         "front": _compute_front_figures(trial),
         "lift_m": verdict.lift,
         "carry_m": verdict.carry,
         "hold_s": verdict.hold,
+        "held": verdict.is_held,
         "place_error_m": verdict.place_error,
+        "upright": verdict.is_upright,
+        "tilt_deg": None if verdict.tilt is None else math.degrees(verdict.tilt),
         "max_penetration_m": verdict.penetration,
         "max_joint_deg": math.degrees(verdict.bend),
         "limits_judged": not verdict.unjudged,

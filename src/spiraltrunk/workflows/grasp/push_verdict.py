@@ -14,17 +14,11 @@ import numpy as np
 
 from spiraltrunk.control.messages import Task
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.workflows.grasp.verdict import (
-    Evidence,
-    Verdict,
-    arm_conditions,
-    decide,
-    evaluate_grasp,
-    fault_conditions,
-)
-
-GATE = math.radians(30.0)
-"""Largest angle between the way to the goal and the object's motion [rad] (ours)."""
+from spiraltrunk.workflows.grasp.arm_conditions import arm_conditions
+from spiraltrunk.workflows.grasp.evidence import Evidence
+from spiraltrunk.workflows.grasp.faults import fault_conditions, find_failure
+from spiraltrunk.workflows.grasp.push_loss import GATE, compute_path, find_kick_loss, find_sweep_loss
+from spiraltrunk.workflows.grasp.verdict import Verdict, decide, evaluate_grasp
 
 GRASP_ZONE = 0.05
 """Distance from its place within which the grasp after a sweep sets the object down [m], as for any grasp."""
@@ -38,12 +32,8 @@ REST_WAY = 0.002
 
 def evaluate_kick(evidence: Evidence) -> Verdict:
     """Verdict on a kick; ``carry`` is the object's displacement, ``place_error`` what it lacks of the goal's way."""
-    trace, task = evidence.trace, evidence.task
-    way = (task.goal.place - task.target.position) * [1.0, 1.0, 0.0]
-    way /= np.linalg.norm(way)
-    line = float(np.dot(task.goal.place - task.target.position, way))
-    moved = np.array([s.object_position for s in trace]) - trace[0].object_position
-    along, aside = moved @ way, moved @ np.array([way[1], -way[0], 0.0])
+    trace, (along, aside, line) = evidence.trace, compute_path(evidence)
+    moved = trace[-1].object_position - trace[0].object_position
     passed = next((i for i in range(len(trace)) if along[i] >= line), None)
     angle = 0.0 if passed is None else math.atan2(abs(float(aside[passed])), float(along[passed]))
     return decide(
@@ -54,8 +44,8 @@ def evaluate_kick(evidence: Evidence) -> Verdict:
             (_is_at_rest(evidence, trace[-1].time), "not at rest on the ground"),
             *arm_conditions(evidence),
         ),
-        evidence, lift=0.0, hold=0.0, place_error=max(0.0, line - float(along.max())),
-        carry=float(np.linalg.norm(moved[-1, :2])),
+        evidence, find_loss=find_kick_loss, lift=0.0, hold=0.0, carry=float(np.linalg.norm(moved[:2])),
+        place_error=max(0.0, line - float(along.max())),
     )  # fmt: skip
 
 
@@ -75,7 +65,9 @@ def evaluate_sweep(evidence: Evidence) -> Verdict:
         (grasp.success, grasp.reason),
     )
     reason = next((text for holds, text in conditions if not holds), "success")
-    return replace(grasp, success=reason == "success", reason=reason)
+    success, is_swept = reason == "success", push is not None and after <= task.goal.zone
+    failure = None if success else grasp.failure if is_swept else find_failure(evidence, find_sweep_loss(evidence))
+    return replace(grasp, success=success, reason=reason, failure=failure)
 
 
 def _distance(sample: Sample, task: Task) -> float:

@@ -18,8 +18,9 @@ from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.workflows.grasp.evidence import Evidence
 from spiraltrunk.workflows.grasp.jobs import JOBS
-from spiraltrunk.workflows.grasp.verdict import Evidence, Verdict
+from spiraltrunk.workflows.grasp.verdict import Verdict
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 

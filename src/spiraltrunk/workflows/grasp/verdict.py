@@ -3,92 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from typing import final
 
 import numpy as np
 
-from spiraltrunk.control.arm_limits import ArmLimits, find_missing_limits, velocity_bounds
-from spiraltrunk.control.loop import RunLog
-from spiraltrunk.control.messages import Task
-from spiraltrunk.control.strategy import Milestone
+from spiraltrunk.control.arm_limits import find_missing_limits
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.sim.machine import SimMachine
-
-Span = tuple[float, float]
-Condition = tuple[bool, str]
+from spiraltrunk.workflows.grasp.arm_conditions import Condition, arm_conditions
+from spiraltrunk.workflows.grasp.cause import Failure
+from spiraltrunk.workflows.grasp.course import SLACK_SHARE, compute_angle
+from spiraltrunk.workflows.grasp.evidence import Evidence, Span
+from spiraltrunk.workflows.grasp.faults import fault_conditions, find_failure
+from spiraltrunk.workflows.grasp.grasp_loss import DROP_SPEED, FALL_MOST, find_grasp_loss
 
 LIFT_TOLERANCE = 0.25
 """Largest deviation of lift and carry over the commanded ones [-] (ours)."""
 
-BEND_MOST = math.radians(33.0)
-"""Largest bend that a joint of the paper's 30 deg may show; 10 % over the limit for other designs [rad] (ours)."""
-
-PENETRATION_MOST = 0.005
-"""Deepest overlap of two bodies that counts as contact and not as fault [m] (ours)."""
-
-FALL_MOST = 0.010
-"""Largest fall of a lifted object that touches neither trunk nor ground [m] (ours)."""
-
-DROP_SPEED = 0.6
-"""Largest speed of an object that is let down [m/s] (ours): that of a free fall by 18 mm; strategies lower at 0.1."""
-
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class Moments:
-    """Begin and end of what the strategy reported by its milestones [s]; None for what it did not report."""
-
-    push: Span | None = None
-    """From the begin of the push until the trunk has withdrawn."""
-    lift: Span | None = None
-    """The lift."""
-    carry: Span | None = None
-    """The carry aside."""
-    hold: Span | None = None
-    """The hold."""
-
-    @classmethod
-    def from_log(cls, log: RunLog) -> Moments:
-        """Moments of a run, by the milestones of its statuses."""
-        return cls(
-            push=log.milestone_span(Milestone.PUSHED), lift=log.milestone_span(Milestone.LIFTED),
-            carry=log.milestone_span(Milestone.CARRIED), hold=log.milestone_span(Milestone.HELD),
-        )  # fmt: skip
-
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class Evidence:
-    """What a verdict rests on."""
-
-    trace: Sequence[Sample]
-    """True states of the simulation over time."""
-    task: Task
-    """What was to be done."""
-    moments: Moments
-    """When the strategy lifted, carried and held, as it reported."""
-    gave_up: str | None
-    """Why the strategy ended before its goal, if it did."""
-    warnings: int
-    """Number of warnings of the solver."""
-    limits: ArmLimits
-    """Limits of the arm."""
-
-    @classmethod
-    def from_run(cls, plant: SimMachine, log: RunLog) -> Evidence:
-        """Evidence of a run on a simulated machine."""
-        return cls(
-            trace=plant.trace, task=plant.task, moments=Moments.from_log(log), gave_up=log.gave_up,
-            warnings=plant.warnings, limits=plant.arm_limits,
-        )  # fmt: skip
-
-    def between(self, span: Span | None) -> list[Sample]:
-        """Samples of a span of time [s]; none for None."""
-        return [] if span is None else [s for s in self.trace if span[0] - 1e-9 <= s.time <= span[1] + 1e-9]
+UPRIGHT_MOST = math.radians(10.0)
+"""Largest change of an object's axis to the vertical with which it is set down upright [rad] (ours): what rests on flat
+ground keeps its angle or lies on another face; what leans is not upright."""
 
 
 @final
@@ -114,6 +52,17 @@ class Verdict:
     """Largest joint bend [rad]."""
     unjudged: tuple[str, ...] = ()
     """Quantities of the arm of which no limit is known, so that none was judged."""
+    failure: Failure | None = None
+    """What went wrong first, and when; None for a success."""
+    is_held: bool = False
+    """Whether the trunk alone held the object for as long as asked."""
+    tilt: float | None = None
+    """Change of the angle between the object's axis and the vertical from begin to end [rad]; None for a sphere."""
+
+    @property
+    def is_upright(self) -> bool | None:
+        """Whether an object that was held was set down as it began, within UPRIGHT_MOST; None for a sphere."""
+        return None if self.tilt is None else self.is_held and self.tilt <= UPRIGHT_MOST
 
 
 def evaluate_grasp(evidence: Evidence) -> Verdict:
@@ -122,8 +71,8 @@ def evaluate_grasp(evidence: Evidence) -> Verdict:
     lift = float(_displacement(evidence, moments.lift)[2])
     carry = float(np.linalg.norm(_displacement(evidence, moments.carry)[:2]))
     hold, aside = _time_held(evidence), float(np.linalg.norm(goal.aside))
-    place_error = float(np.linalg.norm(trace[-1].object_position - goal.place))
-    return decide(
+    place_error, is_held = float(np.linalg.norm(trace[-1].object_position - goal.place)), hold >= goal.hold - 0.05
+    verdict = decide(
         (
             *fault_conditions(evidence),
             (moments.lift is not None, "the strategy reported no lift"),
@@ -131,76 +80,55 @@ def evaluate_grasp(evidence: Evidence) -> Verdict:
             (moments.carry is not None, "the strategy reported no carry"),
             (abs(carry / aside - 1) <= LIFT_TOLERANCE, f"carried {carry * 100:.0f} cm aside"),
             (moments.hold is not None, "the strategy reported no hold"),
-            (hold >= goal.hold - 0.05, f"held alone for {hold:.1f} s"),
+            (is_held, f"held alone for {hold:.1f} s"),
             (_is_released(evidence), "not released at rest"),
             (place_error <= goal.zone, f"released {place_error * 100:.1f} cm from the target"),
             *_drop_conditions(evidence),
             *arm_conditions(evidence),
         ),
-        evidence, lift=lift, carry=carry, hold=hold, place_error=place_error,
+        evidence, find_loss=partial(find_grasp_loss, is_held=is_held), lift=lift, carry=carry, hold=hold,
+        place_error=place_error,
     )  # fmt: skip
+    return replace(verdict, is_held=is_held, tilt=_compute_tilt(evidence))
 
 
 def decide(
-    conditions: Sequence[Condition], evidence: Evidence, *, lift: float, carry: float, hold: float, place_error: float
+    conditions: Sequence[Condition],
+    evidence: Evidence,
+    *,
+    find_loss: Callable[[Evidence], Failure],
+    lift: float,
+    carry: float,
+    hold: float,
+    place_error: float,
 ) -> Verdict:
-    """The verdict whose reason is the first condition that fails, with figures as in `Verdict` [m], [s]."""
+    """The verdict whose reason is the first condition that fails.
+
+    Args:
+        conditions: conditions, each with the reason that is given where it fails.
+        evidence: what the verdict rests on.
+        find_loss: what happened to the object of a failed trial.
+        lift: as in `Verdict` [m].
+        carry: likewise [m].
+        hold: likewise [s].
+        place_error: likewise [m].
+    """
     reason = next((text for holds, text in conditions if not holds), "success")
+    success = reason == "success"
     return Verdict(
-        success=reason == "success", reason=reason, lift=lift, carry=carry, hold=hold, place_error=place_error,
-        penetration=max(s.penetration for s in evidence.trace), bend=max(s.bend_most for s in evidence.trace),
+        success=success, reason=reason, lift=lift, carry=carry, hold=hold, place_error=place_error,
         unjudged=find_missing_limits(evidence.limits),
+        penetration=float(np.max([s.penetration for s in evidence.trace])),
+        bend=float(np.max([s.bend_most for s in evidence.trace])),
+        failure=None if success else find_failure(evidence, find_loss(evidence)),
     )  # fmt: skip
 
 
-def fault_conditions(evidence: Evidence) -> list[Condition]:
-    """Conditions of every job: no fault of the simulation, no joint bent too far, no touch of the arm."""
-    trace, warnings = evidence.trace, evidence.warnings
-    penetration, bend = max(s.penetration for s in trace), max(s.bend_most for s in trace)
-    bend_most = evidence.task.design.joint_limit * BEND_MOST / math.radians(30.0)
-    return [
-        (warnings == 0, f"the solver warned {warnings} times"),
-        (evidence.gave_up is None, f"{evidence.gave_up}"),
-        (bend <= bend_most, f"a joint bent {math.degrees(bend):.1f} deg"),
-        (penetration <= PENETRATION_MOST, f"bodies overlapped by {penetration * 1e3:.1f} mm"),
-        (not any(s.touches_robot for s in trace), "the object touched housing or arm"),
-        (not any(s.arm_touches_ground for s in trace), "housing or arm touched the ground"),
-    ]
-
-
-def arm_conditions(evidence: Evidence) -> list[Condition]:
-    """Speed and torque as simulated; acceleration and jerk of the commanded path at the rate of its commands.
-
-    A torque at its limit counts as passed, as simulated actuators, like real ones, give no more. What has no limit
-    yields no condition: `find_missing_limits` names it.
-    """
-    trace, limits = evidence.trace, evidence.limits
-    if len(trace) < 2:
-        return []
-    dt = trace[1].time - trace[0].time
-    position, velocity, torque, command = (
-        np.array([getattr(s, name) for s in trace])
-        for name in ("arm_position", "arm_velocity", "arm_torque", "arm_command")
-    )
-    acceleration, jerk = np.diff(command, 2, axis=0) / dt**2, np.diff(command, 3, axis=0) / dt**3
-    conditions = []
-    if limits.velocity is not None:
-        conditions.append((_is_within(velocity, velocity_bounds(limits, position)), "the arm passed its speed limit"))
-    if limits.torque is not None:
-        conditions.append((bool((np.abs(torque) < limits.torque).all()), "the arm passed its torque limit"))
-    for name, values, most in (
-        ("acceleration", acceleration, limits.acceleration),
-        ("jerk", jerk, limits.jerk),
-    ):
-        if most is not None:
-            conditions.append((_is_within(values, (-most, most)), f"the arm passed its {name} limit"))
-    if limits.position is not None:
-        conditions.append((_is_within(position, limits.position), "the arm passed a joint range"))
-    return conditions
-
-
-def _is_within(values: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> bool:
-    return bool(((values >= bounds[0]) & (values <= bounds[1])).all())
+def _compute_tilt(evidence: Evidence) -> float | None:
+    """Change of the angle between the object's axis and the vertical [rad]; None for a sphere, which has no axis."""
+    if evidence.task.target.kind == "sphere":
+        return None
+    return abs(compute_angle(evidence.trace[-1].object_axis) - compute_angle(evidence.trace[0].object_axis))
 
 
 def _displacement(evidence: Evidence, span: Span | None) -> np.ndarray:
@@ -241,7 +169,7 @@ def _time_held(evidence: Evidence) -> float:
     if len(part) < 2:
         return 0.0
     mean = np.mean([s.object_position[2] for s in part])
-    slack = 0.02 * evidence.task.target.mass * GRAVITY
+    slack = SLACK_SHARE * evidence.task.target.mass * GRAVITY
     is_held = [
         s.string_tension <= slack and s.grip_force > 0 and not s.touches_table and not s.touches_robot
         and abs(s.object_position[2] - mean) <= 0.02
