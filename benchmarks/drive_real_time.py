@@ -1,12 +1,17 @@
 """How long strategies think, and how late the driver's loop is in real time on this computer.
 
 A strategy thinks in `init` (its plan) and `step`; on a robot its thread is not the loop's, and its command is too old
-40 ms after the one before. Processor time is told beside wall time, which other programs lengthen. Lateness is measured
-on the twin in real time while another thread computes in Python, for two switch intervals of the interpreter.
+40 ms after the one before, or `plant.THINKING` after it while the robot holds still (`sweep` plans its grasp there).
+Processor time is told beside wall time, which other programs lengthen. Lateness is measured on the twin in real time
+while another thread computes in Python, for two switch intervals of the interpreter.
+
+``python benchmarks/drive_real_time.py kick sweep`` runs these strategies on the twin in real time instead: the computer
+must be idle, for the simulation of the scene shares the interpreter with the driver's loop.
 """
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 
@@ -19,6 +24,7 @@ from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.hardware.driver import threaded_driver
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.workflows.drive.trial import run_on_twin
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 from spiraltrunk.workflows.grasp.world import draw_scene
 
@@ -70,7 +76,25 @@ def time_loop(interval: float) -> None:
     print(f"switch interval {1e3 * interval:g} ms: late by {figures} ms (p50, p99, p99.9); {end}")
 
 
+def run_strategy(name: str) -> None:
+    """Print how a run on the twin in real time ended."""
+    shape = parse_object(strategies.get(name).objects[0])
+    try:
+        done = run_on_twin(presets.PAPER, shape, strategy=name, options=TwinOptions(is_real_time=True))
+    except SpiralTrunkError as error:
+        print(f"{name}: {error}")
+        return
+    log, late = done.trial.log, done.snapshot.lateness
+    figures = ", ".join(f"{1e3 * part:.2f}" for part in (late.p50, late.p99, late.p999))
+    faults = "; ".join(fault.text for fault in done.snapshot.faults) or "none"
+    print(f"{name}: {len(log.commands)} commands, faults: {faults}; {done.trial.verdict.reason}; late by {figures} ms")
+
+
 if __name__ == "__main__":
+    for name in sys.argv[1:]:
+        run_strategy(name)
+    if sys.argv[1:]:
+        sys.exit()
     for interval in INTERVALS:
         time_loop(interval)
     for name in strategies.NAMES:

@@ -20,6 +20,17 @@ MOVING = 0.02
 """Speed of a joint above which the arm counts as moving [rad/s] (ours)."""
 
 
+THINKING = 1.0
+"""Time for which a strategy may think while the robot holds still [s] (ours): three times what `sweep` takes to plan
+its grasp. It is the longest validity of a command, `DriverOptions.validity_most`."""
+
+REST = 0.2
+"""Time for which commands must not have changed for that [s] (ours)."""
+
+_STILL = (2e-3, 0.5, 1e-3, 0.02)
+"""Changes of a command that are none: joints [rad], tension [N], pull [m], gripper [-] (ours)."""
+
+
 class ArmReader(Protocol):
     """What the plant needs of the arm; the driver commands it."""
 
@@ -51,7 +62,9 @@ class HardwarePlant(Plant):
 
     The driver must be armed by a person, or by the program that stands in for one on a twin, before `reset`; a fault
     ends the run with its text. Between two steps nothing refreshes the driver's target: a strategy that thinks for
-    longer than the allowed age of a command makes it stale, and the driver stops.
+    longer than the allowed age of a command makes it stale, and the driver stops. While the robot holds still, a
+    command is valid for `THINKING`, so that a strategy may plan; the run's time stands still meanwhile, and no command
+    is made up for.
 
     Args:
         driver: the driver, which was built with the arm.
@@ -97,6 +110,8 @@ class HardwarePlant(Plant):
             raise RunError("the arm is not in its home posture, within 2 deg of each joint; move it there first")
         self._began, self._count = self._clock.now(), 0
         self._position = np.array(self._reach.home, float)
+        self._held: tuple[np.ndarray, ...] | None = None
+        self._since = self._began
         return self._observe()
 
     def step(self, command: Command) -> Observation:
@@ -107,6 +122,7 @@ class HardwarePlant(Plant):
         """
         if self._began is None:
             raise RunError("the plant was stepped before its first reset; allowed: reset, then step")
+        self._raise_fault()
         design = self.task.design
         command = read_command(command, design.n_cable, design.cable.tension_max)
         self._position = self._reach.follow(self._position, command.T_world_base, CONTROL_PERIOD)
@@ -114,15 +130,34 @@ class HardwarePlant(Plant):
         if self._slack:
             wound = [compensate_slack(one, loose, self._stroke) for one, loose in zip(pull, self._slack, strict=True)]
             pull = np.array(wound)
+        gripper = max(-1.0, min(1.0, command.gripper))
+        is_still = self._is_still(self._position, command.cable_tension, pull, np.array(gripper))
         self.driver.set_targets(
-            command.cable_tension, pull, arm_position=self._position,
-            gripper=max(-1.0, min(1.0, command.gripper)), valid_for=CONTROL_PERIOD,
+            command.cable_tension, pull, arm_position=self._position, gripper=gripper,
+            valid_for=THINKING if is_still else CONTROL_PERIOD,
         )  # fmt: skip
+        late = self._clock.now() - self._began - self._count * CONTROL_PERIOD
+        if late > CONTROL_PERIOD:
+            self._began += late
         self._count += 1
         self._run_until(self._began + self._count * CONTROL_PERIOD)
-        for first in self.driver.faults[:1]:
-            raise RunError(f"{first.kind.value} after {first.time - self._began:.2f} s: {first.text}")
+        self._raise_fault()
         return self._observe()
+
+    def _raise_fault(self) -> None:
+        """Raise the first latched fault, with the run's time."""
+        for first in self.driver.faults[:1]:
+            time = self._count * CONTROL_PERIOD + min(0.0, first.time - self._clock.now())
+            raise RunError(f"{first.kind.value} after {time:.2f} s: {first.text}")
+
+    def _is_still(self, *targets: np.ndarray) -> bool:
+        """Whether these targets have not changed for `REST`: joints, tension, pull and gripper, as in `_STILL`."""
+        held, now = self._held, self._clock.now()
+        if held is None or not all(
+            np.allclose(new, old, rtol=0.0, atol=most) for new, old, most in zip(targets, held, _STILL, strict=True)
+        ):
+            self._held, self._since = tuple(np.array(one, float) for one in targets), now
+        return now - self._since >= REST
 
     def _run_until(self, moment: float) -> None:
         """Run the driver's loop until it is ``moment`` [s]; a late loop runs once."""
