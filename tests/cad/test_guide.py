@@ -22,6 +22,8 @@ from spiraltrunk.cad.output.assembly_guide import format_guide, list_steps
 from spiraltrunk.cad.output.bill_of_materials import build_bill, format_markdown
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
+from spiraltrunk.cad.output.enclosure import BESIDE, BESIDE_SERVO, GAP, SUPPLY, size_enclosure
+from spiraltrunk.cad.output.filament import SPARE, SPOOL
 from spiraltrunk.cad.output.payload import compute_payload
 from spiraltrunk.cad.output.step import Build
 from spiraltrunk.cad.output.top_view import find_port, find_servo, format_top_view
@@ -79,6 +81,39 @@ def test_each_purchase_for_one_group_is_taken_too(group, options):
     places = Counter(place for step in list_steps(one) for place in step.takes)
     assert {row.place for row in one.bill.bought} <= set(places)
     assert format_guide(one.design, one.parts, one.bill, options)
+
+
+def test_the_filament_is_the_parts_volumes_at_their_settings(built):
+    """Area 100 mm^2 each, as `build` says: walls of lines times nozzle, the rest at the infill."""
+    masses, solid = Counter(), Counter()
+    for part in built.parts:
+        if part.material.is_cast:
+            continue
+        settings, volume = find_settings(part.name), compute_volume(part.form)
+        wall = min(volume, settings.lines * built.options.nozzle * 100.0)
+        share = (wall + settings.infill * (volume - wall)) / volume
+        masses[part.material.name] += part.count * 1e-6 * part.material.density * volume * share
+        solid[part.material.name] += part.count * 1e-6 * part.material.density * volume
+    rows = {row.material: row for row in built.bill.bought if row.kind == "filament"}
+    assert set(rows) == set(masses)
+    for name, row in rows.items():
+        assert float(row.note.split(" g in the parts")[0]) == pytest.approx(masses[name], abs=0.51)
+        assert 0.1 * solid[name] < masses[name] < solid[name]
+        assert (row.count - 1) * SPOOL < (1 + SPARE) * masses[name] <= row.count * SPOOL
+
+
+def test_the_enclosure_holds_its_electronics_and_has_a_gland_a_lead(built):
+    has_servo = built.design.gripper is not None
+    inner = size_enclosure(has_servo=has_servo)
+    items = [SUPPLY, *BESIDE.values(), *(BESIDE_SERVO.values() if has_servo else ())]
+    assert inner.height > max(item[2] for item in items)
+    assert sum((x + GAP) * (y + GAP) for x, y, _ in items) < inner.length * inner.width
+    rows = {row.item: row for row in built.bill.bought if row.kind == "electronics"}
+    assert (
+        f"{inner.length:.0f} x {inner.width:.0f} x {inner.height:.0f} mm"
+        in rows["enclosure with lid and knock-outs, vented"].size
+    )
+    assert rows["cable gland with nut"].count == built.design.n_cable + 4 + 2 * has_servo
 
 
 def test_as_many_screws_as_holes(built):

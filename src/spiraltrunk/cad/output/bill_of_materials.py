@@ -11,6 +11,7 @@ from typing import final
 
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.components.print_settings import find_flow, find_settings
+from spiraltrunk.cad.output.filament import list_filament
 from spiraltrunk.cad.output.make_part import MadePart
 from spiraltrunk.cad.output.purchase import Purchase
 from spiraltrunk.cad.output.purchases import list_purchases
@@ -80,7 +81,17 @@ def build_bill(design: TrunkDesign, made: Sequence[MadePart], options: MakeOptio
     names = {one.part.name for one in made}
     silicone = sum(one.finding.volume for one in made if one.part.group == "shells")
     bought = list_purchases(design, {one.part.group for one in made}, names, silicone, options)
-    return Bill(made=tuple(rows), bought=bought)
+    return Bill(made=tuple(rows), bought=(*list_filament(sum_masses(made, options)), *bought))
+
+
+def sum_masses(made: Sequence[MadePart], options: MakeOptions) -> dict[str, float]:
+    """Estimated mass of all pieces of each printed material [g]."""
+    masses: dict[str, float] = {}
+    for one in made:
+        if not one.part.material.is_cast:
+            mass = one.part.count * estimate_print(one, options)[0]
+            masses[one.part.material.name] = masses.get(one.part.material.name, 0.0) + mass
+    return masses
 
 
 def format_markdown(design: TrunkDesign, bill: Bill) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.output.enclosure import list_enclosure
 from spiraltrunk.cad.output.purchase import Purchase
 from spiraltrunk.design.trunk import TrunkDesign
 
@@ -68,7 +69,8 @@ def list_electronics(design: TrunkDesign, options: MakeOptions) -> list[Purchase
          "with the motor's plug; often comes with it"),
         (1, "resistor", "120 ohm, 0.25 W", "far end of the bus, unless the last motor's own is switched on"),
     )  # fmt: skip
-    return [
+    box = list_enclosure(n, MOTORS, has_servo=design.gripper is not None)
+    return box + [
         Purchase(kind="electronics", item=item, count=count, size=size, place=MOTORS, note=note)
         for count, item, size, note in rows
     ]

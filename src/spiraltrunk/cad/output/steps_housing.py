@@ -42,8 +42,13 @@ def _power(build: Build) -> Step:
             f"{own:g} A and its plug; the capacitor across the motors' side. Wires: {electronics.pick_wire(main)} up "
             f"to the fuse block, {electronics.pick_wire(own)} from there. The relay's coil is fed from behind the "
             f"{main:g} A fuse through the emergency stop button, which stays in until it is turned; the diode lies "
-            "across the coil, its ring to plus. Released, the button gives the motors power again: stand clear. All of "
-            "it stands beside the arm in a closed box, which is not among the parts; the leads run along the arm.",
+            "across the coil, its ring to plus. Released, the button gives the motors power again: stand clear. The "
+            "leads run along the arm.",
+            "Screw supply, relay, fuse block, adapter and the items of the servo to the floor of the enclosure, which "
+            "stands beside the arm: the supply along one side, the others beside it, 15 mm apart. The cable glands go "
+            "into the knock-outs of one wall. Each lead goes through a gland of its own, which clamps its sheath, with "
+            "a loop of 40 mm behind it. An enclosure of metal is earthed before mains is connected. A gentle pull by "
+            "hand moves no lead. The lid is closed whenever mains is on.",
             f"Give the motors the ids 1 to {n} with their switches, by the motor's manual, and write the number on "
             "each. Motor k winds cable k. No motor of another kind (M3508, M2006) may share this bus: their ids "
             "overlap.",

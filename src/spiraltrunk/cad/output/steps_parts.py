@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 
 from spiraltrunk.cad.housing.layout import find_layout
+from spiraltrunk.cad.output import filament
 from spiraltrunk.cad.output.step import Build, Step, join
 from spiraltrunk.cad.trunk.gripper import STRAND, build_finger, find_seat
 from spiraltrunk.cad.trunk.pieces import plan_planes
@@ -88,7 +89,7 @@ def _print(build: Build) -> Step:
     return Step(
         title="Print", groups=frozenset(PRINTED),
         needs=("measured motors",) if {"housing", "drums", "horn"} & build.groups else (), makes=makes,
-        work=tuple(work),
+        takes=(filament.PLACE,), work=tuple(work),
         check="the largest dimensions agree with `size_m` in each part's JSON file to 0.3 mm (it is in m: 0.088 is 88 "
         "mm; all other lengths there and in the files of the shapes are in mm), and no wall has a hole or a split "
         "layer.",
