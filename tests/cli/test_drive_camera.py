@@ -17,6 +17,7 @@ def good(time): return Seen(time=time - 0.03, position=[0.5, 0, 0], axis=UP)
 def text(time): return "cup"
 def without(): return None
 def breaks(time): raise ValueError("no\\nimage")
+def leaves(time): raise SystemExit(4)
 def infinite(time): return Seen(time=time, position=np.array([np.inf, 0, 0]), axis=UP)
 def long(time): return Seen(time=time, position=UP, axis=2 * UP)
 def flat(time): return Seen(time=time, position=UP[:2], axis=UP)
@@ -65,6 +66,7 @@ def folder(tmp_path, monkeypatch):
         ("drive_camera_of_a_test:text", "returned 'cup'; allowed: a CameraObservation or None"),
         ("drive_camera_of_a_test:without", "raised TypeError"),
         ("drive_camera_of_a_test:breaks", "raised ValueError"),
+        ("drive_camera_of_a_test:leaves", "raised SystemExit(4)"),
         ("drive_camera_of_a_test:infinite", "position is"),
         ("drive_camera_of_a_test:flat", "allowed: 3 finite numbers"),
         ("drive_camera_of_a_test:long", "axis has length 2; allowed: a unit vector"),

@@ -73,7 +73,7 @@ def load_camera(name: str) -> Look:
         is_there = "is no function" if hasattr(module, attribute) else f"is missing in {module.__file__}"
         raise _refuse(name, is_there)
     ask_camera(look, name, 0.0)
-    return look  # type: ignore[no-any-return]
+    return look
 
 
 def ask_camera(look: Look, name: str, time: float) -> CameraObservation | None:
@@ -84,7 +84,7 @@ def ask_camera(look: Look, name: str, time: float) -> CameraObservation | None:
     """
     try:
         seen = look(time)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise DriveError(f"camera {name} raised {describe(error)}; allowed: a CameraObservation or None") from error
     if seen is None:
         return None
