@@ -41,7 +41,7 @@ class StablePose:
         from scipy.spatial.transform import Rotation
 
         x, y, z, w = Rotation.from_matrix(self.rotation).as_quat(canonical=True)
-        return np.array([w, x, y, z])
+        return np.array([w, x, y, z]) + 0.0  # No -0.
 
 
 @explain_fields
@@ -66,7 +66,7 @@ class ObjectProfile:
     """Least horizontal distance of the centre of mass from the edge about which it tilts: its weight times this is the
     moment that tilts it; 0 where it rolls or does not stand [m]."""
     stable_poses: tuple[StablePose, ...] = ()
-    """Poses in which it rests on a plane, the most probable first; rotations are of the object's own frame."""
+    """Poses in which it rests on a plane, the most probable first; empty where they were not computed."""
 
     @property
     def total_height(self) -> float:

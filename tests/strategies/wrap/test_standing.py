@@ -88,7 +88,7 @@ def test_a_box_is_wrapped_as_the_cylinder_of_the_same_girth() -> None:
     box, cylinder = (
         STRATEGY.init(first_seen(name)).sequence.moves
         for name in (
-            "box:x_mm=200,y_mm=80,z_mm=80,mass_g=300",
+            "box:x_mm=80,y_mm=80,z_mm=200,mass_g=300",
             f"cylinder:diameter_mm={4 * 80 / np.pi:.9f},height_mm=200,mass_g=300",
         )
     )

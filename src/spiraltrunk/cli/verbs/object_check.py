@@ -19,6 +19,10 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
     Raises:
         UsageError: with the object's width or mass, and the range.
     """
+    from spiraltrunk.sim.objects.presentation import present
+
+    if strategy.support == "ground":
+        shape = present(shape, strategy.orientation)
     smallest, largest = strategy.widths(design)
     if not smallest <= shape.width <= largest:
         low, high = math.ceil(1e4 * smallest) / 10, math.floor(1e4 * largest) / 10

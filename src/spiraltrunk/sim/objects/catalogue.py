@@ -7,15 +7,17 @@ from difflib import get_close_matches
 
 from spiraltrunk.checks import check_type
 from spiraltrunk.errors import DesignError, UnknownName, Unquoted
+from spiraltrunk.sim.objects.mesh_file import AXES, COLLIDES, UNITS, load_mesh, load_stl
 from spiraltrunk.sim.objects.mjcf import load_mjcf
+from spiraltrunk.sim.objects.presentation import take_pose
 from spiraltrunk.sim.objects.spec import EXTENTS, MASSES, ObjectSpec, add_object, scaled
-from spiraltrunk.sim.objects.stl import AXES, COLLIDES, UNITS, load_stl
 
 __all__ = [
     "CATALOGUE",
     "DEFAULT_OBJECT",
     "ObjectSpec",
     "add_object",
+    "load_mesh",
     "load_mjcf",
     "load_stl",
     "parse_object",
@@ -33,10 +35,10 @@ CATALOGUE = {
     "ball-80": "sphere:diameter_mm=80,mass_g=200",
     "ball-100": "sphere:diameter_mm=100,mass_g=250",
     "ball-120": "sphere:diameter_mm=120,mass_g=300",
-    "box-60": "box:x_mm=240,y_mm=60,z_mm=60,mass_g=250",
-    "box-80": "box:x_mm=240,y_mm=80,z_mm=80,mass_g=300",
-    "box-100": "box:x_mm=240,y_mm=100,z_mm=100,mass_g=400",
-    "box-120": "box:x_mm=240,y_mm=120,z_mm=120,mass_g=500",
+    "box-60": "box:x_mm=60,y_mm=60,z_mm=240,mass_g=250",
+    "box-80": "box:x_mm=80,y_mm=80,z_mm=240,mass_g=300",
+    "box-100": "box:x_mm=100,y_mm=100,z_mm=240,mass_g=400",
+    "box-120": "box:x_mm=120,y_mm=120,z_mm=240,mass_g=500",
     "cone-90": "cone:diameter_mm=90,height_mm=160,mass_g=200",
     "disc-80x20": "cylinder:diameter_mm=80,height_mm=20,mass_g=80",
     "disc-120x20": "cylinder:diameter_mm=120,height_mm=20,mass_g=150",
@@ -44,8 +46,8 @@ CATALOGUE = {
     "bottle-70": "bottle:diameter_mm=70,height_mm=220,neck_mm=30,mass_g=350",
     "rod-10": "cylinder:diameter_mm=10,height_mm=150,mass_g=30",
     "rod-20": "cylinder:diameter_mm=20,height_mm=150,mass_g=60",
-    "bar-12x20": "box:x_mm=150,y_mm=12,z_mm=20,mass_g=40",
-    "bar-20x20": "box:x_mm=150,y_mm=20,z_mm=20,mass_g=60",
+    "bar-12x20": "box:x_mm=20,y_mm=12,z_mm=150,mass_g=40",
+    "bar-20x20": "box:x_mm=20,y_mm=20,z_mm=150,mass_g=60",
     "ball-30": "sphere:diameter_mm=30,mass_g=15",
     "cube-28": "box:x_mm=28,y_mm=28,z_mm=28,mass_g=20",
     "cylinder-32": "cylinder:diameter_mm=32,height_mm=40,mass_g=30",
@@ -62,22 +64,27 @@ _MEASURES = {
     "cone": ("diameter_mm", "height_mm", "mass_g"),
     "ring": ("outer_mm", "tube_mm", "mass_g"),
     "bottle": ("diameter_mm", "height_mm", "neck_mm", "mass_g"),
-    "stl": ("path", "unit", "mass_g"),
+    "stl": ("path", "mass_g"),
+    "obj": ("path", "mass_g"),
     "mjcf": ("path",),
 }
 """Required measures of each kind."""
 
-_WORDS = {"path": "FILE", "unit": "|".join(UNITS), "axis": "|".join(AXES), "collide": "|".join(COLLIDES)}
+_WORDS = {
+    "path": "FILE", "unit": "|".join(UNITS), "axis": "|".join(AXES), "collide": "|".join(COLLIDES),
+    "pose": "upright|lying|0|1|...",
+}  # fmt: skip
 """Measures that are words, and their allowed values."""
 
-_OPTIONS = {"stl": ("axis", "collide"), "mjcf": ("axis",)}
-"""Optional measures of each kind."""
+_OPTIONS = {"stl": ("unit", "axis", "collide"), "obj": ("unit", "axis", "collide"), "mjcf": ("axis",)}
+"""Optional measures of each kind, besides the pose."""
 
 
 def parse_object(text: str) -> ObjectSpec:
     """An object from a catalogue name or from ``kind:measure=value,...``.
 
-    The object's axis (of a box, its x axis) is perpendicular to the plane in which the trunk bends.
+    Solids stand as their measures say, z up; objects from files as in the file where they stand so, else upright, else
+    in their most probable stable pose. ``pose=`` says otherwise.
 
     Raises:
         UnknownName: for a name or kind that does not exist.
@@ -97,17 +104,21 @@ def parse_object(text: str) -> ObjectSpec:
     given = _split_measures(kind, rest)
     words = {name: value for name, value in given.items() if name in _WORDS}
     values = {name: _parse_measure(name, value) for name, value in given.items() if name not in _WORDS}
-    return _build(kind, words, values)
+    pose = words.pop("pose", None)
+    shape = _build(kind, words, values)
+    return shape if pose is None else take_pose(shape, pose)
 
 
 def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> ObjectSpec:
     if kind == "mjcf":
         return load_mjcf(**words)
     mass = values["mass_g"]
-    if kind == "stl":
-        return load_stl(**words, mass=mass)
+    if kind in {"stl", "obj"}:
+        if words.get("unit") == "":
+            raise UnknownName("unit", "", UNITS)
+        return load_mesh(form=kind, **words, mass=mass)
     if kind == "box":
-        return ObjectSpec(kind=kind, size=(values["x_mm"], values["y_mm"], values["z_mm"]), mass=mass)
+        return _build_box(values["x_mm"], values["y_mm"], values["z_mm"], mass)
     if kind == "ring":
         if not values["outer_mm"] > 2 * values["tube_mm"]:
             got, allowed = f"{1e3 * values['outer_mm']:g}", f"more than twice the tube's {1e3 * values['tube_mm']:g}"
@@ -120,6 +131,13 @@ def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> Object
     return ObjectSpec(kind=kind, size=(values.get("height_mm", width), width, width), mass=mass, neck=neck)
 
 
+def _build_box(x: float, y: float, z: float, mass: float) -> ObjectSpec:
+    """A box that stands on its x-y face, its longest extent along the frame's x axis."""
+    if z >= max(x, y):
+        return ObjectSpec(kind="box", size=(z, y, x), mass=mass)
+    return ObjectSpec(kind="box", size=(max(x, y), min(x, y), z), mass=mass, up="z")
+
+
 def _form(kind: str) -> str:
     """Text form of a kind, with the allowed values of its words."""
     return f"{kind}:" + ",".join(f"{name}={_WORDS.get(name, '')}" for name in _MEASURES[kind])
@@ -127,13 +145,14 @@ def _form(kind: str) -> str:
 
 def _split_measures(kind: str, text: str) -> dict[str, str]:
     """Value of each measure, as text."""
-    allowed = (*_MEASURES[kind], *_OPTIONS.get(kind, ()))
+    options = (*_OPTIONS.get(kind, ()), "pose")
+    allowed = (*_MEASURES[kind], *options)
     given: dict[str, str] = {}
     for part in filter(None, (piece.strip() for piece in text.split(","))):
         name, equals, value = part.partition("=")
         if name not in allowed or not equals or name in given:
-            options = "".join(f"[,{name}={_WORDS[name]}]" for name in _OPTIONS.get(kind, ()))
-            raise DesignError("measure of the object", got=part, allowed=f"each measure once: {_form(kind)}{options}")
+            more = "".join(f"[,{name}={_WORDS[name]}]" for name in options)
+            raise DesignError("measure of the object", got=part, allowed=f"each measure once: {_form(kind)}{more}")
         given[name] = value.strip()
     missing = [name for name in _MEASURES[kind] if name not in given]
     if missing:

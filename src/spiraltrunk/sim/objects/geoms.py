@@ -105,10 +105,15 @@ class Solid:
 
         The two other axes follow in turn. The longest is that of the extents, the first of equals.
         """
-        first = "xyz".index(axis) if axis != "longest" else int(np.argmax(np.round(self.extents(), 9)))
-        turned = self.transformed(rotation=np.roll(np.eye(3), -first, axis=0))
+        turned = self.transformed(rotation=axis_rotation(axis, self.extents()))
         low, high = compute_bounds(turned.geoms)
         return turned.transformed(offset=-(low + high) / 2)
+
+
+def axis_rotation(axis: str, extents: tuple[float, float, float]) -> np.ndarray:
+    """Rotation that turns ``axis`` (x, y, z or longest) onto x, the others following in turn, shape (3, 3) [-]."""
+    first = "xyz".index(axis) if axis != "longest" else int(np.argmax(np.round(extents, 9)))
+    return np.roll(np.eye(3), -first, axis=0)
 
 
 def compute_bounds(geoms: tuple[Geom, ...]) -> tuple[np.ndarray, np.ndarray]:

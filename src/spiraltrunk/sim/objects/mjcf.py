@@ -10,9 +10,10 @@ import numpy as np
 
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.mujoco_log import compile_spec
-from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid
+from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid, axis_rotation
+from spiraltrunk.sim.objects.mesh_file import AXES, FACES_MOST
+from spiraltrunk.sim.objects.presentation import settle
 from spiraltrunk.sim.objects.spec import ObjectSpec, check_builds
-from spiraltrunk.sim.objects.stl import AXES, FACES_MOST
 from spiraltrunk.sim.user_files.compile_check import load_mjcf_spec
 from spiraltrunk.sim.user_files.regular_file import read_file, refusal
 
@@ -46,9 +47,12 @@ def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
         raise refusal(what, f"of {1e3 * mass:g} g", "some mass: give it a density or an inertial")
     xx, yy, zz, xy, xz, yz = data.crb[1, :6] / mass  # About the centre of mass, along the world's axes.
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    solid = Solid(geoms=geoms, centroid=data.subtree_com[1].copy(), inertia=inertia).aligned(axis)
+    solid = Solid(geoms=geoms, centroid=data.subtree_com[1].copy(), inertia=inertia)
+    up = axis_rotation(axis, solid.extents())[:, 2]
+    solid = solid.aligned(axis)
     _check_inertia(solid, what)
-    return check_builds(ObjectSpec(kind="mjcf", size=solid.extents(), mass=mass, loaded=solid), path)
+    shape = check_builds(ObjectSpec(kind="mjcf", size=solid.extents(), mass=mass, loaded=solid), path)
+    return settle(shape, up) if axis == "longest" else shape
 
 
 def _check_body(model: mujoco.MjModel, what: str) -> None:

@@ -32,7 +32,7 @@ EDGE = 0.03
 _EARLY = 4
 """Tilt, of `N_TILT`, at which the radius of the support is measured: 1 degree."""
 
-BARRIER = 5e-4
+BARRIER = 1e-3
 """Least rise of the centre of mass before it falls, over the object's height, that counts as standing (ours) [-]."""
 
 UPRIGHT = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -81,8 +81,7 @@ def _compute(solid: Solid, turn: np.ndarray) -> ObjectProfile:
     inside = low + np.clip(height, INSET * total, (1 - INSET) * total)
     measures = np.array([measure_section(_cut(pieces, z)) for z in inside])
     center = float(turn[2] @ solid.centroid) - low
-    points = np.vstack([points for points, _ in pieces])
-    topple, radius = compute_stability(solid, turn, _edge_directions(points[points[:, 2] < low + FOOT * total, :2]))
+    topple, radius = compute_stability(solid, turn, _edge_directions(np.vstack([points for points, _ in pieces])))
     profile = ObjectProfile(
         height=height, width_least=measures[:, 0], width_most=measures[:, 1], girth=measures[:, 2],
         center_height=center, topple_angle=topple, support_radius=radius,
@@ -127,8 +126,17 @@ def measure_section(corners: np.ndarray) -> tuple[float, float, float]:
     return float(widths.min()), float(apart.max()), float(lengths.sum())
 
 
-def _edge_directions(foot: np.ndarray) -> np.ndarray:
-    """Directions normal to the long edges of the convex hull of the points of a foot, shape (n,) [rad]."""
+def foot_directions(solid: Solid, turn: np.ndarray) -> np.ndarray:
+    """Horizontal directions normal to the long edges on which an object rests, shape (n,) [rad]."""
+    colliding = [geom for geom in solid.geoms if geom.collides]
+    corners = choose_corners(len(colliding))
+    return _edge_directions(np.vstack([hull_of_geom(geom, corners)[0] for geom in colliding]) @ turn.T)
+
+
+def _edge_directions(points: np.ndarray) -> np.ndarray:
+    """Directions normal to the long edges of the convex hull of the lowest of the points, shape (n,) [rad]."""
+    low, high = points[:, 2].min(), points[:, 2].max()
+    foot = points[points[:, 2] < low + FOOT * (high - low), :2]
     try:
         hull = ConvexHull(foot)
     except (QhullError, ValueError):  # A point, or all on one line.

@@ -23,7 +23,10 @@ EXTENTS = Range(least=0.005, below=1.0)
 MASSES = Range(least=0.001, below=20.0)
 """Allowed masses of an object [kg]."""
 
-KINDS = (*SOLIDS, "bottle", "mesh", "mjcf")
+UPS = ("x", "z")
+"""Directions of an object's frame that can be up."""
+
+KINDS = (*SOLIDS, "bottle", "mesh", "mjcf", "solid")
 """Kinds of object."""
 
 EXCESS_MOST = 0.05
@@ -49,7 +52,7 @@ class ObjectSpec:
 
     kind: str
     """cylinder, sphere, box, cone (apex towards +x), ring (about x) or bottle (neck towards +x); mesh or mjcf for an
-    object from a file."""
+    object from a file; solid for a generated shape, and for another solid in a pose other than along its axis."""
     size: tuple[float, float, float]
     """Extents along its axis, across it and upwards, shape (3,) [m]."""
     mass: float
@@ -59,7 +62,13 @@ class ObjectSpec:
     neck: float = 0.0
     """Diameter of a bottle's neck, 0 for every other kind [m]."""
     loaded: Solid | None = None
-    """Solid from a file, None for every other kind."""
+    """Solid of a mesh, mjcf or solid, None for every other kind."""
+    up: str = "x"
+    """Direction of its frame that is up where it stands on the ground as its measures or its file say: x or z."""
+    pose: str = ""
+    """Pose on the ground that was asked for; empty leaves it to the strategy whether it stands or lies."""
+    notes: tuple[str, ...] = ()
+    """What was guessed, repaired or replaced when it was read, a line each."""
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
@@ -68,6 +77,8 @@ class ObjectSpec:
         for name, extent in zip(("length", "width", "height"), self.size, strict=True):
             check_range(f"object.{name}", extent, EXTENTS)
         check_range("object.mass", self.mass, MASSES)
+        if self.up not in UPS:
+            raise UnknownName("direction that is up", self.up, UPS)
         check_number("object.friction", self.friction, above=0.0, below=5.0)
 
     @property
@@ -97,15 +108,18 @@ class ObjectSpec:
 
     @property
     def warning(self) -> str:
-        """Warning of a deviation from the file, in one line; empty for none."""
+        """Deviations from the file and guesses, in one line; empty for none."""
+        return "; ".join(self.warnings)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Deviations from the file and guesses, a line each."""
         excess = self.solid.excess
         if abs(excess) <= EXCESS_MOST:
-            return ""
+            return self.notes
         more = "larger" if excess > 0 else "smaller"
-        return (
-            f"the {self.kind} is touched at convex shapes {100 * abs(excess):.0f} % {more} than itself: hollows are "
-            "filled; collide=parts keeps them"
-        )
+        told = f"the {self.kind} is touched at convex shapes {100 * abs(excess):.0f} % {more} than itself"
+        return (*self.notes, f"{told}: hollows are filled; collide=parts keeps them")
 
 
 def scaled(shape: ObjectSpec, factor: float) -> ObjectSpec:

@@ -14,6 +14,7 @@ from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, scaled
+from spiraltrunk.sim.objects.presentation import present
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
@@ -93,6 +94,8 @@ def draw_scene(
     if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
         raise DesignError("seed", got=seed, allowed="a whole number, at least 0")
     _check_strategy(chosen)
+    if chosen.support == "ground":
+        shape = present(shape, chosen.orientation)
     rng = np.random.default_rng(seed)
     x, y, z = (float(value) for value in _draw_in_ball(rng, spread.position))
     friction = float(rng.uniform(*spread.friction))

@@ -1,0 +1,168 @@
+"""Surfaces with faults: repaired where that changes nothing, else replaced by their convex hull."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, final
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from spiraltrunk.sim.objects.surface import VOLUME_LEAST, estimate_volume, find_fault, signed_volume
+from spiraltrunk.sim.user_files.regular_file import refusal
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
+
+CHANGE_MOST = 0.01
+"""Largest relative change of volume and hull by a repair (ours) [-]."""
+
+HULL_MOST = 0.15
+"""Largest relative excess of a hull that takes the place of a surface with faults (ours) [-]."""
+
+MERGE_DIGITS = 7
+"""Decimals of a metre to which equal vertices are merged."""
+
+MERGE_SHARES = (1e-6, 1e-5, 1e-4)
+"""Distances at which a repair merges vertices, over the diagonal of the extents (ours) [-]."""
+
+BOUNDARY_MOST = 5000
+"""Largest number of edges round holes that are filled (ours)."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Repaired:
+    """A surface that encloses one solid."""
+
+    mesh: Trimesh
+    """The surface, or its convex hull."""
+    is_hull: bool = False
+    """Whether it is the hull."""
+    volume: float = 0.0
+    """Volume of the solid, estimated where the hull is taken [m^3]."""
+    note: str = ""
+    """What was changed, in one line; empty for nothing."""
+
+
+def repair(mesh: Trimesh, what: str) -> Repaired:
+    """The surface as it is, else repaired, else its convex hull.
+
+    Repairs are: merging close vertices, leaving out doubled triangles and internal walls, turning triangles outwards,
+    and filling holes. They count where hull and volume change by less than `CHANGE_MOST`.
+
+    Args:
+        mesh: the surface, which is cleaned in place [m].
+        what: name of the file in errors.
+
+    Raises:
+        DesignError: where the hull's volume exceeds that of the surface by more than `HULL_MOST`.
+    """
+    clean(mesh)
+    fault = find_fault(mesh) if len(mesh.faces) else "without volume"
+    if not fault:
+        return Repaired(mesh=mesh, volume=float(mesh.volume))
+    hull = _hull(mesh, what)
+    best = mesh
+    for share in MERGE_SHARES:
+        candidate, change = _mend(mesh, share * float(np.linalg.norm(mesh.extents)))
+        if not len(candidate.faces):
+            break
+        best = candidate
+        if not find_fault(candidate):
+            if change < CHANGE_MOST and abs(ConvexHull(candidate.vertices).volume / hull.volume - 1) < CHANGE_MOST:
+                note = f"the surface is {fault}: it is repaired, which changes its volume by {_percent(change)}"
+                return Repaired(mesh=candidate, volume=float(candidate.volume), note=note)
+            break
+    return _take_hull(hull, estimate_volume(best), fault, what)
+
+
+def clean(mesh: Trimesh) -> None:
+    """Merge equal vertices, and remove triangles that degenerate."""
+    mesh.merge_vertices(digits_vertex=MERGE_DIGITS)
+    _drop_degenerate(mesh)
+
+
+def _drop_degenerate(mesh: Trimesh) -> None:
+    mesh.update_faces((np.diff(np.sort(mesh.faces, axis=1)) > 0).all(axis=1))
+    mesh.remove_unreferenced_vertices()
+
+
+def _mend(mesh: Trimesh, distance: float) -> tuple[Trimesh, float]:
+    """A copy with all repairs, its vertices merged to a grid of ``distance`` [m], and what filling holes changed.
+
+    The change is the volume of a half ball over as large a hole as all together, relative to the signed volume [-]:
+    what was there may have bulged as far.
+    """
+    import trimesh
+
+    trimesh_repair: Any = trimesh.repair  # Untyped.
+    copy, change = mesh.copy(), 0.0
+    copy.merge_vertices(digits_vertex=max(0, int(np.floor(-np.log10(distance)))))
+    _drop_degenerate(copy)
+    if not len(copy.faces):
+        return copy, change
+    _drop_doubles(copy)
+    trimesh_repair.fix_winding(copy)
+    _, count = np.unique(copy.edges_sorted, axis=0, return_counts=True)
+    if 3 <= np.count_nonzero(count == 1) <= BOUNDARY_MOST:
+        area = float(copy.area)
+        trimesh_repair.fill_holes(copy, use_fan=True)
+        filled = max(0.0, float(copy.area) - area)
+        change = 2 / 3 * filled * np.sqrt(filled / np.pi) / max(abs(signed_volume(copy)), 1e-15)
+    trimesh_repair.fix_normals(copy, multibody=True)
+    return copy, change
+
+
+def _drop_doubles(mesh: Trimesh) -> None:
+    """Keep one of equal triangles; of two that face each other, an internal wall, none.
+
+    Where that would leave out most triangles, a surface with two sides, one of each is kept.
+    """
+    faces = np.asarray(mesh.faces)
+    order = np.argsort(faces, axis=1)
+    even = ((order[:, 1] - order[:, 0]) % 3 == 1).astype(int)  # Even permutations are cyclic ones.
+    _, first, group = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_inverse=True)
+    group = group.reshape(-1)
+    balance = np.bincount(group, weights=2 * even - 1, minlength=len(first))
+    kept = np.zeros(len(faces), bool)
+    for sign in (1, 0):
+        places = np.flatnonzero((even == sign) & (np.sign(balance[group]) == (1 if sign else -1)))
+        _, firsts = np.unique(group[places], return_index=True)
+        kept[places[firsts]] = True
+    if 2 * kept.sum() < len(first):
+        kept[:] = False
+        kept[first] = True
+    mesh.update_faces(kept)
+    mesh.remove_unreferenced_vertices()
+
+
+def _hull(mesh: Trimesh, what: str) -> Trimesh:
+    import trimesh
+
+    trimesh_repair: Any = trimesh.repair
+    try:
+        if len(mesh.vertices) < 4:
+            raise ValueError("no solid")
+        hull = trimesh.Trimesh(mesh.vertices, ConvexHull(mesh.vertices).simplices, process=False)
+    except (QhullError, ValueError):
+        raise refusal(what, "without volume", "a surface that encloses a solid") from None
+    hull.remove_unreferenced_vertices()
+    trimesh_repair.fix_normals(hull)
+    return hull
+
+
+def _percent(share: float) -> str:
+    return "less than 0.1 %" if share < 1e-3 else f"up to {100 * share:.1f} %"
+
+
+def _take_hull(hull: Trimesh, volume: float, fault: str, what: str) -> Repaired:
+    volume = min(volume, float(hull.volume))
+    if not volume > VOLUME_LEAST * float(np.prod(hull.extents)):
+        raise refusal(what, f"{fault}, and encloses no volume", "a surface that encloses a solid")
+    excess = float(hull.volume) / volume - 1
+    if excess > HULL_MOST:
+        allowed = f"a closed surface, or one whose convex hull is at most {100 * HULL_MOST:.0f} % larger than what it "
+        raise refusal(what, fault, f"{allowed}encloses, not {100 * excess:.0f} %; repair it or export it as a solid")
+    note = f"the surface is {fault}: its convex hull is taken, {100 * excess:.1f} % larger than its estimated volume"
+    return Repaired(mesh=hull, is_hull=True, volume=volume, note=note)

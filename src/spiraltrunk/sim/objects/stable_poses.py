@@ -1,0 +1,135 @@
+"""Poses in which an object rests on a plane, and how probable they are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from spiraltrunk.control.object_profile import StablePose
+from spiraltrunk.sim.objects.geoms import Solid
+from spiraltrunk.sim.objects.profile import compute_stability, foot_directions
+from spiraltrunk.sim.objects.spec import ObjectSpec
+from spiraltrunk.sim.objects.tessellation import hull_of_geom
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
+
+CORNERS = 32
+"""Corners of a polygon that represents a circle in the search for poses (ours)."""
+
+FACES_MOST = 1200
+"""Triangles to which a finer hull is thinned out for the search (ours)."""
+
+LINK = np.cos(np.radians(15.0))
+"""Cosine of the largest angle between neighbouring poses that are one: a rolling object's (ours) [-]."""
+
+ROLLS = np.cos(np.radians(30.0))
+"""Cosine of the least angle through which linked poses spread where the object rolls (ours) [-]."""
+
+HEIGHTS_EQUAL = 0.02
+"""Largest relative difference in height of the centre of mass between poses that are one (ours) [-]."""
+
+PROBABILITY_LEAST = 0.005
+"""Least probability of a pose that is listed (ours) [-]."""
+
+
+def compute_stable_poses(shape: ObjectSpec) -> tuple[StablePose, ...]:
+    """Stable poses of the object's convex hull with its own centre of mass, the most probable first.
+
+    The probabilities are quasi-static (trimesh.poses, after Goldberg et al., 1999). Poses between which the object
+    rolls are one pose. Where the centre of mass lies outside the hull, there is none.
+    """
+    return _compute(shape.solid)
+
+
+@lru_cache(maxsize=64)
+def _compute(solid: Solid) -> tuple[StablePose, ...]:
+    from trimesh.poses import compute_stable_poses as search
+
+    hull = _hull(solid)
+    away = np.einsum("ij,ij->i", solid.centroid - hull.triangles_center, hull.face_normals)
+    if not (away < -1e-9).all():
+        return ()
+    transforms, probabilities = search(hull, center_mass=solid.centroid, seed=0)
+    ups = transforms[:, 2, :3]
+    lows = np.array([float((hull.vertices @ up).min()) for up in ups])
+    heights = ups @ solid.centroid - lows
+    poses = []
+    for group in _link(ups, heights):
+        chance = float(probabilities[group].sum())
+        if chance >= PROBABILITY_LEAST:
+            best = group[np.argmax(probabilities[group])]
+            pose = _build(solid, rotate_up(ups[best]), chance)
+            rolls = float((ups[group] @ ups[best]).min()) < ROLLS
+            poses.append(replace(pose, topple_angle=0.0) if rolls else pose)
+    return tuple(sorted(_unite_rolling(poses), key=lambda pose: -pose.probability))
+
+
+def _unite_rolling(poses: list[StablePose]) -> list[StablePose]:
+    """One pose of all those of equal height in which the object rolls, such as a ball's."""
+    united: list[StablePose] = []
+    for pose in sorted(poses, key=lambda pose: -pose.probability):
+        for i, other in enumerate(united):
+            equal = abs(pose.center_height / other.center_height - 1) <= HEIGHTS_EQUAL
+            if equal and pose.topple_angle == other.topple_angle == 0.0:
+                united[i] = replace(other, probability=other.probability + pose.probability)
+                break
+        else:
+            united.append(pose)
+    return united
+
+
+def _build(solid: Solid, turn: np.ndarray, probability: float) -> StablePose:
+    reach = [geom.reach(turn[2]) for geom in solid.geoms if geom.collides]
+    depth = [geom.reach(-turn[2]) for geom in solid.geoms if geom.collides]
+    topple, _ = compute_stability(solid, turn, foot_directions(solid, turn))
+    return StablePose(
+        rotation=turn, probability=probability, height=float(max(reach) + max(depth)),
+        center_height=float(turn[2] @ solid.centroid + max(depth)), topple_angle=topple,
+    )  # fmt: skip
+
+
+def rotate_up(up: np.ndarray) -> np.ndarray:
+    """Rotation of the object's frame into the world that turns a direction of the frame up, shape (3, 3) [-].
+
+    The frame's x axis, or where that is up its y axis, points along the world's x as far as it can.
+    """
+    up = up / np.linalg.norm(up)
+    ahead = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.99 else np.array([0.0, 1.0, 0.0])
+    ahead = ahead - (ahead @ up) * up
+    ahead /= np.linalg.norm(ahead)
+    return np.stack([ahead, np.cross(up, ahead), up])
+
+
+def _link(ups: np.ndarray, heights: np.ndarray) -> list[np.ndarray]:
+    """Poses that are linked by neighbours, as groups of their places."""
+    from scipy.sparse.csgraph import connected_components
+
+    near = (ups @ ups.T >= LINK) & (np.abs(heights[:, None] / heights - 1) <= HEIGHTS_EQUAL)
+    count, label = connected_components(near, directed=False)
+    return [np.flatnonzero(label == i) for i in range(count)]
+
+
+def _hull(solid: Solid) -> Trimesh:
+    points = np.vstack([hull_of_geom(geom, CORNERS)[0] for geom in solid.geoms if geom.collides])
+    hull = _mesh_of(points)
+    if len(hull.faces) > FACES_MOST:
+        from fast_simplification import simplify
+
+        thin, _ = simplify(hull.vertices.astype(np.float32), hull.faces, target_count=FACES_MOST // 2)
+        hull = _mesh_of(np.asarray(thin, float))
+    return hull
+
+
+def _mesh_of(points: np.ndarray) -> Trimesh:
+    import trimesh
+
+    mesh = trimesh.Trimesh(points, ConvexHull(points).simplices, process=False)
+    mesh.remove_unreferenced_vertices()
+    trimesh_repair: Any = trimesh.repair  # Untyped.
+    trimesh_repair.fix_normals(mesh)
+    return mesh
