@@ -10,7 +10,13 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from spiraltrunk.report.style import write_figure
-from spiraltrunk.report.survey import Outcomes, build_heatmap_figure, build_rates_figure, compute_cells
+from spiraltrunk.report.survey import (
+    Outcomes,
+    build_causes_figure,
+    build_heatmap_figure,
+    build_rates_figure,
+    compute_cells,
+)
 
 RATES = {
     "wrap-vertical": {"trials": 50, "successes": 48, "low": 0.865, "high": 0.989},
@@ -34,6 +40,27 @@ def test_dots_and_lines_are_rates_and_intervals(tmp_path: Path) -> None:
     assert [text.get_text() for text in axes.get_yticklabels()] == ["wrap-vertical", "kick"]
     with Image.open(write_figure(build_rates_figure(RATES), tmp_path / "rates.png")) as picture:
         assert picture.width > 800
+
+
+def test_cells_of_causes_are_numbers_of_failures() -> None:
+    by_strategy = {
+        "kick": {"trials": 9, "causes": {"missed": 2, "toppled": 1}},
+        "sweep": {"trials": 8, "causes": {"missed": 3}},
+    }
+    by_class = {"cylinder, 45 to 80 mm": {"trials": 17, "causes": {"toppled": 1, "missed": 5}}}
+    first, second = build_causes_figure(by_strategy, by_class).axes
+    assert [text.get_text() for text in first.get_yticklabels()] == ["kick (9)", "sweep (8)"]
+    for axes in (first, second):
+        assert [text.get_text() for text in axes.get_xticklabels()] == ["missed", "toppled"]
+    cells = {(*text.get_position(), text.get_text()) for text in first.texts}
+    assert cells == {(0.5, 0.5, "2"), (1.5, 0.5, "1"), (0.5, 1.5, "3")}
+    assert {text.get_text() for text in second.texts} == {"5", "1"}
+
+
+def test_without_failures_there_is_a_table_all_the_same(tmp_path: Path) -> None:
+    figure = build_causes_figure({"kick": {"trials": 9, "causes": {}}}, {})
+    assert not figure.axes[0].texts
+    write_figure(figure, tmp_path / "causes.png")
 
 
 measures = st.lists(st.tuples(st.floats(0.005, 0.999), st.floats(0.001, 19.0), st.booleans()), min_size=1, max_size=40)

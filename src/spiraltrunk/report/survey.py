@@ -1,10 +1,10 @@
-"""Figures of a survey: success rates by strategy, and heat maps of them over the object's width and mass."""
+"""Figures of a survey: success rates by strategy, heat maps over the object's width and mass, and failures by cause."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -120,3 +120,35 @@ def build_rates_figure(rates: Mapping[str, Mapping[str, float]]) -> Figure:
     axes.set_yticks(range(len(rates)), list(rates), fontsize=NORMAL, color=INK)
     axes.set(ylim=(len(rates) - 0.5, -0.5), xlim=(-1.5, 101.5))
     return figure
+
+
+def build_causes_figure(*groups: Mapping[str, Mapping[str, Any]]) -> Figure:
+    """Number of failures by cause, a table for each group with its most frequent cells darkest.
+
+    Args:
+        groups: by strategy or by class of objects, ``trials``, and ``causes`` with their numbers of failures.
+    """
+    counted = [cause for group in groups for own in group.values() for cause in own["causes"]]
+    causes = list(dict.fromkeys(counted)) or ["no failure"]
+    rows = [max(1, len(group)) for group in groups]
+    title = "Failures by cause, beside the number of trials"
+    figure = build_figure(2.6 + 0.75 * max(4, len(causes)), 1.6 + 0.32 * sum(rows) + 0.6 * len(groups), title)
+    grid = figure.subplots(len(groups), 1, squeeze=False, gridspec_kw={"height_ratios": rows})[:, 0]
+    for axes, group in zip(grid, groups, strict=True):
+        _add_cause_table(axes, group, causes)
+    return figure
+
+
+def _add_cause_table(axes: Axes, group: Mapping[str, Mapping[str, Any]], causes: Sequence[str]) -> None:
+    count = np.array([[own["causes"].get(cause, 0) for cause in causes] for own in group.values()], dtype=int)
+    count = count.reshape(len(group), len(causes))
+    most = max(1, int(count.max(initial=0)))
+    axes.pcolormesh(count, cmap="Oranges", vmin=0, vmax=1.4 * most, edgecolors="white", linewidth=1.0)
+    for i, j in np.argwhere(count):
+        axes.text(j + 0.5, i + 0.5, str(count[i, j]), ha="center", va="center", fontsize=SMALL, color=INK)
+    names = [f"{name} ({own['trials']})" for name, own in group.items()]
+    axes.set_yticks(np.arange(len(names)) + 0.5, names, fontsize=SMALL, color=INK, parse_math=False)
+    axes.set_xticks(np.arange(len(causes)) + 0.5, causes, fontsize=SMALL, color=INK, rotation=30, ha="right")
+    axes.set(xlim=(0, len(causes)), ylim=(max(1, len(group)), 0))
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)

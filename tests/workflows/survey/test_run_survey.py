@@ -163,7 +163,8 @@ BROKEN = {
             ("strategy", "juggle"), ("strategy", []), ("index", 5), ("index", -1), ("index", "0"), ("index", True),
             ("object", "banana"), ("seed", None), ("seed", 1), ("success", 1), ("reason", 7),
             ("width_m", "wide"), ("width_m", math.nan), ("mass_kg", 10**400), ("width_m", 1e308), ("lift_m", True),
-            ("other", 1),
+            ("other", 1), ("cause", "boredom"), ("cause", []), ("held", 7), ("upright", "yes"),
+            ("cause_time_s", "late"),
         )
     },
 }  # fmt: skip
@@ -188,6 +189,12 @@ def test_the_row_that_is_spoiled_is_a_row_else(whole: Path, fakes: ModuleType, p
     """What the broken rows are made of is refused for nothing but what is broken."""
     (whole / "trials.jsonl").write_text(json.dumps(ROW) + "\n")
     assert run_survey(plan, folder=whole, work=fakes.work)["complete"]
+
+
+def test_a_failure_of_an_earlier_version_is_of_unknown_cause(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
+    (whole / "trials.jsonl").write_text(json.dumps(ROW | {"success": False}) + "\n")
+    result = run_survey(plan, folder=whole, work=fakes.work)
+    assert result["strategies"]["kick"]["causes"]["unknown"] == 1
 
 
 def test_a_reason_that_is_no_utf_8_is_in_the_table(whole: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
@@ -261,6 +268,7 @@ def test_a_trial_that_breaks_is_a_failed_trial(fakes: ModuleType, plan: SurveyPl
     assert result["complete"]
     for told in result["strategies"].values():
         assert (told["trials"], told["successes"], told["failures"]) == (5, 4, {kind: 1})
+        assert told["causes"] == {"simulation fault": 1}
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import final
 
+from spiraltrunk.errors import DesignError, ModelError
+
 
 @final
 class Cause(Enum):
@@ -40,6 +42,11 @@ class Cause(Enum):
     """The solver warned, the simulation diverged, or the trial's process ended."""
     UNKNOWN = "unknown"
     """Nothing is recorded: the trial is of an earlier version."""
+
+
+def find_error_cause(error: Exception) -> Cause:
+    """Cause of a trial that an error ended: REFUSED where robot, object and strategy do not fit, else FAULT."""
+    return Cause.REFUSED if isinstance(error, (DesignError, ModelError)) else Cause.FAULT
 
 
 @final

@@ -14,12 +14,12 @@ from typing import Any, NoReturn, final
 from spiraltrunk.errors import OutputError, SurveyError
 from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.output_folder import OutputFolder
-from spiraltrunk.workflows.survey.row import check_row
+from spiraltrunk.workflows.survey.row import check_row, fill_row
 
 WRITER = "survey"
 """Name of the command in output folders."""
 
-FILES = ("survey.json", "trials.jsonl", "table.md", "rates.png", "heatmap.png")
+FILES = ("survey.json", "trials.jsonl", "table.md", "rates.png", "heatmap.png", "causes.png")
 """Files of a survey; the plots are written when it is complete."""
 
 _ALLOWED = "allowed: the folder of a survey with the same settings, or a new one"
@@ -118,7 +118,7 @@ def _read_rows(path: Path, data: bytes, settings: Mapping[str, Any]) -> tuple[li
     seen: set[tuple[str, int]] = set()
     for number, line in enumerate(lines, start=1):
         try:
-            row = dict(json.loads(line.decode(), parse_constant=_refuse_constant))
+            row = fill_row(dict(json.loads(line.decode(), parse_constant=_refuse_constant)))
             check_row(row, settings)
             if (row["strategy"], row["index"]) in seen:
                 raise ValueError("there twice")

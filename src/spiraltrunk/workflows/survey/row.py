@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from spiraltrunk.workflows.grasp.cause import Cause
 from spiraltrunk.workflows.survey.plan import Entry, derive_seed
 
 Row = dict[str, Any]
@@ -13,19 +14,34 @@ Row = dict[str, Any]
 
 _FIGURES = (
     "width_m", "mass_kg", "friction", "stiffness_factor", "simulated_s", "real_time_factor", "planning_wall_s",
-    "lift_m", "hold_s", "place_error_m", "retries",
+    "lift_m", "hold_s", "place_error_m", "retries", "cause_time_s",
 )  # fmt: skip
 """Figures of the scene and of the trial; null where there are none."""
 
 _MOST = 1e9
 """Size that no figure of a trial reaches (ours)."""
 
-_KEYS = {"strategy", "object", "index", "seed", "success", "reason", "wall_s", *_FIGURES}
+_CLAIMS = ("held", "upright")
+"""True or false, or null where they do not apply."""
+
+_LATER = {"cause", "cause_time_s", *_CLAIMS}
+"""Keys that rows of earlier versions lack."""
+
+_KEYS = {"strategy", "object", "index", "seed", "success", "reason", "cause", "wall_s", *_CLAIMS, *_FIGURES}
+
+_CAUSES = {None, *(cause.value for cause in Cause)}
 
 
 def build_empty_row(entry: Entry, reason: str = "") -> Row:
-    """A failed trial without figures."""
-    return {**asdict(entry), "success": False, "reason": reason, "wall_s": None, **dict.fromkeys(_FIGURES)}
+    """A failed trial without figures, whose process ended."""
+    outcome = {"success": False, "reason": reason, "cause": Cause.FAULT.value, "wall_s": None}
+    return {**asdict(entry), **outcome, **dict.fromkeys((*_CLAIMS, *_FIGURES))}
+
+
+def fill_row(row: Row) -> Row:
+    """A row of an earlier version with the keys that it lacks; the cause of its failure is unknown."""
+    cause = None if row.get("success") else Cause.UNKNOWN.value
+    return {**dict.fromkeys(_LATER), "cause": cause, **row}
 
 
 def check_row(row: Row, settings: Mapping[str, Any]) -> None:
@@ -49,6 +65,8 @@ def check_row(row: Row, settings: Mapping[str, Any]) -> None:
         raise ValueError("another seed")
     if not isinstance(row["success"], bool):
         raise ValueError("no outcome")
+    if row["cause"] not in _CAUSES or any(row[key] not in (None, True, False) for key in _CLAIMS):
+        raise ValueError("no cause, or claims that are none")
     for key in ("wall_s", *_FIGURES):
         if row[key] is not None and (type(row[key]) not in (int, float) or not abs(row[key]) < _MOST):
             raise ValueError(f"{key} is no number")

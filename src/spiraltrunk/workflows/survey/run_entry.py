@@ -13,6 +13,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.results import to_json
 from spiraltrunk.processes.worker import format_error
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.workflows.grasp.cause import find_error_cause
 from spiraltrunk.workflows.grasp.trial import Trial, run_scene
 from spiraltrunk.workflows.grasp.world import draw_scene
 from spiraltrunk.workflows.survey.plan import Entry
@@ -38,7 +39,7 @@ def compute_row(entry: Entry, design: TrunkDesign = presets.PAPER) -> Row:
     except ImportError:
         raise
     except Exception as error:
-        row["reason"] = format_error(error)
+        row["reason"], row["cause"] = format_error(error), find_error_cause(error).value
     return row | {"wall_s": time.perf_counter() - began}
 
 
@@ -53,6 +54,10 @@ def _summarise(trial: Trial) -> Row:
     figures = {
         "success": bool(verdict.success),
         "reason": verdict.reason,
+        "cause": None if verdict.failure is None else verdict.failure.cause.value,
+        "cause_time_s": None if verdict.failure is None else float(verdict.failure.time),
+        "held": bool(verdict.is_held),
+        "upright": verdict.is_upright,
         "simulated_s": float(trial.plant.trace[-1].time),
         "real_time_factor": float(trial.real_time_factor),
         "planning_wall_s": float(trial.log.planning),

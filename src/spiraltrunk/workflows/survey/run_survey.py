@@ -13,7 +13,7 @@ from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import read_versions
 from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.report.style import write_figure
-from spiraltrunk.report.survey import Outcomes, build_heatmap_figure, build_rates_figure
+from spiraltrunk.report.survey import Outcomes, build_causes_figure, build_heatmap_figure, build_rates_figure
 from spiraltrunk.workflows.survey.code_version import compute_source
 from spiraltrunk.workflows.survey.plan import Entry, SurveyPlan
 from spiraltrunk.workflows.survey.resume_log import FILES, WRITER, open_log, write_tables
@@ -72,6 +72,7 @@ def run_survey(
             result = _write(output, plan, log.rows)
         with output.draft(is_partial=True) as draft:
             write_pictures(result, sort_rows(plan, log.rows), draft / "rates.png", draft / "heatmap.png")
+            write_figure(build_causes_figure(result["strategies"], result["classes"]), draft / "causes.png")
     return result
 
 

@@ -1,4 +1,4 @@
-"""Summary of a survey's rows: success rates and failure reasons."""
+"""Summary of a survey's rows: success rates, and failures by reason, cause and class of objects."""
 
 from __future__ import annotations
 
@@ -8,20 +8,28 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from spiraltrunk.sim.objects.catalogue import CATALOGUE
+from spiraltrunk.workflows.grasp.cause import Cause
 from spiraltrunk.workflows.survey.plan import SurveyPlan
+
+WIDTHS = (0.025, 0.045, 0.080, 0.120)
+"""Widths at which a class of objects ends and the next begins [m] (ours): fingers take up to 45 mm, small loops 80."""
 
 _NUMBER = re.compile(r"(?<![\w.-])-?(?:\d+(?:\.\d+)?(?:e[+-]?\d+)?|nan|inf)(?![\w])", flags=re.IGNORECASE)
 
 
 def summarize(plan: SurveyPlan, rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Success rates by strategy and by object, and whether all trials have ended; ready for JSON."""
-    strategies = {}
+    strategies: dict[str, dict[str, Any]] = {}
     for name, objects in plan.objects.items():
         own = [row for row in rows if row["strategy"] == name]
         by_object = {each: count_rate([row for row in own if row["object"] == each]) for each in dict.fromkeys(objects)}
         strategies[name] = {
             **count_rate(own),
             "failures": count_failures(own),
+            "causes": count_causes(own),
+            "held": sum(bool(row["held"]) for row in own),
+            "upright": sum(bool(row["upright"]) for row in own),
             "median_wall_s": _median(row["wall_s"] for row in own),
             "median_planning_wall_s": _median(row["planning_wall_s"] for row in own),
             "median_simulated_s": _median(row["simulated_s"] for row in own),
@@ -29,7 +37,11 @@ def summarize(plan: SurveyPlan, rows: Sequence[dict[str, Any]]) -> dict[str, Any
             "objects": by_object,
         }
     asked = plan.trials * len(plan.objects)
-    return {"strategies": strategies, "complete": len(rows) == asked, "asked": asked}
+    by_class: dict[str, list[dict[str, Any]]] = {name: [] for name in sorted({find_class(row) for row in rows})}
+    for row in rows:
+        by_class[find_class(row)].append(row)
+    classes = {name: {**count_rate(own), "causes": count_causes(own)} for name, own in by_class.items()}
+    return {"strategies": strategies, "classes": classes, "complete": len(rows) == asked, "asked": asked}
 
 
 def count_rate(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -44,6 +56,22 @@ def count_failures(rows: Iterable[dict[str, Any]]) -> dict[str, int]:
     """Number of failures by kind of reason, the most frequent first."""
     counted = Counter(find_kind(row["reason"]) for row in rows if not row["success"])
     return dict(sorted(counted.items(), key=lambda pair: (-pair[1], pair[0])))
+
+
+def count_causes(rows: Iterable[dict[str, Any]]) -> dict[str, int]:
+    """Number of failures by cause, in the order of `Cause`."""
+    counted = Counter(row["cause"] for row in rows if not row["success"])
+    return {cause.value: counted[cause.value] for cause in Cause if counted[cause.value]}
+
+
+def find_class(row: dict[str, Any]) -> str:
+    """Kind and class of width of a trial's object, such as "cylinder, 45 to 80 mm"; the kind alone without a width."""
+    kind, width = CATALOGUE.get(row["object"], row["object"]).partition(":")[0], row["width_m"]
+    if width is None:
+        return kind
+    above = next((i for i, edge in enumerate(WIDTHS) if width < edge), len(WIDTHS))
+    low, high = (f"{1e3 * edge:g}" for edge in ((0.0, *WIDTHS)[above], (*WIDTHS, 0.0)[above]))
+    return f"{kind}, {low} mm or more" if above == len(WIDTHS) else f"{kind}, {low} to {high} mm"
 
 
 def find_kind(reason: str) -> str:

@@ -13,27 +13,40 @@ _HEADER = ("strategy", "succeeded", "rate", "95 % interval")
 def format_text(result: Mapping[str, Any]) -> str:
     """One line for each strategy, with the wall time of a trial, which depends on the machine."""
     rows = [
-        (*_format_rate(name, own), _format_seconds(own["median_wall_s"]), _format_failures(own["failures"]))
+        (
+            *_format_rate(name, own), _format_seconds(own["median_wall_s"]), _format_failures(own.get("causes", {})),
+            _format_failures(own["failures"]),
+        )
         for name, own in result["strategies"].items()
-    ]
-    return format_table(rows, header=(*_HEADER, "s a trial", "failures"))
+    ]  # fmt: skip
+    return format_table(rows, header=(*_HEADER, "s a trial", "causes", "failures"))
 
 
 def format_markdown(result: Mapping[str, Any]) -> str:
-    """Success rates by strategy, then by strategy and object; equal for the same seed on any machine."""
+    """Success rates by strategy, by class of objects, and by strategy and object; equal for a seed on any machine.
+
+    Surveys of earlier versions have neither causes nor classes.
+    """
     done = sum(own["trials"] for own in result["strategies"].values())
     short = "" if result["complete"] else f"Incomplete: {done} of {result['asked']} trials.\n\n"
     whole = [
-        (*_format_rate(f"`{name}`", own), _format_failures(own["failures"]))
+        (
+            *_format_rate(f"`{name}`", own), *(str(own.get(key, "-")) for key in ("held", "upright")),
+            _format_failures(own.get("causes", {})), _format_failures(own["failures"]),
+        )
         for name, own in result["strategies"].items()
+    ]  # fmt: skip
+    classes = [
+        (*_format_rate(name, own), _format_failures(own["causes"])) for name, own in result.get("classes", {}).items()
     ]
     parts = [
         (f"`{name}`", *_format_rate(f"`{each}`", counted))
         for name, own in result["strategies"].items()
         for each, counted in own["objects"].items()
     ]
-    by_strategy = _format_rows((*_HEADER, "failures"), whole)
-    return f"{short}{by_strategy}\n{_format_rows((_HEADER[0], 'object', *_HEADER[1:]), parts)}"
+    by_strategy = _format_rows((*_HEADER, "held", "upright", "causes", "failures"), whole)
+    by_class = _format_rows(("class of objects", *_HEADER[1:], "causes"), classes) + "\n" if classes else ""
+    return f"{short}{by_strategy}\n{by_class}{_format_rows((_HEADER[0], 'object', *_HEADER[1:]), parts)}"
 
 
 def _format_rows(header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
