@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic, TypeVar, final
 
-from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
@@ -86,6 +86,14 @@ class Strategy(ABC, Generic[State]):
     def widths(self, design: TrunkDesign) -> tuple[float, float]:
         """Least and greatest width of its objects [m]: what the trunk can wrap, unless it grasps otherwise."""
         return graspable_range(design)
+
+    def highest_base(self, task: Task) -> float | None:
+        """Largest height of the trunk's base, hanging over the object, that it plans [m]; None where it tells none.
+
+        Raises:
+            ModelError: where the robot cannot do what the task asks.
+        """
+        return None
 
     @abstractmethod
     def init(self, observation: Observation) -> State:

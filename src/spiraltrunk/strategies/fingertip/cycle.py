@@ -13,15 +13,18 @@ from typing import TypeVar, final
 
 import numpy as np
 
-from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.strategies.fingertip.moves import Curl, again, carry, grip, hover, put, reach
+from spiraltrunk.errors import ModelError
+from spiraltrunk.strategies.fingertip.moves import HOVER, Curl, again, carry, grip, hover, put, reach
 from spiraltrunk.strategies.fingertip.plan import (
     CLEARANCE,
     closing,
+    find_seen_task,
     gripper_of,
     gripping_base,
     opening,
+    set_aside,
     turned_across,
 )
 from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
@@ -76,6 +79,8 @@ class TipState(LoadState):
     """Weight with the object [N]."""
     rest: np.ndarray | None = None
     """Observed position of the object at the grip, shape (3,) [m]."""
+    seen_task: Task | None = None
+    """The task with the object as it was seen before the last grip; None before the first."""
 
 
 class TipStrategy(MoveStrategy[TipState]):
@@ -92,6 +97,11 @@ class TipStrategy(MoveStrategy[TipState]):
     def widths(self, design: TrunkDesign) -> tuple[float, float]:
         """Smallest and largest graspable width [m]; 0 at least, as the fingers close completely."""
         return (0.0, 0.0 if design.gripper is None else design.gripper.grasp_width)
+
+    def highest_base(self, task: Task) -> float:
+        """Height of the base when the object is lifted, or over the grip, whichever is higher [m]."""
+        rise = max(task.goal.lift, HOVER * gripper_of(task).finger_length)
+        return float(gripping_base(task, task.target.position)[2]) + rise
 
     def init(self, observation: Observation) -> TipState:
         """Plan the way above the object."""
@@ -150,15 +160,20 @@ class TipStrategy(MoveStrategy[TipState]):
 
 
 def _grip(state: TipState, observation: Observation) -> TipState:
-    """Plan the grip of the object as observed, or as announced where it was not."""
+    """Plan the grip of the object as observed, or as announced where it was not; end where it cannot be gripped so."""
     task, place, axis = observation.task, observation.task.target.position, observation.task.target.axis
     if state.seen:
         place, axis, _ = np.split(_mean(state.seen), [3, 6])
+        task = find_seen_task(task, place, axis)
     rotation = turned_across(state.start, axis, gripper_of(task).n_finger)
     hold = min(1.0, FIRMER**state.retries * closing(task))
-    moves = grip(state.sequence.move, gripping_base(task, place), rotation, task.goal.lift, hold)
+    try:
+        base, wide = gripping_base(task, place) + set_aside(task, rotation, axis), opening(task)
+    except ModelError as error:  # It lies otherwise than announced.
+        return replace(state, gave_up=str(error))
+    moves = grip(replace(state.sequence.move, gripper=wide), base, rotation, task.goal.lift, hold)
     sequence = insert_next(state.sequence, moves)
-    return replace(state, sequence=sequence, rest=place, weight_empty=_mean(state.weights))
+    return replace(state, sequence=sequence, rest=place, seen_task=task, weight_empty=_mean(state.weights))
 
 
 def _is_held(state: TipState, observation: Observation) -> bool:
@@ -170,7 +185,7 @@ def _is_held(state: TipState, observation: Observation) -> bool:
 def _try_again(state: TipState, observation: Observation) -> TipState:
     if state.retries >= RETRIES:
         return replace(state, gave_up="nothing was lifted: the object is not seen to rise, or weighs nothing")
-    checked, task = state.sequence.move, observation.task
+    checked, task = state.sequence.move, state.seen_task or observation.task
     base = checked.position - np.array([0.0, 0.0, task.goal.lift])
     moves = again(checked, base, hover(observation, base), opening(task))
     return replace(state, sequence=insert_next(state.sequence, moves), retries=state.retries + 1)
@@ -178,7 +193,7 @@ def _try_again(state: TipState, observation: Observation) -> TipState:
 
 def _put(state: TipState, observation: Observation) -> TipState:
     """Plan the lowering of the base to the height at which the object, by its observed offset, touches its support."""
-    brought, task = state.sequence.move, observation.task
+    brought, task = state.sequence.move, state.seen_task or observation.task
     base, length = gripping_base(task, brought.position), gripper_of(task).finger_length
     if state.seen and state.rest is not None:
         low = state.rest[2] + _mean(state.seen)[6] - base[2]

@@ -6,6 +6,7 @@ The trunk hangs straight, so that its end is where the arm puts it, to a fractio
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,10 +28,21 @@ ROOM = 0.08
 """Gap between open fingertips and a centred object of the largest size [-]: the error of a camera's observation."""
 SIZE_ERROR = 0.10
 """Largest excess of the object's size over the announced one [-]."""
+FALLEN = math.radians(30.0)
+"""Angle between announced and seen axis from which the object has fallen over [rad]."""
+SEEN_ERROR = 0.006
+"""Largest error of the observed height of the object's middle [m]."""
 SAFETY = 3.0
 """Announced friction over the friction that the grip counts on [-]."""
 PRESS_LEAST = 0.5
 """Least force of a fingertip over its largest [-]."""
+
+WIDE = 0.5
+"""Width over the largest that the fingers enclose from which a lying object is pinched as a wide one [-]: beside it,
+fingers that are not normal to its axis must open further than a body of revolution needs."""
+WIDE_REACH = 0.90
+"""Least depth of a wide lying box's middle below the trunk's end [-]: nearly straight fingertips press beside it, and
+not its upper edges."""
 
 _N_HEIGHT = 39
 """Heights tried: a millimetre apart for the paper's fingers."""
@@ -46,6 +58,28 @@ def gripper_of(task: Task) -> GripperDesign:
     if gripper is None:
         raise ModelError("this trunk has no gripper; allowed: a design with [gripper]")
     return gripper
+
+
+def find_seen_task(task: Task, position: np.ndarray, axis: np.ndarray) -> Task:
+    """The task with the object as a camera sees it, where it lies or stands otherwise than announced.
+
+    Within the errors of sizes and cameras the announced task is kept, which knows the object better.
+
+    Args:
+        task: the task as announced.
+        position: centre of the object as seen, shape (3,) [m].
+        axis: its axis as seen, shape (3,) [-].
+    """
+    target, half = task.target, object_height(task) / 2
+    way = axis / float(np.linalg.norm(axis))
+    has_turned = target.kind != "sphere" and abs(float(way @ target.axis)) < math.cos(FALLEN)
+    is_level = abs(float(target.axis[2])) < 0.5
+    has_turned = has_turned and not (is_level and abs(float(way[2])) < math.sin(FALLEN))  # It has only turned about z.
+    if not has_turned and abs(float(position[2] - target.position[2])) <= SIZE_ERROR * half + SEEN_ERROR:
+        return task
+    return replace(
+        task, target=replace(target, position=position, axis=way if has_turned else target.axis, profile=None)
+    )
 
 
 def ground_height(task: Task) -> float:
@@ -72,9 +106,10 @@ def tip_height(task: Task) -> float:
     if target.width <= gripper.grasp_width:
         height, gap = object_height(task), CLEARANCE * gripper.finger_length
         low = max((1 + GROUND_GAP) * gripper.finger_length, (1 + SIZE_ERROR) * height + gap)
-        low = max(low, height / 2 + REACH * gripper.finger_length)
+        reach = WIDE_REACH if is_wide(task) and target.kind == "box" else REACH
+        low = max(low, height / 2 + reach * gripper.finger_length)
         for above in np.linspace(low, low + gripper.finger_length, _N_HEIGHT):
-            if _opening_tension(gripper, target, height, float(above)) is not None:
+            if _opening_tension(task, float(above)) is not None:
                 return ground_height(task) + float(above)
     raise ModelError(
         f"the fingers do not open round {1e3 * target.width:.0f} mm; "
@@ -85,22 +120,53 @@ def tip_height(task: Task) -> float:
 def opening(task: Task) -> float:
     """Gripper command that opens the fingers round the object, -1 to 0 [-]; raises as `tip_height`."""
     gripper, above = gripper_of(task), tip_height(task) - ground_height(task)
-    tension = _opening_tension(gripper, task.target, object_height(task), above)
+    tension = _opening_tension(task, above)
     return -(gripper.tension_max if tension is None else tension) / gripper.tension_max
 
 
-def _opening_tension(gripper: GripperDesign, target: Target, height: float, above: float) -> float | None:
+def is_wide(task: Task) -> bool:
+    """Whether the object lies and is so wide that the fingers' directions count."""
+    target = task.target
+    is_lying = math.hypot(target.axis[0], target.axis[1]) >= 0.5
+    is_prism = target.kind != "sphere"
+    return is_lying and is_prism and target.width > WIDE * gripper_of(task).grasp_width
+
+
+def side_share(n_finger: int) -> float:
+    """Distance of the least normal finger's tip from the middle of a lying object, over that from the trunk's axis [-].
+
+    Finger 1 is normal to the object's axis, the others at multiples of 2 pi / n; the trunk's axis is shifted to where
+    the tips on both sides have the same distance from the object's middle plane.
+    """
+    across = np.cos(2 * math.pi * np.arange(n_finger) / n_finger)
+    return float((across[across > 0].min() - across[across < 0].max()) / 2)
+
+
+def side_shift(task: Task) -> float:
+    """Distance by which the trunk's axis is moved off a wide object's middle, away from the finger normal to it [m]."""
+    gripper = gripper_of(task)
+    if not is_wide(task):
+        return 0.0
+    across = np.cos(2 * math.pi * np.arange(gripper.n_finger) / gripper.n_finger)
+    off = float(across[across > 0].min() + across[across < 0].max()) / 2
+    skin = float(gripper.phalanx_width[-1]) / 2
+    return off * (task.target.width / 2 + skin) / side_share(gripper.n_finger)
+
+
+def _opening_tension(task: Task, above: float) -> float | None:
     """Tension that opens the fingers round the object, the trunk's end ``above`` what it rests on [m]."""
+    gripper, target, height = gripper_of(task), task.target, object_height(task)
     larger = 1 + SIZE_ERROR
     radius, room = larger * _reach_out(target), ROOM * gripper.finger_length
     top = above - larger * height
+    share = side_share(gripper.n_finger) if is_wide(task) else 1.0
 
     def outline(depth: np.ndarray, skin: np.ndarray) -> np.ndarray:
         if target.kind == "sphere":
             return np.sqrt(np.maximum((radius + room + skin) ** 2 - (depth - top - radius) ** 2, 0.0))
         below = np.clip((depth + skin - top) / (larger * height), 0.0, 1.0)
-        share = below if target.kind == "cone" else below > 0
-        return np.where(below > 0, share * radius + room + skin, 0.0)
+        part = below if target.kind == "cone" else below > 0
+        return np.where(below > 0, (part * radius + room + skin) / share, 0.0)
 
     return opening_tension(gripper, outline)
 
@@ -132,6 +198,20 @@ def closing(task: Task) -> float:
 def gripping_base(task: Task, place: np.ndarray) -> np.ndarray:
     """Position of the base, the trunk hanging below it, that grips an object at ``place``, shapes (3,) [m]."""
     return np.array([place[0], place[1], tip_height(task) + task.design.length])
+
+
+def set_aside(task: Task, rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Displacement of the base from a wide object's middle, away from the finger normal to its axis, shape (3,) [m].
+
+    ``rotation`` is the orientation of the base, shape (3, 3) [-], and ``axis`` the object's axis, shape (3,) [-].
+    """
+    if not is_wide(task):
+        return np.zeros(3)
+    angle = 2 * math.pi * np.arange(gripper_of(task).n_finger) / gripper_of(task).n_finger
+    fingers = np.cos(angle)[:, None] * rotation[:, 1] + np.sin(angle)[:, None] * rotation[:, 2]
+    across = np.array([-axis[1], axis[0], 0.0]) / math.hypot(axis[0], axis[1])
+    share = fingers @ across
+    return -side_shift(task) * math.copysign(1.0, share[np.abs(share).argmax()]) * across
 
 
 def turned_across(start: np.ndarray, axis: np.ndarray, n_finger: int) -> np.ndarray:

@@ -19,6 +19,7 @@ from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.grasp.evidence import Evidence
+from spiraltrunk.workflows.grasp.ground import choose_ground
 from spiraltrunk.workflows.grasp.jobs import JOBS
 from spiraltrunk.workflows.grasp.verdict import Verdict
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
@@ -80,10 +81,13 @@ def run_scene(
 ) -> Trial:
     """Run a strategy in a scene that `draw_scene` drew from ``seed``, and evaluate the outcome.
 
+    Where the arm does not reach high enough over the scene's ground, the ground is lower: `choose_ground`.
+
     Raises:
         ModelError: where the strategy cannot plan for the object.
         RunError: where the simulation diverges or does not end.
     """
+    options = choose_ground(design, options, strategy)
     plant = SimPlant(design, options)
     began = time.perf_counter()
     with quiet_mujoco():

@@ -15,6 +15,7 @@ from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, scaled
 from spiraltrunk.sim.objects.presentation import present
+from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
@@ -108,7 +109,7 @@ def draw_scene(
         shape=replace(scaled(shape, size), mass=shape.mass * mass, friction=friction),
         announced=shape,
         support=chosen.support,
-        orientation=chosen.orientation,
+        orientation=_find_orientation(chosen, shape),
         yaw=turned,
         yaw_error=yaw_error,
         offset=(x, y, z),
@@ -118,6 +119,15 @@ def draw_scene(
         friction_hardness=_hardness(chosen, shape),
     )
     return drawn if chosen.position is None else replace(drawn, position=(*chosen.position, drawn.position[2]))
+
+
+def _find_orientation(strategy: Strategy[Any], shape: ObjectSpec) -> str:
+    """Orientation of the strategy's objects; for fingers, that of a body that cannot stand and is lower lying."""
+    if strategy.orientation != "upright" or strategy.holds != "fingers":
+        return strategy.orientation
+    standing, lying = (compute_profile(shape, orientation) for orientation in ("upright", "lying"))
+    is_unstable = standing.topple_angle == 0.0 and lying.center_height < standing.center_height * (1 - 1e-6)
+    return "lying" if is_unstable else "upright"
 
 
 def _check_strategy(strategy: Strategy[Any]) -> None:

@@ -1,0 +1,111 @@
+"""Grips of objects that lie or stand otherwise than announced, and of wide ones that lie."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from spiraltrunk.control.messages import Goal, Target, Task
+from spiraltrunk.design import presets
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import ModelError
+from spiraltrunk.strategies.fingertip.finger_model import finger_bend, finger_points
+from spiraltrunk.strategies.fingertip.plan import (
+    SIZE_ERROR,
+    find_seen_task,
+    gripping_base,
+    is_wide,
+    opening,
+    set_aside,
+    side_share,
+    tip_height,
+    turned_across,
+)
+from spiraltrunk.strategies.fingertip.tip_grip import TipGrip
+
+GROUND, LARGE = 0.45, presets.get("paper-large-grip")
+UP, LEVEL = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+HANGING = np.array([[0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])
+
+
+def announce(kind="cylinder", width=0.05, length=0.08, axis=UP, design=LARGE):
+    height = length if axis[2] > 0.5 and kind != "sphere" else width
+    target = Target(kind=kind, width=width, length=length, mass=0.1, axis=axis,
+                    position=np.array([0.45, 0.10, GROUND + height / 2]))  # fmt: skip
+    goal = Goal(lift=0.2, aside=np.array([0.0, 0.2, 0.0]), place=target.position, ground=GROUND)
+    return Task(design=design, target=target, goal=goal)
+
+
+def test_a_can_that_has_fallen_over_is_gripped_lower():
+    task = announce()
+    seen = find_seen_task(task, np.array([0.5, 0.1, GROUND + 0.025]), LEVEL)
+    np.testing.assert_array_equal(seen.target.axis, LEVEL)
+    assert tip_height(seen) < tip_height(task) - 0.01
+
+
+def test_a_body_lower_than_announced_is_gripped_as_it_is_seen():
+    task = announce(kind="mjcf", width=0.04, length=0.068)
+    seen = find_seen_task(task, np.array([0.45, 0.1, GROUND + 0.02]), UP)
+    assert seen.target.position[2] == pytest.approx(GROUND + 0.02)
+    assert tip_height(seen) < tip_height(task)
+
+
+@pytest.mark.parametrize("rise", [-0.004, 0.0, 0.004])
+@pytest.mark.parametrize(
+    ("kind", "axis", "way"),
+    [("cylinder", UP, -UP), ("cylinder", LEVEL, np.array([0.0, 1.0, 0.0])), ("sphere", UP, LEVEL)],
+)
+def test_what_is_seen_within_the_errors_stays_as_announced(kind, axis, way, rise):
+    """The axis has no sign, a yaw is no fall, and a ball has no axis."""
+    task = announce(kind=kind, axis=axis)
+    assert find_seen_task(task, task.target.position + np.array([0.01, -0.01, rise]), way) is task
+
+
+@pytest.mark.parametrize("angle", np.radians([-85.0, -31.0, 0.0, 20.0, 44.0, 89.0]))
+@pytest.mark.parametrize("kind", ["box", "cylinder"])
+def test_open_fingers_clear_both_sides_of_a_wide_lying_object(kind, angle):
+    """Their tips stand off its middle plane by more than half its width on either side, and by equal distances."""
+    axis = np.array([math.cos(angle), math.sin(angle), 0.0])
+    task = announce(kind=kind, width=0.042, length=0.14, axis=axis)
+    rotation, gripper, across = turned_across(HANGING, axis, 3), LARGE.gripper, np.array([-axis[1], axis[0], 0.0])
+    tips = finger_points(gripper, finger_bend(gripper, opening(task) * gripper.tension_max))[..., -1, 0]
+    turns = 2 * np.pi * np.arange(3) / 3
+    fingers = np.cos(turns)[:, None] * rotation[:, 1] + np.sin(turns)[:, None] * rotation[:, 2]
+    beside = (set_aside(task, rotation, axis) + tips * fingers) @ across
+    least = np.abs(beside).min() - gripper.phalanx_width[-1] / 2
+    assert least > (1 + SIZE_ERROR) * 0.021
+    assert {-1.0, 1.0} == set(np.sign(beside))
+
+
+def test_slender_standing_and_round_objects_are_gripped_in_their_middle():
+    rod = announce(width=0.03, axis=LEVEL)
+    for task in (rod, announce(), announce(kind="sphere", width=0.07, axis=LEVEL)):
+        assert not is_wide(task)
+        np.testing.assert_array_equal(set_aside(task, HANGING, task.target.axis), 0.0)
+
+
+def test_the_papers_pinch_of_its_bars_is_as_before():
+    """Its widest bar is 20 mm: none of the catalogue's is wide."""
+    assert not is_wide(announce(kind="box", width=0.020, length=0.15, axis=LEVEL, design=PAPER))
+
+
+def test_three_fingers_stand_three_quarters_off_the_middle():
+    """cos 0 = 1 on one side and cos 120 deg = -1/2 on the other: shifted by a quarter, both are at 3/4."""
+    assert side_share(3) == pytest.approx(0.75)
+    assert side_share(2) == pytest.approx(1.0)
+
+
+def test_the_highest_base_is_that_of_the_lift_over_the_grip():
+    task = announce()
+    base = float(gripping_base(task, task.target.position)[2])
+    assert TipGrip().highest_base(task) == pytest.approx(base + 0.2)
+    low = dataclasses.replace(task, goal=dataclasses.replace(task.goal, lift=0.05))
+    assert TipGrip().highest_base(low) == pytest.approx(base + 2.0 * LARGE.gripper.finger_length)
+
+
+def test_what_has_fallen_to_where_it_cannot_be_gripped_is_said():
+    task = announce(width=0.06, length=0.10, axis=UP)
+    flat = find_seen_task(dataclasses.replace(task, design=PAPER), np.array([0.45, 0.1, GROUND + 0.03]), LEVEL)
+    with pytest.raises(ModelError, match="do not open round 60 mm"):
+        tip_height(flat)

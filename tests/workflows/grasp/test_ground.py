@@ -1,0 +1,58 @@
+"""The ground is as high as the arm allows for what is lifted from it."""
+
+from dataclasses import replace
+
+import pytest
+
+from spiraltrunk import strategies
+from spiraltrunk.design import presets
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import ModelError
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.workflows.grasp.ground import GROUNDS, choose_ground
+from spiraltrunk.workflows.grasp.world import draw_scene
+
+LARGE = presets.get("paper-large-grip")
+
+
+def _ground(design, shape, name="tip-grip", seed=0):
+    strategy = strategies.get(name)
+    return choose_ground(design, draw_scene(parse_object(shape), seed, strategy=strategy), strategy).ground
+
+
+@pytest.mark.parametrize("name", ["tip-grip", "pinch", "flip-grip"])
+def test_the_papers_objects_stay_on_the_usual_ground(name):
+    for shape in strategies.get(name).objects:
+        assert _ground(PAPER, shape, name) == GROUNDS[0]
+
+
+def test_long_fingers_and_tall_things_stand_lower():
+    can, tall = "cylinder:diameter_mm=50,height_mm=80,mass_g=150", "cylinder:diameter_mm=40,height_mm=230,mass_g=150"
+    assert _ground(LARGE, can) == GROUNDS[1]
+    assert _ground(LARGE, tall) == GROUNDS[2]
+
+
+def test_what_is_too_tall_over_every_ground_is_refused_in_words():
+    with pytest.raises(ModelError, match=r"base is \d+ cm beyond the arm's reach .*; allowed: lower objects"):
+        _ground(LARGE, "cylinder:diameter_mm=40,height_mm=400,mass_g=150")
+
+
+def test_other_scenes_are_left_alone():
+    wrap = strategies.get("wrap-vertical")
+    hung = draw_scene(parse_object("cylinder-60"), 0, strategy=wrap)
+    assert choose_ground(LARGE, hung, wrap) is hung
+    grip = strategies.get("tip-grip")
+    own = replace(draw_scene(parse_object("ball-30"), 0, strategy=grip), ground=0.5)
+    assert choose_ground(LARGE, own, grip) is own
+
+
+def test_what_cannot_stand_is_presented_lying(tmp_path):
+    lemon = tmp_path / "lemon.xml"
+    lemon.write_text(
+        "<mujoco><worldbody><body><freejoint/>"
+        '<geom type="ellipsoid" size="0.034 0.02 0.02" mass="0.06"/></body></worldbody></mujoco>'
+    )
+    strategy = strategies.get("tip-grip")
+    shapes = [f"mjcf:path={lemon}", "ball-30", "cone-35", "cylinder:diameter_mm=40,height_mm=144,mass_g=200"]
+    drawn = [draw_scene(parse_object(shape), 0, strategy=strategy).orientation for shape in shapes]
+    assert drawn == ["lying", "upright", "upright", "upright"]
