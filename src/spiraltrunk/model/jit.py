@@ -9,16 +9,20 @@ import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, TypeVar, final
+from typing import Any, TypeVar, cast, final
 
 from numba import njit
 from numba.core import event
 
-from spiraltrunk.model import linking
+from spiraltrunk.model import linking, shared_kernel
 from spiraltrunk.model.kernel_cache import keep
 from spiraltrunk.model.linking import LINKED_WHOLE, PART
+from spiraltrunk.model.shared_kernel import SharedKernel
 
 _F = TypeVar("_F", bound=Callable[..., Any])
+
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+"""Numba's options of every kernel."""
 
 
 @final
@@ -50,7 +54,7 @@ event.register("numba:compile", _Notice())  # type: ignore[no-untyped-call]
 
 
 def hash_files(files: Iterable[Path]) -> str:
-    """SHA-256 of the files' contents, in the order of their paths, and of the two files that say how to compile them.
+    """SHA-256 of the files' contents, in the order of their paths, and of the three files that say how to compile them.
 
     Raises:
         FileNotFoundError: where there is no file, since a digest of nothing would never change.
@@ -58,12 +62,13 @@ def hash_files(files: Iterable[Path]) -> str:
     found = sorted(files)
     if not found:
         raise FileNotFoundError("no source file to hash: the digest would not change with the code")
-    return hashlib.sha256(
-        b"".join(file.read_bytes() for file in (*found, Path(__file__), Path(linking.__file__)))
-    ).hexdigest()
+    compiling = map(Path, (__file__, linking.__file__, shared_kernel.__file__))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in (*found, *compiling))).hexdigest()
 
 
-def compiler(stamp: str, *, owns_arrays: bool = True, is_alone: bool = False) -> Callable[[_F], _F]:
+def compiler(
+    stamp: str, *, owns_arrays: bool = True, is_alone: bool = False, calls: SharedKernel | None = None
+) -> Callable[[_F], _F]:
     """A decorator that compiles functions which call each other, from files whose `hash_files` is ``stamp``.
 
     Numba by itself optimises a function and makes it machine code before it goes into those that call it, where that is
@@ -78,24 +83,47 @@ def compiler(stamp: str, *, owns_arrays: bool = True, is_alone: bool = False) ->
         owns_arrays: whether a function makes arrays, or returns them to one that counts who refers to them. One that
             does neither can do without counting, which takes a fourth of an equilibrium's time.
         is_alone: whether a function is optimised by itself first, as Numba does it, which keeps its loops vectorised.
+        calls: a kernel that it calls through a pointer, or one of those that it calls does.
     """
-    options: dict[str, Any] = {
-        "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True, "_nrt": owns_arrays
-    }  # fmt: skip
-
-    compile_function: Any = njit
+    options, compile_function = _OPTIONS | {"_nrt": owns_arrays}, cast("Any", njit)
 
     def compiled(function: _F) -> _F:
         law: Any = compile_function(**options, pipeline_class=LINKED_WHOLE)(function)
         if law is function:  # With NUMBA_DISABLE_JIT.
             return function
         keep(law, stamp)
+        if calls is not None:
+            _compile_beside(law, calls)
         if not is_alone:
             part: Any = compile_function(**options, no_cpython_wrapper=True, pipeline_class=PART)(function)
             law.get_call_template, law.get_overload = part.get_call_template, part.get_overload
         return law
 
     return compiled
+
+
+def compile_shared(function: _F, stamp: str) -> _F:
+    """The kernel of a `SharedKernel`, which Python does not call."""
+    compile_function: Any = njit
+    law = compile_function(**_OPTIONS, _nrt=False, no_cpython_wrapper=True, pipeline_class=LINKED_WHOLE)(function)
+    if law is not function:
+        keep(law, stamp)
+    return cast("_F", law)
+
+
+def _compile_beside(law: Any, called: SharedKernel) -> None:
+    """Let a kernel's compilation begin with that of the one it calls, and wait for that before it can be called."""
+    compile_itself, add_itself = law._compiler.compile, law.add_overload
+
+    def compile_both(*signature: Any) -> Any:
+        called.begin()
+        return compile_itself(*signature)
+
+    def add_after(result: Any) -> None:
+        called.finish()
+        add_itself(result)
+
+    law._compiler.compile, law.add_overload = compile_both, add_after
 
 
 def share(solve: Callable[[int, int], object], count: int, chunk: int) -> None:

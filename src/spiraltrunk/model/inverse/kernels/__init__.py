@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk.model.jit import compiler, hash_files
+from spiraltrunk.model.statics.kernels.newton_calls import SHARED
 
 _MODEL = Path(__file__).parents[2]
 
@@ -12,6 +13,9 @@ STAMP = hash_files([*_MODEL.glob("statics/kernels/*.py"), *_MODEL.glob("inverse/
 
 compiled: Any = compiler(STAMP, owns_arrays=False)
 """How a kernel is compiled."""
+
+calling: Any = compiler(STAMP, calls=SHARED)
+"""How the kernel is compiled that Python calls."""
 
 owning: Any = compiler(STAMP)
 """How a kernel is compiled that makes or returns arrays."""

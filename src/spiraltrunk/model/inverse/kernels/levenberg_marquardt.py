@@ -20,8 +20,9 @@ from spiraltrunk.model.inverse.kernels.target_residual import (
     tension_sensitivity,
 )
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, dot, solve_small
-from spiraltrunk.model.statics.kernels.joint_limits import move
-from spiraltrunk.model.statics.kernels.projected_newton import STEP, guarded_factor, largest_turn, solve_safely
+from spiraltrunk.model.statics.kernels.newton_calls import factorise_guarded, move_trunk, solve_safely
+from spiraltrunk.model.statics.kernels.projected_newton import STEP, largest_turn
+from spiraltrunk.model.statics.kernels.zeros import flags, zeros
 
 BALANCED = 1e-7
 """Largest moment left at a joint near the target [N m]; about a thousandth of a millimetre at the tip."""
@@ -69,12 +70,12 @@ def room_for_search(n_joint, n_cable, nd):
     """`Room` for a trunk."""
     n_section, parts = n_joint + 1, 5 * n_joint + 8
     return Room(
-        np.zeros((n_joint, 3)), np.zeros(n_cable), np.zeros((n_joint, 3)), np.zeros(n_cable),
-        np.zeros((n_section, 3)), np.zeros((n_section, 3)), np.zeros((n_section, 3)), np.zeros((n_section, 3)),
-        np.zeros((n_cable, n_joint * nd)), np.zeros(parts), np.zeros((n_cable, parts)),
-        np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable),
-        np.zeros((n_cable, n_cable)), np.zeros(n_cable), np.zeros(n_cable, np.bool_), np.zeros(n_cable), np.zeros(3),
-        np.zeros((n_joint * nd, 4 * (n_cable // 4 + 1))), np.zeros(4),
+        zeros((n_joint, 3)), zeros(n_cable), zeros((n_joint, 3)), zeros(n_cable),
+        zeros((n_section, 3)), zeros((n_section, 3)), zeros((n_section, 3)), zeros((n_section, 3)),
+        zeros((n_cable, n_joint * nd)), zeros(parts), zeros((n_cable, parts)),
+        zeros((n_cable, n_cable)), zeros(n_cable), zeros(n_cable),
+        zeros((n_cable, n_cable)), zeros(n_cable), flags(n_cable), zeros(n_cable), zeros(3),
+        zeros((n_joint * nd, 4 * (n_cable // 4 + 1))), zeros(4),
     )  # fmt: skip
 
 
@@ -92,7 +93,7 @@ def search(b, rounds, enough, case, targets, work, system, room):
         if is_over(enough, room):
             break
         bounded_step(room, most)
-        propose(case.trunk, most, system, room)
+        propose(case, most, work, system, room)
 
 
 @compiled
@@ -114,8 +115,8 @@ def accept_step(b, is_balanced, enough, targets, case, work, system, room):
     copy(room.tension, room.kept)
     if is_over(enough, room):
         return
-    guarded_factor(work, system.weight)
-    tension_sensitivity(work, system, room.rates)
+    factorise_guarded(room.trial, case, work, system)
+    tension_sensitivity(room.trial, case, work, system, room.rates)
     for c in range(room.rates.shape[0]):
         chain_rates(room.rates[c], work, case.trunk.length, room.ends, room.turns)
         residual_jacobian(b, room.points, room.heads, room.ends, room.turns, targets, room.slopes[c])
@@ -179,7 +180,7 @@ def free_step(room):
 
 
 @compiled
-def propose(trunk, most, system, room):
+def propose(case, most, work, system, room):
     """Tensions and bends to try next; the step is cut to the largest turn of a joint."""
     system.step[:] = 0.0
     for c in range(most.shape[0]):
@@ -187,7 +188,7 @@ def propose(trunk, most, system, room):
             system.step[row] += room.step[c] * room.rates[c, row]
     share = min(1.0, STEP / max(largest_turn(system.step, room.q.shape[0]), 1e-300))
     system.pressed[:] = False  # The rates are in the joints' own axes already.
-    move(room.q, trunk, system, share)
+    move_trunk(room.q, case, share, work, system)
     copy_rows(system.trial, room.trial)
     for c in range(most.shape[0]):
         room.tension[c] = min(max(room.kept[c] + share * room.step[c], 0.0), most[c])

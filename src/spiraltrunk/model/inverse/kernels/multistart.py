@@ -7,15 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spiraltrunk.model.inverse.kernels import compiled, owning
+from spiraltrunk.model.inverse.kernels import calling, compiled, owning
 from spiraltrunk.model.inverse.kernels.levenberg_marquardt import room_for_search, search
-from spiraltrunk.model.inverse.kernels.simultaneous_newton import converges_to, solve_simultaneously
+from spiraltrunk.model.inverse.kernels.simultaneous_newton import solve_simultaneously
 from spiraltrunk.model.inverse.kernels.target_residual import evaluate_residual, place_sections
 from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.batch import NUDGE, build_case, room_for_rows, write_row
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows
 from spiraltrunk.model.statics.kernels.energy import Work
-from spiraltrunk.model.statics.kernels.projected_newton import System, solve_safely
+from spiraltrunk.model.statics.kernels.newton_calls import converges_to, solve_safely
+from spiraltrunk.model.statics.kernels.projected_newton import System
+from spiraltrunk.model.statics.kernels.zeros import counts, flags, zeros
 
 
 class Starts(NamedTuple):
@@ -67,11 +69,11 @@ class Spare(NamedTuple):
 def room_for_ranks(count, nd, trunk):
     """`Spare` for a trunk and so many known equilibria."""
     work, system = room_for_rows(nd, trunk)
-    order, other = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    return Spare(work, system, np.zeros(count), order, other, np.zeros(count, np.bool_))
+    order, other = counts(count), counts(count)
+    return Spare(work, system, zeros(count), order, other, flags(count))
 
 
-@owning
+@calling
 def solve_target_rows(rows, limits, is_bare, trunk, problem, targets, starts, turn, solution):
     """Tensions for the targets ``rows`` of one stand, and their equilibria from the straight trunk, into ``solution``.
 

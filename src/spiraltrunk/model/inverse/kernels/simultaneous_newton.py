@@ -18,18 +18,15 @@ from spiraltrunk.model.inverse.kernels.target_residual import (
     residual_jacobian,
     turn_back,
 )
-from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, factorise, solve_columns
-from spiraltrunk.model.statics.kernels.energy import place
-from spiraltrunk.model.statics.kernels.joint_limits import activate_outward_limits, move
-from spiraltrunk.model.statics.kernels.projected_newton import (
-    PENALTY,
-    STEP,
-    descend,
-    guarded_factor,
-    largest_turn,
-    linearise_reduced,
-    primal_dual_step,
+from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, solve_columns
+from spiraltrunk.model.statics.kernels.newton_calls import (
+    activate_limits,
+    factorise_guarded,
+    has_factor,
+    linearise_equilibrium,
+    move_trunk,
 )
+from spiraltrunk.model.statics.kernels.projected_newton import STEP, largest_turn
 
 MAX_STEPS = 10
 """Most steps."""
@@ -41,10 +38,6 @@ LEVER = 1.0
 """Turns a moment that is left into a distance when the two are added [m/(N m)]."""
 DAMPING = 1e-9
 """Levenberg and Marquardt's, next to none [-]."""
-SAME = 0.3
-"""Difference of all bends within which an iteration goes to the shape that it has come so near to [rad]."""
-RETRACED = 40
-"""Steps from the straight trunk after which it is not followed any further."""
 
 
 @compiled
@@ -59,8 +52,7 @@ def solve_simultaneously(b, enough, tolerance, case, targets, work, system, room
     copy(room.tension, tension)
     room.state[1] = DAMPING
     for _ in range(MAX_STEPS):
-        place(q, case.base, trunk, work)
-        left, _ = linearise_reduced(q, tension, room.tension, case, 0.0, work, system)
+        left = linearise_equilibrium(q, tension, room.tension, case, work, system)
         place_sections(work, trunk.length, room.points, room.heads)
         norm = math.sqrt(2 * evaluate_residual(b, room.points, room.heads, targets, room.residual))
         if left <= tolerance and norm <= 0.5 * enough:
@@ -68,7 +60,7 @@ def solve_simultaneously(b, enough, tolerance, case, targets, work, system, room
         now = norm + LEVER * left
         failures += 1 if now > SLACKENING * before else 0
         before = now
-        if failures > FAILURES or not factorise(work.hessian, work.factor, system.weight, 0.0):
+        if failures > FAILURES or not has_factor(q, case, work, system):
             return False, left
         simultaneous_step(b, left <= BALANCED and norm <= 0.5 * enough, case, targets, work, system, room)
     return False, left
@@ -80,21 +72,21 @@ def simultaneous_step(b, is_met, case, targets, work, system, room):
 
     Where the target is met already the bends alone move, to balance at these tensions.
     """
-    trunk, most, step = case.trunk, case.control.most, system.step
-    respond(room.q, trunk, work, system, room)
+    most, step = case.control.most, system.step
+    respond(room.q, case, work, system, room)
     room.step[:] = 0.0
     if not is_met:
         step_towards_targets(b, case, targets, work, system, room)
     share = min(1.0, STEP / max(largest_turn(step, room.q.shape[0]), 1e-300))
     system.pressed[:] = False  # The step is in the joints' own axes already.
-    move(room.q, trunk, system, share)
+    move_trunk(room.q, case, share, work, system)
     copy_rows(system.trial, room.q)
     for c in range(most.shape[0]):
         room.kept[c] = min(max(room.kept[c] + share * room.step[c], 0.0), most[c])
 
 
 @compiled
-def respond(q, trunk, work, system, room):
+def respond(q, case, work, system, room):
     """Newton's step at held tensions, into ``system.step``, and the bends per tension of each cable, ``room.rates``.
 
     As `descend` and `tension_sensitivity`, at once; the Hessian's factor is in ``work``.
@@ -102,7 +94,7 @@ def respond(q, trunk, work, system, room):
     step, rates, columns, nd = system.step, room.rates, room.columns, work.first.shape[1]
     for turn in range(4):
         if turn > 0:
-            guarded_factor(work, system.weight)
+            factorise_guarded(q, case, work, system)
         for row in range(step.shape[0]):
             columns[row, 0] = -system.gradient[row]
             for c in range(rates.shape[0]):
@@ -110,7 +102,7 @@ def respond(q, trunk, work, system, room):
         solve_columns(work.factor, columns)
         for row in range(step.shape[0]):
             step[row] = columns[row, 0]
-        if not activate_outward_limits(q, trunk, work, system):
+        if not activate_limits(q, case, work, system):
             break
     for c in range(rates.shape[0]):
         for row in range(step.shape[0]):
@@ -135,27 +127,3 @@ def step_towards_targets(b, case, targets, work, system, room):
     for c in range(most.shape[0]):
         for row in range(step.shape[0]):
             step[row] += room.step[c] * room.rates[c, row]
-
-
-@compiled
-def converges_to(near, q, tension, case, work, system):
-    """Whether the iteration from ``q`` at these tensions, all given, comes as near as `SAME` to the shape ``near``."""
-    place(q, case.base, case.trunk, work)
-    for _ in range(RETRACED):
-        linearise_reduced(q, tension, system.pulls, case, 0.0, work, system)
-        guarded_factor(work, system.weight)
-        descend(q, case.trunk, work, system)
-        if not primal_dual_step(q, tension, case, case, PENALTY, work, system):
-            return False
-        if _difference(q, near) < SAME:
-            return True
-    return False
-
-
-@compiled
-def _difference(first, second):
-    worst = 0.0
-    for i in range(first.shape[0]):
-        for a in range(first.shape[1]):
-            worst = max(worst, abs(first[i, a] - second[i, a]))
-    return worst

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from spiraltrunk.model.inverse.kernels import compiled
-from spiraltrunk.model.statics.kernels.cholesky import solve_factored
 from spiraltrunk.model.statics.kernels.gravity_load import spin
+from spiraltrunk.model.statics.kernels.newton_calls import solve_slopes
 
 FLAT = 3.0
 """How much more the distance of a touching section from the circle's plane weighs than its gap [-]."""
@@ -138,11 +138,11 @@ def place_sections(work, length, points, heads):
 
 
 @compiled
-def tension_sensitivity(work, system, rates):
+def tension_sensitivity(q, case, work, system, rates):
     """Sensitivity -H^-1 dg/dT of the bends to each tension (H reduced), into ``rates`` (n_cable, n_joint x nd)."""
     nd = work.first.shape[1]
+    solve_slopes(q, case, work, system, rates)
     for c in range(rates.shape[0]):
-        solve_factored(work.factor, system.slopes[c], rates[c])
         for row in range(rates.shape[1]):
             rates[c, row] = -rates[c, row]
         turn_back(rates[c], system, nd)

@@ -59,7 +59,7 @@ def _take_address(typing: Any, content: Any) -> Any:
     """
     if isinstance(content, Address):
         return signature(content, content), lambda context, builder, call, values: values[0]
-    return signature(_address(content), content), lambda context, builder, call, values: _store(
+    return signature(address_of(content), content), lambda context, builder, call, values: _store(
         builder, context, content, values[0]
     )
 
@@ -68,8 +68,9 @@ by_address: Any = intrinsic(_take_address)
 """`_take_address` as kernels call it, with the tuple alone."""
 
 
-def _address(content: Any) -> Address:
-    parts = [_address(part) if isinstance(part, types.BaseNamedTuple) else part for part in content.types]
+def address_of(content: Any) -> Address:
+    """Type of the address of a named tuple type."""
+    parts = [address_of(part) if isinstance(part, types.BaseNamedTuple) else part for part in content.types]
     return Address(types.BaseTuple.from_types(parts, content.instance_class))
 
 
@@ -78,5 +79,5 @@ def _store(builder: Any, context: Any, content: Any, value: Any) -> Any:
     for index, part in enumerate(content.types):
         field = builder.extract_value(value, index)
         parts.append(_store(builder, context, part, field) if isinstance(part, types.BaseNamedTuple) else field)
-    kept = cgutils.make_anonymous_struct(builder, parts, context.get_value_type(_address(content).content))
+    kept = cgutils.make_anonymous_struct(builder, parts, context.get_value_type(address_of(content).content))
     return cgutils.alloca_once_value(builder, kept)

@@ -26,8 +26,10 @@ from spiraltrunk.model.statics.kernels.loading import (
     load_quasi_statically,
     reset_anchors,
 )
+from spiraltrunk.model.statics.kernels.newton_calls import calling
 from spiraltrunk.model.statics.kernels.projected_newton import TIGHT, room_for_steps
 from spiraltrunk.model.statics.kernels.tip_compliance import tip_compliance
+from spiraltrunk.model.statics.kernels.zeros import zeros
 
 CONVERGED, ALL_SHUT, STALLED, NOT_CONVERGED = range(4)
 """Values of `kinematics.shape.Status`."""
@@ -87,7 +89,7 @@ class Solution(NamedTuple):
     status: np.ndarray
 
 
-@owning
+@calling
 def solve_rows(first, last, nd, trunk, problem, solution):
     """Rows ``first`` to ``last`` without friction; ``solution`` holds the bends, tensions and anchors at the start."""
     work, system = room_for_rows(nd, trunk)
@@ -95,7 +97,7 @@ def solve_rows(first, last, nd, trunk, problem, solution):
         solve_row(b, build_case(b, trunk, problem, solution), problem, solution, work, system)
 
 
-@owning
+@calling
 def increment_rows(first, last, nd, trunk, problem, solution):
     """`solve_rows` in increments, with friction."""
     work, system = room_for_rows(nd, trunk)
@@ -103,10 +105,10 @@ def increment_rows(first, last, nd, trunk, problem, solution):
         increment_row(b, build_case(b, trunk, problem, solution), problem, solution, work, system)
 
 
-@owning
+@calling
 def quasi_static_rows(first, last, nd, trunk, problem, solution):
     """`solve_rows` by quasi-static loading, with friction or without; in one step where the damping time is 0."""
-    (work, system), joints = room_for_rows(nd, trunk), np.zeros((2, trunk.kind.shape[0], 3))
+    (work, system), joints = room_for_rows(nd, trunk), zeros((2, trunk.kind.shape[0], 3))
     for b in range(first, last):
         quasi_static_row(b, build_case(b, trunk, problem, solution), joints, problem, solution, work, system)
 
@@ -172,7 +174,7 @@ def build_case(b, trunk, problem, solution):
     mu, stiffness, size = problem.friction[0], problem.friction[1], (trunk.before.shape[0], trunk.before.shape[1])
     control = Control(problem.by_tension, problem.length[b], problem.most[b], problem.compliance)
     field = (problem.direction[b], problem.factor[b], problem.moment[b])
-    friction = Friction(np.zeros(size), np.zeros(size), solution.anchor[b], stiffness if mu > 0.0 else 0.0)
+    friction = Friction(zeros(size), zeros(size), solution.anchor[b], stiffness if mu > 0.0 else 0.0)
     return Case(problem.base[b], trunk, field, control, friction)
 
 

@@ -18,6 +18,7 @@ from spiraltrunk.model.statics.kernels.cable_gaps import differentiate_gap, gap_
 from spiraltrunk.model.statics.kernels.cholesky import column_sum
 from spiraltrunk.model.statics.kernels.gravity_load import add_weight, chain, weight_energy
 from spiraltrunk.model.statics.kernels.joint_rotation import differentiate, rotate
+from spiraltrunk.model.statics.kernels.zeros import zeros
 
 
 class Trunk(NamedTuple):
@@ -114,11 +115,11 @@ def room_for_work(n_joint, n_cable, nd):
     """`Work` for a trunk whose joints have ``nd`` bends each."""
     size = n_joint * nd
     return Work(
-        np.zeros((n_joint + 1, 3, 3)), np.zeros((n_joint, 3, 3)), np.zeros((n_joint, nd, 3, 3)),
-        np.zeros((n_joint, nd, nd, 3, 3)), np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable, nd)),
-        np.zeros((n_joint, n_cable, nd, nd)), np.zeros((n_joint, n_cable)), np.zeros((n_joint, n_cable)),
-        np.zeros((n_joint, n_cable)), np.zeros((n_joint, nd)), np.zeros((size, size)), np.zeros((size, size)),
-        np.zeros((size, 3)), np.zeros((size, 3)), np.zeros((3, 3)),
+        zeros((n_joint + 1, 3, 3)), zeros((n_joint, 3, 3)), zeros((n_joint, nd, 3, 3)),
+        zeros((n_joint, nd, nd, 3, 3)), zeros((n_joint, n_cable)), zeros((n_joint, n_cable, nd)),
+        zeros((n_joint, n_cable, nd, nd)), zeros((n_joint, n_cable)), zeros((n_joint, n_cable)),
+        zeros((n_joint, n_cable)), zeros((n_joint, nd)), zeros((size, size)), zeros((size, size)),
+        zeros((size, 3)), zeros((size, 3)), zeros((3, 3)),
     )  # fmt: skip
 
 

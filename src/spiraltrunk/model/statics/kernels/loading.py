@@ -25,8 +25,10 @@ from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.cable_gaps import measure_turns
 from spiraltrunk.model.statics.kernels.capstan_law import ratio, slip_forces
 from spiraltrunk.model.statics.kernels.cholesky import column_sum, copy, copy_rows, factorise
-from spiraltrunk.model.statics.kernels.energy import add_penalty, hole_force, place, replace_parts
-from spiraltrunk.model.statics.kernels.projected_newton import STIFFEST, TIGHT, solve_safely
+from spiraltrunk.model.statics.kernels.energy import add_penalty, hole_force, replace_parts
+from spiraltrunk.model.statics.kernels.newton_calls import place_trunk, solve_safely
+from spiraltrunk.model.statics.kernels.projected_newton import STIFFEST, TIGHT
+from spiraltrunk.model.statics.kernels.zeros import zeros
 
 ROUNDS = 1200
 """Largest number of fixed-point iterations of the slip forces in one increment."""
@@ -78,10 +80,10 @@ def update_forces(mu, share, trunk, pulls, work, friction):
 
 
 @compiled
-def reconstruct_slip_forces(q, pulls, case, mu, work):
+def reconstruct_slip_forces(q, pulls, case, mu, work, system):
     """Slip forces of the holes in the initial shape, reconstructed from its anchors."""
     trunk, friction, turns = case.trunk, case.friction, work.turn
-    place(q, case.base, trunk, work)
+    place_trunk(q, case, work, system)
     measure_turns(trunk, work)
     for c in range(turns.shape[1]):
         tension, beyond = pulls[c], column_sum(work.gap, c)
@@ -144,7 +146,7 @@ def load_in_increments(q, tension, case, mu, start, increments, tolerance, most,
     total, residual, violation = 0, 0.0, 0.0
     copy(tension, system.final)
     if case.friction.stiffness > 0.0:
-        reconstruct_slip_forces(q, start[1], case, mu, work)
+        reconstruct_slip_forces(q, start[1], case, mu, work, system)
     for step in range(increments):
         interpolate_inputs((step + 1) / increments, system.length, tension, case.control, start, system.final)
         residual, violation, count = solve_increment(q, tension, stage, mu, tolerance, most, work, system)
@@ -182,12 +184,12 @@ def load_quasi_statically(q, tension, case, mu, start, motion, tolerance, most, 
     ``system.length`` and with workspace as stiffness and natural bends.
     """
     seconds, delay = motion
-    trial, kept, friction = np.zeros(q.shape), np.zeros(tension.shape[0]), case.friction
+    trial, kept, friction = zeros(q.shape), zeros(tension.shape[0]), case.friction
     now, pace, total, residual, violation = 0.0, FIRST * delay, 0, 0.0, 0.0
     copy(tension, system.final)
     copy(start[1], kept)
     if friction.stiffness > 0.0:
-        reconstruct_slip_forces(q, kept, case, mu, work)
+        reconstruct_slip_forces(q, kept, case, mu, work, system)
     for _ in range(most):
         step, part = _choose_step(pace, now, seconds, delay)
         copy(kept, tension)

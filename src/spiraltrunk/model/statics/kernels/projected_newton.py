@@ -27,6 +27,7 @@ from spiraltrunk.model.statics.kernels.energy import (
     update_tensions,
 )
 from spiraltrunk.model.statics.kernels.joint_limits import activate_outward_limits, move, project_to_limits, reduce
+from spiraltrunk.model.statics.kernels.zeros import counts, flags, zeros
 
 STEP = 0.35
 """Largest turn of a joint in one step [rad]."""
@@ -83,16 +84,16 @@ class System(NamedTuple):
 def room_for_steps(n_joint, n_cable, nd, stiffness):
     """`System` for a trunk."""
     size = n_joint * nd
-    weight = np.empty(size)
+    weight = zeros(size)
     for row in range(size):
         weight[row] = stiffness[row // nd, row % nd]
     return System(
-        np.zeros(size), np.zeros((n_cable, size)), np.zeros(n_joint, np.bool_), np.zeros(n_joint), weight,
-        np.zeros(size), np.zeros((n_cable, size)), np.zeros(n_cable, np.bool_), np.zeros(n_cable), np.zeros(n_cable),
-        np.zeros(n_cable), np.zeros((n_joint, 3)), np.zeros((n_joint, 2)), np.zeros(3),
-        np.zeros(n_cable), np.zeros(n_cable), np.zeros(n_cable), np.zeros(n_cable), np.zeros(n_cable),
-        np.zeros(n_cable), np.zeros((n_cable, n_cable)), np.zeros((n_cable, n_cable)), np.zeros(n_cable, np.int64),
-        np.zeros((3, size)), np.zeros((size, 4)),
+        zeros(size), zeros((n_cable, size)), flags(n_joint), zeros(n_joint), weight,
+        zeros(size), zeros((n_cable, size)), flags(n_cable), zeros(n_cable), zeros(n_cable),
+        zeros(n_cable), zeros((n_joint, 3)), zeros((n_joint, 2)), zeros(3),
+        zeros(n_cable), zeros(n_cable), zeros(n_cable), zeros(n_cable), zeros(n_cable),
+        zeros(n_cable), zeros((n_cable, n_cable)), zeros((n_cable, n_cable)), counts(n_cable),
+        zeros((3, size)), zeros((size, 4)),
     )  # fmt: skip
 
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from spiraltrunk.model.statics.kernels import compiled
 from spiraltrunk.model.statics.kernels.cholesky import copy_rows, dot, solve_columns, solve_small
-from spiraltrunk.model.statics.kernels.energy import add_penalty, find_excess, linearise
 from spiraltrunk.model.statics.kernels.gravity_load import spin
-from spiraltrunk.model.statics.kernels.joint_limits import reduce
-from spiraltrunk.model.statics.kernels.projected_newton import guarded_factor, schur_complement
+from spiraltrunk.model.statics.kernels.newton_calls import complement, factorise_held, linearise_stuck
 
 HELD = 1e4
 """Penalty on the cables' lengths with which the Hessian is factorised [N/m]; they are then held exactly."""
@@ -44,15 +42,12 @@ def reduce_motion(motion, nd, system):
 @compiled
 def tip_compliance(q, tension, case, work, system, out):
     """Displacement of the tip per force on it into ``out`` (3, 3) [m/N], at a solution just found; holes stick."""
-    control, motion, columns = case.control, system.motion, system.columns
+    motion, columns = system.motion, system.columns
     if case.friction.stiffness > 0:  # The friction forces were updated after the last linearisation.
-        linearise(q, case, tension, work)
-        reduce(q, case.trunk, work, system)
+        linearise_stuck(q, tension, case, work, system)
     tip_motion(work, case.trunk.length, motion)
     reduce_motion(motion, work.first.shape[1], system)
-    find_excess(work.gap, control, tension, system)
-    add_penalty(system, control, HELD, work.hessian)
-    guarded_factor(work, system.weight)
+    factorise_held(q, tension, case, HELD, work, system)
     for row in range(columns.shape[0]):
         for x in range(3):
             columns[row, x] = motion[x, row]
@@ -61,13 +56,13 @@ def tip_compliance(q, tension, case, work, system, out):
     for x in range(3):
         for y in range(3):
             out[x, y] = dot(motion[x], columns[:, y])
-    _hold_cables(motion, control, work, system, out)
+    _hold_cables(q, motion, case, work, system, out)
 
 
 @compiled
-def _hold_cables(motion, control, work, system, out):
+def _hold_cables(q, motion, case, work, system, out):
     """Subtract the motion that would lengthen the active cables, by their Schur complement."""
-    right, count = system.keep, schur_complement(control, HELD, work, system)
+    right, count = system.keep, complement(q, case, HELD, work, system)
     for x in range(3):
         for a in range(count):
             right[a] = dot(motion[x], system.response[a])
