@@ -55,7 +55,10 @@ def test_every_state_has_a_row(mode: Mode) -> None:
         (FaultKind.SLACK, f"{1e3 * LIMITS.slack_time:g} ms without load, and {1e3 * LIMITS.step_length:g} mm"),
         (FaultKind.CABLE_SLIP, f"{1e3 * LIMITS.slip_length:g} mm wound in"),
         (FaultKind.CABLE_SLIP, f"at least {LIMITS.slip_tension:g} N"),
-        (FaultKind.CABLE_SLIP, f"about {LIMITS.settle_time:g} s, {1e3 * LIMITS.step_length:g} mm more than any bend"),
+        (
+            FaultKind.CABLE_LENGTHS,
+            f"about {LIMITS.settle_time:g} s, {1e3 * LIMITS.step_length:g} mm more than any bend",
+        ),
         (FaultKind.TANGLED_DRUM, f"{LIMITS.tangle_tension:g} N while {1e3 * LIMITS.tangle_length:g} mm"),
         (FaultKind.OVER_TENSION, f"{100 * LIMITS.over_part:g} % beyond for {1e3 * LIMITS.over_time:g} ms"),
         (FaultKind.OVER_TENSION, f"{100 * LIMITS.over_part_at_once:g} % at once"),

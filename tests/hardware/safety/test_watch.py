@@ -100,7 +100,7 @@ def test_each_fault_is_told_with_its_cable(watches, kind, spoil):
     )  # fmt: skip
     assert (kind, 1) in kinds
     assert first >= start
-    lengths = {FaultKind.CABLE_SLIP, FaultKind.SLACK}
+    lengths = {FaultKind.CABLE_LENGTHS, FaultKind.SLACK, FaultKind.STALL}
     assert all(cable == 1 or cable is None or other in lengths for other, cable in kinds)
 
 
@@ -160,12 +160,38 @@ def test_a_step_of_taut_cables_blames_all_and_one_without_load_itself(watches):
     def step(tension: float):
         return lambda t, cable, r: hold(r, 0.006, tension) if cable == 1 and t > 0.9 else hold(r, 0.0)
 
-    assert run(watches, 0.92, step(10.0))[0] == {(FaultKind.CABLE_SLIP, None)}
+    assert run(watches, 0.92, step(10.0))[0] == {(FaultKind.CABLE_LENGTHS, None)}
     kinds, first, _ = run(
         watches, 2.0, lambda t, cable, r: hold(r, 0.02 * max(0.0, t - 0.9), 0.0 if cable == 1 else 10.0)
     )  # fmt: skip
     assert kinds == {(FaultKind.SLACK, 1)}
     assert 0.9 + 0.003 / 0.06 < first < 1.0
+
+
+def test_lengths_are_explained_by_a_motor_that_is_silent(watches):
+    def step(start: float):
+        def spoil(t, cable, r):
+            r = change(hold(r, 0.006 if t > 0.9 and cable == 1 else 0.0), n_frame=None)
+            return change(r, time=min(t, start)) if cable == 2 else r
+
+        return spoil
+
+    assert run(watches, 0.905, step(0.895))[0] == {(FaultKind.STALE_FEEDBACK, 2)}
+    assert run(watches, 0.905, step(0.903))[0] == {(FaultKind.CABLE_LENGTHS, None)}
+
+
+def test_lengths_are_explained_by_a_drum_that_stands_while_its_torque_changes(watches):
+    """Long before the 0.2 s after which it counts as blocked by itself."""
+
+    def spoil(t, cable, r):
+        r = hold(r, 0.006 if t > 0.9 and cable == 1 else 0.0)
+        if cable != 2 or t < 0.8:
+            return r
+        torque = 0.1 + 5.0 * (t - 0.8)
+        angle = read(0.8, cable).motor.angle
+        return dataclasses.replace(change(r, angle=angle, speed=0.0, torque=torque), torque=torque)
+
+    assert run(watches, 0.906, spoil)[0] == {(FaultKind.STALL, 2)}
 
 
 def test_while_one_cable_is_slack_the_lengths_are_not_followed(watches):

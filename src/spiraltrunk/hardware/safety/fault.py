@@ -25,6 +25,7 @@ class FaultKind(Enum):
     STALL = "stall"
     SLACK = "slack or broken cable"
     CABLE_SLIP = "cable slip"
+    CABLE_LENGTHS = "cable lengths"
     TANGLED_DRUM = "tangled drum"
     OVER_TENSION = "tension over its ceiling"
     LENGTH_LIMIT = "length limit"

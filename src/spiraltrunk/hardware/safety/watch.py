@@ -150,8 +150,10 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
         motors.append(motor)
         cables.append(cable)
         found.extend((number, finding) for finding in (*findings, *more) if finding)
-    length, more_found = _watch_lengths(watches, state.length, cables, readings, dt)
-    found.extend(more_found)
+    length, text = _watch_lengths(watches, state.length, cables, readings, dt)
+    if text:
+        silent = [one.missed for one in loss.heard]
+        found.extend(_explain_lengths(text, silent, motors, cables, limits))
     faults = tuple(Fault(kind=one.kind, time=now, cable=number, text=one.text) for number, one in found)
     after = WatchState(motors=tuple(motors), cables=tuple(cables), length=length, loss=loss, swap=swap)
     return Seen(after, faults, tuple(_warn(watches, after, readings)))
@@ -159,22 +161,43 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
 
 def _watch_lengths(
     watches: Watches, state: LengthState, cables: list[CableWatch], readings: tuple[CableReading, ...], dt: float
-) -> tuple[LengthState, list[tuple[int | None, Finding]]]:
-    """The lengths of all cables; of those that do not fit, one without load is blamed, or else all."""
+) -> tuple[LengthState, str]:
+    """The lengths of all cables, and what is wrong with them or ""."""
     if not watches.is_homed:
-        return state, []
+        return state, ""
     limits = watches.limits
     lengths = tuple(reading.pull - limits.compliance * reading.tension for reading in readings)
     excess, tension = max(watches.relation.compute_excess(lengths)), sum(reading.tension for reading in readings)
     is_taut = all(cable.load.elapsed == 0.0 for cable in cables)
-    after, text = watch_length(state, excess, tension, dt, is_taut=is_taut, limits=limits)
-    if not text:
-        return after, []
-    slack = [number for number, cable in enumerate(cables) if cable.load.elapsed >= limits.slack_time]
-    if not slack:
-        return after, [(None, Finding(FaultKind.CABLE_SLIP, text))]
-    return after, [
-        (number, Finding(FaultKind.SLACK, f"{text}; its load is {cables[number].load.load:.2f} N")) for number in slack
+    return watch_length(state, excess, tension, dt, is_taut=is_taut, limits=limits)
+
+
+_SILENT = 3
+"""Periods in a row without feedback that explain a length [-] (ours): a part of `SafetyLimits.missed_cycles`, for its
+motor is no longer where it was heard last."""
+
+
+def _explain_lengths(
+    text: str, silent: list[int], motors: list[MotorWatch], cables: list[CableWatch], limits: SafetyLimits
+) -> list[tuple[int | None, Finding]]:
+    """Why lengths do not fit, by what is known of each motor and cable at that time.
+
+    A motor that is silent, a drum that stands while its torque changes, a cable without load; else the lengths alone
+    are known, and a slip, a break and a tangled drum look alike.
+    """
+    found: list[tuple[int | None, Finding]] = []
+    for number, (missed, motor, cable) in enumerate(zip(silent, motors, cables, strict=True)):
+        if missed >= _SILENT:
+            why = Finding(FaultKind.STALE_FEEDBACK, f"{missed} periods without feedback, and {text}")
+        elif motor.stall.blocked > 0.0:
+            why = Finding(FaultKind.STALL, f"the drum does not turn though its torque changes, and {text}")
+        elif cable.load.elapsed >= limits.slack_time:
+            why = Finding(FaultKind.SLACK, f"{text}; its load is {cable.load.load:.2f} N")
+        else:
+            continue
+        found.append((number, why))
+    return found or [
+        (None, Finding(FaultKind.CABLE_LENGTHS, f"{text}; a cable slipped or broke, or a drum is tangled"))
     ]
 
 
