@@ -1,0 +1,138 @@
+"""The driver on STS servos: their twin answers at the other end of a pseudo-terminal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from spiraltrunk.design.drum import size_drum
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import DriveError
+from spiraltrunk.hardware.driver.options import DriverOptions
+from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
+from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
+from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.safety.watchdog import NoWatchdog
+from spiraltrunk.hardware.twin.clock import TwinClock
+from spiraltrunk.hardware.twin.device import TwinDevice
+from spiraltrunk.hardware.twin.faults.device_faults import CableBreak, CableSlip, PowerCycle, TangledDrum
+from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.twin.sts_bus import PseudoTerminal, StsTwin
+from spiraltrunk.hardware.twin.sts_servo import STS3215, ServoTwin
+from spiraltrunk.hardware.winder.drum import DrumGeometry
+from spiraltrunk.hardware.winder.winder import build_winder
+
+PERIOD = 0.01
+
+
+class Line(TwinDevice):
+    """Serves the pseudo-terminal in simulated time."""
+
+    def __init__(self, terminal: PseudoTerminal) -> None:
+        self.terminal = terminal
+
+    def advance(self, dt: float) -> None:
+        self.terminal.serve()
+
+
+class Robot:
+    def __init__(self, encoder_start: int = 1000) -> None:
+        drum = size_drum(PAPER)
+        motor = replace(STS3215, drum_radius=drum.winding_radius, encoder_start=encoder_start)
+        servos = [ServoTwin(i, replace(motor, wound=-0.002 * i)) for i in (1, 2, 3)]
+        self.twin = StsTwin(SpringTrunk(PAPER), servos)
+        self.terminal = PseudoTerminal(self.twin)
+        self.clock = TwinClock()
+        with self.terminal.serving() as port:
+            settings = StsSettings(port=port, servo_ids=(1, 2, 3), directions=(1, 1, 1))
+            motors = StsServos.from_settings(settings, self.clock)
+        self.clock.attach(Line(self.terminal))
+        self.clock.attach(self.twin)
+        winder = build_winder(PAPER, motors.data_sheet, DrumGeometry(design=drum), PERIOD)
+        options = DriverOptions(period=PERIOD, without_watchdog=True)
+        self.driver = TrunkDriver(
+            design=PAPER, motors=motors, winders=[winder] * 3, watchdog=NoWatchdog(), clock=self.clock,
+            options=options,
+        )  # fmt: skip
+
+    def run(self, seconds: float, tension: tuple[float, ...] | None = None) -> None:
+        end = self.clock.now() + seconds
+        while self.clock.now() < end:
+            if tension is not None and self.driver.mode is Mode.ARMED:
+                self.driver.set_targets(tension, valid_for=0.05)
+            self.driver.wait()
+            self.driver.tick()
+
+    def prepare(self) -> None:
+        self.run(0.2)
+        self.driver.home()
+        end = self.clock.now() + 60.0
+        while self.driver.mode is Mode.HOMING and self.clock.now() < end:
+            self.run(0.1)
+        assert self.driver.faults == ()
+        self.driver.arm()
+
+    def is_off(self) -> bool:
+        """Whether no servo is driven; one whose cable turns it still brakes."""
+        return all(servo.duty == 0 for servo in self.twin.servos)
+
+
+@pytest.fixture
+def build():
+    robots = []
+
+    def build(**options):
+        try:
+            robots.append(Robot(**options))
+        except DriveError as error:
+            if "pseudo-terminal" in str(error):
+                pytest.skip(str(error))
+            raise
+        return robots[-1]
+
+    yield build
+    for robot in robots:
+        with robot.terminal.serving():
+            robot.driver.close()
+        robot.terminal.close()
+
+
+def test_servos_are_homed_and_pull(build):
+    robot = build()
+    robot.prepare()
+    robot.run(4.0, (20.0, 10.0, 10.0))
+    assert robot.driver.faults == ()
+    print([round(one, 1) for one in robot.twin.tensions], [round(m.wound * 1e3, 1) for m in robot.twin.motors])
+    assert robot.twin.motors[0].wound > 0.005
+    assert robot.twin.tensions[0] > robot.twin.tensions[1]
+    robot.driver.disarm()
+    robot.run(1.0)
+    assert robot.driver.mode is Mode.SAFE
+    assert robot.is_off()
+
+
+def test_an_encoder_that_wraps_makes_no_jump(build):
+    pulls = []
+    for start in (1000, 4095):
+        robot = build(encoder_start=start)
+        robot.prepare()
+        robot.run(3.0, (20.0, 10.0, 10.0))
+        assert robot.driver.faults == ()
+        pulls.append([cable.pull for cable in robot.driver.snapshot().cables])
+        print([1e3 * (pull - motor.wound) for pull, motor in zip(pulls[-1], robot.twin.motors, strict=True)])
+    assert pulls[1] == pytest.approx(pulls[0], abs=1e-3)
+
+
+@pytest.mark.parametrize("fault", [PowerCycle(), CableBreak(), CableSlip(length=0.01), TangledDrum()])
+def test_a_fault_of_servo_or_cable_ends_the_torque(build, fault):
+    robot = build()
+    robot.prepare()
+    robot.run(1.0, (20.0, 10.0, 10.0))
+    began = robot.clock.now()
+    fault.begin(robot.twin)
+    robot.run(2.0, (20.0, 10.0, 10.0))
+    first = robot.driver.faults[0]
+    print(f"{fault.name}: {first.kind.value} after {1e3 * (first.time - began):.0f} ms: {first.text}")
+    assert robot.driver.mode is Mode.FAULT
+    assert robot.is_off()
