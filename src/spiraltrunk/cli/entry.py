@@ -13,10 +13,22 @@ from spiraltrunk.cli.arguments import Parser
 from spiraltrunk.cli.missing_package import describe_missing
 from spiraltrunk.cli.output import BAD_INPUT, DONE, FAILED, UsageError, complain, put
 from spiraltrunk.cli.signals import run_interruptibly
-from spiraltrunk.cli.verbs import bench, calibrate, completion, design, drive, export, grasp, shape, survey, validate
+from spiraltrunk.cli.verbs import (
+    bench,
+    calibrate,
+    completion,
+    design,
+    drive,
+    export,
+    grasp,
+    object,
+    shape,
+    survey,
+    validate,
+)
 from spiraltrunk.errors import RunError, SpiralTrunkError
 
-VERBS = (design, shape, grasp, survey, validate, calibrate, export, drive, bench, completion)
+VERBS = (design, shape, object, grasp, survey, validate, calibrate, export, drive, bench, completion)
 """Modules that each add a verb, in the order of the help."""
 
 

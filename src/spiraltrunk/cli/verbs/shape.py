@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import Typed, add_parser, read_number, read_text
-from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, format_json, name_option, quote
+from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, format_json, name_option
+from spiraltrunk.cli.plot_file import check_plot, read_format
 from spiraltrunk.cli.verbs.shape_load import LOADS, MODELS, Load, pick_model, read_load, solve_load
 
 if TYPE_CHECKING:
     from spiraltrunk.design import TrunkDesign
     from spiraltrunk.model.kinematics.shape import Shape
-
-_PLOTS = (".png", ".svg", ".pdf")
 
 _MOST_DEG = 360
 """Largest angle of the base axis [deg]."""
@@ -67,7 +66,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         allowed = f"a finite number, at least -{_MOST_DEG}, at most {_MOST_DEG}"
         raise UsageError(f"--theta0-deg is {arguments.theta0_deg:g}; allowed: {allowed}")
     if arguments.plot is not None:
-        _check_plot(Path(arguments.plot))
+        check_plot(Path(arguments.plot))
     from spiraltrunk.design import load_design
 
     design = load_design(arguments.design)
@@ -83,26 +82,12 @@ def _run(arguments: argparse.Namespace) -> Answer:
     return FAILED if figures["status_code"] == "NOT_CONVERGED" else DONE, text
 
 
-def _check_plot(file: Path) -> None:
-    if file.suffix.lower() not in _PLOTS:
-        raise UsageError(f"--plot: {quote(str(file))} given; allowed: a file that ends in {', '.join(_PLOTS)}")
-    from spiraltrunk.files.output_file import check_output_file
-
-    with name_option("--plot"):
-        check_output_file(file, _read_format(file))
-
-
-def _read_format(file: Path) -> str:
-    """Format of a plot, as its ending says."""
-    return file.suffix.lower().removeprefix(".")
-
-
 def _plot(design: TrunkDesign, shape: Shape, theta_0: float, file: str, title: str) -> None:
     from spiraltrunk.files.output_file import write_output_file
     from spiraltrunk.report.shape.shape_plot import build_shape_figure
     from spiraltrunk.report.style import format_figure
 
-    form = _read_format(Path(file))
+    form = read_format(Path(file))
     data = format_figure(build_shape_figure(design, shape, theta_0, title=title), form)
     with name_option("--plot"):
         write_output_file(file, data, form)

@@ -7,6 +7,7 @@ from difflib import get_close_matches
 
 from spiraltrunk.checks import check_type
 from spiraltrunk.errors import DesignError, UnknownName, Unquoted
+from spiraltrunk.sim.objects.everyday import FAMILIES, parse_everyday
 from spiraltrunk.sim.objects.mesh_file import AXES, COLLIDES, UNITS, load_mesh, load_stl
 from spiraltrunk.sim.objects.mjcf import load_mjcf
 from spiraltrunk.sim.objects.presentation import take_pose
@@ -67,16 +68,22 @@ _MEASURES = {
     "stl": ("path", "mass_g"),
     "obj": ("path", "mass_g"),
     "mjcf": ("path",),
+    "everyday": ("seed",),
 }
 """Required measures of each kind."""
 
 _WORDS = {
     "path": "FILE", "unit": "|".join(UNITS), "axis": "|".join(AXES), "collide": "|".join(COLLIDES),
-    "pose": "upright|lying|0|1|...",
+    "pose": "upright|lying|0|1|...", "seed": "N", "kind": "|".join(FAMILIES),
 }  # fmt: skip
 """Measures that are words, and their allowed values."""
 
-_OPTIONS = {"stl": ("unit", "axis", "collide"), "obj": ("unit", "axis", "collide"), "mjcf": ("axis",)}
+_OPTIONS = {
+    "stl": ("unit", "axis", "collide"),
+    "obj": ("unit", "axis", "collide"),
+    "mjcf": ("axis",),
+    "everyday": ("kind",),
+}
 """Optional measures of each kind, besides the pose."""
 
 
@@ -110,6 +117,8 @@ def parse_object(text: str) -> ObjectSpec:
 
 
 def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> ObjectSpec:
+    if kind == "everyday":
+        return parse_everyday(_parse_seed(words["seed"]), words.get("kind"))
     if kind == "mjcf":
         return load_mjcf(**words)
     mass = values["mass_g"]
@@ -129,6 +138,12 @@ def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> Object
         got, allowed = f"{1e3 * neck:g}", f"less than the diameter's {1e3 * width:g}"
         raise DesignError("object.neck_mm", got=Unquoted(got), allowed=allowed)
     return ObjectSpec(kind=kind, size=(values.get("height_mm", width), width, width), mass=mass, neck=neck)
+
+
+def _parse_seed(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) <= 18):
+        raise DesignError("object.seed", got=text, allowed="a whole number, at least 0, of at most 18 digits")
+    return int(text)
 
 
 def _build_box(x: float, y: float, z: float, mass: float) -> ObjectSpec:

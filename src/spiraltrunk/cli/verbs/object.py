@@ -1,0 +1,135 @@
+"""``spiraltrunk object``: what an object is, from its measures or its file."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from spiraltrunk.cli.arguments import add_parser, read_text
+from spiraltrunk.cli.output import DONE, Answer, complain, format_json, name_option
+from spiraltrunk.cli.plot_file import check_plot, read_format
+
+if TYPE_CHECKING:
+    from spiraltrunk.sim.objects.description import Description
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb and its arguments."""
+    parser = add_parser(verbs, "object", _run, "tell what an object is: size, stable poses, widths, warnings")
+    parser.add_argument(
+        "object", type=read_text, metavar="SPEC",
+        help="a catalogue name, a solid such as box:x_mm=62,y_mm=62,z_mm=190,mass_g=300, or a file such as "
+        "stl:path=vase.stl,mass_g=250",
+    )  # fmt: skip
+    parser.add_argument(
+        "--design", type=read_text, metavar="DESIGN", help="tell also what this trunk can take: preset or TOML file"
+    )
+    parser.add_argument("--plot", type=read_text, metavar="FILE", help="plot it to a .png, .svg or .pdf file")
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    if arguments.plot is not None:
+        check_plot(Path(arguments.plot))
+    from spiraltrunk.files.results import to_json
+    from spiraltrunk.sim.objects.catalogue import parse_object
+    from spiraltrunk.sim.objects.description import describe_object, list_figures
+
+    shape = parse_object(arguments.object)
+    about = describe_object(shape)
+    figures = list_figures(about, arguments.object)
+    if arguments.design is not None:
+        figures["design"] = _compare(arguments.design, about)
+    for warning in shape.warnings:
+        complain(warning, DONE)
+    if arguments.plot is not None:
+        _plot(about, arguments.object, arguments.plot)
+    figures = dict(to_json(figures))
+    return DONE, format_json(figures) if arguments.json else _format_table(figures)
+
+
+def _compare(name: str, about: Description) -> dict[str, Any]:
+    """What a trunk takes, beside what the object asks for."""
+    from spiraltrunk.design import graspable_range, load_design, payload
+
+    design = load_design(name)
+    least, most = graspable_range(design)
+    fingers = None if design.gripper is None else design.gripper.grasp_width
+    girth = float(about.profile.girth.max()) / math.pi
+    is_wrapped = least <= girth <= most
+    return {
+        "name": design.name,
+        "wrap_widths_m": [least, most],
+        "wrap_width_m": girth,
+        "payload_kg": payload(design, girth) if is_wrapped else None,
+        "finger_width_m": fingers,
+    }
+
+
+def _plot(about: Description, name: str, file: str) -> None:
+    from spiraltrunk.files.output_file import write_output_file
+    from spiraltrunk.report.object_plot import ObjectPicture, build_object_figure
+    from spiraltrunk.report.style import format_figure
+
+    form = read_format(Path(file))
+    picture = ObjectPicture(
+        title=f"{name}: {_measures(about.shape.size)} mm, {1e3 * about.shape.mass:.4g} g", triangles=about.triangles,
+        profile=about.profile, center=about.center, notes=about.shape.warnings,
+    )  # fmt: skip
+    with name_option("--plot"):
+        write_output_file(file, format_figure(build_object_figure(picture), form), form)
+
+
+def _measures(extents: Any) -> str:
+    return " x ".join(f"{1e3 * extent:.4g}" for extent in extents)
+
+
+def _format_table(figures: dict[str, Any]) -> str:
+    from spiraltrunk.report import format_table
+
+    mm = {key: f"{1e3 * figures[key]:.4g} mm" for key in ("support_radius_m", "grip_width_m", "grip_height_m")}
+    x, y, z = (1e3 * value + 0.0 for value in figures["center_of_mass_m"])
+    falls = _falls(figures["topple_deg"])
+    rests = "in no stable pose" if figures["pose"] is None else f"in stable pose {figures['pose']}"
+    rows = [
+        ("extents", f"{_measures(figures['extents_m'])} mm, x and y along the ground, z up"),
+        ("rests", f"{rests}, {falls}; support radius {mm['support_radius_m']}"),
+        ("mass", f"{1e3 * figures['mass_kg']:.4g} g"),
+        ("volume", f"{1e6 * figures['volume_m3']:.4g} cm3, {figures['density_kg_m3']:.3g} kg/m3"),
+        ("centre of mass", f"{z:.1f} mm high, {round(x, 1) + 0.0:.1f}, {round(y, 1) + 0.0:.1f} mm from the middle"),
+        ("least width to grip", f"{mm['grip_width_m']} at a height of {mm['grip_height_m']}"),
+    ]
+    for i, pose in enumerate(figures["stable_poses"]):
+        share, tall = f"{100 * pose['probability']:.1f} %", f"{1e3 * pose['height_m']:.4g} mm tall"
+        rows.append((f"stable pose {i}", f"{share}, {tall}, {_falls(pose['topple_deg'])}"))
+    if "design" in figures:
+        rows += _list_design(figures["design"])
+    return "\n\n".join([format_table(rows, title=figures["object"], indent=2), _format_profile(figures["profile"])])
+
+
+def _falls(tilt: float) -> str:
+    return f"falls over at {tilt:.0f} deg" if tilt > 0 else "rolls"
+
+
+def _list_design(design: dict[str, Any]) -> list[tuple[str, str]]:
+    least, most = design["wrap_widths_m"]
+    name, girth = design["name"], design["wrap_width_m"]
+    fingers, payload = design["finger_width_m"], design["payload_kg"]
+    told = f"{1e3 * least:.0f} to {1e3 * most:.0f} mm wide; this is as a cylinder of {1e3 * girth:.0f} mm"
+    carried = "" if payload is None else f", payload {1e3 * payload:.0f} g"
+    opened = "no fingers" if fingers is None else f"up to {1e3 * fingers:.0f} mm wide"
+    return [(f"wraps of {name}", told + carried), (f"fingers of {name}", opened)]
+
+
+def _format_profile(profile: dict[str, Any]) -> str:
+    """Ten sections from the top down."""
+    from spiraltrunk.report import format_table
+
+    keys = ("height_m", "width_least_m", "width_most_m", "girth_m")
+    columns = [profile[key] for key in keys]
+    count = len(columns[0])
+    places = [round(i * (count - 1) / 10) for i in range(10, -1, -1)]
+    rows = [[f"{1e3 * column[place]:.1f}" for column in columns] for place in places]
+    header = ("height [mm]", "least width [mm]", "largest width [mm]", "girth [mm]")
+    return format_table(rows, header=header, indent=2)

@@ -1,0 +1,145 @@
+"""What an object is: extents, volume, stability, sections by height and stable poses, as it rests on the ground."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from spiraltrunk.control.object_profile import ObjectProfile
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid
+from spiraltrunk.sim.objects.presentation import as_measured, present
+from spiraltrunk.sim.objects.profile import compute_profile
+from spiraltrunk.sim.objects.solids import NECK_SHARE
+from spiraltrunk.sim.objects.spec import ObjectSpec
+from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, compute_stable_poses
+from spiraltrunk.sim.objects.tessellation import hull_of_geom
+
+SAME = math.cos(math.radians(5.0))
+"""Cosine of the largest angle between poses that count as the same (ours) [-]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Description:
+    """An object as it rests on the ground, in a frame with z up and the origin in the middle of its extents."""
+
+    shape: ObjectSpec
+    """The object, its frame's z up."""
+    volume: float
+    """Volume of the object, without hollows that are filled for contact [m^3]."""
+    profile: ObjectProfile
+    """Sections by height, with the stable poses; their rotations are from the pose in which it rests."""
+    triangles: np.ndarray
+    """Surface that is drawn, counter-clockwise from outside, shape (n, 3, 3) [m]."""
+
+    @property
+    def pose(self) -> int | None:
+        """Place of the stable pose in which it rests; None where it would not stay so."""
+        poses, center = self.profile.stable_poses, self.profile.center_height
+        for i, pose in enumerate(poses):
+            rolls = pose.topple_angle == 0.0 and abs(pose.center_height / center - 1) < HEIGHTS_EQUAL
+            if pose.rotation[2, 2] > SAME or (rolls and self.profile.topple_angle == 0.0):
+                return i
+        return None
+
+    @property
+    def center(self) -> np.ndarray:
+        """Centre of mass: horizontally from the middle of the extents, and its height, shape (3,) [m]."""
+        x, y, _ = self.shape.center()
+        return np.array([x, y, self.profile.center_height])
+
+
+def describe_object(shape: ObjectSpec) -> Description:
+    """Everything that follows from an object's shape and mass."""
+    resting = present(as_measured(shape), "lying")
+    profile = replace(compute_profile(resting, "lying"), stable_poses=compute_stable_poses(resting))
+    return Description(
+        shape=resting, volume=compute_volume(shape), profile=profile,
+        triangles=build_triangles(resting.solid),
+    )  # fmt: skip
+
+
+def compute_volume(shape: ObjectSpec) -> float:
+    """Volume of an object [m^3]; of an MJCF body the sum over its geoms, which may overlap."""
+    length, width, height = shape.size
+    radius = width / 2
+    if shape.loaded is None and shape.kind == "ring":
+        return 2 * math.pi**2 * (width - length) / 2 * (length / 2) ** 2
+    if shape.loaded is None and shape.kind == "bottle":
+        return math.pi * length * ((1 - NECK_SHARE) * radius**2 + NECK_SHARE * (shape.neck / 2) ** 2)
+    if shape.loaded is None:
+        box, circle = length * width * height, math.pi * radius**2 * length
+        return {"box": box, "cylinder": circle, "cone": circle / 3, "sphere": 2 / 3 * circle}[shape.kind]
+    return sum(_geom_volume(geom) for geom in shape.solid.geoms if geom.group != HIDDEN)
+
+
+def _geom_volume(geom: Geom) -> float:
+    a, b, c = geom.size
+    if geom.vertices is not None and geom.faces is not None:
+        corners = geom.vertices[geom.faces]
+        return abs(float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])))) / 6
+    ball = 4 / 3 * math.pi
+    return {
+        "sphere": ball * a**3,
+        "capsule": ball * a**3 + 2 * math.pi * a**2 * b,
+        "ellipsoid": ball * a * b * c,
+        "cylinder": 2 * math.pi * a**2 * b,
+        "box": 8 * a * b * c,
+    }[geom.form]
+
+
+def build_triangles(solid: Solid) -> np.ndarray:
+    """Triangles of all drawn geoms, counter-clockwise from outside, shape (n, 3, 3) [m]."""
+    drawn = [geom for geom in solid.geoms if geom.group != HIDDEN]
+    return np.vstack([_geom_triangles(geom) for geom in drawn or solid.geoms])
+
+
+def _geom_triangles(geom: Geom) -> np.ndarray:
+    if geom.vertices is not None and geom.faces is not None:
+        return (geom.vertices @ geom.rotation.T + geom.position)[geom.faces]
+    points, _ = hull_of_geom(geom, 48)
+    hull = ConvexHull(points)
+    corners = points[hull.simplices]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
+    corners[inward] = corners[inward][:, ::-1]
+    return np.asarray(corners)
+
+
+def list_figures(about: Description, name: str) -> dict[str, Any]:
+    """Figures of an object by the keys of ``spiraltrunk object --json``."""
+    profile, shape = about.profile, about.shape
+    poses = [
+        {
+            "probability": pose.probability, "height_m": pose.height, "center_height_m": pose.center_height,
+            "topple_deg": math.degrees(pose.topple_angle), "rotation_wxyz": pose.rotation_wxyz,
+        }
+        for pose in profile.stable_poses
+    ]  # fmt: skip
+    return {
+        "object": name,
+        "kind": shape.kind,
+        "pose": about.pose,
+        "extents_m": np.array(shape.size),
+        "mass_kg": shape.mass,
+        "volume_m3": about.volume,
+        "density_kg_m3": shape.mass / about.volume,
+        "center_of_mass_m": about.center,
+        "topple_deg": math.degrees(profile.topple_angle),
+        "support_radius_m": profile.support_radius,
+        "grip_width_m": profile.grip_width,
+        "grip_height_m": profile.grip_height,
+        "hull_excess": shape.solid.excess,
+        "stable_poses": poses,
+        "profile": {
+            "height_m": profile.height, "girth_m": profile.girth, "width_least_m": profile.width_least,
+            "width_most_m": profile.width_most,
+        },
+        "warnings": list(shape.warnings),
+    }  # fmt: skip
