@@ -16,16 +16,19 @@ sees. The arm lifts, carries and holds, with the ventral lengths held and the do
 taken in where a settling wrap would go slack, and none is paid out: the wrap of an object wider than the tail can reach
 round loosens in motion.
 
+An object that is too short for the base to close beside it is taken by a distal wrap (`distal_plan`), in which the base
+closes once the object is borne.
+
 Release: the object is set upright over its place once more. Under tension control, the arm lowers it until the ground
 bears it. Tension falls until the base's joints have opened a little; then the trunk springs open at once. Opened
 slowly, the tail, which unwinds last, would drag the object over by friction. Joints damped in proportion to their
 stiffness open in the same time (40 ms as simulated, not measured on a real trunk), before the object can move. The arm
 then retreats.
 
-Limits: upright objects of one width up to about 1 kg, tall enough that the housing clears the ground. Slender objects
-are taken above their middle by the oblique wraps, where the head can turn away the whole lean. A box is taken for the
-cylinder of the same girth. A bottle is held at its shoulder and may slip where friction is low. The trunk's cables pull
-in every direction. A camera sees where the object stands and how it leans.
+Limits: upright objects of one width up to about 1 kg, from about 80 mm of height on, as the housing has to clear the
+ground. Slender objects are taken above their middle by the oblique wraps, where the head can turn away the whole lean.
+A box is taken for the cylinder of the same girth. A bottle is held at its shoulder and may slip where friction is low.
+The trunk's cables pull in every direction. A camera sees where the object stands and how it leans.
 """
 
 from __future__ import annotations
@@ -37,6 +40,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Observation
+from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
     PHASES,
@@ -51,6 +55,8 @@ from spiraltrunk.strategies.moves import (
 )
 from spiraltrunk.strategies.sensing import seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
+from spiraltrunk.strategies.wrap.distal_plan import plan_distal_moves
+from spiraltrunk.strategies.wrap.distal_release import center_place, right_object, set_down_distal
 from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, lateral_direction, plan_moves
 from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
@@ -94,6 +100,8 @@ class StandingState(LoadState):
     """Tensions of the tightened wrap, shape (n_cable,) [N]."""
     shift: float = 0.0
     """Distance beyond its expected position at which the object was touched [m]."""
+    is_distal: bool = False
+    """Whether the wrap is a distal one."""
 
 
 class StandingWrap(MoveStrategy[StandingState]):
@@ -108,11 +116,11 @@ class StandingWrap(MoveStrategy[StandingState]):
 
     def init(self, observation: Observation) -> StandingState:
         """Plan positions and tensions from design and object."""
-        moves = plan_moves(observation, self.plane)
+        moves, is_distal = _plan(observation, self.plane)
         return StandingState(
             sequence=begin(moves, observation), side=lateral_direction(observation), weight=weight(observation),
             lean=_lean(observation), pull=observation.cable_pull, seen=seen_position(observation),
-            tight=next(move.tension for move in moves if move.action == "tighten"),
+            tight=next(move.tension for move in moves if move.action == "tighten"), is_distal=is_distal,
         )  # fmt: skip
 
     def sense(self, state: StandingState, observation: Observation) -> StandingState:
@@ -129,7 +137,8 @@ class StandingWrap(MoveStrategy[StandingState]):
         if action in _STIFF:
             return replace(state, sequence=_take_in(state, observation))
         if action == "lower" and not state.is_carried(observation):
-            return replace(state, sequence=_stay(state.sequence, observation))
+            sequence = right_object(state.sequence, observation) if state.is_distal else state.sequence
+            return replace(state, sequence=_stay(sequence, observation))
         return state
 
     def next_move(self, state: StandingState, observation: Observation) -> StandingState:
@@ -152,8 +161,13 @@ class StandingWrap(MoveStrategy[StandingState]):
             sequence = carry_upright(sequence, observation, self.plane.ground_gap)
         if action == "steady":
             sequence = _stiffen(sequence, state, observation)
+        if action == "bring" and state.is_distal:
+            sequence = center_place(sequence, observation, np.cross([0.0, 0.0, 1.0], state.side))
+        if action == "lower" and state.is_distal:
+            sequence = right_object(sequence, observation)
         if action == "hold":
-            sequence = set_down_upright(sequence, observation, self.plane.ground_gap)
+            set_down = set_down_distal if state.is_distal else set_down_upright
+            sequence = set_down(sequence, observation, self.plane.ground_gap)
         if sequence.is_last:
             return replace(state, is_done=True)
         sequence = advance(sequence, observation.time)
@@ -171,7 +185,7 @@ class WrapObliqueLow(StandingWrap):
     number = 4
     plane = WrapPlane(
         slope=math.radians(7.0), reach_slope=math.radians(-8.0), differential=-0.12, height=0.3, slender_height=0.62,
-        ground_gap=0.022,
+        ground_gap=0.022, distal_height=0.4,
     )  # fmt: skip
 
 
@@ -183,7 +197,7 @@ class WrapOblique(StandingWrap):
     number = 5
     plane = WrapPlane(
         slope=math.radians(8.0), reach_slope=math.radians(-8.0), differential=-0.14, height=0.5, slender_height=0.62,
-        ground_gap=0.022,
+        ground_gap=0.022, distal_height=0.45,
     )  # fmt: skip
 
 
@@ -194,6 +208,18 @@ class WrapHorizontal(StandingWrap):
     name = "wrap-horizontal"
     number = 6
     plane = WrapPlane(slope=math.radians(-12.0), differential=0.0, height=0.55)
+
+
+def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...], bool]:
+    """Moves of a full wrap, or of a distal one where the object is too short for it, and whether they are the latter.
+
+    Raises:
+        ModelError: where neither is possible; it is the distal wrap's.
+    """
+    try:
+        return plan_moves(observation, plane), False
+    except ModelError:
+        return plan_distal_moves(observation, plane), True
 
 
 def _lean(observation: Observation) -> float:

@@ -12,6 +12,7 @@ import math
 import numpy as np
 from scipy.optimize import nnls
 
+from spiraltrunk.control.messages import Target
 from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
@@ -45,6 +46,11 @@ def shut_pull(design: TrunkDesign) -> np.ndarray:
     return np.asarray(design.joint_stiffness * design.joint_limit / lever * sum_pull)
 
 
+def cylinder_width(target: Target) -> float:
+    """Width of an object, of a box that of the cylinder of the same girth [m]."""
+    return target.width * (4 / math.pi if target.kind == "box" else 1.0)
+
+
 def wrap_start(design: TrunkDesign, width: float) -> int:
     """First section of a wrap round an object of ``width`` [m], counted from 0 at the base."""
     return min(predict_wrap(design, width, 0.0, 0.0).first, design.n_section - 1)
@@ -67,6 +73,21 @@ def object_center(
     heading = (ends[first + 1] - ends[first])[:2]
     to_object = np.array([heading[1], -heading[0], 0.0]) / max(float(np.linalg.norm(heading)), 1e-9)
     return (ends[first] + ends[first + 1]) / 2 + (width / 2 + design.section_radius[first]) * to_object
+
+
+def band_heights(design: TrunkDesign, width: float, tilt: float, tension: np.ndarray) -> tuple[float, float]:
+    """Mean height of the sections that wrap an object of ``width`` [m], and of their lowest point, from the base [m].
+
+    Args:
+        design: the trunk.
+        width: extent of the object across [m].
+        tilt: of the base axis from hanging straight down [rad].
+        tension: of the cables, shape (n_cable,) [N].
+    """
+    first = wrap_start(design, width)
+    ends = _ends(design, tilt, tension)[first:, 2]
+    middle = (ends[:-1] + ends[1:]) / 2
+    return float(middle.mean()), float((middle - design.section_radius[first:]).min())
 
 
 def curl_tilt(design: TrunkDesign, width: float, tension: np.ndarray, slope: float) -> float:

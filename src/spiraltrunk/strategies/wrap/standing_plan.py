@@ -18,7 +18,13 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, tilted_base
 from spiraltrunk.strategies.sensing import seen_position
 from spiraltrunk.strategies.wrap.hung_plan import wrap_move
-from spiraltrunk.strategies.wrap.standing_model import cable_pulls, curl_tilt, object_center, shut_pull
+from spiraltrunk.strategies.wrap.standing_model import (
+    cable_pulls,
+    curl_tilt,
+    cylinder_width,
+    object_center,
+    shut_pull,
+)
 
 # All of these are ours, tuned in simulated trials.
 STEPS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56, 0.75, 1.1)
@@ -82,6 +88,8 @@ class WrapPlane:
     """The same at least for slender objects [-]."""
     ground_gap: float = 0.03
     """Gap between housing and ground [m]."""
+    distal_height: float = 0.5
+    """Height of a distal wrap over the object's length [-]."""
 
 
 @final
@@ -126,8 +134,7 @@ def plan_moves(observation: Observation, plane: WrapPlane) -> tuple[Move, ...]:
 def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step, ...], float]:
     """Steps of the curl, and the final distance of the object from the base, level [m]."""
     design, target = observation.task.design, observation.task.target
-    width = target.width * (4 / math.pi if target.kind == "box" else 1.0)  # Of the cylinder of the same girth.
-    shut = float(shut_pull(design)[0])
+    width, shut = cylinder_width(target), float(shut_pull(design)[0])
     side = lateral_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     full = cable_pulls(design, STEPS[-1] * shut, 0.0)

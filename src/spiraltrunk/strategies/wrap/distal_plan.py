@@ -1,0 +1,192 @@
+"""Moves of a distal wrap of a standing object: on the ground, only the part of the trunk that wraps it closes.
+
+A full wrap closes the base as well, and needs an object as tall as the base is then low. In a distal wrap the base
+stays open, and high, until the object is borne; it closes in the rise that tests the load. The base keeps one tilt, the
+flattest at which the housing clears the ground. The wrapping sections keep their mean height while the trunk curls.
+
+Width and height of the object decide: the wider it is, the nearer to the base the wrap begins, and the further the
+trunk closes on the ground; the taller it is, the higher the wrap and the flatter its plane. From the height at which a
+full wrap is possible on, there is none to choose. Lengths are over the trunk's own where their unit is [-] and nothing
+else is said.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.control.messages import Observation
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.strategies.moves import Move, tilted_base
+from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.strategies.wrap.hung_plan import wrap_move
+from spiraltrunk.strategies.wrap.standing_model import (
+    band_heights,
+    cable_pulls,
+    cylinder_width,
+    object_center,
+    shut_pull,
+    wrap_start,
+)
+from spiraltrunk.strategies.wrap.standing_plan import (
+    BACK_OFF,
+    CARRY,
+    CLEARANCE,
+    GRIP,
+    OPEN_TIME,
+    OVERSHOOT,
+    SETTLE_TIME,
+    TAIL_END,
+    TEST,
+    WrapPlane,
+    housing_sink,
+    lateral_direction,
+)
+
+# All of these are ours, tuned in simulated trials.
+PULLS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56)
+"""Ventral pulls at which the model places the arm, over the pull that shuts joint 1 [-]."""
+CLOSE = 1.75
+"""Ventral pull at which the trunk has closed on the ground, over the one that shuts the first joint of the wrap, at
+least the last of PULLS [-]."""
+CLOSE_STEP = 0.19
+"""Largest step from the last of PULLS to it, over the pull that shuts joint 1 [-]."""
+TIGHTEN = 0.9
+"""Ventral pull after which the object is lifted, over the one that shuts joint 1 [-]."""
+TAIL = 1.6
+"""Pull that lifts the tail, over the one that shuts the last joint [-]."""
+ROOM = 1.12
+"""Width that the curling trunk leaves to the object, over its own [-]: a loose object yields to a light push."""
+TILTS = np.radians(np.arange(84.0, 65.0, -2.0))
+"""Tilts of the base tried, from hanging, the flattest first [rad]."""
+BAND_GAP = 0.005
+"""Gap between the closed trunk and the ground [m]."""
+HIGHEST = 0.75
+"""Largest height of the wrap's middle, over the object's length [-]."""
+CURL_TIME = 0.8
+"""Time from one step of the ventral pull to the next [s]."""
+
+_AHEAD, _UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class _Step:
+    """Arm and cables at one ventral pull."""
+
+    tension: np.ndarray
+    """Cable tensions, shape (n_cable,) [N]."""
+    position: np.ndarray
+    """Position of the base from the ground below the object, in the world's directions, shape (3,) [m]."""
+
+
+def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move, ...]:
+    """All moves from a hanging trunk over grasp and release to the trunk beside the object.
+
+    Raises:
+        ModelError: where the cables cannot pull as needed, or the object is too short.
+    """
+    design, target = observation.task.design, observation.task.target
+    width = cylinder_width(target)
+    pulls = _closing_pulls(design, width)
+    tilt, height = _choose_tilt(observation, plane, pulls[-1])
+    side = lateral_direction(observation)
+    frame = np.column_stack([side, np.cross(_UP, side), _UP])
+    low = height - band_heights(design, width, tilt, _tension(design, pulls[-1]))[0]
+
+    def step(pull: float) -> _Step:
+        tension = _tension(design, pull)
+        aside, ahead, _ = object_center(design, ROOM * width, tilt, tension)
+        up = low if pull > pulls[-1] else height - band_heights(design, width, tilt, tension)[0]
+        return _Step(tension=tension, position=frame @ np.array([-aside, -ahead, up]))
+
+    steps = tuple(step(pull) for pull in pulls)
+    load = target.mass * GRAVITY * float(np.linalg.norm(steps[-1].position[:2]))
+    grip = GRIP + CARRY * load / float(design.joint_stiffness[0] * design.joint_limit)
+    tight = step(max(TIGHTEN, pulls[-1] + 1e-9))
+    return _moves(observation, (*steps, tight, step(grip)), frame @ tilted_base(_AHEAD, tilt))
+
+
+def _closing_pulls(design: TrunkDesign, width: float) -> tuple[float, ...]:
+    """Ventral pulls of the curl on the ground, over the one that shuts joint 1 [-]."""
+    shut = shut_pull(design)
+    more = CLOSE * float(shut[min(wrap_start(design, width), design.n_joint - 1)] / shut[0]) - PULLS[-1]
+    count = max(0, math.ceil(more / CLOSE_STEP))
+    return (*PULLS, *(PULLS[-1] + more * (i + 1) / count for i in range(count)))
+
+
+def _tension(design: TrunkDesign, pull: float) -> np.ndarray:
+    """Cable tensions for a ventral pull over the one that shuts joint 1 [N]; small ones lift the tail."""
+    shut = shut_pull(design)
+    tail = TAIL * float(shut[-1]) * max(0.0, 1.0 - pull / TAIL_END)
+    tension = cable_pulls(design, pull * float(shut[0]), tail)
+    return tension * min(1.0, 0.95 * design.cable.tension_max / max(float(tension.max()), 1e-9))
+
+
+def _choose_tilt(observation: Observation, plane: WrapPlane, pull: float) -> tuple[float, float]:
+    """Flattest tilt of the base [rad] at which the housing clears the ground, and height of the wrap's middle [m].
+
+    The wrap's sections clear the ground too. Where no tilt is steep enough, the steepest one is taken and the object
+    is wrapped higher.
+
+    Raises:
+        ModelError: where the object is too short.
+    """
+    design, target = observation.task.design, observation.task.target
+    width, length, tension = cylinder_width(target), observation.task.target.length, _tension(design, pull)
+    height = housing = tilt = math.inf
+    for tilt in TILTS.tolist():
+        middle, lowest = band_heights(design, width, tilt, tension)
+        housing = housing_sink(design, tilt) + middle + plane.ground_gap / 2
+        height = max(plane.distal_height * length, middle - lowest + BAND_GAP)
+        if housing <= height:
+            break
+    height = max(height, housing)
+    if height > HIGHEST * length:
+        least = f"{1e3 * height / HIGHEST:.0f} mm"
+        raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")
+    return tilt, height
+
+
+def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndarray) -> tuple[Move, ...]:
+    """Moves through the steps of the curl; the last two are the tightened wrap and the one that bears the load."""
+    design, goal, target = observation.task.design, observation.task.goal, observation.task.target
+    ground = float(target.position[2] - target.length / 2) if goal.ground is None else goal.ground
+    start, place = (np.array([*where[:2], ground]) for where in (seen_position(observation), goal.place))
+    open_, closed, tight, held = steps[0], *steps[-3:]
+    side = lateral_direction(observation)
+    clear, beyond = -CLEARANCE * design.length * side, OVERSHOOT * design.length * side
+    high, test, slack = goal.lift * _UP, TEST * _UP, open_.tension
+    touch, tried, lowered = start + open_.position, start + held.position + test, place + held.position
+    opened = place + closed.position
+    away = opened - BACK_OFF * design.length * side
+
+    def move(action: str, duration: float, position: np.ndarray, tension: np.ndarray = held.tension) -> Move:
+        return wrap_move(action, duration, position, tension, rotation)
+
+    return (
+        move("turn", 3.0, touch + clear + high, slack),
+        move("descend", 2.0, touch + clear, slack),
+        move("touch", 4.0, touch + beyond, slack),
+        *(move("curl", CURL_TIME, start + step.position, step.tension) for step in steps[1:-2]),
+        move("tighten", 2.0, start + tight.position, tight.tension),
+        move("try", 1.5, tried),
+        move("level", 1.5, tried),
+        move("steady", 1.5, tried),
+        move("lift", 2.5, tried + high),
+        move("carry", 2.5, tried + high + goal.aside),
+        move("hold", goal.hold, tried + high + goal.aside),
+        move("bring", 1.5, lowered + test + high),
+        move("lower", 4.5, lowered),
+        move("uncurl", 1.5, opened, closed.tension),
+        move("open", OPEN_TIME, opened, slack),
+        move("open", SETTLE_TIME, opened, slack),
+        move("draw off", 2.0, away, slack),
+        move("leave", 2.0, away + high, slack),
+        move("rest", 1.0, away + high, slack),
+    )

@@ -1,0 +1,80 @@
+"""Release of a distal wrap: an object that leans is set on its low edge, righted about it, and let go.
+
+The base of a low wrap has no room to turn away the whole lean, as its housing would meet the ground.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from spiraltrunk.control.messages import CameraObservation, Observation
+from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, shift_later
+from spiraltrunk.strategies.wrap.standing_plan import housing_sink
+from spiraltrunk.strategies.wrap.upright import set_down_upright
+
+DRAG = 0.04
+"""Distance by which the opening trunk drags the object towards the base, over the trunk's length [-] (ours, tuned in
+simulated trials): it is set down ahead by as much."""
+
+
+def set_down_distal(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
+    """The sequence with the object set down over its place, as upright as the housing allows.
+
+    The housing keeps half of ``ground_gap`` [m] from the ground, even where the object then does not reach it and is
+    released a few millimetres above. Unchanged without a camera.
+    """
+    if observation.camera is None:
+        return sequence
+    design, goal = observation.task.design, observation.task.goal
+    ground = float(goal.place[2] - observation.task.target.length / 2) if goal.ground is None else goal.ground
+
+    def lift_housing(move: Move) -> Move:
+        if move.phase != "release" or move.rotation is None:
+            return move
+        tilt = math.acos(max(-1.0, min(1.0, -float(move.rotation[2, 0]))))
+        least = ground + housing_sink(design, tilt) + ground_gap / 2
+        return replace(move, position=np.array([*move.position[:2], max(least, float(move.position[2]))]))
+
+    return edit_moves(set_down_upright(sequence, observation, ground_gap), 0, lift_housing)
+
+
+def center_place(sequence: MoveSequence, observation: Observation, ahead: np.ndarray) -> MoveSequence:
+    """The sequence with the object, seen above its place, set down where its righting and its drag end at the place.
+
+    Args:
+        sequence: moves, the present one at its end.
+        observation: what is seen; without a camera the sequence is unchanged.
+        ahead: horizontal direction from the base to the object, shape (3,) [-].
+    """
+    if observation.camera is None:
+        return sequence
+    place = observation.task.goal.place + DRAG * observation.task.design.length * ahead
+    way = (place - _righting(observation, observation.camera) - observation.camera.position) * [1.0, 1.0, 0.0]
+    return shift_later(sequence, way)
+
+
+def right_object(sequence: MoveSequence, observation: Observation) -> MoveSequence:
+    """The sequence with an object that has touched down turned upright about its low edge as the trunk loosens.
+
+    Unchanged without a camera.
+    """
+    if observation.camera is None:
+        return sequence
+    return shift_later(sequence, _righting(observation, observation.camera))
+
+
+def _righting(observation: Observation, camera: CameraObservation) -> np.ndarray:
+    """Horizontal displacement of the centre of an object that is righted about its low edge, shape (3,) [m].
+
+    A cylinder of half length l and radius r that leans by t stands on its low edge, its centre l sin t - r cos t
+    beyond it in the direction of the lean. Upright, its centre is r short of it: it goes back by the difference,
+    l sin t + r (1 - cos t).
+    """
+    target = observation.task.target
+    lean = (camera.axis * math.copysign(1.0, camera.axis[2]))[:2]
+    sine = float(np.linalg.norm(lean))
+    way = target.length / 2 * sine + target.width / 2 * (1 - math.sqrt(max(0.0, 1 - sine**2)))
+    return np.array([*(-way * lean / max(sine, 1e-9)), 0.0])

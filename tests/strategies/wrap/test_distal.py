@@ -1,0 +1,189 @@
+"""Distal wraps of standing objects that are too short for a full one: what is planned, and two whole trials."""
+
+import functools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from spiraltrunk.control.messages import CameraObservation, Observation
+from spiraltrunk.design import presets
+from spiraltrunk.errors import ModelError
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.moves import Move
+from spiraltrunk.strategies.wrap.distal_release import DRAG, center_place, right_object, set_down_distal
+from spiraltrunk.strategies.wrap.standing import StandingState, WrapHorizontal, WrapOblique, WrapObliqueLow
+from spiraltrunk.strategies.wrap.standing_model import band_heights, shut_pull, wrap_start
+from spiraltrunk.strategies.wrap.standing_plan import housing_sink
+from spiraltrunk.workflows.grasp.trial import run_trial
+
+PAPER = presets.PAPER
+FAMILY = (WrapObliqueLow(), WrapOblique(), WrapHorizontal())
+CAN = "cylinder:diameter_mm=50,height_mm=80,mass_g=200"
+JAR = "cylinder:diameter_mm=80,height_mm=80,mass_g=300"
+TIN = "cylinder:diameter_mm=66,height_mm=115,mass_g=350"
+CARTON = "box:x_mm=144,y_mm=40,z_mm=40,mass_g=250"
+
+
+@functools.cache
+def first_seen(name: str = CAN) -> Observation:
+    """What is seen at the start, beside a standing object."""
+    scene = SceneOptions(support="ground", orientation="upright", shape=parse_object(name), position=(0.43, 0.14, 0.0))
+    return SimPlant(PAPER, scene).reset()
+
+
+@functools.cache
+def begin(name: str = CAN, number: int = 6) -> StandingState:
+    """State of the strategy of this number at the start."""
+    return FAMILY[number - 4].init(first_seen(name))
+
+
+def plan(name: str = CAN, number: int = 6) -> tuple[Move, ...]:
+    return begin(name, number).sequence.moves
+
+
+def at_end_of(action: str, axis: np.ndarray) -> tuple[StandingState, Observation]:
+    """The last instant of an action, a camera looking at an object with this axis under the trunk's base."""
+    seen, state = first_seen(), begin()
+    at = next(i for i, move in enumerate(state.sequence.moves) if move.action == action)
+    since = seen.time - state.sequence.moves[at].duration
+    base = state.sequence.moves[at].position
+    look = CameraObservation(time=seen.time, position=base + np.array([0.1, 0.07, -0.03]), axis=axis)
+    return replace(state, sequence=replace(state.sequence, index=at, since=since)), replace(seen, camera=look)
+
+
+@pytest.mark.parametrize("number", [4, 5, 6])
+@pytest.mark.parametrize("name", [CAN, JAR, TIN, CARTON])
+def test_from_80_mm_on_there_is_a_plan_in_which_the_housing_clears_the_ground(name: str, number: int) -> None:
+    seen, state = first_seen(name), begin(name, number)
+    assert state.is_distal
+    assert seen.task.goal.ground is not None
+    for move in state.sequence.moves:
+        assert move.rotation is not None
+        along = move.rotation[:, 0]
+        for back in (PAPER.housing.neck_length, PAPER.housing.neck_length + PAPER.housing.length):
+            low = (move.position - back * along)[2] - PAPER.housing.radius * math.sqrt(1 - along[2] ** 2)
+            assert low > seen.task.goal.ground + 0.01, move.action
+
+
+@pytest.mark.parametrize("name", ["cylinder-60", "cylinder-120", "bottle-70"])
+def test_what_is_tall_enough_is_wrapped_in_full(name: str) -> None:
+    assert not any(begin(name, number).is_distal for number in (4, 5, 6))
+
+
+@pytest.mark.parametrize("name", [CAN, JAR, TIN])
+def test_the_closed_trunk_is_round_the_object_and_above_the_ground(name: str) -> None:
+    target, ground = first_seen(name).task.target, first_seen(name).task.goal.ground
+    closed = [move for move in plan(name) if move.action == "curl"][-1]
+    assert closed.rotation is not None
+    tilt = math.acos(-closed.rotation[2, 0])
+    middle, lowest = band_heights(PAPER, target.width, tilt, closed.tension)
+    base = closed.position[2] - ground
+    assert base + lowest > 0.0
+    assert base + middle < target.length
+
+
+def test_the_base_stays_open_and_high_until_the_object_is_borne() -> None:
+    moves = plan()
+    curl, borne = ([m for m in moves if m.action == action][-1] for action in ("curl", "lift"))
+    assert curl.tension @ -PAPER.cable_direction[:, 1] < 0.7 * shut_pull(PAPER)[0]
+    assert borne.tension @ -PAPER.cable_direction[:, 1] > shut_pull(PAPER)[0]
+    assert min(move.position[2] for move in moves) == pytest.approx(curl.position[2])
+
+
+def test_a_wider_object_is_closed_round_by_sections_nearer_to_the_base() -> None:
+    pulls = []
+    for name in (TIN, JAR):
+        curl = [move for move in plan(name) if move.action == "curl"][-1]
+        pulls.append(float(curl.tension @ -PAPER.cable_direction[:, 1]))
+        assert pulls[-1] > 1.5 * shut_pull(PAPER)[wrap_start(PAPER, first_seen(name).task.target.width)]
+    assert pulls[1] > 1.2 * pulls[0]
+
+
+def test_a_taller_object_is_wrapped_higher_and_in_a_flatter_plane() -> None:
+    tilts, heights = [], []
+    for height in (80, 100, 130):
+        closed = [m for m in plan(f"cylinder:diameter_mm=50,height_mm={height},mass_g=200") if m.action == "curl"][-1]
+        assert closed.rotation is not None
+        tilts.append(math.acos(-closed.rotation[2, 0]))
+        heights.append(closed.position[2])
+    assert (np.diff(tilts) > 0).all()
+    assert (np.diff(heights) > 0).all()
+
+
+def test_the_low_wrap_is_lower_than_the_horizontal_one() -> None:
+    low, level = (next(move for move in plan(TIN, number) if move.action == "tighten").position[2] for number in (4, 6))
+    assert low < level
+
+
+def test_what_is_too_short_for_a_distal_wrap_is_refused() -> None:
+    with pytest.raises(ModelError, match=r"30 mm tall; allowed: [0-9]+ mm or more"):
+        plan("cylinder:diameter_mm=60,height_mm=30,mass_g=100")
+
+
+@pytest.mark.parametrize(("lean", "azimuth"), [(0.0, 0.0), (0.2, 0.7), (0.45, -2.5)])
+def test_an_object_is_righted_about_its_low_edge(lean: float, azimuth: float) -> None:
+    toward = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
+    turn = Rotation.from_rotvec(lean * np.cross([0.0, 0.0, 1.0], toward))
+    state, seen = at_end_of("lower", turn.apply([0.0, 0.0, 1.0]))
+    righted = right_object(state.sequence, seen)
+    target = seen.task.target
+    edge = np.array([target.width / 2, 0.0, -target.length / 2])  # Of an upright object, in the direction of the lean.
+    edge = Rotation.from_rotvec([0.0, 0.0, azimuth]).apply(edge)
+    expected = turn.apply(edge) - edge  # The edge stays where it is, so that the centre moves by as much.
+    for before, after in zip(state.sequence.moves, righted.moves, strict=True):
+        is_later = before.action in ("uncurl", "open", "draw off", "leave", "rest")
+        np.testing.assert_allclose(after.position - before.position, expected * [1, 1, 0] * is_later, atol=1e-12)
+
+
+def test_the_housing_clears_the_ground_when_a_leaning_object_is_set_down() -> None:
+    state, seen = at_end_of("hold", np.array([0.0, math.sin(0.5), math.cos(0.5)]))
+    ground = seen.task.goal.ground
+    assert ground is not None
+    for move in set_down_distal(state.sequence, seen, 0.03).moves:
+        if move.phase == "release":
+            assert move.rotation is not None
+            assert move.position[2] - housing_sink(PAPER, math.acos(-move.rotation[2, 0])) >= ground + 0.0149
+
+
+def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None:
+    state, seen = at_end_of("bring", np.array([0.0, math.sin(0.4), math.cos(0.4)]))
+    assert seen.camera is not None
+    ahead = np.array([0.0, 1.0, 0.0])
+    centred = center_place(state.sequence, seen, ahead)
+    righted = right_object(replace(centred, index=centred.index + 1), seen)
+    lower, away = (
+        next(i for i, move in enumerate(state.sequence.moves) if move.action == action) for action in ("lower", "leave")
+    )
+    moved = [centred.moves[lower].position - state.sequence.moves[lower].position]
+    moved += [righted.moves[away].position - state.sequence.moves[away].position]
+    target, place = seen.task.target, seen.task.goal.place + DRAG * PAPER.length * ahead
+    off = seen.camera.position + moved[1] - place  # Righted, it stands where the opening trunk drags it from.
+    np.testing.assert_allclose(off[:2], 0.0, atol=1e-12)
+    short = target.length / 2 * math.sin(0.4) + target.width / 2 * (1 - math.cos(0.4))
+    np.testing.assert_allclose(moved[0] - moved[1], [0.0, short, 0.0], atol=1e-12)
+
+
+def test_it_lets_go_of_what_it_missed_from_where_it_had_closed() -> None:
+    state, seen = at_end_of("try", np.array([0.0, 0.0, 1.0]))
+    weight = state.weight_empty
+    state, _ = FAMILY[2].step(replace(state, weight=weight), replace(seen, base_force=np.array([0.0, 0.0, -weight])))
+    assert state.sequence.move.action == "let go"
+    later = state.sequence.moves[state.sequence.index :]
+    closed = [move for move in plan() if move.action == "curl"][-1]
+    spring = next(i for i, move in enumerate(later) if move.duration < 0.1)
+    np.testing.assert_array_equal(later[spring - 1].tension, closed.tension)
+    np.testing.assert_array_equal(later[spring].position, closed.position)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [CAN, TIN])
+def test_a_low_cylinder_is_carried_and_stands_again(name: str) -> None:
+    trial = run_trial(PAPER, parse_object(name), strategy="wrap-horizontal", seed=1)
+    assert trial.verdict.success, trial.verdict.reason
+    end = trial.plant.trace[-1].object_position
+    assert end[2] == pytest.approx(trial.plant.trace[0].object_position[2], abs=0.002)  # It stands.
