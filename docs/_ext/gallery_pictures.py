@@ -53,7 +53,7 @@ def _find_drawings(values: dict[str, Any]) -> Iterator[Callable[[Path], bool]]:
 
 def _draw_strip(trial: Any, path: Path) -> bool:
     from spiraltrunk.errors import SpiralTrunkError
-    from spiraltrunk.workflows.grasp.artifacts import write_strip
+    from spiraltrunk.workflows.grasp.pictures import write_strip
 
     try:
         write_strip(trial, path, title=f"{trial.strategy}, seed {trial.seed}")

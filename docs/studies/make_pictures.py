@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -23,16 +24,21 @@ from spiraltrunk.report import write_filmstrip
 from spiraltrunk.report.shape.workspace_plot import build_workspace_figure
 from spiraltrunk.report.style import write_figure
 from spiraltrunk.report.trial.figures import build_run_figure
+from spiraltrunk.sim.framing import frame_view
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
-from spiraltrunk.sim.render import View, render_frames
-from spiraltrunk.workflows.grasp.artifacts import compute_series, write_strip
+from spiraltrunk.sim.render import render_frames
+from spiraltrunk.workflows.grasp.artifacts import compute_series
+from spiraltrunk.workflows.grasp.pictures import VIEW, write_strip
 from spiraltrunk.workflows.grasp.trial import Trial, run_trial
 
 IMAGES = Path(__file__).parents[1] / "images"
 
 WIDTH = {"strategies.png": 1240, "filmstrip.png": 1240, "overview.png": 1000, "workspace.png": 1000}
 """Width of each picture [pixels]."""
+
+SHEET = replace(VIEW, width=560, height=560)
+"""Pictures of the sheet: as near as trunk and object allow."""
 
 SHOWN = {"wrap-vertical": 1, "wrap-oblique": 3, "wrap-oblique-low": 5, "flip-grip": 1, "sweep": 2}
 """Which of a strategy's objects the sheet shows, where not the first."""
@@ -74,8 +80,7 @@ def draw_sheet(path: Path) -> None:
         strategy = strategies.get(name)
         trial = find_success(name, strategy.objects[SHOWN.get(name, 0)])
         sample = find_moment(trial)
-        x, y, z = (float(value) for value in sample.object_position)
-        view = View(lookat=(x - 0.10, y, z + 0.22), distance=1.15)
+        view = frame_view(trial.plant.model, [sample.qpos], SHEET)
         frames.extend(render_frames(trial.plant.model, [sample.qpos], view))
         captions.append(f"{strategy.number}  {name}")
     write_filmstrip(path, frames, captions, columns=3)

@@ -17,6 +17,7 @@ import pytest
 
 import spiraltrunk.workflows.bench
 import spiraltrunk.workflows.grasp.artifacts
+import spiraltrunk.workflows.grasp.pictures
 import spiraltrunk.workflows.grasp.trial
 from spiraltrunk import cli
 from spiraltrunk.control.arm_limits import find_missing_limits
@@ -29,7 +30,8 @@ from spiraltrunk.workflows.grasp.trial import Trial, run_trial
 
 KEYS = {
     "strategy", "object", "success", "reason", "phases", "lift_m", "hold_s", "max_penetration_m", "max_joint_deg",
-    "real_time_factor", "seed", "versions", "world", "place_error_m", "files",
+    "real_time_factor", "seed", "cause", "cause_time_s", "held", "upright", "tilt_deg",
+    "versions", "world", "place_error_m", "files",
     "front", "limits_judged", "limits_not_judged",
 }  # fmt: skip
 PLAIN = {
@@ -151,7 +153,7 @@ def test_without_graphics_the_rest_is_written(
     def refuse(*args: object, **options: object) -> None:
         raise MissingPackage("no OpenGL for pictures: install libegl1")
 
-    monkeypatch.setattr(spiraltrunk.workflows.grasp.artifacts, "render_frames", refuse)
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.pictures, "render_frames", refuse)
     assert cli.main(["grasp", "--out", str(tmp_path)]) == 0
     assert {path.name for path in tmp_path.glob("[!.]*")} == PLAIN
     assert [line for line in capsys.readouterr().err.splitlines() if "libegl1" in line] == [
@@ -166,7 +168,7 @@ def test_old_pictures_do_not_outlive_their_trial(
         path.write_text("of an earlier trial")
 
     monkeypatch.setattr(spiraltrunk.workflows.grasp.artifacts, "write_strip", draw)
-    monkeypatch.setattr(spiraltrunk.workflows.grasp.artifacts, "_write_video", draw)
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.artifacts, "write_film", draw)
     assert cli.main(["grasp", "--out", str(tmp_path)]) == 0
     assert (tmp_path / "grasp.mp4").exists()
     (tmp_path / "notes.txt").write_text("mine")

@@ -18,6 +18,9 @@ from spiraltrunk.processes.pool import run_jobs
 SUPERSAMPLING = 2
 """Pixels rendered along each side of an output pixel; in software rendering faster than multisampling."""
 
+VISIBLE_GROUPS = (0, 1, 2)
+"""Groups of geoms that are drawn; the others are shapes for contact."""
+
 _CHUNK = 6
 """Frames that a process renders per task."""
 
@@ -35,6 +38,8 @@ class View:
     """Direction of view about the vertical [deg]."""
     elevation: float = -9.0
     """Elevation of the direction of view [deg]."""
+    fovy: float = 40.0
+    """Vertical field of view [deg]."""
     width: int = 640
     """Width [pixels]."""
     height: int = 480
@@ -43,61 +48,69 @@ class View:
     """Whether shadows are rendered, which doubles the time of software rendering."""
 
 
+Shot = tuple[np.ndarray, View]
+"""Generalised positions and the view of one picture."""
+
+
 def render_frames(
-    model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View | None = None, *, workers: int = 1
+    model: mujoco.MjModel,
+    positions: Sequence[np.ndarray],
+    view: View | Sequence[View] | None = None,
+    *,
+    workers: int = 1,
 ) -> Iterator[np.ndarray]:
     """One picture for each vector of generalised positions, shape (height, width, 3), 0 to 255.
 
     Args:
         model: the model to draw.
         positions: generalised positions, one vector of shape (n_q,) for each picture.
-        view: camera and size of the picture.
+        view: camera and size of the picture, or one for each picture, of one size.
         workers: number of processes; where they fail, this process renders the remaining pictures.
 
     Raises:
         MissingPackage: where no OpenGL is found; the message names what to install.
     """
-    view = View() if view is None else view
-    done = 0
-    if workers > 1 and len(positions) > _CHUNK:
+    views = view if isinstance(view, Sequence) else [View() if view is None else view] * len(positions)
+    shots, done = list(zip(positions, views, strict=True)), 0
+    if workers > 1 and len(shots) > _CHUNK:
         try:
-            for frame in _render_in_pool(model, positions, view, workers):
+            for frame in _render_in_pool(model, shots, workers):
                 yield frame
                 done += 1
         except (RunError, OSError):
             pass  # No memory for processes, or one was killed.
-    yield from _render_serially(model, positions[done:], view)
+    yield from _render_serially(model, shots[done:])
 
 
-def _render_serially(model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View) -> Iterator[np.ndarray]:
-    if not len(positions):
+def _render_serially(model: mujoco.MjModel, shots: Sequence[Shot]) -> Iterator[np.ndarray]:
+    if not shots:
         return
-    renderer = _open_renderer(model, view)
-    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = view.has_shadows
+    renderer = _open_renderer(model, shots[0][1])
     camera = mujoco.MjvCamera()
-    camera.lookat[:] = view.lookat
-    camera.distance, camera.azimuth, camera.elevation = view.distance, view.azimuth, view.elevation
     option = mujoco.MjvOption()
-    option.geomgroup[:] = [1, 1, 1, 0, 0, 0]
+    option.geomgroup[:] = [group in VISIBLE_GROUPS for group in range(len(option.geomgroup))]
     option.tendongroup[4] = 0
-    data = mujoco.MjData(model)
+    data, fovy = mujoco.MjData(model), model.vis.global_.fovy
     try:
-        for qpos in positions:
+        for qpos, view in shots:
+            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = view.has_shadows
+            model.vis.global_.fovy = view.fovy
+            camera.lookat[:] = view.lookat
+            camera.distance, camera.azimuth, camera.elevation = view.distance, view.azimuth, view.elevation
             data.qpos[:] = qpos
             mujoco.mj_forward(model, data)
             renderer.update_scene(data, camera, option)
             yield _downsample(renderer.render())
     finally:
+        model.vis.global_.fovy = fovy
         renderer.close()
 
 
-def _render_in_pool(
-    model: mujoco.MjModel, positions: Sequence[np.ndarray], view: View, workers: int
-) -> Iterator[np.ndarray]:
+def _render_in_pool(model: mujoco.MjModel, shots: Sequence[Shot], workers: int) -> Iterator[np.ndarray]:
     """Pictures in order, rendered by processes with an OpenGL context each."""
-    chunks = [positions[first : first + _CHUNK] for first in range(0, len(positions), _CHUNK)]
+    chunks = [shots[first : first + _CHUNK] for first in range(0, len(shots), _CHUNK)]
     rendered: dict[int, list[np.ndarray]] = {}
-    with closing(run_jobs(partial(_render_chunk, model, view), enumerate(chunks), workers)) as outcomes:
+    with closing(run_jobs(partial(_render_chunk, model), enumerate(chunks), workers)) as outcomes:
         for i in range(len(chunks)):
             while i not in rendered:
                 outcome = next(outcomes)
@@ -105,8 +118,8 @@ def _render_in_pool(
             yield from rendered.pop(i)
 
 
-def _render_chunk(model: mujoco.MjModel, view: View, job: tuple[int, Sequence[np.ndarray]]) -> list[np.ndarray]:
-    return list(_render_serially(model, job[1], view))
+def _render_chunk(model: mujoco.MjModel, job: tuple[int, Sequence[Shot]]) -> list[np.ndarray]:
+    return list(_render_serially(model, job[1]))
 
 
 def _downsample(picture: np.ndarray) -> np.ndarray:
@@ -119,8 +132,10 @@ def _downsample(picture: np.ndarray) -> np.ndarray:
 
 
 def _open_renderer(model: mujoco.MjModel, view: View) -> mujoco.Renderer:
+    width, height, buffer = SUPERSAMPLING * view.width, SUPERSAMPLING * view.height, model.vis.global_
+    buffer.offwidth, buffer.offheight = max(buffer.offwidth, width), max(buffer.offheight, height)
     try:
-        return mujoco.Renderer(model, height=SUPERSAMPLING * view.height, width=SUPERSAMPLING * view.width)
+        return mujoco.Renderer(model, height=height, width=width)
     except Exception as error:
         backend = os.environ.get("MUJOCO_GL", "none set")
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

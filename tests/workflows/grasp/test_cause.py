@@ -105,8 +105,8 @@ CAUSES = {
     "toppled": (_from(0, LEFT, object_axis=_lean(90.0, 100.0)), Cause.TOPPLED, 0.74),  # arctan(60 / 240) = 14 deg.
     "leaned, not toppled": (_from(0, LEFT, object_axis=_lean(40.0, 100.0)), Cause.MISSED, 1.0),
     "toppled at the release": (_from(11.0, object_axis=LIES, object_position=_moved(0.06, 0, 0)), Cause.TOPPLED, 11.0),
-    "slid off as it was lifted": (_from(1.0, LEFT, grip_force=5.0, **SLIDING), Cause.SLIPPED, 1.32),
-    "slid out": (_from(4.5, _from(4.0, **SLIDING), **DOWN), Cause.SLIPPED, 4.32),
+    "slid off as it was lifted": (_from(1.0, LEFT, grip_force=5.0, **SLIDING), Cause.SLIPPED, 1.42),
+    "slid out": (_from(4.5, _from(4.0, **SLIDING), **DOWN), Cause.SLIPPED, 4.42),
     "unrolled": (
         _from(4.5, _from(4.0, joint_bend=lambda s: np.full(17, 0.5 * (5.0 - s.time))), **DOWN), Cause.UNROLLED, 4.22,
     ),
@@ -224,6 +224,25 @@ def test_a_grasp_that_failed_after_a_sweep_says_how_it_failed() -> None:
     verdict = _evaluate([*swept, *lost], late, task=task, evaluate=evaluate_sweep)
     assert verdict.failure is not None
     assert verdict.failure.cause is Cause.MISSED
+
+
+def test_what_toppled_in_a_sweep_and_is_not_lifted_afterwards_toppled() -> None:
+    """It lies when the grasp begins, and its tilt changes no more."""
+    lying = replace(PUSH, goal=replace(PUSH.goal, place=PUSH.target.position + np.array([0, 0.17, 0])))
+    trace = [replace(s, object_axis=UP if s.time < 1.5 else LIES) for s in _pushed(0.17)]
+    verdict = _evaluate(trace, Moments(push=(1.0, 3.0)), task=lying, evaluate=evaluate_sweep, gave_up="no load")
+    assert verdict.failure is not None
+    assert (verdict.failure.cause, verdict.failure.time) == (Cause.TOPPLED, pytest.approx(1.48, abs=0.021))
+
+
+@pytest.mark.parametrize(("bend", "cause"), [(0.5, Cause.SLIPPED), (0.2, Cause.PUSHED_AWAY)])
+def test_a_hung_object_that_swings_out_of_the_closed_trunk_slipped(bend: float, cause: Cause) -> None:
+    """Out of an open one it was pushed: 17 joints of 0.5 rad are more than a turn, of 0.2 rad less."""
+    trace = _from(0.2, LEFT, grip_force=5.0, joint_bend=np.full(17, bend), **SLIDING)
+    trace = _from(0.8, trace, grip_force=0.0, object_position=_moved(0.05, 0, 0))
+    verdict = _evaluate(trace, task=replace(TASK, goal=replace(TASK.goal, ground=None)))
+    assert verdict.failure is not None
+    assert (verdict.failure.cause, verdict.failure.time) == (cause, pytest.approx(0.8, abs=0.021))
 
 
 @pytest.mark.parametrize(("degrees", "is_upright"), [(0, True), (9, True), (11, False), (90, False), (180, False)])

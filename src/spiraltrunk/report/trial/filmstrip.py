@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
@@ -11,7 +12,7 @@ import numpy as np
 
 from spiraltrunk.errors import ShapeError
 from spiraltrunk.files.atomic import atomic_file
-from spiraltrunk.report.style import INK
+from spiraltrunk.report.style import INK, LIMIT
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -22,7 +23,13 @@ _LETTER_SHARE = 1 / 18
 
 
 def write_filmstrip(
-    path: str | Path, frames: Sequence[np.ndarray], captions: Sequence[str], columns: int = 4, *, title: str = ""
+    path: str | Path,
+    frames: Sequence[np.ndarray],
+    captions: Sequence[str],
+    columns: int = 4,
+    *,
+    title: str = "",
+    marked: Collection[int] = (),
 ) -> Path:
     """Write a white sheet of frames in reading order, each over its caption; the path's ending sets the format.
 
@@ -32,19 +39,25 @@ def write_filmstrip(
         captions: one for each frame; long ones are wrapped.
         columns: largest number of frames in a row.
         title: title of the sheet.
+        marked: numbers of the frames, from 0, that get a border and a caption in the colour of limits.
 
     Raises:
         ShapeError: where the number of captions is not that of the frames.
         OSError: where the file cannot be written.
     """
-    sheet = build_filmstrip(frames, captions, columns, title=title)
+    sheet = build_filmstrip(frames, captions, columns, title=title, marked=marked)
     with atomic_file(path) as draft:
         sheet.save(draft)
     return Path(path)
 
 
 def build_filmstrip(
-    frames: Sequence[np.ndarray], captions: Sequence[str], columns: int = 4, *, title: str = ""
+    frames: Sequence[np.ndarray],
+    captions: Sequence[str],
+    columns: int = 4,
+    *,
+    title: str = "",
+    marked: Collection[int] = (),
 ) -> Image:
     """Build the sheet that `write_filmstrip` writes."""
     from PIL import Image, ImageDraw
@@ -68,7 +81,11 @@ def build_filmstrip(
         left, upper = margin + i % columns * (width + margin), top + i // columns * pitch
         sheet.paste(Image.fromarray(np.ascontiguousarray(frame)), (left, upper))
         place = (left + width / 2, upper + height + margin // 3)
-        draw.multiline_text(place, text, font=font, fill=INK, anchor="ma", align="center")
+        draw.multiline_text(place, text, font=font, fill=LIMIT if i in marked else INK, anchor="ma", align="center")
+        if i in marked:
+            border = max(3, margin // 4)
+            box = (left - border, upper - border, left + width + border - 1, upper + height + border - 1)
+            draw.rectangle(box, outline=LIMIT, width=border)
     return sheet
 
 
@@ -89,5 +106,6 @@ def load_font(size: int) -> FreeTypeFont:
 
 
 def wrap_caption(caption: str, font: FreeTypeFont, width: float) -> str:
-    """The caption in lines that fit a width [pixels], by the font's mean letter width."""
+    """The caption in lines that fit a width [pixels], by the font's mean letter width; units stay with numbers."""
+    caption = re.sub(r"(?<=\d) (?=(?:s|m/s|mm|cm|deg)\b)", "\N{NO-BREAK SPACE}", caption)
     return fill(caption, max(1, int(width / font.getlength("n"))))

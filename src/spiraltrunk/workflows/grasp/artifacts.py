@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, final
 
@@ -17,28 +16,18 @@ from spiraltrunk.errors import MissingPackage
 from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.results import Progress, format_json, ignore_progress, read_versions, to_json
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
-from spiraltrunk.report import Series, write_filmstrip, write_plots, write_video
-from spiraltrunk.sim.render import View, render_frames
+from spiraltrunk.report import Series, write_plots
 from spiraltrunk.strategies.moves import PHASES
-from spiraltrunk.workflows.grasp.film_moments import find_moments
+from spiraltrunk.workflows.grasp.pictures import write_failure, write_film, write_strip
 from spiraltrunk.workflows.grasp.trial import Trial
-
-FPS = 10
-"""Frames per second of the video, which plays in real time."""
 
 _FILES = (
     "result.json", "trunk.toml", "overview.png", "cables.png", "joints.png", "curvature.png", "object.png", "force.png",
 )  # fmt: skip
 """Files that a trial can leave, without its pictures."""
 
-_PICTURES = ("grasp.mp4", "filmstrip.png")
-"""Pictures that a trial can leave."""
-
-_VIEWS = {
-    "hung": View(lookat=(0.32, 0.20, 1.14), distance=1.70),
-    "ground": View(lookat=(0.40, 0.10, 1.08), distance=2.15),
-}
-"""Cameras by the object's support: the arm's raised wrist and the trunk are both in the picture."""
+_PICTURES = ("grasp.mp4", "filmstrip.png", "failure.png")
+"""Pictures that a trial can leave; that of a failure, a failed one."""
 
 
 @final
@@ -138,38 +127,14 @@ def write_artifacts(
     if video:
         try:
             write_strip(trial, folder / "filmstrip.png", title=series.title)
-            _write_video(trial, folder / "grasp.mp4", workers, progress)
+            write_failure(trial, folder / "failure.png", title=series.title)
+            write_film(trial, folder / "grasp.mp4", workers, progress)
         except MissingPackage as error:
             missing = str(error)
     files = tuple(sorted({*(path.name for path in folder.iterdir()), "result.json"}))
     result = compute_result(trial, name, files)
     write_text(folder / "result.json", format_json(result) + "\n")
     return Artifacts(result=result, missing=missing)
-
-
-def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
-    """Write a sheet of the trial's moments, each with its phase and time.
-
-    Raises:
-        MissingPackage: where there is no OpenGL.
-        OSError: where the file cannot be written.
-    """
-    captions, samples = zip(*find_moments(trial), strict=True)
-    frames = list(render_frames(trial.plant.model, [sample.qpos for sample in samples], _VIEWS[trial.options.support]))
-    write_filmstrip(path, frames, captions, title=title)
-
-
-def _write_video(trial: Trial, path: Path, workers: int, progress: Progress) -> None:
-    step = max(1, round(1 / (FPS * trial.plant.control_period)))
-    shown = [sample.qpos for sample in trial.plant.trace[::step]]
-
-    def frames() -> Iterator[np.ndarray]:
-        view = replace(_VIEWS[trial.options.support], has_shadows=False)
-        for i, frame in enumerate(render_frames(trial.plant.model, shown, view, workers=workers)):
-            progress("video", i, len(shown))
-            yield frame
-
-    write_video(path, frames(), FPS)
 
 
 def compute_series(trial: Trial, name: str) -> Series:

@@ -49,6 +49,8 @@ class Course:
     """Height lost since it last touched anything, shape (n_sample,) [m]."""
     is_supported: np.ndarray
     """Whether it touches table or ground, or its strings are taut, shape (n_sample,)."""
+    width: float
+    """Extent across its axis [m]."""
     stands: bool
     """Whether its axis was vertical at the begin."""
     topple_angle: float
@@ -71,7 +73,8 @@ class Course:
             tilt=np.abs(angle - angle[0]) * has_axis, slide=steps.cumsum(axis=0),
             curl=np.array([float(np.sum(s.joint_bend)) for s in trace]), is_borne=is_borne,
             fall=_compute_fall(moved[:, 2], is_touched), is_supported=is_supported,
-            stands=bool(has_axis and angle[0] < STANDING), topple_angle=math.atan2(target.width, target.length),
+            width=target.width, stands=bool(has_axis and angle[0] < STANDING),
+            topple_angle=math.atan2(target.width, target.length),
         )  # fmt: skip
 
     def index(self, time: float) -> int:

@@ -23,8 +23,9 @@ AWAY = 0.030
 TOPPLED = math.radians(45.0)
 """Tilt from which a standing object has toppled [rad] (ours): halfway between standing and lying."""
 
-SLIP_LEAST = 0.015
-"""Sliding along the trunk from which the grip is lost [m] (ours): objects that are held well settle by 1 to 3 mm."""
+SLIP_LEAST = 0.020
+"""Sliding along the trunk from which the grip is lost [m] (ours); of thinner objects, their width. Objects that are
+held well settle by 1 to 3 mm, one of 1.5 kg in a wrap by 18 mm."""
 
 UNROLLED_SHARE = 0.20
 """Share of its total bend that a trunk loses which unrolls [-] (ours): one that holds well loses under 1 %."""
@@ -38,6 +39,12 @@ FALL_MOST = 0.010
 DROP_SPEED = 0.6
 """Largest speed of an object that is let down [m/s] (ours): that of a free fall by 18 mm; strategies lower at 0.1."""
 
+CLOSED_LEAST = 2 * math.pi
+"""Total bend from which the trunk has closed round its object [rad] (ours): a whole turn."""
+
+SLIP_TIME = 1.0
+"""Time before the contact is lost in which an object slides out of a closed trunk [s] (ours)."""
+
 
 def find_grasp_loss(evidence: Evidence, *, is_held: bool) -> Failure:
     """How and when a grasp lost its object; ``is_held`` says whether the trunk held it for the time asked.
@@ -46,10 +53,10 @@ def find_grasp_loss(evidence: Evidence, *, is_held: bool) -> Failure:
     never lifted toppled, slid out of the grip, was pushed away or was missed. After a sweep, the grasp begins where the
     object rested.
     """
-    moments = evidence.moments
+    course, moments = Course.from_evidence(evidence), evidence.moments
+    toppled = find_topple(course)
     if moments.push is not None:
-        evidence = replace(evidence, trace=evidence.between((moments.push[1], math.inf)))
-    course = Course.from_evidence(evidence)
+        course = Course.from_evidence(replace(evidence, trace=evidence.between((moments.push[1], math.inf))))
     if is_held and moments.hold is not None:
         return _find_bad_release(course, course.index(moments.hold[1]))
     begin, end = _lifting_time(course, moments)
@@ -59,8 +66,14 @@ def find_grasp_loss(evidence: Evidence, *, is_held: bool) -> Failure:
     if lifts:
         last = [run for run in runs if run[0] <= lifts[-1][0]][-1:]
         return _find_lost_grip(course, last) or Failure(cause=Cause.MISPLACED, time=float(course.time[-1]))
-    found = [loss for loss in (find_topple(course), _find_lost_grip(course, runs)) if loss is not None]
-    return min(found, key=lambda loss: loss.time) if found else _find_left_behind(course, begin)
+    found = [loss for loss in (toppled, _find_lost_grip(course, runs)) if loss is not None]
+    if found:
+        return min(found, key=lambda loss: loss.time)
+    away, out = _find_push_away(course, begin), _find_slip_out(course)
+    is_hung = evidence.task.goal.ground is None
+    losses = (out, away) if is_hung else (away, out)  # A hung object that slips out swings.
+    missed = Failure(cause=Cause.MISSED, time=float(course.time[begin]))
+    return next((loss for loss in losses if loss is not None), missed)
 
 
 def find_topple(course: Course, begin: int = 0) -> Failure | None:
@@ -76,6 +89,11 @@ def find_topple(course: Course, begin: int = 0) -> Failure | None:
 def is_aloft(course: Course) -> np.ndarray:
     """Whether nothing but the trunk bears the object, higher than it began, shape (n_sample,)."""
     return np.asarray(~course.is_supported & (course.rise >= LIFTED_LEAST))
+
+
+def slip_least(course: Course) -> float:
+    """Sliding from which the grip is lost [m]."""
+    return min(SLIP_LEAST, course.width)
 
 
 def _lasts(course: Course, run: tuple[int, int]) -> bool:
@@ -97,7 +115,7 @@ def _find_lost_grip(course: Course, runs: list[tuple[int, int]]) -> Failure | No
         until = runs[i + 1][0] if i + 1 < len(runs) else len(course.time)
         part, peak = slice(first, after), np.maximum.accumulate(course.curl[first:after])
         events = (
-            (Cause.SLIPPED, np.linalg.norm(course.slide[part] - course.slide[first], axis=1) > SLIP_LEAST),
+            (Cause.SLIPPED, np.linalg.norm(course.slide[part] - course.slide[first], axis=1) > slip_least(course)),
             (Cause.UNROLLED, (peak >= ROLLED_LEAST) & (course.curl[part] < (1 - UNROLLED_SHARE) * peak)),
             (Cause.DROPPED, course.fall[first:until] > FALL_MOST),
         )
@@ -107,13 +125,23 @@ def _find_lost_grip(course: Course, runs: list[tuple[int, int]]) -> Failure | No
     return None
 
 
-def _find_left_behind(course: Course, begin: int) -> Failure:
-    """An object that was not where the trunk lifted, from sample ``begin`` on, or is not where it was at the end."""
+def _find_push_away(course: Course, begin: int) -> Failure | None:
+    """An object that was not at its place when the trunk lifted, from sample ``begin`` on, or is not at the end."""
     for i in (begin, len(course.time) - 1):
         if course.shift[i] >= AWAY:
             near = np.flatnonzero(course.shift[:i] < AWAY)
             return Failure(cause=Cause.PUSHED_AWAY, time=float(course.time[int(near[-1]) + 1]))
-    return Failure(cause=Cause.MISSED, time=float(course.time[begin]))
+    return None
+
+
+def _find_slip_out(course: Course) -> Failure | None:
+    """When an object last slid out of the closed trunk before the lift."""
+    for first, after in reversed(find_runs(course.is_borne)):
+        late = max(first, course.index(float(course.time[after - 1]) - SLIP_TIME))
+        slid = float(np.linalg.norm(course.slide[after - 1] - course.slide[late]))
+        if after < len(course.time) and course.curl[after - 1] >= CLOSED_LEAST and slid > slip_least(course):
+            return Failure(cause=Cause.SLIPPED, time=float(course.time[after - 1]))
+    return None
 
 
 def _find_bad_release(course: Course, begin: int) -> Failure:
