@@ -12,7 +12,7 @@ import numpy as np
 
 from spiraltrunk.sim.render import VISIBLE_GROUPS, View
 
-FILL = 0.88
+FILL = 0.94
 """Width or height of trunk and object over that of the picture, whichever is larger [-] (ours)."""
 
 ASPECTS = (4 / 3, 1.0, 4 / 5, 2 / 3, 1 / 2, 2 / 5)

@@ -39,7 +39,7 @@ class Moment:
     is_failure: bool = False
     """Whether it is the moment at which the trial failed."""
     is_push: bool = False
-    """Whether it is one of a push's pictures, which share a camera, so that the way shows."""
+    """Whether it is a picture of a push, until the trunk leaves the object: these share a camera, to show the way."""
 
 
 def find_moments(trial: Trial, count: int = 8) -> list[Moment]:
@@ -77,7 +77,7 @@ def find_moments(trial: Trial, count: int = 8) -> list[Moment]:
     return [
         Moment(
             caption=f"{statuses[i].phase}: {shown[i]}, {trace[i + 1].time:.1f} s", sample=trace[i + 1],
-            is_failure=i == failed, is_push=i in push,
+            is_failure=i == failed, is_push=i in push and any(s.grip_force > 0.0 for s in trace[i:]),
         )
         for i in sorted(shown)
     ]  # fmt: skip

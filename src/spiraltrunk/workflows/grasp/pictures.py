@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
 from spiraltrunk.files.results import Progress
@@ -34,7 +33,7 @@ def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
         OSError: where the file cannot be written.
     """
     moments, model = find_moments(trial), trial.plant.model
-    frames = list(render_frames(model, [moment.sample.qpos for moment in moments], frame_moments(model, moments)))
+    frames = list(render_frames(model, [moment.sample.qpos for moment in moments], frame_moments(trial, moments)))
     width, height = frames[0].shape[1::-1]
     write_filmstrip(
         path, frames, [moment.caption for moment in moments], columns=4 if 5 * width > 3 * height else 8,
@@ -42,12 +41,12 @@ def write_strip(trial: Trial, path: Path, *, title: str = "") -> None:
     )  # fmt: skip
 
 
-def frame_moments(model: mujoco.MjModel, moments: Sequence[Moment]) -> list[View]:
+def frame_moments(trial: Trial, moments: Sequence[Moment]) -> list[View]:
     """A view for each moment: one for those of a push together, and one for each other moment."""
     push = [moment.sample.qpos for moment in moments if moment.is_push]
     groups = [push if moment.is_push else [moment.sample.qpos] for moment in moments]
-    size = choose_size(model, groups, VIEW)
-    return [frame_view(model, group, size) for group in groups]
+    size = choose_size(trial.plant.model, groups, VIEW)
+    return [frame_view(trial.plant.model, group, size) for group in groups]
 
 
 def write_failure(trial: Trial, path: Path, *, title: str = "") -> None:
