@@ -10,9 +10,11 @@ from spiraltrunk.control.messages import Goal, Target, Task
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
-from spiraltrunk.strategies.fingertip.finger_model import finger_bend, finger_points
+from spiraltrunk.strategies.fingertip.finger_model import closing_tension, finger_bend, finger_points
 from spiraltrunk.strategies.fingertip.plan import (
+    SAFETY,
     SIZE_ERROR,
+    closing,
     find_seen_task,
     gripping_base,
     is_wide,
@@ -109,3 +111,15 @@ def test_what_has_fallen_to_where_it_cannot_be_gripped_is_said():
     flat = find_seen_task(dataclasses.replace(task, design=PAPER), np.array([0.45, 0.1, GROUND + 0.03]), LEVEL)
     with pytest.raises(ModelError, match="do not open round 60 mm"):
         tip_height(flat)
+
+
+def test_one_finger_against_two_carries_half_of_a_wide_object():
+    """Three fingers round a rod share its weight; beside a wide one the normal finger bears as much as both others."""
+    gripper, command = LARGE.gripper, {}
+    for width in (0.034, 0.036):  # Either side of half of what the fingers enclose.
+        task = announce(width=width, length=0.14, axis=LEVEL)
+        command[width] = closing(dataclasses.replace(task, target=dataclasses.replace(task.target, mass=0.12)))
+    assert is_wide(announce(width=0.036, axis=LEVEL))
+    force, radius = 0.12 * 9.81 / (2 * 0.8 / SAFETY), 0.036 / 2
+    assert command[0.036] == pytest.approx(closing_tension(gripper, radius, force) / gripper.tension_max, rel=1e-3)
+    assert command[0.036] > 1.2 * command[0.034]

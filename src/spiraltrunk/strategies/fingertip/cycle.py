@@ -43,6 +43,8 @@ from spiraltrunk.strategies.sensing import load_fraction, seen_position, weight
 # All of these are ours, tuned in simulated trials.
 SLIP = 0.15
 """Sinking of the held object, as seen, that counts as slip, over a finger's length [-]."""
+SLIP_MOST = 0.006
+"""Sinking that counts as slip with fingers of any length [m]: several errors of a camera."""
 TIGHTEN = 1.3
 """Factor on the fingers' tension where the object slips [-]."""
 RISEN = 0.5
@@ -124,7 +126,7 @@ class TipStrategy(MoveStrategy[TipState]):
         state = replace(state, seen_at=camera.time, seen=(*seen, reading))
         if len(seen) < 2 or state.sequence.move.action not in ("carry", "hold"):
             return state
-        if below - _mean(seen)[6] <= SLIP * gripper_of(observation.task).finger_length:
+        if below - _mean(seen)[6] <= min(SLIP * gripper_of(observation.task).finger_length, SLIP_MOST):
             return state
         return replace(state, sequence=_tighten(state.sequence), seen=())
 

@@ -184,14 +184,16 @@ def closing(task: Task) -> float:
     """Gripper command that holds the object by friction, and no harder than that takes, 0 to 1 [-].
 
     A finger that presses with N on a side that narrows upwards by an angle a lifts by N (mu cos a - sin a), with mu the
-    announced friction over SAFETY. Where that is nothing, it presses as hard as it can.
+    announced friction over SAFETY. Where that is nothing, it presses as hard as it can. On a wide object that lies, the
+    finger normal to its axis opposes all others: they press together as it does alone, which counts as two.
     """
     gripper, target = gripper_of(task), task.target
     slope = math.atan2(target.width / 2, target.length) if target.kind == "cone" else 0.0
     lifting = target.friction / SAFETY * math.cos(slope) - math.sin(slope)
     most = gripper.tension_max / closing_tension(gripper, gripper.mount_radius, 1.0)  # Of a straight finger's tip.
     weight = target.mass * GRAVITY
-    needed = min(most, weight / (gripper.n_finger * lifting)) if lifting > 0 else most
+    pressing = 2 if is_wide(task) else gripper.n_finger
+    needed = min(most, weight / (pressing * lifting)) if lifting > 0 else most
     return closing_tension(gripper, target.width / 2, max(needed, PRESS_LEAST * most)) / gripper.tension_max
 
 
