@@ -10,12 +10,15 @@ from spiraltrunk.control.messages import Goal, Target, Task
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension, finger_bend, finger_points
 from spiraltrunk.strategies.fingertip.plan import (
     SAFETY,
     SIZE_ERROR,
     closing,
     find_seen_task,
+    gripped_width,
     gripping_base,
     is_wide,
     opening,
@@ -123,3 +126,31 @@ def test_one_finger_against_two_carries_half_of_a_wide_object():
     force, radius = 0.12 * 9.81 / (2 * 0.8 / SAFETY), 0.036 / 2
     assert command[0.036] == pytest.approx(closing_tension(gripper, radius, force) / gripper.tension_max, rel=1e-3)
     assert command[0.036] > 1.2 * command[0.034]
+
+
+def _profiled(shape, axis, orientation):
+    """A task of a real object, with its profile in an orientation."""
+    spec = parse_object(shape)
+    profile = compute_profile(spec, orientation)
+    task = announce(kind=spec.kind, width=spec.width, length=spec.length, axis=axis)
+    target = dataclasses.replace(task.target, profile=profile)
+    target = dataclasses.replace(target, position=np.array([0.45, 0.1, GROUND + profile.total_height / 2]))
+    return dataclasses.replace(task, target=target)
+
+
+def test_a_bottle_is_gripped_at_its_neck():
+    """Its body of 90 mm is wider than the fingers enclose; its neck, on the top 84 mm of it, is 30 mm."""
+    task = _profiled("bottle:diameter_mm=90,height_mm=280,neck_mm=30,mass_g=300", UP, "upright")
+    assert gripped_width(task) == pytest.approx(0.030, rel=0.02)
+    assert tip_height(task) > GROUND + 0.28
+    blind = dataclasses.replace(task, target=dataclasses.replace(task.target, profile=None))
+    with pytest.raises(ModelError, match="do not open round 90 mm"):
+        tip_height(blind)
+
+
+def test_a_lying_box_is_as_wide_as_it_is_across_and_not_as_it_is_high():
+    task = _profiled("box:x_mm=140,y_mm=40,z_mm=66,mass_g=100", LEVEL, "lying")
+    assert task.target.width == pytest.approx(0.066)
+    assert gripped_width(task) == pytest.approx(0.040, rel=1e-6)
+    assert is_wide(task)
+    assert tip_height(task) > GROUND + 0.066

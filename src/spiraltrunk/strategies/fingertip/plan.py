@@ -40,6 +40,8 @@ PRESS_LEAST = 0.5
 WIDE = 0.5
 """Width over the largest that the fingers enclose from which a lying object is pinched as a wide one [-]: beside it,
 fingers that are not normal to its axis must open further than a body of revolution needs."""
+SOLIDS = ("sphere", "cylinder", "cone", "ring")
+"""Kinds of object whose widths follow from their measures, whatever their profile."""
 WIDE_REACH = 0.90
 """Least depth of a wide lying box's middle below the trunk's end [-]: nearly straight fingertips press beside it, and
 not its upper edges."""
@@ -102,8 +104,8 @@ def tip_height(task: Task) -> float:
     Raises:
         ModelError: where the trunk has no gripper, or the fingers open too little for the object.
     """
-    gripper, target = gripper_of(task), task.target
-    if target.width <= gripper.grasp_width:
+    gripper, target, width = gripper_of(task), task.target, gripped_width(task)
+    if width <= gripper.grasp_width:
         height, gap = object_height(task), CLEARANCE * gripper.finger_length
         low = max((1 + GROUND_GAP) * gripper.finger_length, (1 + SIZE_ERROR) * height + gap)
         reach = WIDE_REACH if is_wide(task) and target.kind == "box" else REACH
@@ -112,7 +114,7 @@ def tip_height(task: Task) -> float:
             if _opening_tension(task, float(above)) is not None:
                 return ground_height(task) + float(above)
     raise ModelError(
-        f"the fingers do not open round {1e3 * target.width:.0f} mm; "
+        f"the fingers do not open round {1e3 * width:.0f} mm; "
         f"allowed: up to {1e3 * gripper.grasp_width:.0f} mm, and low objects"
     )
 
@@ -129,7 +131,26 @@ def is_wide(task: Task) -> bool:
     target = task.target
     is_lying = math.hypot(target.axis[0], target.axis[1]) >= 0.5
     is_prism = target.kind != "sphere"
-    return is_lying and is_prism and target.width > WIDE * gripper_of(task).grasp_width
+    return is_lying and is_prism and gripped_width(task) > WIDE * gripper_of(task).grasp_width
+
+
+def gripped_width(task: Task) -> float:
+    """Width of the object where the fingers pass it [m]: of what has a profile of its own, that of its upper part."""
+    target, gripper = task.target, gripper_of(task)
+    if target.profile is None or target.kind in SOLIDS or target.width <= WIDE * gripper.grasp_width:
+        return target.width
+    height, widths = _find_widths(target)
+    return float(widths[height >= height[-1] - gripper.finger_length].max())
+
+
+def _find_widths(target: Target) -> tuple[np.ndarray, np.ndarray]:
+    """Heights of a profile and the widths that fingers pass: the least ones across an axis that is seen, else the most.
+
+    A camera does not measure the yaw of what stands.
+    """
+    assert target.profile is not None
+    is_lying = math.hypot(target.axis[0], target.axis[1]) >= 0.5
+    return target.profile.height, target.profile.width_least if is_lying else target.profile.width_most
 
 
 def side_share(n_finger: int) -> float:
@@ -150,7 +171,7 @@ def side_shift(task: Task) -> float:
     across = np.cos(2 * math.pi * np.arange(gripper.n_finger) / gripper.n_finger)
     off = float(across[across > 0].min() + across[across < 0].max()) / 2
     skin = float(gripper.phalanx_width[-1]) / 2
-    return off * (task.target.width / 2 + skin) / side_share(gripper.n_finger)
+    return off * (gripped_width(task) / 2 + skin) / side_share(gripper.n_finger)
 
 
 def _opening_tension(task: Task, above: float) -> float | None:
@@ -161,7 +182,17 @@ def _opening_tension(task: Task, above: float) -> float | None:
     top = above - larger * height
     share = side_share(gripper.n_finger) if is_wide(task) else 1.0
 
+    def section(depth: np.ndarray, skin: np.ndarray) -> np.ndarray:
+        """Half the largest width of a profile between ``skin`` above and below a depth, 0 over its top [m]."""
+        height, widths = _find_widths(target)
+        lowest, middle, highest = ((above - depth + step * skin) / larger for step in (-1.0, 0.0, 1.0))
+        most = np.max([np.interp(z, height, widths) for z in (lowest, middle, highest)], axis=0)
+        return np.where(lowest < height[-1], larger * most / 2, 0.0)
+
     def outline(depth: np.ndarray, skin: np.ndarray) -> np.ndarray:
+        if gripped_width(task) != target.width:
+            half = section(depth, skin)
+            return np.where(half > 0, (half + room + skin) / share, 0.0)
         if target.kind == "sphere":
             return np.sqrt(np.maximum((radius + room + skin) ** 2 - (depth - top - radius) ** 2, 0.0))
         below = np.clip((depth + skin - top) / (larger * height), 0.0, 1.0)
@@ -194,7 +225,7 @@ def closing(task: Task) -> float:
     weight = target.mass * GRAVITY
     pressing = 2 if is_wide(task) else gripper.n_finger
     needed = min(most, weight / (pressing * lifting)) if lifting > 0 else most
-    return closing_tension(gripper, target.width / 2, max(needed, PRESS_LEAST * most)) / gripper.tension_max
+    return closing_tension(gripper, gripped_width(task) / 2, max(needed, PRESS_LEAST * most)) / gripper.tension_max
 
 
 def gripping_base(task: Task, place: np.ndarray) -> np.ndarray:
