@@ -24,9 +24,6 @@ WALL = 0.9e-3
 LEG_GAP = 0.7e-3
 """Distance of a leg's middle from the surface of the thickest solid joint [m] (ours: hole and clearance)."""
 
-HOLE_PITCH = 1.9e-3
-"""Distance between the holes of the two groups on one side of the axis [m] (ours: a hole of 1.0 mm and a wall)."""
-
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -41,12 +38,10 @@ class StrandRoute:
     def leg_directions(self) -> np.ndarray:
         """Unit vectors (dorsal, lateral) to one leg of the closing and the opening group, shape (2, 2) [-].
 
-        The other leg is on the opposite side. The legs are as lateral as the holes allow, since a lateral cable keeps
-        its length when the trunk curls dorsally or ventrally.
+        The other leg of each is on the opposite side of the axis.
         """
-        dorsal = min(HOLE_PITCH / (2 * self.aside), 1.0)
-        lateral = math.sqrt(1 - dorsal**2)
-        return np.array([[dorsal, lateral], [-dorsal, lateral]])
+        half = math.sqrt(0.5)
+        return np.array([[half, half], [-half, half]])
 
 
 def find_strand_route(design: TrunkDesign) -> StrandRoute:

@@ -12,6 +12,10 @@ from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.trunk.gripper import TipSeat, find_seat
 from spiraltrunk.design.trunk import TrunkDesign
 
+SPLIT = math.radians(28.0)
+"""Angle between neighbouring holes where they part [rad] (ours): at less than 25 deg the wedge between counts as a
+wall."""
+
 RIM = 0.08
 """Width of the rims on both sides of a shell's seat over the section's radius [-] (ours)."""
 
@@ -75,9 +79,21 @@ class Body:
         aside = self.find_aside(options)
         if n_leg == 1:
             return ((0.0, aside), (0.0, -aside))
-        x = min((options.hole + options.wall) / 2, aside)
-        y = math.sqrt(aside**2 - x**2)
-        return ((x, y), (-x, -y), (-x, y), (x, -y))
+        x = aside / math.sqrt(2.0)
+        return ((x, x), (-x, -x), (-x, x), (x, -x))
+
+    def find_fork(self, n_joint: int, n_leg: int, options: MakeOptions) -> float:
+        """Axial position at which the legs leave the axis: in the middle of the first section with a solid joint.
+
+        Four holes leave it later, at `SPLIT` between neighbours, so that no thin wall is left between them.
+        """
+        begin = self.starts[self.n_hollow]
+        end = self.starts[self.n_hollow + 1] if self.n_hollow < n_joint else self.end
+        middle = 0.5 * (begin + end)
+        if n_leg == 1:
+            return float(middle)
+        apart = math.sqrt(2.0) * self.find_aside(options)
+        return float(max(middle, end - apart / (2 * math.tan(SPLIT / 2))))
 
 
 def build_joint(design: TrunkDesign, i: int, options: MakeOptions) -> Joint:

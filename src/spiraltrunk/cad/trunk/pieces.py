@@ -85,17 +85,17 @@ def _channel(design: TrunkDesign, body: Body, options: MakeOptions) -> list[Form
 
     Cables of one leg have a hole each, on opposite sides of the axis, on the neutral axis of bending in the plane of
     cable 1, which therefore does not change the cables' lengths. Cables of two legs have two holes each, opposite each
-    other, as near to the neutral axis as the walls allow. At the fork each hole slants from the axis to its side.
+    other, at a right angle to those of the other cable. At the fork each hole slants from the axis to its side.
     """
     if body.tip is None or design.gripper is None:
         return []
     r, hollow = options.hole / 2, body.n_hollow
-    fork = 0.5 * (body.starts[hollow] + (body.starts[hollow + 1] if hollow < design.n_joint else body.end))
-    tools: list[Form] = [rod(options.pair_hole / 2, (0, 0, -1.0), (0, 0, float(fork)))]
+    fork = body.find_fork(design.n_joint, design.gripper.n_leg, options)
+    tools: list[Form] = [rod(options.pair_hole / 2, (0, 0, -1.0), (0, 0, fork))]
     stop = float(body.end) + 1.0
     for x, y in body.find_legs(design.gripper.n_leg, options):
         for n in range(hollow, design.n_section):
-            begin = float(fork) if n == hollow else float(body.starts[n])
+            begin = fork if n == hollow else float(body.starts[n])
             end = float(body.starts[n + 1]) if n < design.n_joint else stop
             low = (0.0, 0.0, begin - r) if n == hollow else (x, y, begin)
             tools.append(rod(r, low, (x, y, end)))
