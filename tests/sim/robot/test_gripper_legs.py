@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from spiraltrunk.cad.components.options import MakeOptions
+from spiraltrunk.cad.geometry.csg import compute_bounds
 from spiraltrunk.cad.trunk.body import build_body
+from spiraltrunk.cad.trunk.gripper import build_gripper, find_seat
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
@@ -72,3 +74,15 @@ def test_fingers_and_legs_are_pulled_by_the_same_tension():
     for group, legs in zip(GROUPS, LEGS, strict=True):
         assert plant.data.ctrl[plant.model.actuator(group).id] == plant.data.ctrl[plant.model.actuator(legs).id]
     assert plant.data.ctrl[plant.model.actuator(LEGS[0]).id] == pytest.approx(0.5 * LARGE.gripper.tension_max)
+
+
+def test_the_plate_is_as_wide_as_the_printed_one():
+    """The paper's plate is the end of the last section; a large one is wider than the tip, and touches as such."""
+    model = trunk_spec(LARGE).compile()
+    radius, half = model.geom("gripper_plate").size[:2]
+    low, high = compute_bounds(build_gripper(LARGE, MakeOptions())[0].form)
+    assert radius == pytest.approx((high[0] - low[0]) / 2e3, rel=0.05)
+    assert radius > LARGE.section_radius[-1]
+    assert 2 * half == pytest.approx(find_seat(LARGE, MakeOptions()).plate / 1e3, rel=0.05)
+    with pytest.raises(KeyError):
+        trunk_spec(PAPER).compile().geom("gripper_plate")

@@ -24,6 +24,9 @@ GROUPS = ("gripper_close", "gripper_open")
 LEGS = ("gripper_close_legs", "gripper_open_legs")
 """Tendon and actuator of the legs of the two groups through the trunk; absent where a group has one leg."""
 
+PLATE, PLATE_RIM = 5e-3, 1.2e-3
+"""Thickness of the printed plate of a large gripper, and its rim beyond the outer strands [m] (ours)."""
+
 SITE_SET_BACK = 0.08
 """Distance of a leg's sites behind the faces over its distance from the axis [-]; 0 would chatter in a shut gap."""
 
@@ -38,6 +41,8 @@ def add_gripper(spec: mujoco.MjSpec, tip: mujoco.MjsBody, gripper: GripperDesign
         _exclude_overlaps(spec, gripper, f)
     for group, side in zip(GROUPS, (-1.0, 1.0), strict=True):
         _add_group(spec, gripper, group, side)
+    if gripper.n_leg > 1:
+        _add_plate(tip, gripper, end)
 
 
 def add_legs(spec: mujoco.MjSpec, design: TrunkDesign, sections: Sequence[str]) -> None:
@@ -106,6 +111,16 @@ def _add_phalanx(body: mujoco.MjsBody, gripper: GripperDesign, j: int, mass: flo
     body.add_geom(
         name=body.name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, size=[radius, 0, 0],
         fromto=[middle - half, 0, 0, middle + half, 0, 0], rgba=[0.85, 0.45, 0.40, 1],
+        solref=SOLREF, solimp=SOLIMP, condim=3, friction=[1.0, 0.005, 1e-4],
+    )  # fmt: skip
+
+
+def _add_plate(tip: mujoco.MjsBody, gripper: GripperDesign, end: float) -> None:
+    """Add the plate that carries the fingers of a large gripper, wider than the tip; its mass is the fingers'."""
+    radius = gripper.mount_radius + STRAND_LEVER * gripper.finger_width + PLATE_RIM
+    tip.add_geom(
+        name="gripper_plate", type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0, 0],
+        fromto=[end - PLATE, 0, 0, end, 0, 0], rgba=[0.85, 0.45, 0.40, 1],
         solref=SOLREF, solimp=SOLIMP, condim=3, friction=[1.0, 0.005, 1e-4],
     )  # fmt: skip
 
