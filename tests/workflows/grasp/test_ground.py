@@ -46,13 +46,18 @@ def test_other_scenes_are_left_alone():
     assert choose_ground(LARGE, own, grip) is own
 
 
-def test_what_cannot_stand_is_presented_lying(tmp_path):
+def test_a_long_object_that_lies_is_presented_lying_to_fingers(tmp_path):
     lemon = tmp_path / "lemon.xml"
     lemon.write_text(
         "<mujoco><worldbody><body><freejoint/>"
         '<geom type="ellipsoid" size="0.034 0.02 0.02" mass="0.06"/></body></worldbody></mujoco>'
     )
     strategy = strategies.get("tip-grip")
-    shapes = [f"mjcf:path={lemon}", "ball-30", "cone-35", "cylinder:diameter_mm=40,height_mm=144,mass_g=200"]
-    drawn = [draw_scene(parse_object(shape), 0, strategy=strategy).orientation for shape in shapes]
-    assert drawn == ["lying", "upright", "upright", "upright"]
+    lying = [f"mjcf:path={lemon}", "box:x_mm=144,y_mm=40,z_mm=40,mass_g=200"]
+    standing = ["ball-30", "cone-35", "cube-28", "cylinder-32", "box:x_mm=40,y_mm=40,z_mm=144,mass_g=200"]
+    for shapes, orientation in ((lying, "lying"), (standing, "upright")):
+        drawn = [draw_scene(parse_object(shape), 0, strategy=strategy) for shape in shapes]
+        assert [scene.orientation for scene in drawn] == [orientation] * len(shapes)
+    assert draw_scene(parse_object(lying[0]), 0, strategy=strategy).announced.width == pytest.approx(0.040, abs=2e-4)
+    sweep = strategies.get("sweep")
+    assert draw_scene(parse_object(lying[1]), 0, strategy=sweep).orientation == sweep.orientation

@@ -15,7 +15,6 @@ from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, scaled
 from spiraltrunk.sim.objects.presentation import present
-from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
@@ -36,6 +35,9 @@ WRAP_FRICTION = 10.0
 """The same in wraps (ours) [-]. At 1 a bottle of 70 mm creeps out by up to 15 mm/s and a wide cylinder tilts in its
 loop; at 10 and at 30 bottles and cylinders shift equally little, by the trunk's compliance, and at 10 a step is a fifth
 faster. Objects heavier than HEAVY creep more: they get GRIP_FRICTION."""
+
+LONG = 1.3
+"""Length of a lying object over its width from which fingers grip it across its axis (ours) [-]."""
 
 HEAVY = 1.0
 """Mass above which a wrapped object needs harder friction [kg]: at 10, 1.5 kg tilt further and land askew."""
@@ -95,8 +97,10 @@ def draw_scene(
     if not isinstance(seed, (int, np.integer)) or isinstance(seed, bool) or seed < 0:
         raise DesignError("seed", got=seed, allowed="a whole number, at least 0")
     _check_strategy(chosen)
+    orientation = chosen.orientation
     if chosen.support == "ground":
-        shape = present(shape, chosen.orientation)
+        orientation = _find_orientation(chosen, shape)
+        shape = present(shape, orientation)
     rng = np.random.default_rng(seed)
     x, y, z = (float(value) for value in _draw_in_ball(rng, spread.position))
     friction = float(rng.uniform(*spread.friction))
@@ -109,7 +113,7 @@ def draw_scene(
         shape=replace(scaled(shape, size), mass=shape.mass * mass, friction=friction),
         announced=shape,
         support=chosen.support,
-        orientation=_find_orientation(chosen, shape),
+        orientation=orientation,
         yaw=turned,
         yaw_error=yaw_error,
         offset=(x, y, z),
@@ -122,12 +126,13 @@ def draw_scene(
 
 
 def _find_orientation(strategy: Strategy[Any], shape: ObjectSpec) -> str:
-    """Orientation of the strategy's objects; for fingers, that of a body that cannot stand and is lower lying."""
-    if strategy.orientation != "upright" or strategy.holds != "fingers":
-        return strategy.orientation
-    standing, lying = (compute_profile(shape, orientation) for orientation in ("upright", "lying"))
-    is_unstable = standing.topple_angle == 0.0 and lying.center_height < standing.center_height * (1 - 1e-6)
-    return "lying" if is_unstable else "upright"
+    """Orientation of the strategy's objects; fingers from above take a long object that lies as one that lies.
+
+    Its axis is then announced and seen, across which they grip.
+    """
+    is_long = shape.up == "z" and shape.size[0] > LONG * shape.size[1]
+    takes_it = strategy.job == "grasp" and strategy.holds == "fingers"
+    return "lying" if takes_it and is_long else strategy.orientation
 
 
 def _check_strategy(strategy: Strategy[Any]) -> None:
