@@ -137,7 +137,9 @@ def is_wide(task: Task) -> bool:
 def gripped_width(task: Task) -> float:
     """Width of the object where the fingers pass it [m]: of what has a profile of its own, that of its upper part."""
     target, gripper = task.target, gripper_of(task)
-    if target.profile is None or target.kind in SOLIDS or target.width <= WIDE * gripper.grasp_width:
+    stands = target.kind == "box" and abs(float(target.axis[2])) > 0.5
+    is_known = stands or target.kind in SOLIDS or target.width <= WIDE * gripper.grasp_width
+    if target.profile is None or is_known:
         return target.width
     height, widths = _find_widths(target)
     return float(widths[height >= height[-1] - gripper.finger_length].max())
