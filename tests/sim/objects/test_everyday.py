@@ -75,7 +75,8 @@ def test_the_text_form_takes_a_seed_and_a_class():
     shape = parse_object("everyday:seed=7,kind=handled")
     assert shape.kind == "solid"
     assert shape.notes[0].startswith("drawn: a ")
-    for text, match in (("seed=-1", "object.seed is '-1'; allowed"), ("seed=1e3", "object.seed"),
-                        ("seed=", "object.seed"), ("seed=7,mass_g=3", "each measure once: everyday:seed=N")):  # fmt: skip
+    bad = {"seed=-1": "object.seed is '-1'; allowed", "seed=1e3": "object.seed", "seed=": "object.seed",
+           "seed=7,mass_g=3": "each measure once: everyday:seed=N"}  # fmt: skip
+    for text, match in bad.items():
         with pytest.raises(DesignError, match=match):
             parse_object(f"everyday:{text}")

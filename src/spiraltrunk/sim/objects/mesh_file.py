@@ -90,7 +90,8 @@ def load_mesh(
         notes.append(note)
     mesh.vertices = mesh.vertices * UNITS[unit]
     _check_size(mesh, what, unit)
-    repaired = repair(mesh, what)
+    with np.errstate(all="ignore"):  # Of surfaces without area or volume, which are refused.
+        repaired = repair(mesh, what)
     if repaired.is_hull and collide == "parts":
         raise refusal(what, "without a closed surface, which convex parts need", "collide=hull, or a repaired file")
     notes += [repaired.note] if repaired.note else []

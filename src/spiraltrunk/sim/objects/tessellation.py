@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
@@ -11,6 +13,10 @@ CORNERS = 128
 """Corners of a polygon that represents a circle (ours); its sides lie inside by 3e-4 of the radius."""
 
 
+HULL_MOST = 2000
+"""Largest number of corners of a mesh's hull, which is thinned out to the farthest of as many directions (ours)."""
+
+
 def choose_corners(count: int) -> int:
     """Corners of a circle of an object of so many shapes, at least 24 (ours)."""
     return min(CORNERS, max(24, 4 * CORNERS // max(1, count) // 8 * 8))
@@ -18,7 +24,12 @@ def choose_corners(count: int) -> int:
 
 def hull_of_geom(geom: Geom, corners: int = CORNERS) -> tuple[np.ndarray, np.ndarray]:
     """Convex hull of a geom in the object's frame: corners, shape (n, 3) [m], and edges between them, shape (m, 2)."""
-    own = geom.vertices if geom.vertices is not None else _points(geom, corners)
+    return _hull_cached(geom, corners if geom.vertices is None else 0)
+
+
+@lru_cache(maxsize=256)
+def _hull_cached(geom: Geom, corners: int) -> tuple[np.ndarray, np.ndarray]:
+    own = _thin_out(geom.vertices) if geom.vertices is not None else _points(geom, corners)
     hull = ConvexHull(own)
     kept = np.unique(hull.simplices)
     place = np.full(len(own), -1)
@@ -26,6 +37,20 @@ def hull_of_geom(geom: Geom, corners: int = CORNERS) -> tuple[np.ndarray, np.nda
     faces = place[hull.simplices]
     edges = np.unique(np.sort(np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [0, 2]]]), axis=1), axis=0)
     return own[kept] @ geom.rotation.T + geom.position, edges
+
+
+def _thin_out(vertices: np.ndarray) -> np.ndarray:
+    """The vertices, or of a hull with more than `HULL_MOST` those that are farthest in evenly spread directions."""
+    if len(vertices) <= HULL_MOST:
+        return vertices
+    kept = vertices[ConvexHull(vertices).vertices]
+    if len(kept) <= HULL_MOST:
+        return kept
+    place = np.arange(HULL_MOST) + 0.5  # Points of a Fibonacci lattice on the sphere.
+    up, turn = 1 - 2 * place / HULL_MOST, np.pi * (1 + np.sqrt(5.0)) * place
+    level = np.sqrt(1 - up**2)
+    directions = np.vstack([np.stack([level * np.cos(turn), level * np.sin(turn), up], axis=1), np.eye(3), -np.eye(3)])
+    return np.asarray(kept[np.unique([int(np.argmax(kept @ direction)) for direction in directions])])
 
 
 def _points(geom: Geom, corners: int) -> np.ndarray:
