@@ -15,7 +15,15 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import Move
-from spiraltrunk.strategies.wrap.distal_release import DRAG, center_place, right_object, set_down_distal
+from spiraltrunk.strategies.wrap.distal_release import (
+    DRAG,
+    RIGHTINGS,
+    center_place,
+    is_on_ground,
+    right_again,
+    right_object,
+    set_down_distal,
+)
 from spiraltrunk.strategies.wrap.standing import StandingState, WrapHorizontal, WrapOblique, WrapObliqueLow
 from spiraltrunk.strategies.wrap.standing_model import band_heights, shut_pull, wrap_start
 from spiraltrunk.strategies.wrap.standing_plan import housing_sink
@@ -166,6 +174,39 @@ def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None
     np.testing.assert_allclose(off[:2], 0.0, atol=1e-12)
     short = target.length / 2 * math.sin(0.4) + target.width / 2 * (1 - math.cos(0.4))
     np.testing.assert_allclose(moved[0] - moved[1], [0.0, short, 0.0], atol=1e-12)
+
+
+def test_an_object_that_still_leans_is_righted_again_and_again_but_not_for_ever() -> None:
+    for lean, count in ((0.03, 0), (0.3, RIGHTINGS)):
+        state, seen = at_end_of("uncurl", np.array([0.0, math.sin(lean), math.cos(lean)]))
+        sequence = state.sequence
+        for _ in range(RIGHTINGS + 1):
+            sequence = right_again(sequence, seen)
+        added = [move for move in sequence.moves if move.action == "right"]
+        assert len(added) == count
+        assert all(move.position[1] < state.sequence.move.position[1] - 0.01 for move in added)
+
+
+@pytest.mark.parametrize(("rise", "lean", "stands"), [(0.0, 0.0, True), (0.025, 0.0, False), (0.008, 0.4, True),
+                                                      (0.030, 0.4, False)])  # fmt: skip
+def test_an_object_is_on_the_ground_where_it_stands_or_leans_on_its_edge(
+    rise: float, lean: float, stands: bool
+) -> None:
+    _, seen = at_end_of("lower", np.array([0.0, math.sin(lean), math.cos(lean)]))
+    assert seen.camera is not None
+    center = seen.task.goal.place + np.array([0.0, 0.0, rise])
+    assert is_on_ground(replace(seen, camera=replace(seen.camera, position=center))) == stands
+
+
+def test_what_the_trunk_alone_touches_the_ground_with_is_lowered_further() -> None:
+    state, seen = at_end_of("lower", np.array([0.0, 0.0, 1.0]))
+    assert seen.camera is not None
+    half_way = replace(state.sequence, since=seen.time - state.sequence.move.duration / 2)
+    state, place = replace(state, sequence=half_way, weight=0.0), seen.task.goal.place
+    unloaded = replace(seen, base_force=np.zeros(3))
+    for rise, action in ((0.03, "lower"), (0.0, "uncurl")):
+        look = replace(seen.camera, position=place + np.array([0.0, 0.0, rise]))
+        assert FAMILY[2].step(state, replace(unloaded, camera=look))[0].sequence.move.action == action
 
 
 def test_it_lets_go_of_what_it_missed_from_where_it_had_closed() -> None:

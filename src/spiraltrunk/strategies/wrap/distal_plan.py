@@ -53,7 +53,7 @@ PULLS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56)
 """Ventral pulls at which the model places the arm, over the pull that shuts joint 1 [-]."""
 CLOSE = 1.75
 """Ventral pull at which the trunk has closed on the ground, over the one that shuts the first joint of the wrap, at
-least the last of PULLS [-]."""
+least the last of PULLS [-]; from this pull, with no such least, the trunk springs open."""
 CLOSE_STEP = 0.19
 """Largest step from the last of PULLS to it, over the pull that shuts joint 1 [-]."""
 TIGHTEN = 0.9
@@ -64,8 +64,8 @@ ROOM = 1.12
 """Width that the curling trunk leaves to the object, over its own [-]: a loose object yields to a light push."""
 TILTS = np.radians(np.arange(84.0, 65.0, -2.0))
 """Tilts of the base tried, from hanging, the flattest first [rad]."""
-BAND_GAP = 0.005
-"""Gap between the closed trunk and the ground [m]."""
+BAND_GAP = 0.015
+"""Gap between the closed trunk and the ground, where the object is tall enough [m]: loaded, the trunk sags."""
 HIGHEST = 0.75
 """Largest height of the wrap's middle, over the object's length [-]."""
 CURL_TIME = 0.8
@@ -92,8 +92,9 @@ def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move,
         ModelError: where the cables cannot pull as needed, or the object is too short.
     """
     design, target = observation.task.design, observation.task.target
-    width = cylinder_width(target)
-    pulls = _closing_pulls(design, width)
+    width, shut = cylinder_width(target), shut_pull(design)
+    loose = CLOSE * float(shut[min(wrap_start(design, width), design.n_joint - 1)] / shut[0])
+    pulls = _closing_pulls(loose)
     tilt, height = _choose_tilt(observation, plane, pulls[-1])
     side = lateral_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
@@ -108,14 +109,13 @@ def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move,
     steps = tuple(step(pull) for pull in pulls)
     load = target.mass * GRAVITY * float(np.linalg.norm(steps[-1].position[:2]))
     grip = GRIP + CARRY * load / float(design.joint_stiffness[0] * design.joint_limit)
-    tight = step(max(TIGHTEN, pulls[-1] + 1e-9))
-    return _moves(observation, (*steps, tight, step(grip)), frame @ tilted_base(_AHEAD, tilt))
+    tight, held = step(max(TIGHTEN, pulls[-1] + 1e-9)), step(grip)
+    return _moves(observation, (*steps, tight, held, step(loose)), frame @ tilted_base(_AHEAD, tilt))
 
 
-def _closing_pulls(design: TrunkDesign, width: float) -> tuple[float, ...]:
-    """Ventral pulls of the curl on the ground, over the one that shuts joint 1 [-]."""
-    shut = shut_pull(design)
-    more = CLOSE * float(shut[min(wrap_start(design, width), design.n_joint - 1)] / shut[0]) - PULLS[-1]
+def _closing_pulls(close: float) -> tuple[float, ...]:
+    """Ventral pulls of the curl on the ground up to ``close``, over the one that shuts joint 1 [-]."""
+    more = close - PULLS[-1]
     count = max(0, math.ceil(more / CLOSE_STEP))
     return (*PULLS, *(PULLS[-1] + more * (i + 1) / count for i in range(count)))
 
@@ -143,7 +143,8 @@ def _choose_tilt(observation: Observation, plane: WrapPlane, pull: float) -> tup
     for tilt in TILTS.tolist():
         middle, lowest = band_heights(design, width, tilt, tension)
         housing = housing_sink(design, tilt) + middle + plane.ground_gap / 2
-        height = max(plane.distal_height * length, middle - lowest + BAND_GAP)
+        clear = middle - lowest
+        height = max(plane.distal_height * length, clear, min(clear + BAND_GAP, HIGHEST * length))
         if housing <= height:
             break
     height = max(height, housing)
@@ -154,16 +155,16 @@ def _choose_tilt(observation: Observation, plane: WrapPlane, pull: float) -> tup
 
 
 def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndarray) -> tuple[Move, ...]:
-    """Moves through the steps of the curl; the last two are the tightened wrap and the one that bears the load."""
+    """Moves through the steps of the curl; the last three are tight, bearing the load, and loose for the release."""
     design, goal, target = observation.task.design, observation.task.goal, observation.task.target
     ground = float(target.position[2] - target.length / 2) if goal.ground is None else goal.ground
     start, place = (np.array([*where[:2], ground]) for where in (seen_position(observation), goal.place))
-    open_, closed, tight, held = steps[0], *steps[-3:]
+    open_, tight, held, loose = steps[0], *steps[-3:]
     side = lateral_direction(observation)
     clear, beyond = -CLEARANCE * design.length * side, OVERSHOOT * design.length * side
     high, test, slack = goal.lift * _UP, TEST * _UP, open_.tension
     touch, tried, lowered = start + open_.position, start + held.position + test, place + held.position
-    opened = place + closed.position
+    opened = place + loose.position
     away = opened - BACK_OFF * design.length * side
 
     def move(action: str, duration: float, position: np.ndarray, tension: np.ndarray = held.tension) -> Move:
@@ -173,7 +174,7 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
         move("turn", 3.0, touch + clear + high, slack),
         move("descend", 2.0, touch + clear, slack),
         move("touch", 4.0, touch + beyond, slack),
-        *(move("curl", CURL_TIME, start + step.position, step.tension) for step in steps[1:-2]),
+        *(move("curl", CURL_TIME, start + step.position, step.tension) for step in steps[1:-3]),
         move("tighten", 2.0, start + tight.position, tight.tension),
         move("try", 1.5, tried),
         move("level", 1.5, tried),
@@ -183,7 +184,7 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
         move("hold", goal.hold, tried + high + goal.aside),
         move("bring", 1.5, lowered + test + high),
         move("lower", 4.5, lowered),
-        move("uncurl", 1.5, opened, closed.tension),
+        move("uncurl", 1.5, opened, loose.tension),
         move("open", OPEN_TIME, opened, slack),
         move("open", SETTLE_TIME, opened, slack),
         move("draw off", 2.0, away, slack),

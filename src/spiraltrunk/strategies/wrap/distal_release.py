@@ -11,13 +11,23 @@ from dataclasses import replace
 import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation, Observation
-from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, shift_later
+from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, insert_next, shift_later
 from spiraltrunk.strategies.wrap.standing_plan import housing_sink
 from spiraltrunk.strategies.wrap.upright import set_down_upright
 
 DRAG = 0.04
 """Distance by which the opening trunk drags the object towards the base, over the trunk's length [-] (ours, tuned in
 simulated trials): it is set down ahead by as much."""
+UPRIGHT = math.radians(5.0)
+"""Lean that counts as none [rad] (ours)."""
+SAFE = math.radians(18.0)
+"""Lean short of toppling from which an object falls back upright by itself [rad] (ours)."""
+RIGHTINGS = 2
+"""Number of further attempts to right an object [-] (ours)."""
+UNKNOWN = 0.1
+"""Error of the object's announced size, over the size [-] (ours)."""
+LOOK_ERROR = 0.005
+"""Error of the camera [m] (ours)."""
 
 
 def set_down_distal(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
@@ -56,6 +66,35 @@ def center_place(sequence: MoveSequence, observation: Observation, ahead: np.nda
     return shift_later(sequence, way)
 
 
+def is_on_ground(observation: Observation) -> bool:
+    """Whether the object is as low as it stands, or stands on its low edge, by the camera; true without one.
+
+    The trunk may touch the ground before the object does.
+    """
+    camera, target = observation.camera, observation.task.target
+    if camera is None:
+        return True
+    sine, half = _sine_of_lean(camera), target.length / 2
+    low = half * math.sqrt(1 - sine**2) + target.width / 2 * sine
+    return float(camera.position[2] - observation.task.goal.place[2]) + half <= low + UNKNOWN * half + LOOK_ERROR
+
+
+def right_again(sequence: MoveSequence, observation: Observation) -> MoveSequence:
+    """The sequence with one more move that rights an object, as often as RIGHTINGS.
+
+    An object that leans far less than it topples at is not moved: once let go, it falls back upright by itself.
+    """
+    camera, now, target = observation.camera, sequence.move, observation.task.target
+    count = sum(move.action == "right" for move in sequence.moves)
+    if camera is None or count >= RIGHTINGS:
+        return sequence
+    if math.asin(_sine_of_lean(camera)) < max(UPRIGHT, math.atan(target.width / target.length) - SAFE):
+        return sequence
+    position = now.position + _righting(observation, camera)
+    again = replace(now, action="right", duration=1.0, position=position)
+    return insert_next(right_object(sequence, observation), (again,))
+
+
 def right_object(sequence: MoveSequence, observation: Observation) -> MoveSequence:
     """The sequence with an object that has touched down turned upright about its low edge as the trunk loosens.
 
@@ -74,7 +113,10 @@ def _righting(observation: Observation, camera: CameraObservation) -> np.ndarray
     l sin t + r (1 - cos t).
     """
     target = observation.task.target
-    lean = (camera.axis * math.copysign(1.0, camera.axis[2]))[:2]
-    sine = float(np.linalg.norm(lean))
+    lean, sine = (camera.axis * math.copysign(1.0, camera.axis[2]))[:2], _sine_of_lean(camera)
     way = target.length / 2 * sine + target.width / 2 * (1 - math.sqrt(max(0.0, 1 - sine**2)))
     return np.array([*(-way * lean / max(sine, 1e-9)), 0.0])
+
+
+def _sine_of_lean(camera: CameraObservation) -> float:
+    return min(1.0, float(np.linalg.norm(camera.axis[:2])))

@@ -56,7 +56,13 @@ from spiraltrunk.strategies.moves import (
 from spiraltrunk.strategies.sensing import seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
 from spiraltrunk.strategies.wrap.distal_plan import plan_distal_moves
-from spiraltrunk.strategies.wrap.distal_release import center_place, right_object, set_down_distal
+from spiraltrunk.strategies.wrap.distal_release import (
+    center_place,
+    is_on_ground,
+    right_again,
+    right_object,
+    set_down_distal,
+)
 from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, lateral_direction, plan_moves
 from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
@@ -137,8 +143,10 @@ class StandingWrap(MoveStrategy[StandingState]):
         if action in _STIFF:
             return replace(state, sequence=_take_in(state, observation))
         if action == "lower" and not state.is_carried(observation):
-            sequence = right_object(state.sequence, observation) if state.is_distal else state.sequence
-            return replace(state, sequence=_stay(sequence, observation))
+            if not state.is_distal:
+                return replace(state, sequence=_stay(state.sequence, observation))
+            if is_on_ground(observation):
+                return replace(state, sequence=_stay(right_object(state.sequence, observation), observation))
         return state
 
     def next_move(self, state: StandingState, observation: Observation) -> StandingState:
@@ -165,6 +173,8 @@ class StandingWrap(MoveStrategy[StandingState]):
             sequence = center_place(sequence, observation, np.cross([0.0, 0.0, 1.0], state.side))
         if action == "lower" and state.is_distal:
             sequence = right_object(sequence, observation)
+        if action in ("uncurl", "right") and state.is_distal:
+            sequence = right_again(sequence, observation)
         if action == "hold":
             set_down = set_down_distal if state.is_distal else set_down_upright
             sequence = set_down(sequence, observation, self.plane.ground_gap)
