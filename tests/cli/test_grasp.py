@@ -242,8 +242,8 @@ DRAWN = """
 import sys
 from spiraltrunk import cli
 cli.main(["--version"])  # Sets up the environment, as OpenGL is chosen when MuJoCo is imported.
-import spiraltrunk.workflows.grasp.artifacts
-spiraltrunk.workflows.grasp.artifacts.FPS = 1
+import spiraltrunk.workflows.grasp.pictures
+spiraltrunk.workflows.grasp.pictures.FPS = 1
 sys.exit(cli.main(["grasp", "--out", sys.argv[1]]))
 """
 

@@ -50,6 +50,7 @@ def _boxes(model, qpos, view):
     return columns.min(), rows.min(), columns.max(), rows.max()
 
 
+@pytest.mark.gl
 @pytest.mark.parametrize("bend", [0.0, 0.25, 0.45])
 def test_trunk_and_object_are_large_and_never_cut(model, bend):
     """Their box covers a third of the picture or more, and stays off its edges."""
@@ -64,6 +65,7 @@ def test_trunk_and_object_are_large_and_never_cut(model, bend):
     assert bottom < view.height - 1
 
 
+@pytest.mark.gl
 def test_a_view_of_several_moments_cuts_none(model):
     poses = [_pose(model, bend) for bend in (0.0, 0.45)]
     view = frame_view(model, poses, SIDE)
@@ -74,6 +76,7 @@ def test_a_view_of_several_moments_cuts_none(model):
         assert bottom < view.height - 1
 
 
+@pytest.mark.gl
 def test_each_picture_has_its_own_view_and_the_model_keeps_its_field(model):
     qpos, fovy = _pose(model, 0.3), float(model.vis.global_.fovy)
     views = [frame_view(model, [qpos], SIDE), View(fovy=60.0, width=320, height=240)]

@@ -107,10 +107,10 @@ def _set_visual(spec: mujoco.MjSpec) -> None:
     visual.headlight.diffuse = [0.30, 0.30, 0.30]
     visual.headlight.specular = [0.10, 0.10, 0.10]
     visual.quality.offsamples = 0
-    visual.quality.shadowsize = 2048
+    visual.quality.shadowsize = 4096
     visual.quality.numslices, visual.quality.numstacks = 20, 8  # Of cylinders, mostly the cables.
     visual.map.znear = 0.02
-    visual.map.shadowclip = 1.2
+    visual.map.shadowclip = 0.6  # Near pictures would show coarser shadows as teeth.
     visual.map.haze = 0.6
     visual.rgba.haze = [0.90, 0.92, 0.94, 1]
 
