@@ -30,7 +30,8 @@ def rows(plan: SurveyPlan) -> list[dict[str, Any]]:
     """All but the last trial; wrap-vertical fails at its first two, kick at none."""
     rows = [build_empty_row(entry, "lifted 3 cm") for entry in plan.entries()[:-1]]
     for i, row in enumerate(rows):
-        row |= {"wall_s": float(i), "simulated_s": 30.0, "retries": i % 2, "width_m": 0.06, "cause": "slipped"}
+        row |= {"wall_s": float(i), "simulated_s": 30.0 + i, "width_m": 0.06, "cause": "slipped"}
+        row["retries"] = 1 if row["strategy"] == "kick" or i == 8 else 0
         if row["strategy"] == "kick" or row["index"] > 1:
             row |= {"success": True, "reason": "success", "cause": None, "held": True, "upright": i % 4 == 0}
     rows[2] |= {"reason": "lifted 12 cm", "cause": "missed", "width_m": 0.1}
@@ -65,7 +66,9 @@ def test_summary_counts_strategies_and_objects(plan: SurveyPlan, rows: list[dict
     assert (kick["trials"], kick["rate"], kick["failures"]) == (4, 1.0, {})
     assert list(wrap["causes"].items()) == [("missed", 1), ("slipped", 1)]
     assert (wrap["held"], wrap["upright"], kick["causes"]) == (3, 2, {})
-    assert (wrap["median_wall_s"], wrap["median_simulated_s"], kick["retried"]) == (4.0, 30.0, 4)
+    assert (wrap["median_wall_s"], wrap["median_simulated_s"], kick["retried"]) == (4.0, 34.0, 4)
+    assert (wrap["median_success_s"], wrap["median_success_first_s"]) == (36.0, 35.0)
+    assert (kick["median_success_s"], kick["median_success_first_s"]) == (34.0, None)
     assert (summary["complete"], summary["asked"]) == (False, 10)
 
 
@@ -114,22 +117,22 @@ def test_tables(plan: SurveyPlan, rows: list[dict[str, Any]]) -> None:
     page = format_markdown(summary)
     assert page.startswith("Incomplete: 9 of 10 trials.\n\n| strategy |")
     assert (
-        "| `wrap-vertical` | 3 of 5 | 60 % | 23.1-88.2 % | 3 | 2 | 1 x missed; 1 x slipped | 2 x lifted N cm |\n"
-        in page
-    )
+        "| `wrap-vertical` | 3 of 5 | 60 % | 23.1-88.2 % | 3 | 2 | 36.0 | 35.0 "
+        "| 1 x missed; 1 x slipped | 2 x lifted N cm |\n"
+    ) in page
     assert "| cylinder, 45 to 80 mm | 2 of 3 | 67 % | 20.8-93.9 % | 1 x slipped |\n" in page
     assert "| `wrap-vertical` | `ball-80` | 1 of 2 | 50 % | 9.5-90.5 % |\n" in page
     assert format_markdown({**summary, "complete": True}).startswith("| strategy |")
 
 
 def test_a_survey_of_an_earlier_version_has_a_table(plan: SurveyPlan, rows: list[dict[str, Any]]) -> None:
-    """Without causes and classes."""
+    """Without causes, classes and times of the successful trials."""
     summary = summarize(plan, rows)
     for own in summary["strategies"].values():
-        for key in ("causes", "held", "upright"):
+        for key in ("causes", "held", "upright", "median_success_s", "median_success_first_s"):
             del own[key]
     del summary["classes"]
     page = format_markdown(summary)
-    assert "| `wrap-vertical` | 3 of 5 | 60 % | 23.1-88.2 % | - | - | - | 2 x lifted N cm |\n" in page
+    assert "| `wrap-vertical` | 3 of 5 | 60 % | 23.1-88.2 % | - | - | - | - | - | 2 x lifted N cm |\n" in page
     assert "class of objects" not in page
     assert "2 x lifted N cm" in format_text(summary)

@@ -33,6 +33,10 @@ def summarize(plan: SurveyPlan, rows: Sequence[dict[str, Any]]) -> dict[str, Any
             "median_wall_s": _median(row["wall_s"] for row in own),
             "median_planning_wall_s": _median(row["planning_wall_s"] for row in own),
             "median_simulated_s": _median(row["simulated_s"] for row in own),
+            "median_success_s": _median(row["simulated_s"] for row in own if row["success"]),
+            "median_success_first_s": _median(
+                row["simulated_s"] for row in own if row["success"] and not row["retries"]
+            ),
             "retried": sum(bool(row["retries"]) for row in own),
             "objects": by_object,
         }

@@ -8,6 +8,7 @@ from typing import Any
 from spiraltrunk.report import format_table
 
 _HEADER = ("strategy", "succeeded", "rate", "95 % interval")
+_TIMES = ("time [s]", "time without retry [s]")
 
 
 def format_text(result: Mapping[str, Any]) -> str:
@@ -25,13 +26,15 @@ def format_text(result: Mapping[str, Any]) -> str:
 def format_markdown(result: Mapping[str, Any]) -> str:
     """Success rates by strategy, by class of objects, and by strategy and object; equal for a seed on any machine.
 
-    Surveys of earlier versions have neither causes nor classes.
+    Times are medians over the successful trials: what the robot takes from its start to the end of the release.
+    Surveys of earlier versions have neither causes, classes nor these times.
     """
     done = sum(own["trials"] for own in result["strategies"].values())
     short = "" if result["complete"] else f"Incomplete: {done} of {result['asked']} trials.\n\n"
     whole = [
         (
             *_format_rate(f"`{name}`", own), *(str(own.get(key, "-")) for key in ("held", "upright")),
+            *(_format_seconds(own.get(key)) for key in ("median_success_s", "median_success_first_s")),
             _format_failures(own.get("causes", {})), _format_failures(own["failures"]),
         )
         for name, own in result["strategies"].items()
@@ -44,7 +47,7 @@ def format_markdown(result: Mapping[str, Any]) -> str:
         for name, own in result["strategies"].items()
         for each, counted in own["objects"].items()
     ]
-    by_strategy = _format_rows((*_HEADER, "held", "upright", "causes", "failures"), whole)
+    by_strategy = _format_rows((*_HEADER, "held", "upright", *_TIMES, "causes", "failures"), whole)
     by_class = _format_rows(("class of objects", *_HEADER[1:], "causes"), classes) + "\n" if classes else ""
     return f"{short}{by_strategy}\n{by_class}{_format_rows((_HEADER[0], 'object', *_HEADER[1:]), parts)}"
 
