@@ -27,6 +27,7 @@ from spiraltrunk.workflows.drive.recorder import Recorder
 from spiraltrunk.workflows.drive.robot import Robot
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 from spiraltrunk.workflows.grasp.evidence import Evidence
+from spiraltrunk.workflows.grasp.ground import choose_ground
 from spiraltrunk.workflows.grasp.jobs import JOBS
 from spiraltrunk.workflows.grasp.trial import Trial
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
@@ -117,7 +118,7 @@ def run_on_twin(
         OutputError: where the log exists.
     """
     chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
-    scene = draw_scene(shape, seed, strategy=chosen, spread=spread)
+    scene = choose_ground(design, draw_scene(shape, seed, strategy=chosen, spread=spread), chosen)
     with TwinRobot(design, scene, TwinOptions(seed=seed) if options is None else options) as robot:
         if prepare is not None:
             prepare(robot)
