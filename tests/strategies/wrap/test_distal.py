@@ -34,7 +34,7 @@ FAMILY = (WrapObliqueLow(), WrapOblique(), WrapHorizontal())
 CAN = "cylinder:diameter_mm=50,height_mm=80,mass_g=200"
 JAR = "cylinder:diameter_mm=80,height_mm=80,mass_g=300"
 TIN = "cylinder:diameter_mm=66,height_mm=115,mass_g=350"
-CARTON = "box:x_mm=144,y_mm=40,z_mm=40,mass_g=250"
+CARTON = "box:x_mm=40,y_mm=40,z_mm=144,mass_g=250"
 
 
 @functools.cache
@@ -110,6 +110,19 @@ def test_a_wider_object_is_closed_round_by_sections_nearer_to_the_base() -> None
         pulls.append(float(curl.tension @ -PAPER.cable_direction[:, 1]))
         assert pulls[-1] > 1.5 * shut_pull(PAPER)[wrap_start(PAPER, first_seen(name).task.target.width)]
     assert pulls[1] > 1.2 * pulls[0]
+
+
+def test_a_flat_box_is_closed_round_as_the_cylinder_of_the_same_girth() -> None:
+    girth = 2 * (100 + 30) / math.pi
+    box, cylinder = (
+        [move for move in plan(name) if move.action == "curl"]
+        for name in ("box:x_mm=100,y_mm=30,z_mm=150,mass_g=300",
+                     f"cylinder:diameter_mm={girth:.6f},height_mm=150,mass_g=300")
+    )  # fmt: skip
+    assert len(box) == len(cylinder)
+    for one, other in zip(box, cylinder, strict=True):
+        np.testing.assert_allclose(one.position, other.position, atol=5e-4)
+        np.testing.assert_allclose(one.tension, other.tension, atol=0.05)
 
 
 def test_a_taller_object_is_wrapped_higher_and_in_a_flatter_plane() -> None:

@@ -28,7 +28,7 @@ from spiraltrunk.strategies.wrap.hung_plan import wrap_move
 from spiraltrunk.strategies.wrap.standing_model import (
     band_heights,
     cable_pulls,
-    cylinder_width,
+    girth_width,
     object_center,
     shut_pull,
     wrap_start,
@@ -92,10 +92,10 @@ def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move,
         ModelError: where the cables cannot pull as needed, or the object is too short.
     """
     design, target = observation.task.design, observation.task.target
-    width, shut = cylinder_width(target), shut_pull(design)
+    width, shut = girth_width(target, plane.distal_height * target.length), shut_pull(design)
     loose = CLOSE * float(shut[min(wrap_start(design, width), design.n_joint - 1)] / shut[0])
     pulls = _closing_pulls(loose)
-    tilt, height = _choose_tilt(observation, plane, pulls[-1])
+    tilt, height = _choose_tilt(observation, plane, width, pulls[-1])
     side = lateral_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     low = height - band_heights(design, width, tilt, _tension(design, pulls[-1]))[0]
@@ -128,7 +128,7 @@ def _tension(design: TrunkDesign, pull: float) -> np.ndarray:
     return tension * min(1.0, 0.95 * design.cable.tension_max / max(float(tension.max()), 1e-9))
 
 
-def _choose_tilt(observation: Observation, plane: WrapPlane, pull: float) -> tuple[float, float]:
+def _choose_tilt(observation: Observation, plane: WrapPlane, width: float, pull: float) -> tuple[float, float]:
     """Flattest tilt of the base [rad] at which the housing clears the ground, and height of the wrap's middle [m].
 
     The wrap's sections clear the ground too. Where no tilt is steep enough, the steepest one is taken and the object
@@ -137,8 +137,8 @@ def _choose_tilt(observation: Observation, plane: WrapPlane, pull: float) -> tup
     Raises:
         ModelError: where the object is too short.
     """
-    design, target = observation.task.design, observation.task.target
-    width, length, tension = cylinder_width(target), observation.task.target.length, _tension(design, pull)
+    design, length = observation.task.design, observation.task.target.length
+    tension = _tension(design, pull)
     height = housing = tilt = math.inf
     for tilt in TILTS.tolist():
         middle, lowest = band_heights(design, width, tilt, tension)

@@ -47,8 +47,13 @@ def shut_pull(design: TrunkDesign) -> np.ndarray:
 
 
 def cylinder_width(target: Target) -> float:
-    """Width of an object, of a box that of the cylinder of the same girth [m]."""
+    """Width of an object, of a box that of the cylinder of the same girth, if the box is square [m]."""
     return target.width * (4 / math.pi if target.kind == "box" else 1.0)
+
+
+def girth_width(target: Target, height: float) -> float:
+    """Diameter of the cylinder of an object's girth at a ``height`` [m] from its foot, by its profile if known [m]."""
+    return cylinder_width(target) if target.profile is None else target.profile.at(height)[2] / math.pi
 
 
 def wrap_start(design: TrunkDesign, width: float) -> int:
