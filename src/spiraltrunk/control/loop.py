@@ -34,6 +34,8 @@ class RunLog:
     """Why the strategy ended before its goal, if it did."""
     planning: float = 0.0
     """Wall time of the strategy's `init` [s]."""
+    state: Any = None
+    """State of the strategy at the end."""
 
     def span(self, phase: str, action: str | None = None) -> tuple[float, float] | None:
         """First and last time of a phase, or of one action in it [s]; None where it never came."""
@@ -85,7 +87,7 @@ def run(plant: Plant, strategy: Strategy[Any], *, watch: Callable[[Observation, 
         statuses[-1] = status
     return RunLog(
         observations=tuple(observations), commands=tuple(commands), statuses=tuple(statuses), gave_up=status.gave_up,
-        planning=planning,
+        planning=planning, state=state,
     )  # fmt: skip
 
 

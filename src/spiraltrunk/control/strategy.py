@@ -58,6 +58,20 @@ class Status:
     """Why it ended before its goal, if it did."""
 
 
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class Assessment:
+    """Whether a strategy can do a task, as its model predicts before anything moves."""
+
+    feasible: bool
+    """Whether it can."""
+    score: float
+    """Predicted chance of success, from 0 (infeasible) to 1 [-]."""
+    reason: str
+    """What decides, in words and numbers."""
+
+
 class Strategy(ABC, Generic[State]):
     """A grasping strategy. The state is passed in and out: equal inputs yield equal outputs, on every plant."""
 

@@ -21,7 +21,7 @@ from spiraltrunk.cli.output import (
 )
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.design_options import add_design, load_robot
-from spiraltrunk.cli.verbs.object_check import check_object
+from spiraltrunk.cli.verbs.object_check import check_object, name_able
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
@@ -43,11 +43,16 @@ def add_verb(verbs: Any) -> None:
     parser = add_parser(verbs, "grasp", _run, "run one trial in simulation")
     parser.add_argument(
         "strategy", type=read_text, nargs="?", default="wrap-vertical", metavar="STRATEGY",
-        help="one of the nine (default wrap-vertical)",
+        help="one of the nine (default wrap-vertical), or auto: the model ranks those that fit, the best is tried, and "
+        "after a failed try the next",
     )  # fmt: skip
     parser.add_argument(
         "--object", type=read_text, metavar="NAME",
         help="a catalogue name, or a solid such as cylinder:diameter_mm=72,height_mm=180,mass_g=350",
+    )  # fmt: skip
+    parser.add_argument(
+        "--stage", choices=("ground", "hung"), metavar="STAGE",
+        help="what supports the object: ground or hung (default: ground for auto, else where the strategy grasps)",
     )  # fmt: skip
     add_design(parser)
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of the randomised scene (default 0)")
@@ -58,14 +63,16 @@ def add_verb(verbs: Any) -> None:
 def _run(arguments: argparse.Namespace) -> Answer:
     if os.environ.get("MUJOCO_GL", "").lower().strip() not in _GL:
         raise UsageError(f"MUJOCO_GL is {quote(os.environ['MUJOCO_GL'])}; allowed: egl, osmesa, glfw or unset")
-    from spiraltrunk import strategies
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
     from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
+    from spiraltrunk.workflows.grasp.auto import get_strategy, list_objects
 
-    strategy = strategies.get(arguments.strategy)
-    usual = DEFAULT_OBJECT if DEFAULT_OBJECT in strategy.objects else strategy.objects[0]
-    name = usual if arguments.object is None else arguments.object
+    usual = list_objects(arguments.strategy)
+    usual_name = DEFAULT_OBJECT if DEFAULT_OBJECT in usual else usual[0]
+    name = usual_name if arguments.object is None else arguments.object
     shape, design = parse_object(name), load_robot(arguments)
+    strategy = get_strategy(arguments.strategy, design, shape, arguments.stage)
+    _check_stage(strategy, arguments.stage)
     check_object(strategy, design, shape, name)
     _warn_heavy(strategy, design, shape)
     _warn_unchecked(design)
@@ -74,7 +81,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
     missing, video = None, not arguments.no_video
     with open_out(arguments.out, "grasp", list_files(video=video)) as output, show_progress(sys.stderr) as progress:
-        trial = _run_trial(arguments, design, shape, progress)
+        with name_able(design, shape, strategy):
+            trial = _run_trial(arguments, design, shape, progress)
         if output is None:
             result = compute_result(trial, name)
         else:
@@ -93,9 +101,20 @@ def _run_trial(arguments: argparse.Namespace, design: TrunkDesign, shape: Object
     from spiraltrunk.workflows.grasp.trial import run_trial
 
     return run_trial(
-        design, shape, strategy=arguments.strategy, seed=arguments.seed,
+        design, shape, strategy=arguments.strategy, stage=arguments.stage, seed=arguments.seed,
         watch=lambda seen, status: progress(status.phase, 0, 0),
     )  # fmt: skip
+
+
+def _check_stage(strategy: Strategy[Any], stage: str | None) -> None:
+    """Refuse a stage on which a strategy does not grasp.
+
+    Raises:
+        UsageError: with the stage on which it does.
+    """
+    if stage not in (None, strategy.support):
+        allowed = f"{strategy.support}, where {strategy.name} grasps; or auto, which chooses a strategy for the stage"
+        raise UsageError(f"--stage: {stage} given; allowed: {allowed}")
 
 
 def _warn_heavy(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec) -> None:
@@ -133,7 +152,19 @@ def format_verdict(result: dict[str, Any]) -> str:
         ("speed", f"{_scaled(result['real_time_factor'])} times real time"),
     ]
     title = f"{result['strategy']}, {result['object']}, seed {result['seed']}: {head}"
-    return format_table(rows, title=title, indent=2)
+    return format_table(rows, title=title, indent=2) + _format_choice(result)
+
+
+def _format_choice(result: dict[str, Any]) -> str:
+    """What a run that chose its strategy tried and ranked; empty for another."""
+    from spiraltrunk.report import format_table
+
+    if "candidates" not in result:
+        return ""
+    tries = [(each["strategy"], each["outcome"]) for each in result["attempts"]]
+    ranked = [(each["strategy"], f"{each['score']:.2f}", each["reason"]) for each in result["candidates"]]
+    tried = f"\n{format_table(tries, title='tried', indent=2)}" if tries else ""
+    return f"{tried}\n{format_table(ranked, title='ranked', indent=2)}"
 
 
 def _scaled(value: float | None, factor: float = 1.0) -> str:

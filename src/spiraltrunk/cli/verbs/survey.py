@@ -22,7 +22,11 @@ def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
     parser = add_parser(verbs, "survey", _run, "run randomised trials and count how often each strategy succeeds")
     parser.add_argument(
-        "--strategies", type=read_text, default="all", metavar="NAMES", help="all (default), or names with commas"
+        "--strategies",
+        type=read_text,
+        default="all",
+        metavar="NAMES",
+        help="all nine (default), or names with commas, auto among them",
     )
     parser.add_argument(
         "--trials", type=read_count, default=50, metavar="N", help="trials of each strategy (default 50)"
@@ -83,14 +87,15 @@ def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
     """
     from spiraltrunk import strategies
     from spiraltrunk.sim.objects.catalogue import parse_object
+    from spiraltrunk.workflows.grasp.auto import get_strategy, list_objects
     from spiraltrunk.workflows.survey.plan import SurveyPlan
 
     design = load_robot(arguments)
     names = strategies.NAMES if arguments.strategies == "all" else arguments.strategies.split(",")
-    objects = {name: strategies.get(name).objects for name in (name.strip() for name in names)}
+    objects = {name: list_objects(name) for name in (name.strip() for name in names)}
     if arguments.object is not None:
         shape = parse_object(arguments.object)
         for name in objects:
-            check_object(strategies.get(name), design, shape, arguments.object)
+            check_object(get_strategy(name, design, shape), design, shape, arguments.object)
         objects = dict.fromkeys(objects, (arguments.object,))
     return SurveyPlan(objects=objects, trials=arguments.trials, seed=arguments.seed, design=design)

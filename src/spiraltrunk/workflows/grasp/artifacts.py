@@ -18,6 +18,8 @@ from spiraltrunk.files.results import Progress, format_json, ignore_progress, re
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_plots
 from spiraltrunk.strategies.moves import PHASES
+from spiraltrunk.workflows.grasp.choose import Candidate
+from spiraltrunk.workflows.grasp.last_try import list_attempts, list_candidates
 from spiraltrunk.workflows.grasp.pictures import write_failure, write_film, write_strip
 from spiraltrunk.workflows.grasp.trial import Trial
 
@@ -84,7 +86,19 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
         "versions": read_versions("mujoco", "mink", "numpy"),
         "files": list(files),
     }
+    candidates = list_candidates(trial.log)
+    if candidates is not None:
+        figures |= _compute_choice(candidates, trial)
     return {key: to_json(value) for key, value in figures.items()}
+
+
+def _compute_choice(candidates: tuple[Candidate, ...], trial: Trial) -> dict[str, Any]:
+    """What a run that chose its strategy ranked and tried."""
+    tries = (
+        {"strategy": each.strategy, "start_s": each.began, "outcome": each.outcome or trial.verdict.reason}
+        for each in list_attempts(trial.log)
+    )
+    return {"candidates": [asdict(each) for each in candidates], "attempts": list(tries)}
 
 
 def _compute_front_figures(trial: Trial) -> dict[str, float | bool | None]:

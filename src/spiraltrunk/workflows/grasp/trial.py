@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, final
 
-from spiraltrunk import strategies
 from spiraltrunk.control.loop import RunLog, run
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Status, Strategy
@@ -18,9 +17,9 @@ from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.grasp.evidence import Evidence
+from spiraltrunk.workflows.grasp.auto import get_strategy
 from spiraltrunk.workflows.grasp.ground import choose_ground
-from spiraltrunk.workflows.grasp.jobs import JOBS
+from spiraltrunk.workflows.grasp.last_try import evaluate
 from spiraltrunk.workflows.grasp.verdict import Verdict
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
@@ -52,13 +51,15 @@ def run_trial(
     shape: ObjectSpec,
     *,
     strategy: str | Strategy[Any] = "wrap-vertical",
+    stage: str | None = None,
     seed: int = 0,
     spread: Spread | None = None,
     watch: Callable[[Observation, Status], None] | None = None,
 ) -> Trial:
     """Draw a scene, run a strategy in it, by its name or one of your own, and evaluate the outcome.
 
-    ``spread`` says how far scenes differ; ``watch`` is called after every step.
+    ``stage`` is for "auto", which chooses a strategy: "ground" by default, or "hung". ``spread`` says how far scenes
+    differ; ``watch`` is called after every step.
 
     Raises:
         UnknownName: for a strategy that does not exist.
@@ -66,7 +67,7 @@ def run_trial(
         ModelError: where the strategy cannot plan for the object.
         RunError: where the simulation diverges or does not end.
     """
-    chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
+    chosen = get_strategy(strategy, design, shape, stage) if isinstance(strategy, str) else strategy
     options = draw_scene(shape, seed, strategy=chosen, spread=spread)
     return run_scene(design, options, strategy=chosen, seed=seed, watch=watch)
 
@@ -95,5 +96,5 @@ def run_scene(
     factor = plant.trace[-1].time / (time.perf_counter() - began)
     return Trial(
         strategy=strategy.name, seed=seed, options=options, plant=plant, log=log,
-        verdict=JOBS[strategy.job](Evidence.from_run(plant, log)), real_time_factor=factor,
+        verdict=evaluate(plant, log, strategy.job), real_time_factor=factor,
     )  # fmt: skip

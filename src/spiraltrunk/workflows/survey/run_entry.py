@@ -6,13 +6,13 @@ import time
 from collections.abc import Sequence
 from itertools import groupby
 
-from spiraltrunk import strategies
 from spiraltrunk.control.strategy import Status
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.results import to_json
 from spiraltrunk.processes.worker import format_error
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.workflows.grasp.auto import get_strategy
 from spiraltrunk.workflows.grasp.cause import find_error_cause
 from spiraltrunk.workflows.grasp.trial import Trial, run_scene
 from spiraltrunk.workflows.grasp.world import draw_scene
@@ -31,8 +31,9 @@ def compute_row(entry: Entry, design: TrunkDesign = presets.PAPER) -> Row:
     began = time.perf_counter()
     row = build_empty_row(entry)
     try:
-        strategy = strategies.get(entry.strategy)
-        scene = draw_scene(parse_object(entry.object), entry.seed, strategy=strategy)
+        shape = parse_object(entry.object)
+        strategy = get_strategy(entry.strategy, design, shape)
+        scene = draw_scene(shape, entry.seed, strategy=strategy)
         row["width_m"], row["mass_kg"], row["friction"] = scene.shape.width, scene.shape.mass, scene.shape.friction
         row["stiffness_factor"] = scene.trunk.stiffness_factor
         row |= _summarise(run_scene(design, scene, strategy=strategy, seed=entry.seed))

@@ -1,0 +1,62 @@
+"""Assessment of a task by a strategy of this package, and the frames of the base that it will go through."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from spiraltrunk.control.messages import Observation, Task
+from spiraltrunk.control.strategy import Assessment, Strategy
+from spiraltrunk.strategies.fingertip.assess import assess_fingers
+from spiraltrunk.strategies.fingertip.cycle import TipStrategy
+from spiraltrunk.strategies.fingertip.plan import gripping_base
+from spiraltrunk.strategies.move_strategy import MoveState
+from spiraltrunk.strategies.scores import refuse
+from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.strategies.wrap.assess import assess_hung, assess_standing
+from spiraltrunk.strategies.wrap.hung import WrapVertical
+from spiraltrunk.strategies.wrap.standing import StandingWrap
+
+
+def assess(strategy: Strategy[Any], task: Task) -> Assessment:
+    """Predict whether a strategy can do a task, from the announced object and the design alone.
+
+    The plan of its moves and the arm's reach are not considered.
+    """
+    if isinstance(strategy, TipStrategy):
+        return assess_fingers(strategy, task)
+    if isinstance(strategy, StandingWrap):
+        return assess_standing(task)
+    if isinstance(strategy, WrapVertical):
+        return assess_hung(task)
+    return refuse(f"{strategy.name} has no model that could tell")
+
+
+def plan_frames(strategy: Strategy[Any], observation: Observation) -> list[np.ndarray]:
+    """Frames of the trunk's base at the ends of the moves that a strategy plans, each of shape (4, 4) [-, m].
+
+    Raises:
+        ModelError: where the robot cannot do what the task asks.
+    """
+    state = strategy.init(observation)
+    rotation, frames = observation.T_world_base[:3, :3], []
+    for move in state.sequence.moves if isinstance(state, MoveState) else ():
+        rotation = rotation if move.rotation is None else move.rotation
+        frames.append(_frame(rotation, move.position))
+    return [*frames, *_grip_frames(observation)] if isinstance(strategy, TipStrategy) else frames
+
+
+def _grip_frames(observation: Observation) -> list[np.ndarray]:
+    """Frames of a grip from above, which is planned only when the object has been observed: grip, lift, carry, put."""
+    goal, rotation = observation.task.goal, observation.T_world_base[:3, :3]
+    grip = gripping_base(observation.task, seen_position(observation))
+    lifted = grip + np.array([0.0, 0.0, goal.lift])
+    put = gripping_base(observation.task, goal.place)
+    return [_frame(rotation, at) for at in (grip, lifted, lifted + goal.aside, put)]
+
+
+def _frame(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rotation, position
+    return T

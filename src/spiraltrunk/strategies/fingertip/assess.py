@@ -1,0 +1,74 @@
+"""Assessment of the strategies that grip with the fingers at the tip: opening, friction, and the flip."""
+
+from __future__ import annotations
+
+from spiraltrunk.control.messages import Task
+from spiraltrunk.control.strategy import Assessment
+from spiraltrunk.design.gripper import GripperDesign
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.errors import ModelError
+from spiraltrunk.strategies.fingertip.cycle import TipStrategy
+from spiraltrunk.strategies.fingertip.finger_model import closing_tension
+from spiraltrunk.strategies.fingertip.flip_grip import TURN, FlipGrip, find_flip
+from spiraltrunk.strategies.fingertip.plan import tip_height
+from spiraltrunk.strategies.fingertip.tip_grip import Pinch
+from spiraltrunk.strategies.object_measures import height_of, widths_between
+from spiraltrunk.strategies.scores import accept, margin_factor, refuse
+
+RATE = 0.98
+"""Rate of success with ample margins [-]: pinch and tip grip over their catalogue (docs/validation/strategies.md)."""
+FLIP = 0.95
+"""Factor of the flip, a motion more than the tip grip's [-] (ours)."""
+OTHER_SHAPE = 0.97
+"""Factor of a pinch of a compact object, and of a tip grip of an elongated one [-] (ours): the grips are the same, and
+their names tell the objects that they are meant for."""
+ELONGATED = 1.5
+"""Ratio of the widths seen from above from which an object counts as elongated [-]."""
+BAND = 0.35
+"""Part of a finger's length that touches the object [-] (ours): about the last phalanx."""
+AMPLE_OPENING = 0.10
+"""Part of the opening that is left beside an object with an ample margin [-]."""
+AMPLE_GRIP = 0.6
+"""Part of the friction that is left with an ample margin [-]: trials draw down to 0.5 of an announced 0.8."""
+
+
+def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
+    """Whether the fingers open round the object and hold its weight by friction."""
+    gripper, target = task.design.gripper, task.target
+    if gripper is None:
+        return refuse("the trunk has no gripper")
+    if task.goal.ground is None:
+        return refuse("the object hangs; the fingers take what rests on the ground")
+    least, most = widths_between(target, *grip_band(gripper, height_of(target)))
+    open_ = gripper.grasp_width
+    if least > open_:
+        by, widest = 1e3 * (least - open_), 1e3 * open_
+        return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * least:.0f} mm, they open {widest:.0f} mm")
+    weight, hold = target.mass * GRAVITY, target.friction * grip_force(gripper)
+    if weight > hold:
+        return refuse(f"would slip: it weighs {weight:.2g} N, the fingers hold {hold:.2g} N by friction")
+    try:
+        tip_height(task)
+        if isinstance(strategy, FlipGrip):
+            find_flip(task.design, target.mass, TURN)
+    except ModelError as error:
+        return refuse(str(error))
+    factors = {
+        "opening": margin_factor(1 - least / open_, AMPLE_OPENING),
+        "friction": margin_factor(1 - weight / hold, AMPLE_GRIP),
+        "shape": 1.0 if isinstance(strategy, Pinch) == (most > ELONGATED * least) else OTHER_SHAPE,
+        "flip": FLIP if isinstance(strategy, FlipGrip) else 1.0,
+    }
+    across = f"the fingers open {1e3 * open_:.0f} mm round {1e3 * least:.0f} mm"
+    return accept(RATE, factors, f"{across} and hold {hold:.2g} N by friction, it weighs {weight:.2g} N")
+
+
+def grip_force(gripper: GripperDesign) -> float:
+    """Sum of the normal forces of all fingertips at the largest tension, the fingers straight [N]."""
+    return gripper.n_finger * gripper.tension_max / closing_tension(gripper, gripper.mount_radius, 1.0)
+
+
+def grip_band(gripper: GripperDesign, height: float) -> tuple[float, float]:
+    """Lowest and highest point above the ground that the closed fingers touch on an object of ``height`` [m]."""
+    low = max(0.0, height - (1.0 - BAND) * gripper.finger_length)
+    return low, min(height, low + BAND * gripper.finger_length)

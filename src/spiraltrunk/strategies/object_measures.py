@@ -1,0 +1,69 @@
+"""Measures of an announced object as it stands: extents over the height, centre of mass, force that topples it.
+
+They are read from the target's profile. A target without one counts as a prism of its width and length.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from spiraltrunk.control.messages import Target
+from spiraltrunk.design.rules import GRAVITY
+
+_UPRIGHT = 0.7
+"""Least vertical part of the axis of an object that stands [-]."""
+
+
+def is_upright(target: Target) -> bool:
+    """Whether the object's axis is nearer to the vertical than to the horizontal."""
+    return abs(float(target.axis[2])) > _UPRIGHT
+
+
+def height_of(target: Target) -> float:
+    """Extent upwards [m]."""
+    profile = target.profile
+    if profile is not None:
+        return profile.total_height
+    return target.length if is_upright(target) else target.width
+
+
+def widths_between(target: Target, low: float, high: float) -> tuple[float, float]:
+    """Least and largest horizontal width of the part from ``low`` to ``high`` above the ground [m].
+
+    The least is that in the direction across which the part is narrowest; both are of its widest section.
+    """
+    profile = target.profile
+    if profile is None:
+        most = target.width if is_upright(target) or target.kind == "sphere" else target.length
+        return target.width, most
+    heights = np.clip(np.linspace(low, high, 9), profile.height[0], profile.height[-1])
+    least, most = (np.interp(heights, profile.height, width) for width in (profile.width_least, profile.width_most))
+    return float(least.max()), float(most.max())
+
+
+def center_height_of(target: Target) -> float:
+    """Height of the centre of mass above the ground [m]."""
+    profile = target.profile
+    return height_of(target) / 2 if profile is None else float(profile.center_height)
+
+
+def topple_angle_of(target: Target) -> float:
+    """Least angle by which the object must tilt to fall over [rad]; 0 for one that rolls."""
+    profile = target.profile
+    if profile is not None:
+        return float(profile.topple_angle)
+    rolls = target.kind == "sphere" or (target.kind != "box" and not is_upright(target))
+    return 0.0 if rolls else math.atan2(target.width, height_of(target))
+
+
+def topple_force(target: Target, height: float) -> float:
+    """Least horizontal force at ``height`` above the ground [m] that topples the object [N].
+
+    F = m g d / h, with the horizontal distance d of the centre of mass from the edge over which the object tilts.
+    """
+    lever = center_height_of(target) * math.tan(topple_angle_of(target))
+    if target.profile is not None:
+        lever = target.profile.support_radius
+    return target.mass * GRAVITY * lever / max(height, 1e-6)

@@ -1,0 +1,37 @@
+"""Scores of assessments: the predicted chance of success as a base rate times one factor for each margin."""
+
+from __future__ import annotations
+
+from spiraltrunk.control.strategy import Assessment
+
+AT_LIMIT = 0.5
+"""Factor of a margin that is used up [-] (ours)."""
+
+
+def refuse(reason: str) -> Assessment:
+    """The assessment of a task that the strategy cannot do."""
+    return Assessment(feasible=False, score=0.0, reason=reason)
+
+
+def margin_factor(margin: float, ample: float) -> float:
+    """Factor of a margin: AT_LIMIT at 0 or less, linear up to 1 at ``ample``, of the margin's unit [-]."""
+    return AT_LIMIT + (1 - AT_LIMIT) * min(1.0, max(0.0, margin / ample))
+
+
+def accept(rate: float, factors: dict[str, float], reason: str) -> Assessment:
+    """The assessment of a feasible task.
+
+    Args:
+        rate: measured rate of success where all margins are ample [-].
+        factors: factor of each margin, as of `margin_factor`, under what limits it [-].
+        reason: what decides, in words and numbers.
+    """
+    score = rate
+    for factor in factors.values():
+        score *= factor
+    return Assessment(feasible=True, score=score, reason=reason)
+
+
+def format_mm(length: float) -> str:
+    """A length in millimetres, in centimetres from 10 cm on."""
+    return f"{1e2 * length:.0f} cm" if length >= 0.1 else f"{1e3 * length:.0f} mm"

@@ -1,0 +1,98 @@
+"""Assessment of the wraps: width, weight, proportions and the push that topples a standing object."""
+
+from __future__ import annotations
+
+from spiraltrunk.control.messages import Task
+from spiraltrunk.control.strategy import Assessment
+from spiraltrunk.design.rules import graspable_range, payload
+from spiraltrunk.strategies.object_measures import height_of, is_upright, topple_angle_of, topple_force, widths_between
+from spiraltrunk.strategies.scores import accept, margin_factor, refuse
+
+HUNG_RATE, STANDING_RATE = 0.98, 0.94
+"""Rates of success with ample margins [-]: strategy 1, and the mean of strategies 4 to 6, over their catalogue
+(docs/validation/strategies.md)."""
+TOUCH_FORCE = 0.10
+"""Horizontal force of the trunk's tail as it touches a standing object [N] (ours)."""
+AMPLE_TOPPLE = 0.4
+"""Force beyond it by which an object stands with an ample margin [N] (ours)."""
+TOUCH_HEIGHT = 0.6
+"""Height of the touch over the object's height [-] (ours)."""
+FLAT = 3.5
+"""Largest ratio of the widths seen from above that a loop holds [-] (ours)."""
+AMPLE_WIDTH = 0.15
+"""Distance from the ends of the graspable range with an ample margin, over the width [-] (ours): trials draw 10 %."""
+AMPLE_LOAD = 0.5
+"""Part of the payload that is left with an ample margin [-] (ours)."""
+SHORT = 1.5
+"""Least length of a hung object over its width [-] (ours): a shorter one slips out of the loop sideways."""
+
+
+def assess_hung(task: Task) -> Assessment:
+    """Whether the trunk can wrap an object on strings: width, payload and length along its axis."""
+    design, target = task.design, task.target
+    if task.goal.ground is not None:
+        return refuse("the object rests on the ground; this wrap takes one that hangs")
+    unfit = _find_misfit(task, target.width)
+    if unfit is not None:
+        return refuse(unfit)
+    ratio = target.length / target.width
+    if ratio < SHORT:
+        return refuse(f"too short to stay in the loop: {ratio:.2g} times as long as wide, {SHORT:g} needed")
+    return accept(HUNG_RATE, _margins(task, target.width), _describe(task, target.width, payload(design, target.width)))
+
+
+def assess_standing(task: Task) -> Assessment:
+    """Whether the trunk can wrap an object on the ground: width, payload, proportions, and the push that topples it.
+
+    Whether it is tall enough for the housing to clear the ground is for the plan of the moves.
+    """
+    design, target = task.design, task.target
+    if task.goal.ground is None:
+        return refuse("the object hangs; this wrap takes one that stands on the ground")
+    if target.kind != "sphere" and not is_upright(target):
+        return refuse("the object lies; this wrap takes one that stands")
+    height = height_of(target)
+    least, most = widths_between(target, 0.25 * height, 0.75 * height)
+    unfit = _find_misfit(task, most)
+    if unfit is not None:
+        return refuse(unfit)
+    if most > FLAT * least:
+        return refuse(f"too flat for a loop: {1e3 * most:.0f} x {1e3 * least:.0f} mm, at most {FLAT:g} to 1")
+    if topple_angle_of(target) == 0.0:
+        return refuse("would roll away: nothing keeps it in place as the trunk touches it")
+    force = topple_force(target, TOUCH_HEIGHT * height)
+    if force < TOUCH_FORCE:
+        return refuse(f"would topple at {force:.2g} N; the trunk touches with up to {TOUCH_FORCE:g} N")
+    factors = _margins(task, most) | {"topple": margin_factor(force - TOUCH_FORCE, AMPLE_TOPPLE)}
+    stands = f"topples at {force:.2g} N"
+    return accept(STANDING_RATE, factors, f"{_describe(task, most, payload(design, most))}; {stands}")
+
+
+def _find_misfit(task: Task, width: float) -> str | None:
+    """What of width or mass is out of the trunk's range; None where nothing is."""
+    least, most = graspable_range(task.design)
+    if width > most:
+        by = 1e3 * (width - most)
+        return f"too wide for the trunk by {by:.0f} mm: {1e3 * width:.0f} mm, it wraps {1e3 * most:.0f} mm"
+    if width < least:
+        by = 1e3 * (least - width)
+        return f"too thin for the trunk by {by:.0f} mm: {1e3 * width:.0f} mm, it wraps {1e3 * least:.0f} mm or more"
+    heaviest = payload(task.design, width)
+    if task.target.mass > heaviest:
+        by = 1e3 * (task.target.mass - heaviest)
+        return f"too heavy by {by:.0f} g: the trunk holds {1e3 * heaviest:.0f} g at that width"
+    return None
+
+
+def _margins(task: Task, width: float) -> dict[str, float]:
+    least, most = graspable_range(task.design)
+    return {
+        "width": margin_factor(min(most - width, width - least) / width, AMPLE_WIDTH),
+        "load": margin_factor(1 - task.target.mass / payload(task.design, width), AMPLE_LOAD),
+    }
+
+
+def _describe(task: Task, width: float, heaviest: float) -> str:
+    least, most = (1e3 * limit for limit in graspable_range(task.design))
+    fits = f"{1e3 * width:.0f} mm wide, the trunk wraps {least:.0f} to {most:.0f} mm"
+    return f"{fits}; {1e3 * task.target.mass:.0f} g, it holds {1e3 * heaviest:.0f} g"

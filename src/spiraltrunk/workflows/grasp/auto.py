@@ -1,0 +1,338 @@
+"""A strategy that chooses: the best candidate is tried, and after a failed try the next, in the same world.
+
+A try has failed where its strategy gives up, where the camera sees the object low during the hold, or away from its
+place at the end. Then the trunk lets go and the arm goes back to where it began. The camera looks once more: an object
+that has fallen over is another one to the models. The candidates that were not tried yet are ranked for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+
+from spiraltrunk import strategies
+from spiraltrunk.control.messages import Command, Observation, Target, Task
+from spiraltrunk.control.plant import CONTROL_PERIOD
+from spiraltrunk.control.strategy import Milestone, Status, Strategy
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError, UnknownName
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.sim.objects.catalogue import ObjectSpec
+from spiraltrunk.sim.objects.presentation import natural_orientation
+from spiraltrunk.sim.objects.profile import compute_profile
+from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.strategies.moves import Move, MoveSequence, advance, begin, command_at, fraction
+from spiraltrunk.strategies.push.sweep import with_task
+from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.workflows.grasp.choose import Candidate, list_strategies, rank
+
+AUTO = "auto"
+"""Name of the strategy that chooses."""
+
+MOST_TRIES = 3
+"""Largest number of tries [-] (ours)."""
+LATEST = 170.0
+"""Time after which no further try begins [s] (ours): a run ends at 300 s."""
+RISEN = 0.5
+"""Part of the lift below which an object that is seen during the hold was dropped [-]."""
+LET_GO_TIME = 1.5
+"""Time in which the trunk lets go [s] (ours)."""
+BACK_SPEED = 0.15
+"""Mean speed of the base on its way back [m/s] (ours)."""
+LOOK_TIME = 1.6
+"""Time in which the camera looks again [s] (ours): three observations."""
+
+STANDS = math.radians(5.0)
+"""Least angle of toppling of an object that is left standing on end [rad] (ours)."""
+
+TALL, COMPACT = 0.06, 1.5
+"""Least height [m], and largest ratio of the widths seen from above [-], of an object on its side that counts as
+standing (ours): a wrap may take it, and fingers need not turn across it."""
+
+_FALLEN = 0.7
+"""Cosine of the angle between seen and announced axis below which an object has fallen over [-]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class Attempt:
+    """A try with one strategy."""
+
+    strategy: str
+    """Name of the strategy."""
+    began: float
+    """Time at which it began [s]."""
+    task: Task
+    """Its task, with the object as it was seen then."""
+    candidates: tuple[Candidate, ...]
+    """The ranking that it was taken from."""
+    outcome: str = ""
+    """Why it failed; empty for one that did not."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class AutoState:
+    """What the strategy remembers."""
+
+    candidates: tuple[Candidate, ...]
+    """The ranking before anything moved."""
+    attempts: tuple[Attempt, ...] = ()
+    """Tries, the present one last."""
+    inner: Any = None
+    """State of the present try's strategy."""
+    back: MoveSequence | None = None
+    """Moves that bring the arm back after a failed try."""
+    T_home: np.ndarray
+    """Frame of the base at the start, shape (4, 4) [-, m]."""
+    command: Command
+    """The last command."""
+    velocity: np.ndarray
+    """Velocity of the base that the last two commanded, shape (3,) [m/s]."""
+    low: float = 0.0
+    """Height of the object as seen before the present try [m]."""
+    is_done: bool = False
+    """Whether the strategy has ended."""
+    gave_up: str | None = None
+    """Why it ended before its goal, if it did."""
+
+
+Ranking = Callable[[Observation, tuple[str, ...]], tuple[Candidate, ...]]
+"""The ranking of an observed task without the strategies that were tried."""
+
+
+@final
+class Auto(Strategy[AutoState]):
+    """The best strategy for the object and its stage, and after a failed try the next.
+
+    Args:
+        design: the trunk.
+        stage: "ground" or "hung".
+        orientation: of the object on the ground, "upright" or "lying".
+        ranking: how candidates are found; by their models and the arm's reach by default.
+    """
+
+    name = AUTO
+    number = 0
+    needs_camera = True
+    holds = "fingers"
+    job = "grasp"
+    objects = (
+        "cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70", "rod-20", "bar-20x20", "ball-30",
+        "cube-28", "cylinder-32", "cone-35",
+    )  # fmt: skip
+
+    def __init__(
+        self, design: TrunkDesign, stage: str = "ground", orientation: str = "upright", ranking: Ranking | None = None
+    ) -> None:
+        list_strategies(stage)  # Refuses an unknown stage.
+        self.support = stage
+        self.orientation = orientation if stage == "ground" else "lying"
+        self.position = (0.46, 0.12) if stage == "ground" else None
+        self._rank = _rank_with(ArmReach(design)) if ranking is None else ranking
+
+    def widths(self, design: TrunkDesign) -> tuple[float, float]:
+        """Any width: the ranking decides [m]."""
+        return 0.0, math.inf
+
+    def init(self, observation: Observation) -> AutoState:
+        """Rank the candidates and plan the first try."""
+        state = AutoState(
+            candidates=self._rank(observation, ()), T_home=observation.T_world_base, velocity=np.zeros(3),
+            command=Command(
+                T_world_base=observation.T_world_base, cable_tension=np.zeros(observation.cable_tension.shape)
+            ),
+        )  # fmt: skip
+        return _begin_try(state, state.candidates, observation, observation.task)
+
+    def step(self, state: AutoState, observation: Observation) -> tuple[AutoState, Command]:
+        """Go on with the present try, or with the way back from a failed one."""
+        if not state.is_done:
+            state = self._go_back(state, observation) if state.back is not None else self._try(state, observation)
+        if state.is_done:
+            return state, state.command
+        if state.back is not None:
+            return _remember(state, command_at(state.back, observation.time))
+        attempt = state.attempts[-1]
+        inner, command = strategies.get(attempt.strategy).step(state.inner, with_task(observation, attempt.task))
+        return _remember(replace(state, inner=inner), command)
+
+    def status(self, state: AutoState) -> Status:
+        """Status of the present try; of the way back, "reach" without a milestone."""
+        if state.is_done or not state.attempts:
+            done = {} if state.inner is None else {"milestone": self._inner_status(state).milestone}
+            return Status(phase="release", action="end", is_done=True, gave_up=state.gave_up, **done)
+        if state.back is not None:
+            return Status(phase="reach", action=state.back.move.action)
+        return replace(self._inner_status(state), is_done=False, gave_up=None)
+
+    def _inner_status(self, state: AutoState) -> Status:
+        return strategies.get(state.attempts[-1].strategy).status(state.inner)
+
+    def _try(self, state: AutoState, observation: Observation) -> AutoState:
+        """End the present try where it succeeded or failed."""
+        status = self._inner_status(state)
+        failure = _find_failure(state, status, observation)
+        if failure is not None:
+            return _fail(state, failure, observation)
+        return replace(state, is_done=True) if status.is_done else state
+
+    def _go_back(self, state: AutoState, observation: Observation) -> AutoState:
+        """Next move of the way back; at its end the next try."""
+        assert state.back is not None
+        if fraction(state.back, observation.time) < 1.0:
+            return state
+        if not state.back.is_last:
+            return replace(state, back=advance(state.back, observation.time))
+        tried = tuple(attempt.strategy for attempt in state.attempts)
+        task = task_as_seen(observation)
+        seen = with_task(observation, task)
+        return _begin_try(replace(state, back=None), self._rank(seen, tried), seen, task)
+
+
+def get_strategy(name: str, design: TrunkDesign, shape: ObjectSpec, stage: str | None = None) -> Strategy[Any]:
+    """The strategy called ``name`` for a trunk and an object; "auto", on the ground or hung, among them.
+
+    Raises:
+        UnknownName: lists the names.
+    """
+    list_objects(name)  # Refuses an unknown name.
+    if name != AUTO:
+        return strategies.get(name)
+    return Auto(design, "ground" if stage is None else stage, find_orientation(shape))
+
+
+def list_objects(name: str) -> tuple[str, ...]:
+    """Objects of the catalogue for which a strategy is meant, "auto" among them.
+
+    Raises:
+        UnknownName: lists the names.
+    """
+    if name != AUTO and name not in strategies.NAMES:
+        raise UnknownName("strategy", name, (*strategies.NAMES, AUTO))
+    return Auto.objects if name == AUTO else strategies.get(name).objects
+
+
+def find_orientation(shape: ObjectSpec) -> str:
+    """How an object on the ground is described: "upright" by its vertical axis, or "lying" by its level one.
+
+    It rests as its measures or its file say, whatever the description. Only what would hardly stand is laid down,
+    unless a pose was asked for.
+    """
+    if natural_orientation(shape) == "upright":
+        would_fall = shape.kind != "sphere" and compute_profile(shape).topple_angle < STANDS
+        return "lying" if would_fall and not shape.pose else "upright"
+    length, across, height = shape.size
+    return "upright" if height >= TALL and length <= COMPACT * across else "lying"
+
+
+def task_as_seen(observation: Observation) -> Task:
+    """The task with the object where and as it is seen, its place kept.
+
+    The axis has no sign. An object that neither stands nor lies as announced is taken as it leans.
+    """
+    task, camera = observation.task, observation.camera
+    if camera is None:
+        return task
+    target, goal = _target_as_seen(task, camera.axis, camera.position), task.goal
+    rise = float(target.position[2] - task.target.position[2]) if goal.ground is not None else 0.0
+    place = goal.place + np.array([0.0, 0.0, rise])
+    return replace(task, target=target, goal=replace(goal, place=place))
+
+
+def _target_as_seen(task: Task, axis: np.ndarray, position: np.ndarray) -> Target:
+    target, ground = task.target, task.goal.ground
+    along = float(np.dot(axis, target.axis))
+    stood = abs(float(target.axis[2])) > _FALLEN
+    if ground is None or target.kind == "sphere":
+        return replace(target, position=position)
+    if stood and abs(along) > _FALLEN:
+        return replace(target, position=np.array([*position[:2], target.position[2]]))
+    if stood:
+        flat = axis * [1.0, 1.0, 0.0]
+        axis, height = flat / np.linalg.norm(flat), target.width / 2
+    else:
+        is_up = abs(float(axis[2])) > _FALLEN
+        axis, height = (np.array([0.0, 0.0, 1.0]), target.length / 2) if is_up else (axis, target.width / 2)
+    return replace(target, position=np.array([*position[:2], ground + height]), axis=axis)
+
+
+def _rank_with(reach: ArmReach) -> Ranking:
+    return lambda observation, tried: rank(observation, reach, but=tried)
+
+
+def _remember(state: AutoState, command: Command) -> tuple[AutoState, Command]:
+    way = command.T_world_base[:3, 3] - state.command.T_world_base[:3, 3]
+    return replace(state, command=command, velocity=way / CONTROL_PERIOD), command
+
+
+def _begin_try(state: AutoState, candidates: tuple[Candidate, ...], observation: Observation, task: Task) -> AutoState:
+    """Plan the first feasible candidate that has a plan, or end where there is none."""
+    low = float(seen_position(observation)[2])
+    for best in (each.strategy for each in candidates if each.feasible):
+        try:
+            inner = strategies.get(best).init(observation)
+        except ModelError:
+            continue
+        attempt = Attempt(strategy=best, began=observation.time, task=task, candidates=candidates)
+        return replace(state, attempts=(*state.attempts, attempt), inner=inner, low=low)
+    return replace(state, is_done=True, gave_up=_describe_end(state, candidates))
+
+
+def _describe_end(state: AutoState, candidates: tuple[Candidate, ...]) -> str:
+    reasons = "; ".join(f"{each.strategy}: {each.reason}" for each in candidates)
+    if not state.attempts:
+        return f"no strategy can take it: {reasons}"
+    last = state.attempts[-1]
+    return f"{last.strategy}: {last.outcome}" + (f"; no other can take it: {reasons}" if reasons else "")
+
+
+def _find_failure(state: AutoState, status: Status, observation: Observation) -> str | None:
+    """Why the present try has failed; None where it goes on, or succeeded."""
+    if status.gave_up is not None:
+        return status.gave_up
+    camera, goal = observation.camera, state.attempts[-1].task.goal
+    if camera is None:
+        return None
+    if status.milestone is Milestone.HELD and camera.position[2] - state.low < RISEN * goal.lift:
+        return "the object is seen low while it should be held"
+    distance = float(np.linalg.norm((camera.position - goal.place)[:2]))
+    if status.is_done and distance > goal.zone:
+        return f"the object is seen {100 * distance:.0f} cm from its place"
+    return None
+
+
+def _fail(state: AutoState, outcome: str, observation: Observation) -> AutoState:
+    """End the present try and plan the way back; the last one ends the strategy."""
+    attempts = (*state.attempts[:-1], replace(state.attempts[-1], outcome=outcome))
+    state = replace(state, attempts=attempts)
+    if len(attempts) >= MOST_TRIES or observation.time > LATEST:
+        return replace(state, is_done=True, gave_up=f"{attempts[-1].strategy}: {outcome}")
+    return replace(state, back=_plan_way_back(state, observation))
+
+
+def _plan_way_back(state: AutoState, observation: Observation) -> MoveSequence:
+    """Let go, rise, return to the start and look."""
+    here, home = state.command.T_world_base[:3, 3], state.T_home[:3, 3]
+    held = np.minimum(state.command.cable_tension, np.maximum(observation.cable_tension, 0.0))
+    start = replace(state.command, cable_tension=held, cable_pull=None)
+    over = np.array([here[0], here[1], max(here[2], home[2])])
+    move = Move(
+        phase="reach", action="let go", duration=LET_GO_TIME, position=here, tension=np.zeros(held.shape), gripper=-1.0
+    )
+    rise = replace(move, action="rise", position=over, duration=_time_for(over - here))
+    back = replace(
+        rise, action="return", position=home, rotation=state.T_home[:3, :3], gripper=0.0,
+        duration=_time_for(home - over),
+    )  # fmt: skip
+    moves = (move, rise, back, replace(back, action="look again", duration=LOOK_TIME))
+    return replace(begin(moves, observation), start=start, velocity=state.velocity)
+
+
+def _time_for(way: np.ndarray) -> float:
+    return max(2.0, float(np.linalg.norm(way)) / BACK_SPEED)

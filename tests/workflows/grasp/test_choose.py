@@ -1,0 +1,105 @@
+"""The ranking: what fits a stage, the arm's reach, and one order for all."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.errors import UnknownName
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.workflows.grasp.choose import follow_frames, list_strategies, rank
+from spiraltrunk.workflows.grasp.ranking import find_able, rank_object
+
+ON_GROUND = {"pinch", "tip-grip", "flip-grip", "wrap-oblique-low", "wrap-oblique", "wrap-horizontal"}
+
+
+@pytest.fixture(scope="module")
+def reach():
+    return ArmReach(PAPER)
+
+
+def _observe(name, **options):
+    given = {"support": "ground", "orientation": "upright", "position": (0.46, 0.12, 0.0)} | options
+    return SimPlant(PAPER, SceneOptions(shape=parse_object(name), **given)).reset()
+
+
+def test_a_stage_has_the_strategies_that_lift_from_it():
+    assert set(list_strategies("ground")) == ON_GROUND
+    assert list_strategies("hung") == ("wrap-vertical",)
+    with pytest.raises(UnknownName, match="stage 'air'; known: hung, ground"):
+        list_strategies("air")
+
+
+def test_a_small_cube_is_for_the_fingers_first_the_plain_grip(reach):
+    found = rank(_observe("cube-28"), reach)
+    assert {each.strategy for each in found} == ON_GROUND
+    assert [each.strategy for each in found if each.feasible] == ["tip-grip", "pinch", "flip-grip"]
+    scores = [each.score for each in found]
+    assert scores == sorted(scores, reverse=True)
+    assert all(each.score == 0.0 and each.reason for each in found if not each.feasible)
+
+
+def test_a_standing_cylinder_is_for_the_wraps(reach):
+    found = rank(_observe("cylinder-90"), reach)
+    assert {each.strategy for each in found if each.feasible} == {"wrap-oblique-low", "wrap-oblique", "wrap-horizontal"}
+    assert "too wide for the fingers by 50 mm" in next(each.reason for each in found if each.strategy == "pinch")
+
+
+def test_what_was_tried_is_left_out(reach):
+    found = rank(_observe("cube-28"), reach, but=("tip-grip",))
+    assert found[0].strategy == "pinch"
+    assert "tip-grip" not in {each.strategy for each in found}
+
+
+def test_an_object_too_far_away_is_beyond_the_arm(reach):
+    found = rank(_observe("cube-28", position=(0.95, 0.12, 0.0)), reach)
+    assert not any(each.feasible for each in found)
+    grip = next(each for each in found if each.strategy == "tip-grip")
+    assert grip.reason.startswith("base beyond the arm's reach by ")
+    assert grip.reason.endswith(" cm")
+
+
+def test_the_reach_is_that_of_the_arms_inverse_kinematics(reach):
+    home = reach.T_base(reach.home)
+    near, far = home.copy(), home.copy()
+    near[:3, 3] = 0.46, 0.12, 1.2
+    far[:3, 3] = 0.46, 0.12, 2.2
+    assert follow_frames(reach, reach.home, [near]) == pytest.approx((0.0, 0.0), abs=1e-3)
+    short, _ = follow_frames(reach, reach.home, [near, far])
+    assert 0.5 < short < 1.0  # The arm with the hanging trunk's base ends at about 1.4 m.
+
+
+def test_the_ranking_is_the_same_every_time(reach):
+    seen = _observe("cube-28")
+    assert rank(seen, reach) == rank(seen, reach)
+
+
+def test_a_heavier_cube_scores_less(reach):
+    light, heavy = (rank(_observe(f"box:x_mm=28,y_mm=28,z_mm=28,mass_g={mass}"), reach)[0].score for mass in (20, 200))
+    assert heavy < light
+
+
+def test_an_object_without_a_plan_has_the_plans_reason():
+    low = next(
+        each for each in rank_object(PAPER, parse_object("cylinder:diameter_mm=150,height_mm=40,mass_g=300"))
+        if each.strategy == "wrap-horizontal"
+    )  # fmt: skip
+    assert not low.feasible
+    assert "mm tall; allowed" in low.reason
+
+
+def test_what_can_take_an_object_is_named_best_first():
+    assert find_able(PAPER, parse_object("cylinder-90"))[0] == "wrap-vertical"
+    assert find_able(PAPER, parse_object("cube-28")) == ("tip-grip", "pinch", "flip-grip")
+    assert find_able(PAPER, parse_object("sphere:diameter_mm=300,mass_g=900")) == ()
+
+
+def test_a_far_place_counts_too(reach):
+    seen = _observe("cube-28")
+    goal = replace(seen.task.goal, place=seen.task.goal.place + np.array([0.0, 0.6, 0.0]))
+    found = rank(replace(seen, task=replace(seen.task, goal=goal)), reach)
+    assert "beyond the arm's reach" in next(each.reason for each in found if each.strategy == "tip-grip")
