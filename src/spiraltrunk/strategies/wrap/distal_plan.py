@@ -5,9 +5,18 @@ stays open, and high, until the object is borne; it closes in the rise that test
 flattest at which the housing clears the ground. The wrapping sections keep their mean height while the trunk curls.
 
 Width and height of the object decide: the wider it is, the nearer to the base the wrap begins, and the further the
-trunk closes on the ground; the taller it is, the higher the wrap and the flatter its plane. From the height at which a
-full wrap is possible on, there is none to choose. Lengths are over the trunk's own where their unit is [-] and nothing
-else is said.
+trunk closes on the ground; the taller it is, the higher the wrap and the flatter its plane. Strategies 4 to 6 differ in
+the share of the height at which they wrap. Up to about 100 mm of height their plans are nearly the same, as the
+clearance of housing and trunk decides. The height from which they wrap in full, with the paper's trunk:
+
+| width | 4, 5 (oblique) | 6 (horizontal) |
+|---|---|---|
+| 40 mm | 150 mm | 164 mm |
+| 60 mm | 140 mm | 166 mm |
+| 80 mm | 130 mm | 180 mm |
+
+A plan exists from 40 to 65 mm of height on, by the width; below 80 mm none was tried. Lengths are over the trunk's own
+where their unit is [-] and nothing else is said.
 """
 
 from __future__ import annotations
