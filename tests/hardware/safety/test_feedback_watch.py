@@ -157,6 +157,8 @@ def test_an_angle_that_jumps_has_lost_its_count():
     for jump, is_lost in ((allowed - 1e-6, False), (allowed + 1e-6, True), (-allowed - 1e-6, True), (math.nan, True)):
         found = move([build(), build(time=DT, angle=jump)])
         assert (found == (1, FaultKind.COUNT_LOST)) == is_lost
+    _, found = watch_motion(MotionState(time=0.0), build(time=DT, angle=1.0), SHEET, LIMITS)
+    assert found.text == "the angle jumped by 1.00 rad in 2.0 ms; possible: 0.19 rad"
     assert move([build(angle=1.0, is_count_lost=True)]) == (0, FaultKind.COUNT_LOST)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -121,8 +122,9 @@ def test_torques_of_before_are_forgotten():
 def test_the_span_of_torques_decays_with_its_time_constant():
     state = StallState(angle=1.0, least=0.1, most=0.3)
     reading = CableReading(motor=build(angle=1.0, speed=0.0), torque=0.2)
-    after, _ = watch_stall(state, reading, DT, SHEET, LIMITS)
-    share = DT / LIMITS.blocked_memory
+    limits = replace(LIMITS, blocked_memory=0.5)
+    after, _ = watch_stall(state, reading, DT, SHEET, limits)
+    share = DT / 0.5
     assert (after.least, after.most) == pytest.approx((0.1 + 0.1 * share, 0.3 - 0.1 * share))
     after, _ = watch_stall(state, reading, 10.0, SHEET, LIMITS)
     assert (after.least, after.most) == (0.2, 0.2)
