@@ -27,7 +27,7 @@ def assess(strategy: Strategy[Any], task: Task) -> Assessment:
     if isinstance(strategy, TipStrategy):
         return assess_fingers(strategy, task)
     if isinstance(strategy, StandingWrap):
-        return assess_standing(task)
+        return assess_standing(strategy, task)
     if isinstance(strategy, WrapVertical):
         return assess_hung(task)
     return refuse(f"{strategy.name} has no model that could tell")

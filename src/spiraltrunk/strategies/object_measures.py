@@ -43,6 +43,14 @@ def widths_between(target: Target, low: float, high: float) -> tuple[float, floa
     return float(least.max()), float(most.max())
 
 
+def girth_width_between(target: Target, low: float, high: float) -> float:
+    """Width of the cylinder that has the largest girth from ``low`` to ``high`` above the ground [m]."""
+    if target.profile is None:
+        return sum(widths_between(target, low, high)) / 2
+    heights = np.linspace(low, high, 9)
+    return float(np.interp(heights, target.profile.height, target.profile.girth).max()) / math.pi
+
+
 def center_height_of(target: Target) -> float:
     """Height of the centre of mass above the ground [m]."""
     profile = target.profile

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension
@@ -50,7 +53,7 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     try:
         tip_height(task)
         if isinstance(strategy, FlipGrip):
-            find_flip(task.design, target.mass, TURN)
+            _check_flip(task.design, target.mass)
     except ModelError as error:
         return refuse(str(error))
     factors = {
@@ -61,6 +64,11 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     }
     across = f"the fingers open {1e3 * open_:.0f} mm round {1e3 * least:.0f} mm"
     return accept(RATE, factors, f"{across} and hold {hold:.2g} N by friction, it weighs {weight:.2g} N")
+
+
+@lru_cache(maxsize=64)
+def _check_flip(design: TrunkDesign, mass: float) -> None:
+    find_flip(design, mass, TURN)
 
 
 def grip_force(gripper: GripperDesign) -> float:

@@ -5,12 +5,19 @@ from __future__ import annotations
 from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design.rules import graspable_range, payload
-from spiraltrunk.strategies.object_measures import height_of, is_upright, topple_angle_of, topple_force, widths_between
+from spiraltrunk.strategies.object_measures import (
+    girth_width_between,
+    height_of,
+    is_upright,
+    topple_angle_of,
+    topple_force,
+    widths_between,
+)
 from spiraltrunk.strategies.scores import accept, margin_factor, refuse
+from spiraltrunk.strategies.wrap.standing import StandingWrap
 
-HUNG_RATE, STANDING_RATE = 0.98, 0.94
-"""Rates of success with ample margins [-]: strategy 1, and the mean of strategies 4 to 6, over their catalogue
-(docs/validation/strategies.md)."""
+RATES = {"wrap-vertical": 0.98, "wrap-oblique-low": 0.95, "wrap-oblique": 0.92, "wrap-horizontal": 0.94}
+"""Rates of success with ample margins [-]: over the catalogue (docs/validation/strategies.md)."""
 TOUCH_FORCE = 0.10
 """Horizontal force of the trunk's tail as it touches a standing object [N] (ours)."""
 AMPLE_TOPPLE = 0.4
@@ -38,10 +45,14 @@ def assess_hung(task: Task) -> Assessment:
     ratio = target.length / target.width
     if ratio < SHORT:
         return refuse(f"too short to stay in the loop: {ratio:.2g} times as long as wide, {SHORT:g} needed")
-    return accept(HUNG_RATE, _margins(task, target.width), _describe(task, target.width, payload(design, target.width)))
+    return accept(
+        RATES["wrap-vertical"],
+        _margins(task, target.width),
+        _describe(task, target.width, payload(design, target.width)),
+    )
 
 
-def assess_standing(task: Task) -> Assessment:
+def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
     """Whether the trunk can wrap an object on the ground: width, payload, proportions, and the push that topples it.
 
     Whether it is tall enough for the housing to clear the ground is for the plan of the moves.
@@ -52,8 +63,9 @@ def assess_standing(task: Task) -> Assessment:
     if target.kind != "sphere" and not is_upright(target):
         return refuse("the object lies; this wrap takes one that stands")
     height = height_of(target)
-    least, most = widths_between(target, 0.25 * height, 0.75 * height)
-    unfit = _find_misfit(task, most)
+    band = 0.25 * height, 0.75 * height
+    (least, most), around = widths_between(target, *band), girth_width_between(target, *band)
+    unfit = _find_misfit(task, around)
     if unfit is not None:
         return refuse(unfit)
     if most > FLAT * least:
@@ -63,9 +75,13 @@ def assess_standing(task: Task) -> Assessment:
     force = topple_force(target, TOUCH_HEIGHT * height)
     if force < TOUCH_FORCE:
         return refuse(f"would topple at {force:.2g} N; the trunk touches with up to {TOUCH_FORCE:g} N")
-    factors = _margins(task, most) | {"topple": margin_factor(force - TOUCH_FORCE, AMPLE_TOPPLE)}
+    factors = _margins(task, around) | {"topple": margin_factor(force - TOUCH_FORCE, AMPLE_TOPPLE)}
     stands = f"topples at {force:.2g} N"
-    return accept(STANDING_RATE, factors, f"{_describe(task, most, payload(design, most))}; {stands}")
+    return accept(
+        RATES.get(strategy.name, min(RATES.values())),
+        factors,
+        f"{_describe(task, around, payload(design, around))}; {stands}",
+    )
 
 
 def _find_misfit(task: Task, width: float) -> str | None:

@@ -28,7 +28,7 @@ from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.strategies.moves import Move, MoveSequence, advance, begin, command_at, fraction
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.sensing import seen_position
-from spiraltrunk.workflows.grasp.choose import Candidate, list_strategies, rank
+from spiraltrunk.workflows.grasp.choose import Candidate, find_highest_base, list_strategies, rank
 
 AUTO = "auto"
 """Name of the strategy that chooses."""
@@ -139,6 +139,10 @@ class Auto(Strategy[AutoState]):
     def widths(self, design: TrunkDesign) -> tuple[float, float]:
         """Any width: the ranking decides [m]."""
         return 0.0, math.inf
+
+    def highest_base(self, task: Task) -> float | None:
+        """The largest height of the base that any strategy plans that can do the task [m]; None where none tells."""
+        return find_highest_base(task)
 
     def init(self, observation: Observation) -> AutoState:
         """Rank the candidates and plan the first try."""

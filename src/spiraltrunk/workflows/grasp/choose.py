@@ -73,6 +73,16 @@ def stage_of(task: Task) -> str:
     return "hung" if task.goal.ground is None else "ground"
 
 
+def find_highest_base(task: Task) -> float | None:
+    """Largest height of the base planned by any strategy that can do a task by itself [m]; None where none tells."""
+    heights = []
+    for name in list_strategies(stage_of(task)):
+        strategy = strategies.get(name)
+        if assess(strategy, task).feasible:
+            heights.append(strategy.highest_base(task))
+    return max((height for height in heights if height is not None), default=None)
+
+
 def rank(observation: Observation, reach: ArmReach, *, but: Iterable[str] = ()) -> tuple[Candidate, ...]:
     """Candidates for an observed task: the feasible ones by score, then the others.
 

@@ -18,8 +18,8 @@ from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.grasp.auto import get_strategy
-from spiraltrunk.workflows.grasp.ground import choose_ground
 from spiraltrunk.workflows.grasp.last_try import evaluate
+from spiraltrunk.workflows.grasp.ranking import set_ground
 from spiraltrunk.workflows.grasp.verdict import Verdict
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
@@ -88,7 +88,7 @@ def run_scene(
         ModelError: where the strategy cannot plan for the object.
         RunError: where the simulation diverges or does not end.
     """
-    options = choose_ground(design, options, strategy)
+    options = set_ground(design, options, strategy)
     plant = SimPlant(design, options)
     began = time.perf_counter()
     with quiet_mujoco():
