@@ -21,6 +21,7 @@ from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.safety import states
 from spiraltrunk.hardware.safety.cable_relation import CableRelation
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
+from spiraltrunk.hardware.safety.limits import adapt_to_slack_speed
 from spiraltrunk.hardware.safety.reaction import LET_GO_TIME, RAMP_TIME, Ramp, is_over, ramp_torques
 from spiraltrunk.hardware.safety.reading import CableReading
 from spiraltrunk.hardware.safety.states import Mode, SafetyState
@@ -58,8 +59,9 @@ class ControlLoop:
         self.homing = ProbedHoming(homing)
         self.arm, self.gripper = ArmSide(arm, options.limits), GripperSide(servo, options.gripper)
         ranges, relation = self.winding.build_ranges(), CableRelation.from_design(design)
-        self.watches = Watches(sheet=sheet, limits=options.limits, ranges=ranges, relation=relation)
-        homing_limits = replace(options.limits, blocked_torque=4.0 * sheet.torque_max)  # Homing finds a jam itself.
+        limits = adapt_to_slack_speed(options.limits, self.winding.slack_speed)
+        self.watches = Watches(sheet=sheet, limits=limits, ranges=ranges, relation=relation)
+        homing_limits = replace(limits, blocked_torque=4.0 * sheet.torque_max)  # Homing finds a jam itself.
         self._homing_watches = replace(self.watches, is_homed=False, limits=homing_limits)
         self._clock = clock
         self._time: float | None = None

@@ -55,6 +55,11 @@ class Winding:
         """Cable wound in since the straight trunk [m]; 0 without feedback."""
         return self._winders[cable].drum.pull(motor.angle - self._zeros[cable]) if motor else 0.0
 
+    @property
+    def slack_speed(self) -> float:
+        """Speed at which the slowest winder takes in a slack cable [m/s]."""
+        return min(winder.gains.slack_speed for winder in self._winders)
+
     def build_ranges(self) -> tuple[CableRange, ...]:
         """What the watches allow each cable."""
         return tuple(map(_build_range, self._winders))

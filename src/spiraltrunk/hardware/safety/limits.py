@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+import math
+from dataclasses import dataclass, fields, replace
 from typing import final
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.field_docs import explain_fields
+
+_SLACK_TIMES = 4.7
+"""Least `SafetyLimits.settle_time` over the time in which a slack cable comes in by `SafetyLimits.step_length` [-]
+(ours: that of a GM6020)."""
 
 
 @explain_fields
@@ -86,7 +91,8 @@ class SafetyLimits:
     step_length: float = 0.003
     """Length that no bend explains, by which cables come in within `settle_time`, that is a slip or a break [m]."""
     settle_time: float = 0.5
-    """Time constant with which the lengths of taut cables are followed, against which a slip is a step [s]."""
+    """Time constant with which the lengths of taut cables are followed, against which a slip is a step [s]; longer for
+    winders that take in slack slowly, see `adapt_to_slack_speed`."""
     settle_least: float = 0.001
     """Length by which they may be followed below that of an even bend [m]: the error of homing; less is slack."""
     compliance: float = 5e-5
@@ -121,3 +127,17 @@ class SafetyLimits:
             check_number(f"safety.{field.name}", getattr(self, field.name), least=least, below=1e6)
         check_number("safety.loss_warned", self.loss_warned, above=0.0, below=self.loss_stopped)
         check_number("safety.loss_stopped", self.loss_stopped, below=1.0)
+
+
+def adapt_to_slack_speed(limits: SafetyLimits, slack_speed: float) -> SafetyLimits:
+    """Limits for winders that take in slack no faster than ``slack_speed`` [m/s], where that is slow.
+
+    What slipped comes in at that speed v, and lengths are followed meanwhile: with the time constant t the length x
+    that came in has become ``v t (1 - exp(-x / (v t)))``. With a t of `_SLACK_TIMES` times ``step_length / v`` it is
+    0.90 ``step_length`` when x is `SafetyLimits.step_length`; that is the limit.
+    """
+    settle_time = _SLACK_TIMES * limits.step_length / slack_speed
+    if settle_time <= limits.settle_time:
+        return limits
+    share = -_SLACK_TIMES * math.expm1(-1.0 / _SLACK_TIMES)
+    return replace(limits, settle_time=settle_time, step_length=share * limits.step_length)

@@ -21,10 +21,9 @@ STS3215 = MotorParameters(
     resistance=12.0 / STALL_CURRENT,
     encoder_counts=codec.STEPS,
     drum_radius=0.0125,
-    cable_stiffness=5e3,
 )
 """An STS3215 for 12 V: stall torque 30 kgf cm and 45 rpm (manufacturer; `speed_free` is that at 24 V, twice as high).
-Inertia, friction of the gears, drum and stiffness are ours."""
+Inertia, friction of the gears and drum are ours; the cable is that of every winder."""
 
 _MODEL = 3
 _ID = 5
