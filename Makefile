@@ -70,6 +70,8 @@ studies: $(STAMP)  ## make the pictures and numbers of README and docs again (mi
 	$(BIN)/python docs/studies/study_stiffness.py
 	$(BIN)/python docs/studies/study_motion_capture.py
 	$(BIN)/python docs/studies/make_making.py
+	$(BIN)/python docs/studies/study_everyday.py --out $(OUT)/everyday
+	$(BIN)/python docs/studies/make_everyday.py --rules $(OUT)/everyday
 
 clean:  ## remove caches and build products; out and .venv stay
 	rm -rf build dist docs/examples src/*.egg-info .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
