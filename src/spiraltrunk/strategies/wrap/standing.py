@@ -63,6 +63,7 @@ from spiraltrunk.strategies.wrap.distal_release import (
     right_object,
     set_down_distal,
 )
+from spiraltrunk.strategies.wrap.light_object import is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, lateral_direction, plan_moves
 from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
@@ -108,6 +109,14 @@ class StandingState(LoadState):
     """Distance beyond its expected position at which the object was touched [m]."""
     is_distal: bool = False
     """Whether the wrap is a distal one."""
+    stood: float = 0.0
+    """Height of the object's centre as it was first seen [m]."""
+
+    def is_carried(self, observation: Observation) -> bool:
+        """Whether the trunk bears the object: by its weight, or by its height where it is too light to be felt."""
+        if is_too_light(observation):
+            return is_off_ground(observation, self.stood)
+        return super().is_carried(observation)
 
 
 class StandingWrap(MoveStrategy[StandingState]):
@@ -127,6 +136,7 @@ class StandingWrap(MoveStrategy[StandingState]):
             sequence=begin(moves, observation), side=lateral_direction(observation), weight=weight(observation),
             lean=_lean(observation), pull=observation.cable_pull, seen=seen_position(observation),
             tight=next(move.tension for move in moves if move.action == "tighten"), is_distal=is_distal,
+            stood=float(seen_position(observation)[2]),
         )  # fmt: skip
 
     def sense(self, state: StandingState, observation: Observation) -> StandingState:
@@ -156,7 +166,7 @@ class StandingWrap(MoveStrategy[StandingState]):
             state = replace(state, weight_empty=state.weight)
         if action in ("try", "lift") and not state.is_carried(observation):
             if action == "lift" or state.retries >= RETRIES:
-                return replace(state, is_done=True, gave_up="nothing was lifted: the arm feels no load")
+                return replace(state, is_done=True, gave_up=_no_load(observation))
             sequence = advance(insert_next(sequence, _try_again(sequence)), observation.time)
             return replace(state, sequence=sequence, retries=state.retries + 1)
         if action == "touch":
@@ -230,6 +240,11 @@ def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...],
         return plan_moves(observation, plane), False
     except ModelError:
         return plan_distal_moves(observation, plane), True
+
+
+def _no_load(observation: Observation) -> str:
+    sight = "the camera sees the object on the ground" if is_too_light(observation) else "the arm feels no load"
+    return f"nothing was lifted: {sight}"
 
 
 def _lean(observation: Observation) -> float:
