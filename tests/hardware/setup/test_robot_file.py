@@ -124,6 +124,16 @@ def test_a_file_for_another_number_of_cables_is_refused():
         )
 
 
+@pytest.mark.parametrize(("family", "period", "most"), [("sts", 0.04, "28 ms"), ("gm6020", 0.01, "7 ms")])
+def test_a_period_too_long_for_the_resonance_of_rotor_and_cable_is_refused(family: str, period: float, most: str):
+    bus = "sts:/dev/ttyUSB0" if family == "sts" else "socketcan:can0"
+    motors = MotorSetup(family=family, ids=(1, 2, 3), period=period)
+    with pytest.raises(DesignError, match=rf"winder\.period is {1e3 * period:g} ms; allowed: at most {most}") as caught:
+        build_winders(presets.PAPER, RobotFile(name="x", bus=bus, motors=motors, watchdog="none"))
+    assert "\n" not in str(caught.value)
+    build_winders(presets.PAPER, RobotFile(name="x", bus=bus, motors=replace(motors, period=None), watchdog="none"))
+
+
 def test_ports_belong_to_the_family():
     servos = MotorSetup(family="sts", ids=(1, 2, 3))
     file = RobotFile(name="x", bus="sts:/dev/ttyUSB0", motors=servos, watchdog="relay:/dev/ttyUSB1")
