@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -20,7 +21,7 @@ from spiraltrunk.hardware.safety.cable_watch import (
     watch_tension,
 )
 from spiraltrunk.hardware.safety.fault import FaultKind
-from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.limits import SafetyLimits, adapt_to_slack_speed
 from spiraltrunk.hardware.safety.reading import CableRange, CableReading
 
 LIMITS = SafetyLimits()
@@ -127,6 +128,22 @@ def test_lengths_below_those_of_an_even_bend_are_followed_by_1_mm():
     assert state.excess == -LIMITS.settle_least
 
 
+@pytest.mark.parametrize("speed", [0.0005, 0.007, 0.02])
+def test_slack_that_comes_in_slowly_is_noticed_at_3_mm(speed):
+    limits, state, length = adapt_to_slack_speed(LIMITS, speed), LengthState(), 0.0
+    text = ""
+    while not text:
+        length += speed * DT
+        state, text = watch_length(state, length, 0.0, DT, is_taut=True, limits=limits)
+    assert length == pytest.approx(LIMITS.step_length, rel=0.01, abs=2 * speed * DT)
+
+
+def test_limits_of_winders_that_take_in_slack_fast_stay():
+    """A GM6020 takes it in at 28.4 mm/s on the paper's drum."""
+    assert adapt_to_slack_speed(LIMITS, 0.0284) is LIMITS
+    assert adapt_to_slack_speed(LIMITS, 0.007).settle_time > 3 * LIMITS.settle_time
+
+
 def test_the_text_of_a_step():
     _, text = watch_length(LengthState(excess=0.001), 0.021, 20.0, DT, is_taut=True, limits=LIMITS)
     assert text == "20.0 mm of cable came in that no bend explains; allowed: 4.0 mm"
@@ -210,10 +227,11 @@ def test_cable_that_first_went_out_counts_from_its_least():
 # Tangle.
 
 
-def run_tangle(points: list[Point], drag: float = 0.0) -> int | None:
+def run_tangle(points: list[Point], drag: float = 0.0, friction: float = 0.0) -> int | None:
     state, before = TangleState(), points[0][0]
+    allowed = replace(RANGE, drag=drag, friction=friction)
     for number, (pull, tension, wanted) in enumerate(points):
-        state, found = watch_tangle(state, read(pull, (pull - before) / DT, tension, wanted), drag, LIMITS)
+        state, found = watch_tangle(state, read(pull, (pull - before) / DT, tension, wanted), allowed, LIMITS)
         before = pull
         if found:
             assert found.kind is FaultKind.TANGLED_DRUM
@@ -237,6 +255,11 @@ def test_a_drum_that_tightens_while_it_pays_out_is_tangled():
 )
 def test_a_drum_that_yields_is_not_tangled(rise, length, wanted):
     assert run_tangle(pay_out(rise, length, wanted)) is None
+
+
+def test_dry_friction_of_the_drum_is_no_tangle():
+    assert run_tangle(pay_out(20.0, 0.02), friction=4.0) is not None
+    assert run_tangle(pay_out(20.0, 0.02), friction=6.0) is None
 
 
 def test_a_drum_that_winds_in_is_not_tangled():
@@ -290,5 +313,7 @@ def test_texts_say_what_was_measured_in_millimetres():
     )
     _, found = watch_slip(SlipState(tension=30.0, pull=0.05, elapsed=0.01), read(0.054, 0.0, 3.0), DT, LIMITS)
     assert found.text == "4.0 mm came in while the tension fell to 3.0 N; allowed: 3 mm"
-    _, found = watch_tangle(TangleState(pull=0.05, tension=5.0), read(0.04, -0.1, 31.0, 10.0), 10.0, LIMITS)
+    _, found = watch_tangle(
+        TangleState(pull=0.05, tension=5.0), read(0.04, -0.1, 31.0, 10.0), replace(RANGE, drag=10.0), LIMITS
+    )
     assert found.text == "the tension rose by 20.0 N while 10.0 mm were paid out; allowed: 15 N"

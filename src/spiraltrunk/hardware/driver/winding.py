@@ -100,11 +100,13 @@ class Winding:
 def _build_range(winder: Winder) -> CableRange:
     """What the watches allow one cable."""
     limits = winder.limits
-    loss = (1.0 - FRICTION_SHARE) * winder.friction / winder.drum.design.winding_radius
+    friction = winder.friction / winder.drum.design.winding_radius
+    loss = (1.0 - FRICTION_SHARE) * friction
     return CableRange(
         tension_least=max(limits.tension_floor - loss, _LEAST_PART * limits.tension_floor),
         tension_ceiling=limits.tension_ceiling,
         pull_least=limits.pull_min,
         pull_most=limits.pull_max,
         drag=limits.drag,
+        friction=friction,
     )

@@ -129,18 +129,19 @@ class TangleState:
 
 
 def watch_tangle(
-    state: TangleState, reading: CableReading, drag: float, limits: SafetyLimits
+    state: TangleState, reading: CableReading, allowed: CableRange, limits: SafetyLimits
 ) -> tuple[TangleState, Finding | None]:
     """A drum that pays out and tightens: the cable is caught between layers, or winds on the wrong way.
 
-    A trunk that pulls cable out raises the tension to its command and the winder's ``drag`` [N s/m] times the speed,
-    and no further, because the winder yields.
+    A trunk that pulls cable out raises the tension to its command, the winder's drag times the speed and the rotor's
+    dry friction, by which the tension of a drum at rest is uncertain, and no further, because the winder yields.
     """
     if reading.speed >= 0.0:
         return TangleState(), None
     if state.pull is None:
         return TangleState(pull=reading.pull, tension=reading.tension), None
-    rise = reading.tension - max(state.tension, reading.tension_wanted) - drag * abs(reading.speed)
+    yielding = allowed.drag * abs(reading.speed) + allowed.friction
+    rise = reading.tension - max(state.tension, reading.tension_wanted) - yielding
     out = state.pull - reading.pull
     if out < limits.tangle_length or rise < limits.tangle_tension:
         return state, None

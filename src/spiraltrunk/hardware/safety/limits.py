@@ -111,7 +111,8 @@ class SafetyLimits:
     tangle_length: float = 0.003
     """Cable paid out while the tension rises that is a tangle [m]."""
     tangle_tension: float = 15.0
-    """Rise of the tension that is a tangle, above its value at the start, its command and the winder's drag [N]."""
+    """Rise of the tension that is a tangle, above its value at the start, its command, the winder's drag and friction
+    [N]."""
     over_part: float = 0.15
     """Tension beyond its ceiling, as a part of it [-]."""
     over_time: float = 0.03

@@ -47,6 +47,8 @@ class CableRange:
     """Most cable wound in [m]."""
     drag: float = 0.0
     """Tension over speed with which the winder brakes a cable that it pays out [N s/m]."""
+    friction: float = 0.0
+    """Dry friction of the rotor at the drum, by which the tension of a drum at rest is uncertain [N]."""
 
 
 @final

@@ -225,7 +225,7 @@ def _watch_cable(
         return CableWatch(tension=tension), (found_tension,)
     load = watch_load(state.load, reading, allowed.tension_least, dt, limits)
     slip, found_slip = watch_slip(state.slip, reading, dt, limits)
-    tangle, found_tangle = watch_tangle(state.tangle, reading, allowed.drag, limits)
+    tangle, found_tangle = watch_tangle(state.tangle, reading, allowed, limits)
     after = CableWatch(load=load, slip=slip, tangle=tangle, tension=tension)
     return after, (found_slip, found_tangle, found_tension, find_too_far(reading, allowed, limits))
 
