@@ -152,7 +152,7 @@ def test_a_fault_of_servo_or_drum_ends_the_torque(build, fault):
         (CableBreak(), PULL),
         (CableSlip(length=0.01, cable=1), PULL),
         (CableSlip(length=0.005), PULL),
-        (CableSlip(length=0.005), (5.0, 5.0, 5.0)),
+        (CableSlip(length=0.006), (30.0, 5.0, 5.0)),
     ],
 )
 def test_a_cable_that_breaks_or_slips_is_noticed_before_much_of_it_comes_in(build, fault, tension):

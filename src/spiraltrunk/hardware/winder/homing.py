@@ -6,7 +6,8 @@ stands still is pull 0 of every winder. The motors cannot feel where the trunk i
 Dry friction at the drums is larger than the tensions that hold a hanging trunk straight. So the cables are stirred at
 the end, as a magnet is demagnetised: to equal tensions an alternating part is added, shifted from cable to cable by a
 turn over their number, which falls from above the friction to zero. The trunk circles by some millimetres, and settles
-where the tensions are equal, whatever the friction.
+where the tensions are equal. The larger the friction, the slower: it brakes the trunk's way to the middle, so that with
+the gears of STS servos `STIR_TIME` ends some millimetres away from it, on the side where the slack ended.
 Pure functions; nothing here was tried on a real motor.
 """
 
