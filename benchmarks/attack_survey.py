@@ -270,7 +270,10 @@ def _check_result(folder: Path, printed: str) -> Iterator[str]:
         if wrong or len(found) != len(plan):
             yield f"ended, but {name} has {len(found)} trials, not of the plan: {str(wrong[:1])[:200]}"
         for row in held:
-            kinds = {"strategy": str, "object": str, "reason": str, "index": int, "seed": int, "success": bool}
+            kinds = {
+                "strategy": str, "object": str, "reason": str, "cause": str, "index": int, "seed": int,
+                "success": bool, "held": bool, "upright": bool,
+            }  # fmt: skip
             for key, value in row.items():
                 kind = kinds.get(key, (int, float))
                 if value is not None and (

@@ -96,7 +96,7 @@ def test_json_is_the_survey_without_its_trials(tmp_path: Path, capsys: pytest.Ca
     printed = capsys.readouterr()
     assert printed.err == "spiraltrunk: 6/6 trials are there already\n"
     assert printed.out.splitlines()[2].startswith(f"wrap-vertical  {told['successes']} of 6")
-    assert printed.out.splitlines()[-1] == f"5 files in {tmp_path}"
+    assert printed.out.splitlines()[-1] == f"6 files in {tmp_path}"
 
 
 @pytest.mark.usefixtures("fakes")

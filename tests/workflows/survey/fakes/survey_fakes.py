@@ -18,7 +18,7 @@ def work(entry: Entry) -> dict[str, Any]:
     drawn = {"width_m": 0.03 + 0.09 * part, "mass_kg": 0.1 + 0.4 * (97 * part % 1), "wall_s": time.perf_counter()}
     if entry.seed % 3 == 0:
         return build_empty_row(entry, f"lifted {entry.seed % 20} cm") | drawn
-    return build_empty_row(entry, "success") | drawn | {"success": True, "simulated_s": 30.0 + part}
+    return build_empty_row(entry, "success") | drawn | {"success": True, "cause": None, "simulated_s": 30.0 + part}
 
 
 def raise_second(entry: Entry) -> dict[str, Any]:
