@@ -71,6 +71,7 @@ studies: $(STAMP)  ## make the pictures and numbers of README and docs again (mi
 	$(BIN)/python docs/studies/study_motion_capture.py
 	$(BIN)/python docs/studies/make_making.py
 	$(BIN)/python docs/studies/study_everyday.py --out $(OUT)/everyday
+	$(BIN)/python docs/studies/rank_everyday.py
 	$(BIN)/python docs/studies/make_everyday.py --rules $(OUT)/everyday
 
 clean:  ## remove caches and build products; out and .venv stay

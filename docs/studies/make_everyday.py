@@ -1,6 +1,7 @@
 """Puts the study of everyday things into validation/everyday.md: two galleries and two tables.
 
-`python docs/studies/study_everyday.py --out FOLDER` makes everyday.json, and the pictures in FOLDER. Then:
+`python docs/studies/study_everyday.py --out FOLDER` makes everyday.json, and the pictures in FOLDER,
+`rank_everyday.py` makes everyday_ranking.json. Then
 `python docs/studies/make_everyday.py --rules FOLDER`. Without a folder the tables alone are made, without ``--rules``
 the limits of the designs stay as they are in the page.
 """
@@ -37,7 +38,8 @@ COLUMNS, WIDTH, HEIGHT, GAP, LETTER = 5, 260, 220, 12, 14
 MARKS = {
     "held": ("\N{CHECK MARK}", COLORS[0]),
     "failed": ("\N{BALLOT X}", LIMIT),
-    "refused": ("\N{EN DASH}", "#666666"),
+    "refused": ("\N{EN DASH}", GREY),
+    "untried": ("?", GREY),
 }
 """Mark and colour of each outcome; words say the same."""
 
@@ -66,12 +68,18 @@ def main(arguments: Sequence[str]) -> int:
     if len(folders) > 1:
         print("make_everyday: given several folders; allowed: one, of study_everyday.py's pictures", file=sys.stderr)
         return 2
-    figures = json.loads((STUDIES / "everyday.json").read_text())
+    figures = load_figures()
     rules = {design: compute_rules(presets.get(design)) for design in DESIGNS} if "--rules" in arguments else None
     write_text(PAGE, fill_page(PAGE.read_text(), figures, rules))
     for design in DESIGNS if folders else ():
         draw_gallery(figures, design, Path(folders[0]), IMAGES / f"everyday_{design.replace('-', '_')}.png")
     return 0
+
+
+def load_figures() -> dict[str, Any]:
+    """Things, rows of trials, and the ranking of each thing for each design."""
+    ranking = json.loads((STUDIES / "everyday_ranking.json").read_text())
+    return json.loads((STUDIES / "everyday.json").read_text()) | {"ranking": ranking}
 
 
 def fill_page(page: str, figures: dict[str, Any], rules: Mapping[str, Mapping[str, str]] | None = None) -> str:
@@ -106,7 +114,7 @@ def judge(rows: Sequence[dict[str, Any]]) -> Outcome | None:
     first, held = rows[0], sum(row["success"] for row in rows)
     tried = ", then ".join(each["strategy"] for each in first.get("attempts", ()))
     if first["cause"] == "refused":
-        return Outcome(kind="refused", words="refused before it moves", strategies="")
+        return Outcome(kind="refused", words="refused", strategies="")
     if held == len(rows):
         return Outcome(kind="held", words=f"held and set down, {held} of {len(rows)}", strategies=tried)
     causes = ", ".join(dict.fromkeys(_name_cause(row) for row in rows if not row["success"]))
@@ -141,22 +149,29 @@ def format_outcomes(figures: dict[str, Any]) -> str:
     """Thing by thing: what became of it with each design."""
     lines = [f"| thing | mm | {' | '.join(f'`{design}`' for design in DESIGNS)} |", "|---|---|---|---|"]
     for thing in figures["things"]:
-        cells = [_format_outcome(judge(find_rows(figures, design, thing["name"]))) for design in DESIGNS]
-        if any(cell != "-" for cell in cells):
-            lines.append(f"| {thing['name']} | {thing['measures']} | {' | '.join(cells)} |")
-    return "\n".join([*lines, *_name_untried(figures)])
+        cells = [_format_outcome(predict(figures, design, thing["name"])) for design in DESIGNS]
+        lines.append(f"| {thing['name']} | {thing['measures']} | {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
-def _name_untried(figures: dict[str, Any]) -> list[str]:
-    """A paragraph on the things of the list that were not tried, none where there are none."""
-    tried = {row["thing"] for row in figures["rows"]}
-    left = [thing["name"].replace(", ", " ") for thing in figures["things"] if thing["name"] not in tried]
-    return ["", f"On the list of the study, but not tried yet: {', '.join(left)}."] if left else []
+def predict(figures: dict[str, Any], design: str, thing: str) -> Outcome:
+    """Outcome of a thing with a design; where it was not tried, what the models say."""
+    outcome = judge(find_rows(figures, design, thing))
+    if outcome is not None:
+        return outcome
+    if any(each["feasible"] for each in figures["ranking"][design][thing]):
+        return Outcome(
+            kind="untried", words="not tried yet; the models would try", strategies=best(figures, design, thing)
+        )
+    return Outcome(kind="refused", words="refused", strategies="")
 
 
-def _format_outcome(outcome: Outcome | None) -> str:
-    if outcome is None:
-        return "-"
+def best(figures: dict[str, Any], design: str, thing: str) -> str:
+    """The strategy that the models rank first."""
+    return str(figures["ranking"][design][thing][0]["strategy"])
+
+
+def _format_outcome(outcome: Outcome) -> str:
     return f"{MARKS[outcome.kind][0]} {outcome.words}" + (f" ({outcome.strategies})" if outcome.strategies else "")
 
 
@@ -164,10 +179,8 @@ def format_refusals(figures: dict[str, Any]) -> str:
     """Thing by thing: why a strategy of each design cannot take it."""
     lines = [f"| thing | {' | '.join(f'`{design}`' for design in DESIGNS)} |", "|---|---|---|"]
     for thing in figures["things"]:
-        rows = [find_rows(figures, design, thing["name"])[:1] for design in DESIGNS]
-        cells = [_format_reasons(row[0].get("candidates", ())) if row else "-" for row in rows]
-        if any(rows):
-            lines.append(f"| {thing['name']} | {' | '.join(cells)} |")
+        cells = [_format_reasons(figures["ranking"][design][thing["name"]]) for design in DESIGNS]
+        lines.append(f"| {thing['name']} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 

@@ -16,7 +16,10 @@ from spiraltrunk.design import presets
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "validation" / "everyday.md").read_text()
-FIGURES = json.loads((DOCS / "studies" / "everyday.json").read_text())
+FIGURES = {
+    **json.loads((DOCS / "studies" / "everyday.json").read_text()),
+    "ranking": json.loads((DOCS / "studies" / "everyday_ranking.json").read_text()),
+}
 
 
 @pytest.fixture(scope="module")
