@@ -35,6 +35,7 @@ DESIGNS = ("paper", "paper-large-grip")
 COLUMNS, WIDTH, HEIGHT, GAP, LETTER = 5, 260, 220, 12, 14
 """Columns of a gallery; width and height of a picture, gap and letters [pixels]."""
 
+GREY = "#666666"
 MARKS = {
     "held": ("\N{CHECK MARK}", COLORS[0]),
     "failed": ("\N{BALLOT X}", LIMIT),
