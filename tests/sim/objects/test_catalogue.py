@@ -54,7 +54,8 @@ def test_any_text_is_an_object_or_one_line_of_error(text):
          "object is without height_mm; allowed: cylinder:diameter_mm=,height_mm=,mass_g="),
         ("cylinder:", "diameter_mm"),
         ("cylinder:diameter_mm=60,diameter_mm=60,height_mm=240,mass_g=250", "each measure once"),
-        ("cylinder:diameter_mm=60,height_mm=240,mass_g=250,colour=1", "colour=1.*each measure once"),
+        ("cylinder:diameter_mm=60,height_mm=240,mass_g=250,", "is empty, between or after commas; .*each measure once"),
+        ("cylinder:diameter_mm=60,,height_mm=240,mass_g=250", "is empty, between or after commas; .*each measure once"),
         ("cylinder:diameter_mm,height_mm=240,mass_g=250", "each measure once"),
         ("cylinder:diameter_mm=wide,height_mm=240,mass_g=250",
          "object.diameter_mm is 'wide'; allowed: a finite number, at least 5"),
@@ -159,5 +160,30 @@ def test_the_default_is_in_the_catalogue():
 def test_an_unknown_object_is_told_the_nearest_names_on_a_short_line():
     with pytest.raises(UnknownName, match=r"unknown object 'cylnder-60'; known: cylinder-60, ") as caught:
         parse_object("cylnder-60")
-    assert "mjcf:..." in str(caught.value)
     assert len(str(caught.value)) < 250
+
+
+def test_an_unknown_object_like_no_other_is_told_the_kinds_and_the_catalogue():
+    with pytest.raises(UnknownName, match=r"unknown object 'can'; known: solids and files \(cylinder:, ") as caught:
+        parse_object("can")
+    assert str(caught.value).endswith("mjcf:, everyday:) and the catalogue of docs/reference/objects.md")
+
+
+@pytest.mark.parametrize(("more", "name"), [("mass_kg=0.35", "mass_kg"), ("foo=1", "foo"), (" Mass_g = 3", "Mass_g")])
+def test_an_unknown_measure_is_told_with_the_known_ones(more, name):
+    known = f"unknown measure of cylinder '{name}'; known: diameter_mm, height_mm, mass_g, pose"
+    with pytest.raises(UnknownName, match=known):
+        parse_object(f"cylinder:diameter_mm=60,height_mm=240,{more}")
+
+
+def test_spaces_about_a_measure_do_not_matter():
+    spaced = parse_object("cylinder: diameter_mm = 60 , height_mm= 240, mass_g =250")
+    assert spaced == parse_object("cylinder:diameter_mm=60,height_mm=240,mass_g=250")
+
+
+def test_a_catalogues_object_takes_a_pose():
+    measures = CATALOGUE["bottle-70"]
+    assert parse_object("bottle-70,pose=lying") == parse_object(f"{measures},pose=lying")
+    assert parse_object("bottle-70,pose=lying").pose == "lying"
+    with pytest.raises(DesignError, match="each measure once"):
+        parse_object("bottle-70,mass_g=3")

@@ -76,7 +76,7 @@ def test_the_text_form_takes_a_seed_and_a_class():
     assert shape.kind == "solid"
     assert shape.notes[0].startswith("drawn: a ")
     bad = {"seed=-1": "object.seed is '-1'; allowed", "seed=1e3": "object.seed", "seed=": "object.seed",
-           "seed=7,mass_g=3": "each measure once: everyday:seed=N"}  # fmt: skip
+           "seed=7,mass_g=3": "unknown measure of everyday 'mass_g'; known: seed, kind, pose"}  # fmt: skip
     for text, match in bad.items():
-        with pytest.raises(DesignError, match=match):
+        with pytest.raises((DesignError, UnknownName), match=match):
             parse_object(f"everyday:{text}")

@@ -467,7 +467,7 @@ def test_any_bytes_are_an_object_or_one_line_of_error(tmp_path, content, has_hea
         ("stl:path=a,b.stl,unit=mm,mass_g=100", DesignError, r"each measure once: stl:.*\[,axis=longest\|x\|y\|z\]"),
         ("mjcf:path=there is none.xml", DesignError, "mjcf:path is 'there is none.xml'"),
         ("mjcf:", DesignError, "without path; allowed: mjcf:path=FILE"),
-        ("mjcf:path=a,mass_g=100", DesignError, "each measure once: mjcf:path="),
+        ("mjcf:path=a,mass_g=100", UnknownName, "unknown measure of mjcf 'mass_g'; known: path, axis, pose"),
     ],
 )  # fmt: skip
 def test_bad_texts_are_refused(text, error, match):

@@ -58,6 +58,9 @@ CATALOGUE = {
 
 DEFAULT_OBJECT = "cylinder-60"
 
+LIKE = 0.7
+"""Least similarity of a catalogue name to an unknown one for an error to name it (`difflib`, ours) [-]."""
+
 _MEASURES = {
     "cylinder": ("diameter_mm", "height_mm", "mass_g"),
     "sphere": ("diameter_mm", "mass_g"),
@@ -88,7 +91,7 @@ _OPTIONS = {
 
 
 def parse_object(text: str) -> ObjectSpec:
-    """An object from a catalogue name or from ``kind:measure=value,...``.
+    """An object from a catalogue name, with ``,pose=`` or without, or from ``kind:measure=value,...``.
 
     Solids stand as their measures say, z up; objects from files as in the file where they stand so, else upright, else
     in their most probable stable pose. ``pose=`` says otherwise.
@@ -98,14 +101,12 @@ def parse_object(text: str) -> ObjectSpec:
         DesignError: for a missing, repeated, unknown or impossible measure, or an unsuitable file.
     """
     check_type("object", text, str)
-    if ":" not in text:
-        if text not in CATALOGUE:
-            near = get_close_matches(text, CATALOGUE, n=5, cutoff=0.0)
-            raise UnknownName(
-                "object", text, [*near, "others of the catalogue", *(f"{kind}:..." for kind in _MEASURES)]
-            )
-        text = CATALOGUE[text]
-    kind, _, rest = text.partition(":")
+    name, comma, more = text.partition(",")
+    if name.strip() in CATALOGUE:
+        text = CATALOGUE[name.strip()] + comma + more
+    kind, colon, rest = text.partition(":")
+    if not colon:
+        raise _refuse_name(name.strip())
     if kind not in _MEASURES:
         raise UnknownName("kind of object", kind, _MEASURES)
     given = _split_measures(kind, rest)
@@ -114,6 +115,15 @@ def parse_object(text: str) -> ObjectSpec:
     pose = words.pop("pose", None)
     shape = _build(kind, words, values)
     return shape if pose is None else take_pose(shape, pose)
+
+
+def _refuse_name(name: str) -> UnknownName:
+    """The error about a name that is not in the catalogue: names that are like it, the kinds, where all names are."""
+    near = get_close_matches(name, CATALOGUE, n=3, cutoff=LIKE)
+    kinds = ", ".join(f"{kind}:" for kind in _MEASURES)
+    return UnknownName(
+        "object", name, [*near, f"solids and files ({kinds}) and the catalogue of docs/reference/objects.md"]
+    )
 
 
 def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> ObjectSpec:
@@ -163,12 +173,15 @@ def _split_measures(kind: str, text: str) -> dict[str, str]:
     options = (*_OPTIONS.get(kind, ()), "pose")
     allowed = (*_MEASURES[kind], *options)
     given: dict[str, str] = {}
-    for part in filter(None, (piece.strip() for piece in text.split(","))):
-        name, equals, value = part.partition("=")
-        if name not in allowed or not equals or name in given:
+    for part in text.split(",") if text.strip() else ():
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if equals and name not in allowed:
+            raise UnknownName(f"measure of {kind}", name, allowed)
+        if not equals or name in given:
             more = "".join(f"[,{name}={_WORDS[name]}]" for name in options)
-            raise DesignError("measure of the object", got=part, allowed=f"each measure once: {_form(kind)}{more}")
-        given[name] = value.strip()
+            got = part.strip() or Unquoted("empty, between or after commas")
+            raise DesignError("measure of the object", got=got, allowed=f"each measure once: {_form(kind)}{more}")
+        given[name] = value
     missing = [name for name in _MEASURES[kind] if name not in given]
     if missing:
         raise DesignError("object", got=Unquoted(f"without {', '.join(missing)}"), allowed=_form(kind))

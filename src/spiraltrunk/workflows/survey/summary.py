@@ -70,7 +70,7 @@ def count_causes(rows: Iterable[dict[str, Any]]) -> dict[str, int]:
 
 def find_class(row: dict[str, Any]) -> str:
     """Kind and class of width of a trial's object, such as "cylinder, 45 to 80 mm"; the kind alone without a width."""
-    kind, width = CATALOGUE.get(row["object"], row["object"]).partition(":")[0], row["width_m"]
+    kind, width = CATALOGUE.get(row["object"].partition(",")[0], row["object"]).partition(":")[0], row["width_m"]
     if width is None:
         return kind
     above = next((i for i, edge in enumerate(WIDTHS) if width < edge), len(WIDTHS))
