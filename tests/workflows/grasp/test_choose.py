@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.objects.catalogue import parse_object
@@ -103,3 +104,18 @@ def test_a_far_place_counts_too(reach):
     goal = replace(seen.task.goal, place=seen.task.goal.place + np.array([0.0, 0.6, 0.0]))
     found = rank(replace(seen, task=replace(seen.task, goal=goal)), reach)
     assert "beyond the arm's reach" in next(each.reason for each in found if each.strategy == "tip-grip")
+
+
+@pytest.mark.parametrize("mass", [200, 400])
+def test_the_mass_does_not_decide_over_which_ground_a_bottle_is_ranked(mass):
+    """Fingers could hold the neck of the lighter one over a ground so low that no wrap reaches it."""
+    found = rank_object(PAPER, parse_object(f"bottle:diameter_mm=65,height_mm=210,neck_mm=28,mass_g={mass}"))
+    assert [each.strategy for each in found if each.feasible] == ["wrap-oblique-low", "wrap-horizontal", "wrap-oblique"]
+    assert found[0].score > 0.9
+
+
+def test_where_fingers_alone_fit_the_ground_is_low_enough_for_them():
+    design = presets.get("paper-large-grip")
+    found = rank_object(design, parse_object("cylinder:diameter_mm=30,height_mm=150,mass_g=60"))
+    assert found[0].feasible
+    assert found[0].strategy in {"tip-grip", "pinch"}

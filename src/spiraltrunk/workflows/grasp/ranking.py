@@ -14,7 +14,7 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.workflows.grasp.auto import Auto, find_orientation
 from spiraltrunk.workflows.grasp.choose import STAGES, Candidate
-from spiraltrunk.workflows.grasp.ground import choose_ground
+from spiraltrunk.workflows.grasp.ground import GROUNDS, choose_ground
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 _AS_ANNOUNCED = Spread(position=0.0, yaw=0.0, size=0.0, mass=0.0, friction=(0.8, 0.8), sensors=SensorOptions())
@@ -35,18 +35,30 @@ def rank_object(design: TrunkDesign, shape: ObjectSpec, stage: str = "ground") -
 def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:
     """The scene with a ground over which the arm reaches high enough: `choose_ground`.
 
-    A choice among strategies stays over the usual ground where the arm reaches high enough over none: its ranking says
-    which of them are out of reach.
+    A choice among strategies has the ground over which its best candidate scores highest: a lower ground brings the
+    fingers into reach over tall objects and puts the standing wraps out of reach.
 
     Raises:
         ModelError: where the arm reaches high enough over none, or the strategy cannot plan for the object.
     """
-    try:
+    if not isinstance(strategy, Auto):
         return choose_ground(design, options, strategy)
+    try:
+        if choose_ground(design, options, strategy) is options:
+            return options  # All candidates reach over the usual ground, or the scene has its own.
     except ModelError:
-        if isinstance(strategy, Auto):
-            return options
-        raise
+        pass  # The arm reaches for all of them over none of the grounds: the ranking tells for which it does.
+    return max((_over(options, ground) for ground in GROUNDS), key=lambda scene: _value(design, scene, strategy))
+
+
+def _over(options: SceneOptions, ground: float) -> SceneOptions:
+    return options if ground == options.ground else replace(options, ground=ground)
+
+
+def _value(design: TrunkDesign, options: SceneOptions, auto: Auto) -> tuple[float, int]:
+    """Highest score of the candidates in a scene, and how many are feasible [-]."""
+    candidates = auto.init(SimPlant(design, options).reset()).candidates
+    return max((each.score for each in candidates), default=0.0), sum(each.feasible for each in candidates)
 
 
 def find_able(design: TrunkDesign, shape: ObjectSpec) -> tuple[str, ...]:
