@@ -405,12 +405,12 @@ def test_a_wrong_unit_is_told(put):
 
 
 BAD_BYTES = {
-    "empty": (b"", "allowed: a file that exists.*of 1 byte to 20 MB"),
+    "empty": (b"", "allowed: a file that exists.*of 1 byte to 20 MB; it is empty"),
     "text": (b"hello, this is not a mesh at all", "no STL that can be read|of 0 triangles"),
     "no triangles": (b"solid nothing\nendsolid nothing\n", "no STL that can be read|of 0 triangles"),
     "cut short": (b"x" * 80 + (1000).to_bytes(4, "little") + b"y" * 500, "no STL that can be read"),
     "a count beyond the file": (b"x" * 80 + (2**32 - 1).to_bytes(4, "little"), "no STL that can be read"),
-    "too big": (b"x" * 20_000_001, "allowed: a file that exists.*of 1 byte to 20 MB"),
+    "too big": (b"x" * 20_000_001, "allowed: a file that exists.*; it is larger than 20 MB"),
 }
 
 
@@ -422,6 +422,18 @@ def test_bytes_that_are_no_mesh_are_refused(tmp_path, name):
     with pytest.raises(DesignError, match=match) as caught:
         load_stl(str(file), unit="mm", mass=0.1)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "match"),
+    [(bytes(range(128, 256)) * 9, "is no OBJ, or has no faces; allowed: an OBJ"),
+     (b"solid can\nendsolid can\n", "is no OBJ, or has no faces"),
+     (b"v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n", "is of 1 triangles; allowed: 4 to 100000; fewer enclose no solid")],
+)  # fmt: skip
+def test_an_obj_without_a_solid_is_refused(tmp_path, content, match):
+    (tmp_path / "can.obj").write_bytes(content)
+    with pytest.raises(DesignError, match=match):
+        parse_object(f"obj:path={tmp_path}/can.obj,mass_g=100")
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
@@ -459,9 +471,9 @@ def test_any_bytes_are_an_object_or_one_line_of_error(tmp_path, content, has_hea
         ("stl:path=a.stl,unit=,mass_g=100", UnknownName, "unknown unit ''"),
         ("stl:path=a.stl,unit=mm,mass_g=100,axis=w", UnknownName, "unknown axis 'w'; known: longest, x, y, z"),
         ("stl:path=a.stl,unit=mm,mass_g=100,collide=no", UnknownName, "unknown way to collide 'no'"),
-        ("stl:path=no such.stl,unit=mm,mass_g=100", DesignError, "'no such.stl'; allowed: a file that exists"),
-        ("stl:path=/,unit=mm,mass_g=100", DesignError, "allowed: a file that exists"),
-        ("stl:path=/dev/zero,unit=mm,mass_g=100", DesignError, "allowed: a file that exists"),
+        ("stl:path=no such.stl,unit=mm,mass_g=100", DesignError, "'no such.stl'; allowed: .*; it does not exist"),
+        ("stl:path=/,unit=mm,mass_g=100", DesignError, "allowed: a file that exists.*; it is a folder"),
+        ("stl:path=/dev/zero,unit=mm,mass_g=100", DesignError, "it is a pipe, a socket or a device"),
         ("stl:path=a\0b,unit=mm,mass_g=100", DesignError, "allowed: a file that"),
         ("stl:path=~nobody-at-all/a,unit=mm,mass_g=100", DesignError, "allowed: a file that"),
         ("stl:path=a,b.stl,unit=mm,mass_g=100", DesignError, r"each measure once: stl:.*\[,axis=longest\|x\|y\|z\]"),
@@ -644,5 +656,5 @@ def test_a_mesh_that_takes_too_long_to_split_is_refused(put, monkeypatch):
 def test_a_pipe_is_no_file(tmp_path):
     os.mkfifo(tmp_path / "object.stl")
     for text in (f"stl:path={tmp_path}/object.stl,unit=mm,mass_g=100", f"mjcf:path={tmp_path}/object.stl"):
-        with pytest.raises(DesignError, match="allowed: a file that exists, regular and of 1 byte to 20 MB"):
+        with pytest.raises(DesignError, match=r"of 1 byte to 20 MB; it is a pipe, a socket"):
             parse_object(text)

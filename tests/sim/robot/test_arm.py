@@ -457,7 +457,10 @@ def test_a_users_arm_starts_at_the_designs_home(named):
         (_mjcf(actuator="motor"), "one position actuator on each joint"),
         (_mjcf(free=True, drive=()), "one position actuator on each joint"),
         ("<mujoco><worldbody>", r"^arm\.model 'arm\.xml' is no MJCF; allowed: well-formed XML"),
-        ("", r"^arm\.model is '.*arm\.xml'; allowed: a file that exists, regular and of 1 byte to 20 MB"),
+        (
+            "",
+            r"^arm\.model is '.*arm\.xml'; allowed: a file that exists, .* of 1 byte to 20 MB; it is empty",
+        ),
     ],
     ids=["site", "five", "none", "twice", "motors", "free", "cut", "empty"],
 )

@@ -140,7 +140,11 @@ def _read(content: bytes, form: str, what: str) -> Trimesh:
         else:
             mesh = _read_stl(content, what)
     faces = len(mesh.faces)
-    if not 4 <= faces <= FACES_MOST:
+    if faces == 0:
+        raise refusal(what, "no OBJ, or has no faces", "an OBJ with lines of v and f; export the surface as triangles")
+    if faces < 4:
+        raise refusal(what, f"of {faces} triangles", f"4 to {FACES_MOST}; fewer enclose no solid")
+    if faces > FACES_MOST:
         raise refusal(what, f"of {faces} triangles", f"4 to {FACES_MOST}; a coarser export has fewer")
     mesh.remove_unreferenced_vertices()
     if not np.isfinite(mesh.vertices).all():

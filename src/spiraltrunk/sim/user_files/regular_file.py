@@ -7,7 +7,7 @@ import stat
 from contextlib import suppress
 from pathlib import Path
 
-from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.errors import DesignError, Unquoted, describe_reason
 
 FILE_MOST = 20_000_000
 """Largest file that is read [bytes]."""
@@ -19,13 +19,33 @@ def read_file(path: str, name: str) -> bytes:
     Raises:
         DesignError: about ``name``, where it cannot be read, is no regular file, is empty or larger than `FILE_MOST`.
     """
-    content = b""
+    content, place = b"", None
     with suppress(OSError, ValueError, RuntimeError):  # Of an impossible path, or an unknown user's home.
-        content = _read(Path(path).expanduser())
+        place = Path(path).expanduser()
+        content = _read(place)
     if not 0 < len(content) <= FILE_MOST:
         allowed = f"a file that exists, regular and of 1 byte to {FILE_MOST // 1_000_000} MB"
-        raise DesignError(name, got=path, allowed=allowed)
+        raise DesignError(name, got=path, allowed=f"{allowed}; {_find_fault(place, len(content))}")
     return content
+
+
+def _find_fault(place: Path | None, size: int) -> str:
+    """What is wrong with a file of which ``size`` bytes could be read."""
+    if size > FILE_MOST:
+        return f"it is larger than {FILE_MOST // 1_000_000} MB"
+    try:
+        status = place.stat() if place is not None else None
+    except (FileNotFoundError, NotADirectoryError, ValueError):
+        status = None
+    except OSError as error:
+        return f"it cannot be read: {describe_reason(error)}"
+    if status is None:
+        return "it does not exist"
+    if stat.S_ISDIR(status.st_mode):
+        return "it is a folder"
+    if not stat.S_ISREG(status.st_mode):
+        return "it is a pipe, a socket or a device"
+    return "it is empty" if status.st_size == 0 else "it cannot be read"
 
 
 def read_below(folder: Path, name: str) -> bytes | None:
