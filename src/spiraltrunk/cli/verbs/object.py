@@ -93,11 +93,14 @@ def _format_table(figures: dict[str, Any]) -> str:
     falls = _falls(figures["topple_deg"])
     rests = "in no stable pose" if figures["pose"] is None else f"in stable pose {figures['pose']}"
     rows = [
-        ("extents", f"{_measures(figures['extents_m'])} mm, x and y along the ground, z up"),
+        ("extents", f"{_measures(figures['extents_m'])} mm, length x width x height as it rests"),
         ("rests", f"{rests}, {falls}; support radius {mm['support_radius_m']}"),
         ("mass", f"{1e3 * figures['mass_kg']:.4g} g"),
         ("volume", f"{1e6 * figures['volume_m3']:.4g} cm3, {figures['density_kg_m3']:.3g} kg/m3"),
-        ("centre of mass", f"{z:.1f} mm high, {round(x, 1) + 0.0:.1f}, {round(y, 1) + 0.0:.1f} mm from the middle"),
+        (
+            "centre of mass",
+            f"{z:.1f} mm high, {round(x, 1) + 0.0:.1f}, {round(y, 1) + 0.0:.1f} mm from the middle along length, width",
+        ),
         ("least width to grip", f"{mm['grip_width_m']} at a height of {mm['grip_height_m']}"),
     ]
     for i, pose in enumerate(figures["stable_poses"]):
