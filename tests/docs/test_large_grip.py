@@ -1,13 +1,15 @@
 """The table of finger scales states the sizes that the code computes."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from spiraltrunk import cli
 from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.housing.winder import find_arm
-from spiraltrunk.design import presets
+from spiraltrunk.design import load_design, presets
 from spiraltrunk.design.gripper import STRAND_LEVER, GripperDesign
 
 PAGE = (Path(__file__).parents[2] / "docs/howto/large_grip.md").read_text()
@@ -40,3 +42,14 @@ def test_the_table_of_scales_is_computed():
 def test_the_preset_has_the_scale_that_the_page_says():
     assert f"s = {presets.LARGE_GRIP:g}" in PAGE
     assert presets.get("paper-large-grip").gripper == GripperDesign().enlarged(presets.LARGE_GRIP)
+
+
+def test_a_written_design_takes_the_scale_as_the_page_adds_it(tmp_path):
+    shown = re.search(r"```toml\n(\[gripper\]\n.*?)```", PAGE, flags=re.S)
+    assert shown
+    file = tmp_path / "trunk.toml"
+    assert cli.main(["design", "--out", str(file)]) == 0
+    file.write_text(file.read_text().replace("[gripper]\n", shown.group(1)))
+    gripper = load_design(file).gripper
+    assert gripper is not None
+    assert f"up to {1e3 * gripper.grasp_width:.0f} mm wide" in PAGE
