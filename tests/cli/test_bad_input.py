@@ -235,3 +235,36 @@ def test_messages_say_what_is_allowed(capsys: pytest.CaptureFixture[str]) -> Non
     assert "whole number from 0 to 4294967295" in assert_refused(["grasp", "--seed", "-3"], capsys)
     assert "wrap-vertical" in assert_refused(["grasp", "juggle"], capsys)
     assert "cylinder-60" in assert_refused(["grasp", "--object", "cylinder"], capsys)
+
+
+def test_a_bottle_is_measured_where_the_strategy_takes_it() -> None:
+    """A neck of 28 mm is within the fingers' 40 mm, a body of 65 mm is not."""
+    from spiraltrunk import strategies
+    from spiraltrunk.cli.output import UsageError
+    from spiraltrunk.cli.verbs.object_check import check_object
+    from spiraltrunk.design.presets import PAPER
+    from spiraltrunk.sim.objects.catalogue import parse_object
+
+    bottle = "bottle:diameter_mm=65,height_mm=210,neck_mm=28,mass_g=200"
+    check_object(strategies.get("tip-grip"), PAPER, parse_object(bottle), bottle)
+    wide = bottle.replace("neck_mm=28", "neck_mm=44")
+    with pytest.raises(
+        UsageError, match=r"is 4[0-9.]+ mm wide where the fingers grip; allowed: 0 to 40 mm, what tip-grip"
+    ):
+        check_object(strategies.get("tip-grip"), PAPER, parse_object(wide), wide)
+
+
+def test_what_the_model_holds_impossible_is_told_before_it_is_tried(capsys: pytest.CaptureFixture[str]) -> None:
+    from spiraltrunk import strategies
+    from spiraltrunk.cli.verbs.object_check import warn_infeasible
+    from spiraltrunk.design.presets import PAPER
+    from spiraltrunk.sim.objects.catalogue import parse_object
+
+    flat = parse_object("box:x_mm=150,y_mm=220,z_mm=30,mass_g=500")
+    warn_infeasible(strategies.get("wrap-oblique"), PAPER, flat)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("spiraltrunk: wrap-oblique is expected to fail: the object lies; this wrap takes one that")
+    for name in strategies.NAMES:
+        for usual in strategies.get(name).objects:
+            warn_infeasible(strategies.get(name), PAPER, parse_object(usual))
+    assert capsys.readouterr().err == ""

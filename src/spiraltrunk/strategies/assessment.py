@@ -8,13 +8,13 @@ import numpy as np
 
 from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.control.strategy import Assessment, Strategy
-from spiraltrunk.strategies.fingertip.assess import assess_fingers
+from spiraltrunk.strategies.fingertip.assess import assess_fingers, gripped_width
 from spiraltrunk.strategies.fingertip.cycle import TipStrategy
 from spiraltrunk.strategies.fingertip.plan import gripping_base
 from spiraltrunk.strategies.move_strategy import MoveState
 from spiraltrunk.strategies.scores import refuse
 from spiraltrunk.strategies.sensing import seen_position
-from spiraltrunk.strategies.wrap.assess import assess_hung, assess_standing
+from spiraltrunk.strategies.wrap.assess import assess_hung, assess_standing, wrapped_width
 from spiraltrunk.strategies.wrap.hung import WrapVertical
 from spiraltrunk.strategies.wrap.standing import StandingWrap
 
@@ -31,6 +31,16 @@ def assess(strategy: Strategy[Any], task: Task) -> Assessment:
     if isinstance(strategy, WrapVertical):
         return assess_hung(task)
     return refuse(f"{strategy.name} has no model that could tell")
+
+
+def measure_width(strategy: Strategy[Any], task: Task) -> float:
+    """Width of the object that a strategy's range is for [m]: where the fingers touch it, or that of its girth.
+
+    For another strategy it is the announced one.
+    """
+    if isinstance(strategy, TipStrategy):
+        return gripped_width(task)
+    return wrapped_width(task) if isinstance(strategy, StandingWrap) else task.target.width
 
 
 def plan_frames(strategy: Strategy[Any], observation: Observation) -> list[np.ndarray]:

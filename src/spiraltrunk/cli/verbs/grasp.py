@@ -21,7 +21,7 @@ from spiraltrunk.cli.output import (
 )
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.design_options import add_design, load_robot
-from spiraltrunk.cli.verbs.object_check import check_object, name_able
+from spiraltrunk.cli.verbs.object_check import check_object, name_able, warn_infeasible
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
@@ -74,6 +74,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     strategy = get_strategy(arguments.strategy, design, shape, arguments.stage)
     _check_stage(strategy, arguments.stage)
     check_object(strategy, design, shape, name)
+    warn_infeasible(strategy, design, shape)
     _warn_heavy(strategy, design, shape)
     _warn_unchecked(design)
     if shape.warning:

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.output import UsageError, quote
+from spiraltrunk.cli.output import DONE, UsageError, complain, quote
 from spiraltrunk.errors import ModelError
 
 if TYPE_CHECKING:
+    from spiraltrunk.control.messages import Task
     from spiraltrunk.control.strategy import Strategy
     from spiraltrunk.design import TrunkDesign
     from spiraltrunk.sim.objects.catalogue import ObjectSpec
@@ -25,6 +26,20 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
     refusal = _find_refusal(strategy, design, shape, name)
     if refusal is not None:
         raise UsageError(f"--object: {refusal}{_list_able(design, shape, strategy)}")
+
+
+def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec) -> None:
+    """Warn where the models rank the strategy as infeasible for the object as it rests."""
+    from spiraltrunk.strategies.assessment import assess
+    from spiraltrunk.workflows.grasp.auto import AUTO, Auto, find_orientation
+    from spiraltrunk.workflows.grasp.ranking import announce_task
+
+    if strategy.job != "grasp" or strategy.name == AUTO:
+        return
+    resting = Auto(design, strategy.support, find_orientation(shape), ranking=lambda observation, tried: ())
+    found = assess(strategy, announce_task(design, shape, resting))
+    if not found.feasible:
+        complain(f"{strategy.name} is expected to fail: {found.reason}; it is tried all the same", DONE)
 
 
 @contextmanager
@@ -50,22 +65,31 @@ def _list_able(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) 
 
 def _find_refusal(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> str | None:
     """Why the object is too thin, too wide or too heavy; None where it is not."""
-    from spiraltrunk.sim.objects.presentation import present
+    from spiraltrunk.strategies.assessment import measure_width
     from spiraltrunk.workflows.grasp.auto import AUTO
+    from spiraltrunk.workflows.grasp.ranking import announce_task
 
-    if strategy.support == "ground":
-        shape = present(shape, strategy.orientation)
-    smallest, largest = strategy.widths(design)
-    if not smallest <= shape.width <= largest:
+    if strategy.name == AUTO:
+        return None  # A choice has its own reasons.
+    task = announce_task(design, shape, strategy)
+    width, (smallest, largest) = measure_width(strategy, task), strategy.widths(design)
+    if not smallest <= width <= largest:
         low, high = math.ceil(1e4 * smallest) / 10, math.floor(1e4 * largest) / 10
         allowed = f"{low:g} to {high:g} mm, what {strategy.name} can take with the trunk {quote(design.name)}"
-        return f"{quote(name)} is {1e3 * shape.width:.4g} mm wide; allowed: {allowed}"
-    if strategy.job != "grasp" or strategy.name == AUTO:
-        return None  # What is pushed along the ground is not carried, and a choice has its own reasons.
+        return f"{quote(name)} is {1e3 * width:.4g} mm wide{_tell_where(strategy, width, task)}; allowed: {allowed}"
+    if strategy.job != "grasp":
+        return None  # What is pushed along the ground is not carried.
     from spiraltrunk.design import payload
 
-    most = payload(design, shape.width)
+    most = payload(design, width)
     if shape.mass > most:
         allowed = f"at most {math.floor(1e3 * most):g} g, what the trunk {quote(design.name)} holds at that width"
         return f"{quote(name)} has {1e3 * shape.mass:g} g; allowed: {allowed}"
     return None
+
+
+def _tell_where(strategy: Strategy[Any], width: float, task: Task) -> str:
+    """Where the width is measured; empty where it is the announced one, to a tenth of a millimetre."""
+    if abs(width - task.target.width) < 1e-4:
+        return ""
+    return " where the fingers grip" if strategy.holds == "fingers" else " by its girth"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from spiraltrunk.control.messages import Task
+from spiraltrunk.control.messages import Target, Task
 from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import GRAVITY
@@ -42,7 +42,7 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
         return refuse("the trunk has no gripper")
     if task.goal.ground is None:
         return refuse("the object hangs; the fingers take what rests on the ground")
-    least, most = widths_between(target, *grip_band(gripper, height_of(target)))
+    least, most = _gripped_widths(gripper, target)
     open_ = gripper.grasp_width
     if least > open_:
         by, widest = 1e3 * (least - open_), 1e3 * open_
@@ -64,6 +64,16 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     }
     across = f"the fingers open {1e3 * open_:.0f} mm round {1e3 * least:.0f} mm"
     return accept(RATE, factors, f"{across} and hold {hold:.2g} N by friction, it weighs {weight:.2g} N")
+
+
+def gripped_width(task: Task) -> float:
+    """Width across which the fingers grip the object, where they touch it [m]; without a gripper, its announced one."""
+    gripper = task.design.gripper
+    return task.target.width if gripper is None else _gripped_widths(gripper, task.target)[0]
+
+
+def _gripped_widths(gripper: GripperDesign, target: Target) -> tuple[float, float]:
+    return widths_between(target, *grip_band(gripper, height_of(target)))
 
 
 @lru_cache(maxsize=64)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from spiraltrunk.control.messages import Task
+from spiraltrunk.control.messages import Target, Task
 from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design.rules import graspable_range, payload
 from spiraltrunk.strategies.object_measures import (
@@ -63,8 +63,7 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
     if target.kind != "sphere" and not is_upright(target):
         return refuse("the object lies; this wrap takes one that stands")
     height = height_of(target)
-    band = 0.25 * height, 0.75 * height
-    (least, most), around = widths_between(target, *band), girth_width_between(target, *band)
+    (least, most), around = widths_between(target, *_loop_band(target)), wrapped_width(task)
     unfit = _find_misfit(task, around)
     if unfit is not None:
         return refuse(unfit)
@@ -82,6 +81,15 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
         factors,
         f"{_describe(task, around, payload(design, around))}; {stands}",
     )
+
+
+def wrapped_width(task: Task) -> float:
+    """Width of the cylinder of the same girth as a standing object in the middle half of its height [m]."""
+    return girth_width_between(task.target, *_loop_band(task.target))
+
+
+def _loop_band(target: Target) -> tuple[float, float]:
+    return 0.25 * height_of(target), 0.75 * height_of(target)
 
 
 def _find_misfit(task: Task, width: float) -> str | None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.workflows.grasp.auto import Auto, find_orientation
@@ -30,6 +32,11 @@ def rank_object(design: TrunkDesign, shape: ObjectSpec, stage: str = "ground") -
     scene = set_ground(design, draw_scene(shape, 0, strategy=auto, spread=_AS_ANNOUNCED), auto)
     plant = SimPlant(design, replace(scene, trunk=replace(scene.trunk, stiffness_factor=1.0)))
     return auto.init(plant.reset()).candidates
+
+
+def announce_task(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -> Task:
+    """The task of a strategy with an object that is as announced."""
+    return build_task(design, draw_scene(shape, 0, strategy=strategy, spread=_AS_ANNOUNCED))
 
 
 def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:
