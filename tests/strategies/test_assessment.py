@@ -14,6 +14,7 @@ from spiraltrunk.strategies.assessment import assess
 from spiraltrunk.strategies.fingertip.assess import grip_force
 from spiraltrunk.strategies.object_measures import height_of, topple_force, widths_between
 from spiraltrunk.strategies.scores import margin_factor
+from spiraltrunk.strategies.wrap.assess import RATES
 
 GROUND = 0.60
 UP, LEVEL = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
@@ -48,6 +49,7 @@ def _assess(name, *args, **kwargs):
         ("wrap-horizontal", _task(0.06, 0.24, 0.2, axis=LEVEL), "the object lies; this wrap takes one that stands"),
         ("wrap-vertical", _task(0.06, 0.24, 0.2), "the object rests on the ground; this wrap takes one that hangs"),
         ("wrap-vertical", _task(0.08, 0.08, 0.2, axis=LEVEL, ground=None), "too short to stay in the loop: 1 times"),
+        ("wrap-vertical", _task(0.15, 0.2245, 0.5, axis=LEVEL, ground=None), "loop: 1.49 times as long as wide, 1.5 "),
         ("kick", _task(0.06, 0.24, 0.2), "kick has no model that could tell"),
     ],
 )
@@ -131,3 +133,11 @@ def test_fingers_press_with_what_their_cables_give():
 
 def test_a_margin_counts_from_half_to_whole():
     assert [margin_factor(margin, 0.2) for margin in (-1.0, 0.0, 0.1, 0.2, 9.0)] == [0.5, 0.5, 0.75, 1.0, 1.0]
+
+
+def test_a_reason_tells_what_the_score_is_made_of():
+    reasons = {name: _assess(name, 0.09, 0.24, 0.3).reason for name in RATES if name != "wrap-vertical"}
+    assert len(set(reasons.values())) == 3
+    assert all(f"; rate {RATES[name]:g}" in reason for name, reason in reasons.items())
+    assert _assess("flip-grip", 0.03, 0.03, 0.02).reason.endswith("; rate 0.98, times 0.95 for flip")
+    assert ", times 0.5" in _assess("tip-grip", 0.0399, 0.03, 0.02).reason

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from spiraltrunk.control.messages import Target, Task
 from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design.rules import graspable_range, payload
@@ -44,7 +46,8 @@ def assess_hung(task: Task) -> Assessment:
         return refuse(unfit)
     ratio = target.length / target.width
     if ratio < SHORT:
-        return refuse(f"too short to stay in the loop: {ratio:.2g} times as long as wide, {SHORT:g} needed")
+        told = math.floor(100 * ratio) / 100  # Rounded, a ratio just below the limit would read as the limit.
+        return refuse(f"too short to stay in the loop: {told:g} times as long as wide, {SHORT:g} needed")
     return accept(
         RATES["wrap-vertical"],
         _margins(task, target.width),

@@ -22,7 +22,7 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.options import SUPPORTS
 from spiraltrunk.strategies.assessment import assess, plan_frames
-from spiraltrunk.strategies.scores import margin_factor, refuse
+from spiraltrunk.strategies.scores import margin_factor, refuse, tell_factor
 
 STAGES = SUPPORTS
 """What may support the object: strings, or the ground."""
@@ -120,8 +120,9 @@ def _judge_plan(
     if turn > TURN_SLACK:
         return refuse(f"base beyond the arm's reach: it ends {math.degrees(turn):.0f} deg askew")
     room = _room_above(reach, observation.arm_position, max(frames, key=lambda frame: float(frame[2, 3])))
-    score = assessment.score * margin_factor(room, AMPLE_REACH)
-    return Assessment(feasible=True, score=score, reason=assessment.reason)
+    factor = margin_factor(room, AMPLE_REACH)
+    reason = assessment.reason + tell_factor("reach", factor)
+    return Assessment(feasible=True, score=assessment.score * factor, reason=reason)
 
 
 def follow_frames(reach: ArmReach, q: np.ndarray, frames: Iterable[np.ndarray]) -> tuple[float, float]:
