@@ -21,7 +21,7 @@ from spiraltrunk.cli.output import (
 )
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.design_options import add_design, load_robot
-from spiraltrunk.cli.verbs.object_check import check_object, name_able, warn_infeasible
+from spiraltrunk.cli.verbs.object_check import check_object, name_able, warn_infeasible, warn_laid
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy
@@ -34,6 +34,9 @@ _GL = ("", "egl", "glfw", "glx", "osmesa", "cgl", "wgl", "on", "true", "1", "ena
        "disable", "disabled")  # fmt: skip
 """Values of MUJOCO_GL that MuJoCo accepts."""
 
+_PUSHES = "kick and sweep push an object along the ground; they do not lift it and are not ranked"
+"""Foot of a ranking on the ground."""
+
 _WORKERS = 2
 """Processes that render a video: software OpenGL uses threads, so that more gain nothing."""
 
@@ -43,8 +46,8 @@ def add_verb(verbs: Any) -> None:
     parser = add_parser(verbs, "grasp", _run, "run one trial in simulation")
     parser.add_argument(
         "strategy", type=read_text, nargs="?", default="wrap-vertical", metavar="STRATEGY",
-        help="one of the nine (default wrap-vertical), or auto: the model ranks those that fit, the best is tried, and "
-        "after a failed try the next",
+        help="one of the nine (default wrap-vertical), or auto: the model ranks those that lift, the best is tried, "
+        "and after a failed try the next; kick and sweep push along the ground and are not ranked",
     )  # fmt: skip
     parser.add_argument(
         "--object", type=read_text, metavar="NAME",
@@ -75,6 +78,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     _check_stage(strategy, arguments.stage)
     check_object(strategy, design, shape, name)
     warn_infeasible(strategy, design, shape)
+    warn_laid(strategy, shape)
     _warn_heavy(strategy, design, shape)
     _warn_unchecked(design)
     if shape.warning:
@@ -92,10 +96,20 @@ def _run(arguments: argparse.Namespace) -> Answer:
             result, missing = artifacts.result, artifacts.missing
     if missing is not None:
         complain(f"no film strip and no video: {missing}", DONE)
+    if result.get("attempts") == []:
+        _tell_alternatives(design, shape, strategy.support)
     code = DONE if result["success"] else FAILED
     if arguments.json:
         return code, format_json(result)
     return code, add_file_count(format_verdict(result), result, arguments, "\n  ")
+
+
+def _tell_alternatives(design: TrunkDesign, shape: ObjectSpec, stage: str) -> None:
+    """Tell with which options another strategy can take an object that a choice refused."""
+    from spiraltrunk.workflows.grasp.ranking import find_alternatives
+
+    for option, name in find_alternatives(design, shape, stage).items():
+        complain(f"{name} can take it with {option}", DONE)
 
 
 def _run_trial(arguments: argparse.Namespace, design: TrunkDesign, shape: ObjectSpec, progress: Progress) -> Trial:
@@ -142,6 +156,9 @@ def format_verdict(result: dict[str, Any]) -> str:
     """The verdict of a trial as a table."""
     from spiraltrunk.report import format_table
 
+    title = f"{result['strategy']}, {result['object']}, seed {result['seed']}"
+    if result.get("attempts") == []:  # Nothing moved.
+        return f"{title}: no strategy can take it{_format_choice(result)}"
     head = "success" if result["success"] else f"failed: {result['reason']}"
     rows = [
         ("lifted", f"{_scaled(result['lift_m'], 1e3)} mm"),
@@ -152,8 +169,7 @@ def format_verdict(result: dict[str, Any]) -> str:
         ("largest joint angle", f"{_scaled(result['max_joint_deg'])} deg"),
         ("speed", f"{_scaled(result['real_time_factor'])} times real time"),
     ]
-    title = f"{result['strategy']}, {result['object']}, seed {result['seed']}: {head}"
-    return format_table(rows, title=title, indent=2) + _format_choice(result)
+    return format_table(rows, title=f"{title}: {head}", indent=2) + _format_choice(result)
 
 
 def _format_choice(result: dict[str, Any]) -> str:
@@ -165,7 +181,8 @@ def _format_choice(result: dict[str, Any]) -> str:
     tries = [(each["strategy"], each["outcome"]) for each in result["attempts"]]
     ranked = [(each["strategy"], f"{each['score']:.2f}", each["reason"]) for each in result["candidates"]]
     tried = f"\n{format_table(tries, title='tried', indent=2)}" if tries else ""
-    return f"{tried}\n{format_table(ranked, title='ranked', indent=2)}"
+    pushes = "" if result["candidates"][0]["strategy"] == "wrap-vertical" else f"\n  {_PUSHES}"
+    return f"{tried}\n{format_table(ranked, title='ranked', indent=2)}{pushes}"
 
 
 def _scaled(value: float | None, factor: float = 1.0) -> str:

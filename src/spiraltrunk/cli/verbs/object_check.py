@@ -42,6 +42,19 @@ def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectS
         complain(f"{strategy.name} is expected to fail: {found.reason}; it is tried all the same", DONE)
 
 
+def warn_laid(strategy: Strategy[Any], shape: ObjectSpec) -> None:
+    """Tell that a choice of strategies lays an object down that would hardly stand as it is described."""
+    from spiraltrunk.sim.objects.presentation import natural_orientation
+    from spiraltrunk.sim.objects.profile import compute_profile
+    from spiraltrunk.workflows.grasp.auto import AUTO, STANDS, find_orientation
+
+    is_chosen_on_ground = strategy.name == AUTO and strategy.support == "ground"
+    if is_chosen_on_ground and natural_orientation(shape) == "upright" and find_orientation(shape) == "lying":
+        angle = math.floor(10 * math.degrees(compute_profile(shape).topple_angle)) / 10
+        least = f"{math.degrees(STANDS):g} deg needed"
+        complain(f"standing it would topple at {angle:g} deg, {least}: laid down; pose=upright keeps it standing", DONE)
+
+
 @contextmanager
 def name_able(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -> Iterator[None]:
     """Name the strategies that can take the object where this one cannot plan for it.

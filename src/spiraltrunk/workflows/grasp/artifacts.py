@@ -19,7 +19,7 @@ from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_plots
 from spiraltrunk.strategies.moves import PHASES
 from spiraltrunk.workflows.grasp.choose import Candidate
-from spiraltrunk.workflows.grasp.last_try import list_attempts, list_candidates
+from spiraltrunk.workflows.grasp.last_try import is_refused, list_attempts, list_candidates
 from spiraltrunk.workflows.grasp.pictures import write_failure, write_film, write_strip
 from spiraltrunk.workflows.grasp.trial import Trial
 
@@ -27,6 +27,12 @@ _FILES = (
     "result.json", "trunk.toml", "overview.png", "cables.png", "joints.png", "curvature.png", "object.png", "force.png",
 )  # fmt: skip
 """Files that a trial can leave, without its pictures."""
+
+_OF_MOTION = (
+    "front", "lift_m", "carry_m", "hold_s", "place_error_m", "upright", "tilt_deg", "max_penetration_m",
+    "max_joint_deg", "real_time_factor",
+)  # fmt: skip
+"""Figures of a motion: null where nothing moved."""
 
 _PICTURES = ("grasp.mp4", "filmstrip.png", "failure.png")
 """Pictures that a trial can leave; that of a failure, a failed one."""
@@ -89,6 +95,8 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
     candidates = list_candidates(trial.log)
     if candidates is not None:
         figures |= _compute_choice(candidates, trial)
+    if is_refused(trial.log):
+        figures |= {"phases": [], **dict.fromkeys(_OF_MOTION)}
     return {key: to_json(value) for key, value in figures.items()}
 
 
@@ -123,6 +131,8 @@ def write_artifacts(
 ) -> Artifacts:
     """Write everything about a trial into a folder; without OpenGL, everything but film strip and video.
 
+    Of a choice that found no strategy there is the result alone: nothing moved.
+
     Args:
         trial: a trial that has run.
         name: name of the object.
@@ -134,21 +144,27 @@ def write_artifacts(
     Raises:
         OSError: where a file cannot be written.
     """
-    series, missing = compute_series(trial, name), None
+    missing = None if is_refused(trial.log) else _write_course(trial, name, folder, workers if video else 0, progress)
+    files = tuple(sorted({*(path.name for path in folder.iterdir()), "result.json"}))
+    result = compute_result(trial, name, files)
+    write_text(folder / "result.json", format_json(result) + "\n")
+    return Artifacts(result=result, missing=missing)
+
+
+def _write_course(trial: Trial, name: str, folder: Path, workers: int, progress: Progress) -> str | None:
+    """Write design, plots and, with ``workers``, pictures; why there are none, where they were asked for."""
+    series = compute_series(trial, name)
     write_text(folder / "trunk.toml", format_design(trial.plant.design))
     progress("plots", 0, 1)
     write_plots(series, folder)
-    if video:
+    if workers:
         try:
             write_strip(trial, folder / "filmstrip.png", title=series.title)
             write_failure(trial, folder / "failure.png", title=series.title)
             write_film(trial, folder / "grasp.mp4", workers, progress)
         except MissingPackage as error:
-            missing = str(error)
-    files = tuple(sorted({*(path.name for path in folder.iterdir()), "result.json"}))
-    result = compute_result(trial, name, files)
-    write_text(folder / "result.json", format_json(result) + "\n")
-    return Artifacts(result=result, missing=missing)
+            return str(error)
+    return None
 
 
 def compute_series(trial: Trial, name: str) -> Series:

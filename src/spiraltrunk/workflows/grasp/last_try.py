@@ -22,8 +22,8 @@ def evaluate(plant: SimMachine, log: RunLog, job: str) -> Verdict:
 
     A fault of an earlier try, such as a joint that bent too far, fails the run all the same.
     """
-    evidence, attempts, candidates = Evidence.from_run(plant, log), list_attempts(log), list_candidates(log)
-    if candidates is not None and not attempts:
+    evidence, attempts = Evidence.from_run(plant, log), list_attempts(log)
+    if is_refused(log):
         return replace(JOBS[job](evidence), failure=Failure(cause=Cause.REFUSED, time=0.0))
     if len(attempts) < 2:
         return JOBS[job](evidence)
@@ -42,6 +42,11 @@ def _last_try(evidence: Evidence, log: RunLog, last: Attempt) -> Evidence:
     own = replace(log, observations=log.observations[first:], statuses=log.statuses[first:])
     trace = evidence.between((last.began, math.inf))
     return replace(evidence, trace=trace, task=last.task, moments=Moments.from_log(own))
+
+
+def is_refused(log: RunLog) -> bool:
+    """Whether a run that chose its strategy found none that can take the object, so that nothing moved."""
+    return isinstance(log.state, AutoState) and not log.state.attempts
 
 
 def list_attempts(log: RunLog) -> tuple[Attempt, ...]:

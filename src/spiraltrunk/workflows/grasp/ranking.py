@@ -7,6 +7,7 @@ from typing import Any
 
 from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Strategy
+from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
@@ -72,3 +73,12 @@ def find_able(design: TrunkDesign, shape: ObjectSpec) -> tuple[str, ...]:
     """Names of the strategies that can take an object on one of the stages, by their models."""
     found = [each for stage in STAGES for each in rank_object(design, shape, stage) if each.feasible]
     return tuple(each.strategy for each in sorted(found, key=lambda each: -each.score))
+
+
+def find_alternatives(design: TrunkDesign, shape: ObjectSpec, stage: str) -> dict[str, str]:
+    """The best strategy on the other stage, and with larger fingers on the ground, by the option that asks for it."""
+    tried = {f"--stage {other}": (design, other) for other in STAGES if other != stage}
+    if design == presets.PAPER:
+        tried["--design paper-large-grip"] = (presets.get("paper-large-grip"), "ground")
+    best = {option: rank_object(robot, shape, where)[0] for option, (robot, where) in tried.items()}
+    return {option: each.strategy for option, each in best.items() if each.feasible}

@@ -1,0 +1,54 @@
+"""``spiraltrunk grasp auto`` where no strategy can take the object: reasons and a hint, no figures of a motion."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import spiraltrunk.workflows.grasp.ranking
+from spiraltrunk import cli
+from spiraltrunk.cli.verbs.grasp import format_verdict
+
+HEAVY = "cylinder:diameter_mm=300,height_mm=200,mass_g=900"
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_refusal_of_all_is_no_trial(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(
+        spiraltrunk.workflows.grasp.ranking, "find_alternatives", lambda *_: {"--stage hung": "wrap-vertical"}
+    )
+    out = tmp_path / "out"
+    assert cli.main(["grasp", "auto", "--object", HEAVY, "--no-video", "--json", "--out", str(out)]) == 1
+    printed = capsys.readouterr()
+    result = json.loads(printed.out, parse_constant=pytest.fail)
+    assert "spiraltrunk: wrap-vertical can take it with --stage hung" in printed.err.splitlines()
+    assert "Warning" not in printed.err
+    assert {path.name for path in out.glob("[!.]*")} == {"result.json"}
+    assert (result["cause"], result["attempts"], result["phases"]) == ("refused", [], [])
+    assert [result[key] for key in ("front", "lift_m", "place_error_m", "max_joint_deg", "upright")] == [None] * 5
+    text = format_verdict(result)
+    assert text.splitlines()[0] == f"auto, {HEAVY}, seed 0: no strategy can take it"
+    assert text.count("too wide for the fingers by") == 3  # Once for each strategy with fingers.
+    assert "set down" not in text
+    assert text.endswith("kick and sweep push an object along the ground; they do not lift it and are not ranked")
+
+
+def test_a_thing_that_would_hardly_stand_is_told_as_laid_down(capsys: pytest.CaptureFixture[str]) -> None:
+    from spiraltrunk.cli.verbs.object_check import warn_laid
+    from spiraltrunk.design.presets import PAPER
+    from spiraltrunk.sim.objects.catalogue import parse_object
+    from spiraltrunk.workflows.grasp.auto import get_strategy
+
+    for given, told in (
+        ("cylinder:diameter_mm=15,height_mm=200,mass_g=50", "standing it would topple at 4.2 deg, 5 deg needed: laid"),
+        ("cylinder:diameter_mm=60,height_mm=200,mass_g=50", ""),
+    ):
+        shape = parse_object(given)
+        warn_laid(get_strategy("auto", PAPER, shape), shape)
+        err = capsys.readouterr().err
+        assert told in err
+        assert bool(told) == bool(err)
