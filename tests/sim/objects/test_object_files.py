@@ -320,6 +320,23 @@ def test_a_unit_that_is_missing_is_guessed_from_the_size(put, factor, unit):
     assert shape.notes[0].endswith("; unit= states it")
 
 
+@pytest.mark.parametrize(("mass", "unit"), [(20, "in"), (19_000, "m")])
+def test_the_mass_counts_where_a_unit_is_guessed(put, mass, unit):
+    """A box of 0.9 x 0.9 x 0.9 units: 0.03 kg/m3 for 20 g in metres, 1674 kg/m3 in inches."""
+    shape = parse_object(f"stl:path={put(trimesh.creation.box(extents=(0.9, 0.9, 0.9)))},mass_g={mass}")
+    assert shape.notes[0].startswith(f"the unit is guessed from the size: {unit}, ")
+
+
+@pytest.mark.parametrize(
+    ("size", "mass", "said"),
+    [(500, 250, "the density is 2 kg/m3, below what things have, 10 to 20000: check the unit and mass_g"),
+     (20, 200, "the density is 2.5e+04 kg/m3, above what things have, 10 to 20000: check the unit and mass_g")],
+)  # fmt: skip
+def test_an_absurd_density_is_told(put, size, mass, said):
+    path = put(trimesh.creation.box(extents=(size, size, size)))
+    assert parse_object(f"stl:path={path},unit=mm,mass_g={mass}").notes == (said,)
+
+
 def test_a_size_that_fits_no_unit_is_refused(put):
     path = put(trimesh.creation.box(extents=(4000, 3000, 5000)))
     with pytest.raises(DesignError, match="of 4000 x 3000 x 5000 units; allowed: 5 mm to below 1 m each way"):

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from spiraltrunk.checks import Range
 from spiraltrunk.errors import MissingPackage, UnknownName
 from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid, axis_rotation
 from spiraltrunk.sim.objects.mesh_repair import repair
@@ -50,6 +51,9 @@ USUAL = 0.12
 RARITY = {"m": 0.0, "mm": 0.0, "cm": 0.4, "in": 0.6}
 """How much less usual a unit is in files, as the logarithm of a ratio of sizes (ours) [-]."""
 
+DENSITIES = Range(least=10.0, below=20_000.0)
+"""Densities that an object can be expected to have, from foam to heavy metal (ours) [kg/m^3]."""
+
 
 def load_mesh(
     path: str, *, mass: float, form: str = "stl", unit: str = "", axis: str = "longest", collide: str = "hull"
@@ -86,7 +90,7 @@ def load_mesh(
     what, notes = f"the file {Path(path).name!r}", []
     mesh = _read(read_file(path, f"{form}:path"), form, what)
     if not unit:
-        unit, note = guess_unit(np.ptp(mesh.vertices, axis=0), what)
+        unit, note = guess_unit(np.ptp(mesh.vertices, axis=0), mass, what)
         notes.append(note)
     mesh.vertices = mesh.vertices * UNITS[unit]
     _check_size(mesh, what, unit)
@@ -96,6 +100,7 @@ def load_mesh(
         raise refusal(what, "without a closed surface, which convex parts need", "collide=hull, or a repaired file")
     notes += [repaired.note] if repaired.note else []
     solid = _build(repaired.mesh, axis, collide, what)
+    notes += _doubt_density(mass, float(repaired.mesh.volume))
     shape = ObjectSpec(kind="mesh", size=solid.extents(), mass=mass, loaded=solid, notes=tuple(notes))
     if axis == "longest":
         shape = settle(shape, axis_rotation(axis, repaired.mesh.extents)[:, 2])
@@ -107,14 +112,15 @@ def load_stl(path: str, *, unit: str, mass: float, axis: str = "longest", collid
     return load_mesh(path, mass=mass, form="stl", unit=unit, axis=axis, collide=collide)
 
 
-def guess_unit(extents: np.ndarray, what: str) -> tuple[str, str]:
+def guess_unit(extents: np.ndarray, mass: float, what: str) -> tuple[str, str]:
     """The most plausible unit of a file without one, and a line that says so.
 
     Of the units in which every extent is one of an object, that in which the largest is nearest to `USUAL`, as ratios,
-    with `RARITY`.
+    with `RARITY`. Units in which the mass over the box of these extents is none of `DENSITIES` come last.
 
     Args:
         extents: shape (3,), in the unknown unit.
+        mass: mass of the object [kg].
         what: name of the file in errors.
 
     Raises:
@@ -124,10 +130,20 @@ def guess_unit(extents: np.ndarray, what: str) -> tuple[str, str]:
     if not fit:
         given = " x ".join(f"{extent:.4g}" for extent in extents)
         raise refusal(what, f"of {given} units", f"5 mm to below 1 m each way, in {', '.join(UNITS)}")
-    best = min(fit, key=lambda unit: abs(math.log(float(extents.max()) * UNITS[unit] / USUAL)) + RARITY[unit])
+    dense = [unit for unit in fit if DENSITIES.holds(mass / float(np.prod(extents * UNITS[unit])))]
+    best = min(dense or fit, key=lambda unit: abs(math.log(float(extents.max()) * UNITS[unit] / USUAL)) + RARITY[unit])
     sizes = {unit: " x ".join(f"{1e3 * extent * UNITS[unit]:.4g}" for extent in extents) + " mm" for unit in fit}
     others = "".join(f", not {unit} ({sizes[unit]})" for unit in fit if unit != best)
     return best, f"the unit is guessed from the size: {best}, {sizes[best]}{others}; unit= states it"
+
+
+def _doubt_density(mass: float, volume: float) -> list[str]:
+    """A line where the density is none of `DENSITIES`, else none."""
+    density = mass / volume
+    if DENSITIES.holds(density):
+        return []
+    told = f"{density:.3g} kg/m3, {'below' if density < DENSITIES.least else 'above'} what things have"
+    return [f"the density is {told}, {DENSITIES.least:g} to {DENSITIES.below:g}: check the unit and mass_g"]
 
 
 def _read(content: bytes, form: str, what: str) -> Trimesh:
