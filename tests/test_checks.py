@@ -23,6 +23,7 @@ from spiraltrunk.design import (
 )
 from spiraltrunk.design.drum import DrumDesign, DrumOptions, size_drum
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.design.strand_route import StrandRoute
 from spiraltrunk.errors import DesignError
 
 GOOD = {
@@ -37,6 +38,7 @@ GOOD = {
     TrunkDesign: PAPER,
     DrumOptions: DrumOptions(),
     DrumDesign: size_drum(PAPER),
+    StrandRoute: StrandRoute(first_solid=11, aside=0.002),
 }
 """One valid value of each dataclass."""
 
@@ -92,7 +94,9 @@ OUT_OF_RANGE = {
         "mass": (0.0, -1.0, 1e6),
         "stiffness": (0.0, -1.0, 1e6),
         "tension_max": (0.0, -1.0, 1e4),
+        "n_leg": (0, 3, 1.5),
     },
+    StrandRoute: {"first_solid": (-1, 1001, 1.5), "aside": (-1e-9, 1.0)},
     HousingDesign: {
         "radius": (0.0, -1.0, 1.0),
         "length": (0.0, -1.0, 1.0),

@@ -126,8 +126,11 @@ def test_all_strategies_with_their_objects_or_one(
         (["--workers", "0"], "allowed: a whole number from 1 to 64"),
         (["--workers", "65"], "survey.workers is 65; allowed: a whole number from 1 to 64"),
         (["--seed", "-1"], "allowed: a whole number from 0"),
-        (["--object", "banana"], "ball-80"),
-        (["--object", "cylinder-120", "--strategies", "pinch"], "is 120 mm wide; allowed: 0 to 40 mm, what pinch can"),
+        (["--object", "banana"], "known: solids and files (cylinder:, "),
+        (
+            ["--object", "cylinder-120", "--strategies", "pinch"],
+            "mm wide where the fingers grip; allowed: 0 to 40 mm, what pinch can",
+        ),
         (["--object", "cylinder-60"], "what pinch can take"),
         (
             ["--object", "sphere:diameter_mm=80,mass_g=9000", "--strategies", "wrap-vertical"],

@@ -13,6 +13,7 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.checks import check_count, check_number
 from spiraltrunk.design.trunk import TrunkDesign
 
 BORE_RADIUS = 0.75e-3
@@ -34,6 +35,10 @@ class StrandRoute:
     """First joint that is solid, counted from 0 at the base; ``n_joint`` where all are hollow."""
     aside: float
     """Distance of the legs from the axis beside the solid joints [m]."""
+
+    def __post_init__(self) -> None:
+        check_count("route.first_solid", self.first_solid, least=0, most=1000)
+        check_number("route.aside", self.aside, least=0.0, below=1.0)
 
     def leg_directions(self) -> np.ndarray:
         """Unit vectors (dorsal, lateral) to one leg of the closing and the opening group, shape (2, 2) [-].

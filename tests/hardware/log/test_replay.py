@@ -111,6 +111,8 @@ def assert_equal(one: object, other: object) -> None:
     if is_dataclass(one):
         assert type(one) is type(other)
         for field in fields(one):
+            if field.name == "profile":  # Of the object, and not logged.
+                continue
             assert_equal(getattr(one, field.name), getattr(other, field.name))
     elif isinstance(one, tuple):
         assert isinstance(other, tuple)
@@ -143,7 +145,7 @@ def test_the_run_comes_back_exactly(record: Build, gives_up: str | None) -> None
     told = build_run_log(load_log(path))
     assert len(told.commands) == 40
     assert told.gave_up == gives_up
-    assert_equal(told, done)
+    assert_equal(told, replace(done, state=None))  # The state of the strategy is its own, and not logged.
 
 
 def test_the_logged_run_is_the_unlogged_one(record: Build) -> None:

@@ -25,10 +25,14 @@ from spiraltrunk.hardware.log.reader import Log
 _Part = TypeVar("_Part", Target, Goal)
 
 
+DERIVED = {"profile"}
+"""Fields of a target that follow from the object and are not logged."""
+
+
 def describe_task(task: Task) -> dict[str, Any]:
     """Target and goal for `LogMetadata.task`; the design is logged as its file."""
     return {
-        name: {field.name: to_json(getattr(part, field.name)) for field in fields(part)}
+        name: {field.name: to_json(getattr(part, field.name)) for field in fields(part) if field.name not in DERIVED}
         for name, part in (("target", task.target), ("goal", task.goal))
     }
 
@@ -140,7 +144,7 @@ _MAYBE = ("ground",)
 
 
 def _read_part(kind: type[_Part], name: str, values: Any) -> _Part:
-    names = {field.name for field in fields(kind)}
+    names = {field.name for field in fields(kind)} - DERIVED
     if not isinstance(values, Mapping) or values.keys() != names:
         raise DriveError(f"{name} of the log is {describe(values)}; allowed: {', '.join(sorted(names))}")
     read: dict[str, Any] = {}
