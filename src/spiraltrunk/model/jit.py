@@ -37,7 +37,7 @@ class _Notice(event.Listener):
     def on_start(self, event: event.Event) -> None:
         if not self.is_told:
             self.is_told = True
-            words = "compiling the models, once after they were installed or changed: up to 20 s a model"
+            words = "compiling the models, once after they were installed or changed: up to 15 s a model"
             logging.getLogger("spiraltrunk").info(words)
         if self.depth == 0:
             self.was_collecting = gc.isenabled()

@@ -106,6 +106,6 @@ def keep(kernel: Any, stamp: str) -> None:
         kernel._cache = KernelCache(kernel.py_func, stamp)
     except RuntimeError:
         _tell(
-            "every process compiles the models (up to 20 s a model), since no folder can be written to keep them: "
+            "every process compiles the models (up to 15 s a model), since no folder can be written to keep them: "
             "set NUMBA_CACHE_DIR to one that can"
         )

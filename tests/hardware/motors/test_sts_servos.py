@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, DriveError
 from spiraltrunk.hardware.motors import sts_codec as codec
+from spiraltrunk.hardware.motors.serial_port import open_serial
 from spiraltrunk.hardware.motors.sts_discovery import discover
 from spiraltrunk.hardware.motors.sts_models import COMPENSATION, MODELS, compute_duty, estimate_torque
 from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
@@ -431,6 +432,19 @@ def test_discovery_by_pseudo_terminal():
     assert found[1].models == {}
     assert "cannot be opened" in found[1].problem
     assert "ports found" in found[1].problem
+
+
+@pytest.mark.timeout(30)
+def test_a_terminal_that_two_serve_never_waits_for_bytes_that_the_other_took():
+    terminal = PseudoTerminal(StsTwin(Anchor(10.0), [ServoTwin(1)]))
+    port = open_serial(terminal.port, 1_000_000)
+    with terminal.serving():
+        for _ in range(3000):
+            port.write(b"\x00")
+            terminal.serve()
+    port.close()
+    terminal.close()
+    assert terminal.n_received > 0
 
 
 def test_every_port_that_the_system_lists_is_asked_and_no_other(monkeypatch):

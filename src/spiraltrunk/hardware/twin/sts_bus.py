@@ -191,6 +191,7 @@ class PseudoTerminal:
         self.port = os.ttyname(self._slave)
         """Name of the serial port."""
         self._twin = twin
+        self._turn = threading.Lock()  # Of two that see the same bytes, the second would wait for more for ever.
         self.n_received = 0
         """Bytes received, all of whose answers that were due are sent [-]."""
         self.n_sent = 0
@@ -198,11 +199,16 @@ class PseudoTerminal:
 
     def serve(self, longest: float = 0.0) -> None:
         """Pass on what has arrived, and the answers that are due; waits at most ``longest`` [s] for the first byte."""
-        data = os.read(self._master, 4096) if select.select([self._master], [], [], longest)[0] else b""
-        self._twin.receive(data)
-        while answers := self._twin.take_answers():
-            self.n_sent += os.write(self._master, answers)
-        self.n_received += len(data)
+        self._has_bytes(longest)
+        with self._turn:
+            data = os.read(self._master, 4096) if self._has_bytes(0.0) else b""
+            self._twin.receive(data)
+            while answers := self._twin.take_answers():
+                self.n_sent += os.write(self._master, answers)
+            self.n_received += len(data)
+
+    def _has_bytes(self, longest: float) -> bool:
+        return bool(select.select([self._master], [], [], longest)[0])
 
     @contextmanager
     def serving(self) -> Iterator[str]:
