@@ -29,7 +29,7 @@ from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, parse_object
 from spiraltrunk.sim.objects.presentation import as_measured
-from spiraltrunk.workflows.grasp.ranking import rank_object
+from spiraltrunk.workflows.grasp.choice.ranking import rank_object
 from spiraltrunk.workflows.grasp.trial import run_trial
 from spiraltrunk.workflows.survey.summary import wilson
 

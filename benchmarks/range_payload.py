@@ -26,9 +26,9 @@ from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm import arm_limits
-from spiraltrunk.workflows.grasp.evidence import Evidence, Moments
-from spiraltrunk.workflows.grasp.faults import fault_conditions
-from spiraltrunk.workflows.grasp.verdict import LIFT_TOLERANCE, evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.faults import fault_conditions
+from spiraltrunk.workflows.grasp.verdict.grasp_verdict import LIFT_TOLERANCE, evaluate_grasp
 from spiraltrunk.workflows.grasp.world import EXACT, draw_scene
 
 PAPER = {"width_least_m": 0.033, "width_most_m": 0.267, "payload_kg": 4.89}

@@ -18,8 +18,8 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.fingertip.assess import grip_force
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.wrap.assess import FLAT, TOUCH_FORCE, TOUCH_HEIGHT
-from spiraltrunk.workflows.grasp.choose import REACH_SLACK, follow_frames
-from spiraltrunk.workflows.grasp.ground import MARGIN
+from spiraltrunk.workflows.grasp.choice.choose import REACH_SLACK, follow_frames
+from spiraltrunk.workflows.grasp.choice.ground import MARGIN
 
 WRAPS = ("wrap-oblique-low", "wrap-oblique", "wrap-horizontal")
 WIDTHS = (0.050, 0.080, 0.120)

@@ -37,8 +37,8 @@ from spiraltrunk.sim.framing import frame_view
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.objects.catalogue import ObjectSpec, parse_object
 from spiraltrunk.sim.render import View, render_frames
-from spiraltrunk.workflows.grasp.auto import get_strategy
-from spiraltrunk.workflows.grasp.last_try import list_attempts, list_candidates
+from spiraltrunk.workflows.grasp.choice.auto import get_strategy
+from spiraltrunk.workflows.grasp.choice.last_try import list_attempts, list_candidates
 from spiraltrunk.workflows.grasp.trial import Trial, run_scene
 from spiraltrunk.workflows.grasp.world import draw_scene
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-import spiraltrunk.workflows.grasp.ranking
+import spiraltrunk.workflows.grasp.choice.ranking
 from spiraltrunk import cli
 from spiraltrunk.cli.verbs.grasp import format_verdict
 
@@ -19,7 +19,7 @@ def test_a_refusal_of_all_is_no_trial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(
-        spiraltrunk.workflows.grasp.ranking, "find_alternatives", lambda *_: {"--stage hung": "wrap-vertical"}
+        spiraltrunk.workflows.grasp.choice.ranking, "find_alternatives", lambda *_: {"--stage hung": "wrap-vertical"}
     )
     out = tmp_path / "out"
     assert cli.main(["grasp", "auto", "--object", HEAVY, "--no-video", "--json", "--out", str(out)]) == 1
@@ -41,7 +41,7 @@ def test_a_thing_that_would_hardly_stand_is_told_as_laid_down(capsys: pytest.Cap
     from spiraltrunk.cli.verbs.object_check import warn_laid
     from spiraltrunk.design.presets import PAPER
     from spiraltrunk.sim.objects.catalogue import parse_object
-    from spiraltrunk.workflows.grasp.auto import get_strategy
+    from spiraltrunk.workflows.grasp.choice.auto import get_strategy
 
     for given, told in (
         ("cylinder:diameter_mm=15,height_mm=200,mass_g=50", "standing it would topple at 4.2 deg, 5 deg needed: laid"),

@@ -13,9 +13,9 @@ from spiraltrunk.sim import SimPlant, parse_object
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT
 from spiraltrunk.sim.robot.fr3 import FR3
 from spiraltrunk.strategies.wrap.hung_model import predict_wrap
-from spiraltrunk.workflows.grasp.evidence import Evidence
 from spiraltrunk.workflows.grasp.trial import run_trial
-from spiraltrunk.workflows.grasp.verdict import evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.grasp_verdict import evaluate_grasp
 from spiraltrunk.workflows.grasp.world import EXACT, Spread, draw_scene
 
 SHAPE = parse_object(DEFAULT_OBJECT)

@@ -9,8 +9,8 @@ import numpy as np
 
 from spiraltrunk.control.strategy import Milestone, Status
 from spiraltrunk.files.results import format_json
-from spiraltrunk.workflows.grasp.cause import Cause, Failure
 from spiraltrunk.workflows.grasp.film_moments import find_moments
+from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
 
 
 def test_json_has_no_nan() -> None:

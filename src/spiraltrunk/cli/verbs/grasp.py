@@ -68,7 +68,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
         raise UsageError(f"MUJOCO_GL is {quote(os.environ['MUJOCO_GL'])}; allowed: egl, osmesa, glfw or unset")
     from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
     from spiraltrunk.workflows.grasp.artifacts import compute_result, list_files, write_artifacts
-    from spiraltrunk.workflows.grasp.auto import get_strategy, list_objects
+    from spiraltrunk.workflows.grasp.choice.auto import get_strategy, list_objects
 
     usual = list_objects(arguments.strategy)
     usual_name = DEFAULT_OBJECT if DEFAULT_OBJECT in usual else usual[0]
@@ -106,7 +106,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
 def _tell_alternatives(design: TrunkDesign, shape: ObjectSpec, stage: str) -> None:
     """Tell with which options another strategy can take an object that a choice refused."""
-    from spiraltrunk.workflows.grasp.ranking import find_alternatives
+    from spiraltrunk.workflows.grasp.choice.ranking import find_alternatives
 
     for option, name in find_alternatives(design, shape, stage).items():
         complain(f"{name} can take it with {option}", DONE)

@@ -31,8 +31,8 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
 def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec) -> None:
     """Warn where the models rank the strategy as infeasible for the object as it rests."""
     from spiraltrunk.strategies.assessment import assess
-    from spiraltrunk.workflows.grasp.auto import AUTO, Auto, find_orientation
-    from spiraltrunk.workflows.grasp.ranking import announce_task
+    from spiraltrunk.workflows.grasp.choice.auto import AUTO, Auto, find_orientation
+    from spiraltrunk.workflows.grasp.choice.ranking import announce_task
 
     if strategy.job != "grasp" or strategy.name == AUTO:
         return
@@ -46,7 +46,7 @@ def warn_laid(strategy: Strategy[Any], shape: ObjectSpec) -> None:
     """Tell that a choice of strategies lays an object down that would hardly stand as it is described."""
     from spiraltrunk.sim.objects.presentation import natural_orientation
     from spiraltrunk.sim.objects.profile import compute_profile
-    from spiraltrunk.workflows.grasp.auto import AUTO, STANDS, find_orientation
+    from spiraltrunk.workflows.grasp.choice.auto import AUTO, STANDS, find_orientation
 
     is_chosen_on_ground = strategy.name == AUTO and strategy.support == "ground"
     if is_chosen_on_ground and natural_orientation(shape) == "upright" and find_orientation(shape) == "lying":
@@ -70,7 +70,7 @@ def name_able(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -
 
 def _list_able(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -> str:
     """The end of a refusal: which strategies can take the object, by their models."""
-    from spiraltrunk.workflows.grasp.ranking import find_able
+    from spiraltrunk.workflows.grasp.choice.ranking import find_able
 
     able = [name for name in find_able(design, shape) if name != strategy.name]
     return f"; what can take it: {', '.join(able)}" if able else "; no other strategy can take it"
@@ -79,8 +79,8 @@ def _list_able(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) 
 def _find_refusal(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> str | None:
     """Why the object is too thin, too wide or too heavy; None where it is not."""
     from spiraltrunk.strategies.assessment import measure_width
-    from spiraltrunk.workflows.grasp.auto import AUTO
-    from spiraltrunk.workflows.grasp.ranking import announce_task
+    from spiraltrunk.workflows.grasp.choice.auto import AUTO
+    from spiraltrunk.workflows.grasp.choice.ranking import announce_task
 
     if strategy.name == AUTO:
         return None  # A choice has its own reasons.

@@ -87,7 +87,7 @@ def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
     """
     from spiraltrunk import strategies
     from spiraltrunk.sim.objects.catalogue import parse_object
-    from spiraltrunk.workflows.grasp.auto import get_strategy, list_objects
+    from spiraltrunk.workflows.grasp.choice.auto import get_strategy, list_objects
     from spiraltrunk.workflows.survey.plan import SurveyPlan
 
     design = load_robot(arguments)

@@ -19,7 +19,7 @@ from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 from spiraltrunk.workflows.drive.trial import run_logged
-from spiraltrunk.workflows.grasp.ground import choose_ground
+from spiraltrunk.workflows.grasp.choice.ground import choose_ground
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 NOT_JUDGED = "not judged"

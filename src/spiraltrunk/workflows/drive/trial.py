@@ -26,10 +26,10 @@ from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.workflows.drive.recorder import Recorder
 from spiraltrunk.workflows.drive.robot import Robot
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
-from spiraltrunk.workflows.grasp.evidence import Evidence
-from spiraltrunk.workflows.grasp.ground import choose_ground
-from spiraltrunk.workflows.grasp.jobs import JOBS
+from spiraltrunk.workflows.grasp.choice.ground import choose_ground
 from spiraltrunk.workflows.grasp.trial import Trial
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 

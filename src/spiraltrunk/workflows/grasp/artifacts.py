@@ -18,8 +18,8 @@ from spiraltrunk.files.results import Progress, format_json, ignore_progress, re
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_plots
 from spiraltrunk.strategies.moves import PHASES
-from spiraltrunk.workflows.grasp.choose import Candidate
-from spiraltrunk.workflows.grasp.last_try import is_refused, list_attempts, list_candidates
+from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.last_try import is_refused, list_attempts, list_candidates
 from spiraltrunk.workflows.grasp.pictures import write_failure, write_film, write_strip
 from spiraltrunk.workflows.grasp.trial import Trial
 

@@ -17,10 +17,10 @@ from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.grasp.auto import get_strategy
-from spiraltrunk.workflows.grasp.last_try import evaluate
-from spiraltrunk.workflows.grasp.ranking import set_ground
-from spiraltrunk.workflows.grasp.verdict import Verdict
+from spiraltrunk.workflows.grasp.choice.auto import get_strategy
+from spiraltrunk.workflows.grasp.choice.last_try import evaluate
+from spiraltrunk.workflows.grasp.choice.ranking import set_ground
+from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 

@@ -18,7 +18,7 @@ from spiraltrunk.sim.objects.presentation import present
 from spiraltrunk.sim.robot.trunk import TrunkOptions
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
-from spiraltrunk.workflows.grasp.jobs import JOBS
+from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
 
 NOISE = SensorOptions(
     pull_noise=0.2e-3, tension_noise=0.2, tension_share=0.02, torque_noise=0.02, delay=0.020, camera_error=0.003,

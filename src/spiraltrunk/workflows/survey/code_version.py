@@ -9,10 +9,8 @@ from pathlib import Path
 import spiraltrunk
 
 _PARTS = (
-    "checks.py", "control", "design", "model", "sim", "strategies", "workflows/grasp/auto.py",
-    "workflows/grasp/choose.py", "workflows/grasp/ground.py", "workflows/grasp/last_try.py",
-    "workflows/grasp/push_verdict.py", "workflows/grasp/ranking.py", "workflows/grasp/trial.py",
-    "workflows/grasp/verdict.py", "workflows/grasp/world.py",
+    "checks.py", "control", "design", "model", "sim", "strategies", "workflows/grasp/choice",
+    "workflows/grasp/trial.py", "workflows/grasp/verdict", "workflows/grasp/world.py",
 )  # fmt: skip
 """Paths below the package's folder that a trial's outcome depends on."""
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from spiraltrunk.workflows.grasp.cause import Cause
+from spiraltrunk.workflows.grasp.verdict.cause import Cause
 from spiraltrunk.workflows.survey.plan import Entry, derive_seed
 
 Row = dict[str, Any]

@@ -12,9 +12,9 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.results import to_json
 from spiraltrunk.processes.worker import format_error
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.workflows.grasp.auto import get_strategy
-from spiraltrunk.workflows.grasp.cause import find_error_cause
+from spiraltrunk.workflows.grasp.choice.auto import get_strategy
 from spiraltrunk.workflows.grasp.trial import Trial, run_scene
+from spiraltrunk.workflows.grasp.verdict.cause import find_error_cause
 from spiraltrunk.workflows.grasp.world import draw_scene
 from spiraltrunk.workflows.survey.plan import Entry
 from spiraltrunk.workflows.survey.row import Row, build_empty_row

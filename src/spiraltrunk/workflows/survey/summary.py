@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from spiraltrunk.sim.objects.catalogue import CATALOGUE
-from spiraltrunk.workflows.grasp.cause import Cause
+from spiraltrunk.workflows.grasp.verdict.cause import Cause
 from spiraltrunk.workflows.survey.plan import SurveyPlan
 
 WIDTHS = (0.025, 0.045, 0.080, 0.120)

@@ -9,7 +9,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.workflows.grasp.ground import GROUNDS, choose_ground
+from spiraltrunk.workflows.grasp.choice.ground import GROUNDS, choose_ground
 from spiraltrunk.workflows.grasp.world import draw_scene
 
 LARGE = presets.get("paper-large-grip")

@@ -14,11 +14,16 @@ import numpy as np
 
 from spiraltrunk.control.messages import Task
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.workflows.grasp.arm_conditions import arm_conditions
-from spiraltrunk.workflows.grasp.evidence import Evidence
-from spiraltrunk.workflows.grasp.faults import fault_conditions, find_failure
-from spiraltrunk.workflows.grasp.push_loss import GATE, compute_path, find_kick_loss, find_sweep_loss
-from spiraltrunk.workflows.grasp.verdict import Verdict, decide, evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.arm_conditions import arm_conditions
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.faults import fault_conditions, find_failure
+from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict, decide, evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.push_loss import (
+    GATE,
+    compute_path,
+    find_kick_loss,
+    find_sweep_loss,
+)
 
 GRASP_ZONE = 0.05
 """Distance from its place within which the grasp after a sweep sets the object down [m], as for any grasp."""

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from spiraltrunk.workflows.grasp.cause import Cause, Failure
-from spiraltrunk.workflows.grasp.course import Course, find_runs
-from spiraltrunk.workflows.grasp.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
+from spiraltrunk.workflows.grasp.verdict.course import Course, find_runs
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
 
 LIFTED_LEAST = 0.020
 """Rise from which an object without support counts as lifted [m] (ours): a tenth of the commanded lift."""

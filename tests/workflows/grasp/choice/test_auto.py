@@ -14,8 +14,8 @@ from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.workflows.grasp.auto import MOST_TRIES, Auto, get_strategy, list_objects, task_as_seen
-from spiraltrunk.workflows.grasp.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, get_strategy, list_objects, task_as_seen
+from spiraltrunk.workflows.grasp.choice.choose import Candidate
 
 DT, GROUND = 0.02, 0.60
 HANGING = np.array([[0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])

@@ -15,9 +15,9 @@ from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
-from spiraltrunk.workflows.grasp.auto import Auto, find_orientation
-from spiraltrunk.workflows.grasp.choose import STAGES, Candidate
-from spiraltrunk.workflows.grasp.ground import GROUNDS, choose_ground
+from spiraltrunk.workflows.grasp.choice.auto import Auto, find_orientation
+from spiraltrunk.workflows.grasp.choice.choose import STAGES, Candidate
+from spiraltrunk.workflows.grasp.choice.ground import GROUNDS, choose_ground
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 _AS_ANNOUNCED = Spread(position=0.0, yaw=0.0, size=0.0, mass=0.0, friction=(0.8, 0.8), sensors=SensorOptions())

@@ -7,14 +7,14 @@ from dataclasses import replace
 
 from spiraltrunk.control.loop import RunLog
 from spiraltrunk.sim.machine import SimMachine
-from spiraltrunk.workflows.grasp.arm_conditions import arm_conditions
-from spiraltrunk.workflows.grasp.auto import Attempt, AutoState
-from spiraltrunk.workflows.grasp.cause import Cause, Failure
-from spiraltrunk.workflows.grasp.choose import Candidate
-from spiraltrunk.workflows.grasp.evidence import Evidence, Moments
-from spiraltrunk.workflows.grasp.faults import fault_conditions, find_failure
-from spiraltrunk.workflows.grasp.jobs import JOBS
-from spiraltrunk.workflows.grasp.verdict import Verdict
+from spiraltrunk.workflows.grasp.choice.auto import Attempt, AutoState
+from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.verdict.arm_conditions import arm_conditions
+from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.faults import fault_conditions, find_failure
+from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
+from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
 
 
 def evaluate(plant: SimMachine, log: RunLog, job: str) -> Verdict:

@@ -16,10 +16,10 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.grasp.cause import Cause
-from spiraltrunk.workflows.grasp.evidence import Evidence, Moments
-from spiraltrunk.workflows.grasp.push_verdict import evaluate_kick, evaluate_sweep
-from spiraltrunk.workflows.grasp.verdict import Verdict, evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.cause import Cause
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict, evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.push_verdict import evaluate_kick, evaluate_sweep
 
 STANDING = SceneOptions(shape=parse_object("cylinder-60"), support="ground", orientation="upright")
 TASK = build_task(PAPER, STANDING)

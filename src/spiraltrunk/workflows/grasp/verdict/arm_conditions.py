@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from spiraltrunk.control.arm_limits import velocity_bounds
-from spiraltrunk.workflows.grasp.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 
 Condition = tuple[bool, str]
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from spiraltrunk.workflows.grasp.arm_conditions import Condition, find_passed_limits
-from spiraltrunk.workflows.grasp.cause import Cause, Failure
-from spiraltrunk.workflows.grasp.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.arm_conditions import Condition, find_passed_limits
+from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 
 BEND_MOST = math.radians(33.0)
 """Largest bend that a joint of the paper's 30 deg may show; 10 % over the limit for other designs [rad] (ours)."""

@@ -14,12 +14,12 @@ import numpy as np
 from spiraltrunk.control.arm_limits import find_missing_limits
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.sim.ground_truth import Sample
-from spiraltrunk.workflows.grasp.arm_conditions import Condition, arm_conditions
-from spiraltrunk.workflows.grasp.cause import Failure
-from spiraltrunk.workflows.grasp.course import SLACK_SHARE, compute_angle
-from spiraltrunk.workflows.grasp.evidence import Evidence, Span
-from spiraltrunk.workflows.grasp.faults import fault_conditions, find_failure
-from spiraltrunk.workflows.grasp.grasp_loss import DROP_SPEED, FALL_MOST, find_grasp_loss
+from spiraltrunk.workflows.grasp.verdict.arm_conditions import Condition, arm_conditions
+from spiraltrunk.workflows.grasp.verdict.cause import Failure
+from spiraltrunk.workflows.grasp.verdict.course import SLACK_SHARE, compute_angle
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Span
+from spiraltrunk.workflows.grasp.verdict.faults import fault_conditions, find_failure
+from spiraltrunk.workflows.grasp.verdict.grasp_loss import DROP_SPEED, FALL_MOST, find_grasp_loss
 
 LIFT_TOLERANCE = 0.25
 """Largest deviation of lift and carry over the commanded ones [-] (ours)."""

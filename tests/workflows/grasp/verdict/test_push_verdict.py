@@ -12,8 +12,8 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.grasp.evidence import Evidence, Moments
-from spiraltrunk.workflows.grasp.push_verdict import evaluate_kick, evaluate_sweep
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.push_verdict import evaluate_kick, evaluate_sweep
 
 TASK = build_task(
     PAPER, SceneOptions(shape=parse_object("ball-100"), support="ground", position=(0.5, 0.0, 0.0), push=(0.0, 0.17))

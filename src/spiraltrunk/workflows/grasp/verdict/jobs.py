@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from spiraltrunk.workflows.grasp.evidence import Evidence
-from spiraltrunk.workflows.grasp.push_verdict import evaluate_kick, evaluate_sweep
-from spiraltrunk.workflows.grasp.verdict import Verdict, evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict, evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.push_verdict import evaluate_kick, evaluate_sweep
 
 JOBS: Mapping[str, Callable[[Evidence], Verdict]] = {
     "grasp": evaluate_grasp,

@@ -28,7 +28,7 @@ from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.strategies.moves import Move, MoveSequence, advance, begin, command_at, fraction
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.sensing import seen_position
-from spiraltrunk.workflows.grasp.choose import Candidate, find_highest_base, list_strategies, rank
+from spiraltrunk.workflows.grasp.choice.choose import Candidate, find_highest_base, list_strategies, rank
 
 AUTO = "auto"
 """Name of the strategy that chooses."""

@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.workflows.grasp.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 
 STANDING = math.radians(30.0)
 """Angle of an object's axis to the vertical below which it stands [rad] (ours): it stands at 0 and lies at 90 deg."""

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from spiraltrunk.workflows.grasp.cause import Cause, Failure
-from spiraltrunk.workflows.grasp.course import Course
-from spiraltrunk.workflows.grasp.evidence import Evidence
-from spiraltrunk.workflows.grasp.grasp_loss import find_topple
+from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
+from spiraltrunk.workflows.grasp.verdict.course import Course
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.grasp_loss import find_topple
 
 GATE = math.radians(30.0)
 """Largest angle between the way to the goal and the object's motion [rad] (ours)."""

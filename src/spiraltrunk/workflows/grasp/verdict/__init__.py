@@ -1,0 +1,1 @@
+"""Verdict on a trial: success, and the physical cause of a failure."""
