@@ -102,3 +102,7 @@ def describe(value: object, most: int = 80) -> str:
     """The value's `repr` on one line, of at most ``most`` characters."""
     text = " ".join(repr(value).split())
     return text if len(text) <= most else f"{text[: most // 2 - 3]}...{text[-most // 2 :]}"
+
+
+class StudioError(SpiralTrunkError, RuntimeError):
+    """An address, a port or a file that the studio cannot use."""

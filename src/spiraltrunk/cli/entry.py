@@ -23,12 +23,13 @@ from spiraltrunk.cli.verbs import (
     grasp,
     object,
     shape,
+    studio,
     survey,
     validate,
 )
 from spiraltrunk.errors import RunError, SpiralTrunkError
 
-VERBS = (design, shape, object, grasp, survey, validate, calibrate, export, drive, bench, completion)
+VERBS = (design, shape, object, grasp, survey, validate, calibrate, export, drive, studio, bench, completion)
 """Modules that each add a verb, in the order of the help."""
 
 

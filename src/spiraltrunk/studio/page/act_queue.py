@@ -1,0 +1,48 @@
+"""Acts of a page, run one after the other in a thread of its own."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from typing import final
+
+Act = Callable[[], None]
+
+
+@final
+class ActQueue:
+    """Acts in the order of their arrival; of those under one key the last alone, at the place of the first."""
+
+    def __init__(self, run: Callable[[Act], None]) -> None:
+        """Start the thread, which runs each act by ``run``."""
+        self._run = run
+        self._waiting: OrderedDict[object, Act] = OrderedDict()
+        self._changed = threading.Condition()
+        self._is_closed = False
+        threading.Thread(target=self._work, name="studio page", daemon=True).start()
+
+    def put(self, key: str | None, act: Act) -> None:
+        """Add an act; None as key stands for itself alone."""
+        with self._changed:
+            if not self._is_closed:
+                self._waiting[object() if key is None else key] = act
+                self._changed.notify()
+
+    def close(self) -> None:
+        """Drop what waits, and end the thread after its present act."""
+        with self._changed:
+            self._is_closed = True
+            self._waiting.clear()
+            self._changed.notify()
+
+    def _work(self) -> None:
+        while (act := self._take()) is not None:
+            self._run(act)
+            del act
+
+    def _take(self) -> Act | None:
+        with self._changed:
+            while not self._waiting and not self._is_closed:
+                self._changed.wait()
+            return None if self._is_closed else self._waiting.popitem(last=False)[1]

@@ -1,0 +1,122 @@
+"""Frame of a page: its theme, its tab bar, and the tabs behind it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from typing import Any, final
+
+from viser import SceneNodeHandle
+
+from spiraltrunk.studio.page.identity import run_script
+from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.tab import Tab
+
+BRAND = (0, 114, 178)
+"""Colour of buttons and sliders: blue of the palette of Okabe and Ito."""
+
+_MARK = """
+const shown = {title}, titles = {titles};
+document.title = "spiraltrunk studio";
+if (!document.getElementById("spiraltrunk-style")) {{
+  const style = document.createElement("style");
+  style.id = "spiraltrunk-style";
+  style.textContent = "button[data-shown=true] {{ background: {color} !important; color: white !important; }}";
+  document.head.append(style);
+}}
+const mark = (tries) => {{
+  const buttons = [...document.querySelectorAll("button")].filter((one) => titles.includes(one.textContent));
+  for (const one of buttons) {{
+    one.dataset.shown = one.textContent === shown;
+    one.setAttribute("aria-pressed", one.textContent === shown);
+  }}
+  if (buttons.length < titles.length && tries > 0) setTimeout(() => mark(tries - 1), 100);
+}};
+mark(30);
+"""
+"""Viser's row of buttons does not show which was pressed last: the page marks it."""
+
+
+@final
+class Frame:
+    """Tabs of a page, of which one is shown."""
+
+    def __init__(
+        self, page: Page, kinds: Sequence[Callable[[Page], Tab]], save: Callable[[dict[str, Any]], None]
+    ) -> None:
+        """Build all tabs in the page's thread.
+
+        Args:
+            page: the page.
+            kinds: constructors of the tabs, in the order of the bar.
+            save: keeps the page's settings.
+        """
+        self._page = page
+        self._save = save
+        self._tabs: dict[str, Tab] = {}
+        self._folders: dict[str, Any] = {}
+        self._roots: dict[str, SceneNodeHandle] = {}
+        self._shown = ""
+        self._dress()
+        tabs = [kind(page) for kind in kinds]
+        bar = page.gui.add_button_group("", tuple(tab.title for tab in tabs), hint="What the page shows")
+        bar.on_click(lambda _: page.later("tab", lambda: self.show(str(bar.value))))
+        for tab in tabs:
+            self._add(tab)
+        page.on_close(self.close)
+
+    def show(self, title: str) -> None:
+        """Show the tab of a title; unknown titles are left out."""
+        if title not in self._tabs or title == self._shown:
+            return
+        if self._shown:
+            self._tabs[self._shown].hide()
+        self._shown = title
+        with self._page.client.atomic():
+            for name, folder in self._folders.items():
+                folder.visible = name == title
+                self._roots[name].visible = name == title
+        self._mark()
+        self._tabs[title].show()
+        self.save()
+
+    def restore(self, settings: dict[str, Any]) -> None:
+        """Take settings of an earlier page, and show its tab."""
+        for tab in self._tabs.values():
+            kept = settings.get(tab.name)
+            if isinstance(kept, dict):
+                self._page.try_act(lambda tab=tab, kept=kept: tab.apply_settings(kept))  # type: ignore[misc]
+        shown = settings.get("shown")
+        self.show(shown if shown in self._tabs else next(iter(self._tabs)))
+
+    def save(self) -> None:
+        """Keep the settings of all tabs."""
+        settings = {tab.name: tab.read_settings() for tab in self._tabs.values()}
+        self._save({**settings, "shown": self._shown})
+
+    def close(self) -> None:
+        """Keep the settings, and close all tabs."""
+        self._page.try_act(self.save)
+        for tab in self._tabs.values():
+            self._page.try_act(tab.close)
+
+    def _dress(self) -> None:
+        self._page.gui.configure_theme(
+            brand_color=BRAND, control_width="large", show_logo=False, show_share_button=False
+        )
+        self._page.gui.set_panel_label("spiraltrunk studio")
+        self._page.gui.main_panel.dock_right()
+        self._page.gui.main_panel.set_width(400)
+        self._page.scene.set_up_direction("+z")
+
+    def _add(self, tab: Tab) -> None:
+        root = self._page.scene.add_frame(f"/{tab.name}", show_axes=False, visible=False)
+        folder = self._page.gui.add_folder(tab.title, visible=False)
+        self._tabs[tab.title], self._folders[tab.title], self._roots[tab.title] = tab, folder, root
+        with folder:
+            tab.build()
+
+    def _mark(self) -> None:
+        color = "rgb({}, {}, {})".format(*BRAND)
+        titles = json.dumps(list(self._tabs))
+        run_script(self._page.client, _MARK.format(title=json.dumps(self._shown), titles=titles, color=color))

@@ -1,0 +1,112 @@
+"""Long work in a process of its own, which can be stopped at any moment and never makes the page wait."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import Any, final
+
+from spiraltrunk.errors import SpiralTrunkError
+
+Work = Callable[..., Any]
+"""``work(report, *arguments)``, a function of a module."""
+
+STOPPED = "stopped"
+"""Reason of an end that the person wished for."""
+
+_PATIENCE = 3.0
+"""Time that the process has to end by itself [s]."""
+
+
+@final
+class Job:
+    """One piece of work."""
+
+    def __init__(self, work: Work, arguments: tuple[Any, ...]) -> None:
+        context = get_context("spawn")
+        self._ours, theirs = context.Pipe()
+        self._theirs: Connection | None = theirs
+        self._process = context.Process(target=_run, args=(theirs, work, arguments), daemon=True)
+        self._is_stopped = threading.Event()
+
+    @property
+    def is_running(self) -> bool:
+        """Whether its process lives."""
+        return self._process.is_alive()
+
+    def start(self, on_report: Callable[[Any], None], on_end: Callable[[Any, str | None], None]) -> None:
+        """Start the process, and a thread that hands on what it says."""
+
+        def listen() -> None:
+            on_end(*self._listen(on_report))
+
+        threading.Thread(target=listen, name="studio job", daemon=True).start()
+
+    def stop(self) -> None:
+        """End the work; does not wait."""
+        self._is_stopped.set()
+        with suppress(OSError, ValueError, AttributeError):
+            self._process.terminate()
+
+    def _listen(self, on_report: Callable[[Any], None]) -> tuple[Any, str | None]:
+        """Result and reason of the end."""
+        answer: tuple[Any, str | None] = (None, None)
+        try:
+            self._process.start()
+            assert self._theirs is not None
+            self._theirs.close()
+            while True:
+                kind, value = self._ours.recv()
+                if kind == "report":
+                    on_report(value)
+                else:
+                    answer = (value, None) if kind == "result" else (None, value)
+        except EOFError:
+            pass
+        except OSError as error:
+            answer = (None, str(error))
+        finally:
+            self._end()
+        if self._is_stopped.is_set():
+            return None, STOPPED
+        if answer == (None, None) and self._process.exitcode:
+            return None, f"its process ended with exit code {self._process.exitcode}"
+        return answer
+
+    def _end(self) -> None:
+        self._ours.close()
+        with suppress(AssertionError):  # Never started.
+            self._process.join(_PATIENCE)
+            if self._process.is_alive():
+                self._process.kill()
+                self._process.join()
+
+
+def _run(pipe: Connection, work: Work, arguments: tuple[Any, ...]) -> None:
+    """Main function of the process."""
+    parent = os.getppid()
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+    sending = threading.Lock()
+
+    def say(kind: str, value: Any) -> None:
+        with sending:
+            pipe.send((kind, value))
+
+    try:
+        say("result", work(lambda value: say("report", value), *arguments))
+    except (SpiralTrunkError, OSError) as error:
+        say("error", str(error) or type(error).__name__)
+    except Exception as error:
+        say("error", f"{type(error).__name__}: {error}")
+
+
+def _watch(parent: int) -> None:
+    """End with the parent, however it ended."""
+    sleeping = threading.Event()
+    while os.getppid() == parent:
+        sleeping.wait(0.5)
+    os._exit(1)

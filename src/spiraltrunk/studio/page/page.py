@@ -1,0 +1,135 @@
+"""One open page."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Any, Literal, final
+
+from viser import ClientHandle, GuiApi, SceneApi
+
+from spiraltrunk.design import TrunkDesign
+from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.studio.page.act_queue import ActQueue
+from spiraltrunk.studio.page.job import Job, Work
+
+Kind = Literal["error", "warning", "done"]
+"""Kinds of notices."""
+
+_COLORS: dict[Kind, tuple[int, int, int]] = {"error": (213, 94, 0), "warning": (230, 159, 0), "done": (0, 158, 115)}
+"""Colours of notices, of the palette of Okabe and Ito, that colour-blind people tell apart."""
+
+_TITLES: dict[Kind, str] = {"error": "That did not work", "warning": "Note", "done": "Done"}
+
+_log = logging.getLogger("spiraltrunk")
+
+
+@final
+class Page:
+    """One open page: its controls, scene, design, and the work that it started.
+
+    Everything that reacts to the person runs in one thread of the page, in order (`later`), so that tabs need no locks.
+    """
+
+    def __init__(self, client: ClientHandle, design: TrunkDesign) -> None:
+        self.client = client
+        self.gui: GuiApi = client.gui
+        """Controls of this page alone."""
+        self.scene: SceneApi = client.scene
+        """Scene of this page alone."""
+        self._design = design
+        self._listeners: list[Callable[[TrunkDesign], None]] = []
+        self._jobs: set[Job] = set()
+        self._closing: list[Callable[[], None]] = []
+        self._queue = ActQueue(self.try_act)
+        self._lock = threading.Lock()
+        self.is_closed = False
+
+    @property
+    def design(self) -> TrunkDesign:
+        """The design that all tabs show."""
+        return self._design
+
+    def set_design(self, design: TrunkDesign) -> None:
+        """Change the design; every tab that listens is told."""
+        self._design = design
+        for listener in self._listeners:
+            listener(design)
+
+    def on_design(self, listener: Callable[[TrunkDesign], None]) -> None:
+        """Call ``listener`` with each new design."""
+        self._listeners.append(listener)
+
+    def later(self, key: str, act: Callable[[], None]) -> None:
+        """Run ``act`` in the page's thread; one that waits under the same key is replaced.
+
+        A slider that is dragged sends more values than can be drawn: only its last one counts.
+        """
+        self._queue.put(key, act)
+
+    def notice(self, text: str, kind: Kind = "error", title: str | None = None) -> None:
+        """Show a message that stays until it is closed, or for some seconds where it needs no answer."""
+        if self.is_closed:
+            return
+        seconds = None if kind == "error" else 8.0
+        self.client.add_notification(title or _TITLES[kind], text, color=_COLORS[kind], auto_close_seconds=seconds)
+
+    def start(
+        self, work: Work, *arguments: Any, on_report: Callable[[Any], None], on_end: Callable[[Any, str | None], None]
+    ) -> Job:
+        """Start long work in a process of its own.
+
+        Args:
+            work: function of a module, called as ``work(report, *arguments)``; what it gives ``report`` arrives at
+                ``on_report``.
+            arguments: values that can be pickled.
+            on_report: called in the page's thread with each report, none left out.
+            on_end: called in the page's thread with the result, or with None and the reason where it failed or was
+                stopped.
+        """
+        job = Job(work, arguments)
+        self._jobs.add(job)
+
+        def end(result: Any, reason: str | None) -> None:
+            self._jobs.discard(job)
+            self.post(lambda: on_end(result, reason))
+
+        job.start(lambda report: self.post(lambda: on_report(report)), end)
+        return job
+
+    def post(self, act: Callable[[], None]) -> None:
+        """Run ``act`` in the page's thread; none is left out."""
+        self._queue.put(None, act)
+
+    def on_close(self, act: Callable[[], None]) -> None:
+        """Call ``act`` when the page is closed; the last registered first."""
+        self._closing.append(act)
+
+    def download(self, name: str, content: bytes) -> None:
+        """Offer a file to the person."""
+        self.client.send_file_download(name, content)
+
+    def close(self) -> None:
+        """Stop all that the page started; harmless when called again."""
+        with self._lock:
+            if self.is_closed:
+                return
+            self.is_closed = True
+        for act in reversed(self._closing):
+            self.try_act(act)
+        for job in tuple(self._jobs):
+            job.stop()
+        self._queue.close()
+        self._listeners.clear()
+
+    def try_act(self, act: Callable[[], None]) -> None:
+        """Run an act; what goes wrong is told on the page."""
+        try:
+            act()
+        except (SpiralTrunkError, OSError) as error:
+            self.notice(str(error))
+        except Exception as error:
+            if not self.is_closed:
+                _log.exception("an act of the page failed")
+                self.notice(f"{type(error).__name__}: {error}", title="An error in the studio")

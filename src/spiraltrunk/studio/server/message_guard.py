@@ -1,0 +1,86 @@
+"""What may arrive from a page: values alone, and files of limited size. Viser itself checks neither."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, final
+
+from viser import ClientHandle, ViserServer, _messages
+
+MOST_UPLOAD = 25_000_000
+"""Largest file that a page may send [bytes]."""
+
+MOST_TRANSFERS = 4
+"""Files that one page may send at a time [-]."""
+
+MOST_TEXT = 20_000
+"""Longest text in a control [-]."""
+
+
+def refuse_tunnels(server: ViserServer) -> None:
+    """No page may open a tunnel from the internet to this server, as a message of viser's asks for."""
+    for kind in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        server._websock_server.unregister_handler(kind)
+
+
+def guard_client(client: ClientHandle, complain: Callable[[str], None]) -> None:
+    """Check the messages of a page before viser acts on them; what is refused is told and changes nothing."""
+    _Guard(client, complain).install()
+
+
+@final
+class _Guard:
+    def __init__(self, client: ClientHandle, complain: Callable[[str], None]) -> None:
+        self._gui = client.gui
+        self._connection = client._websock_connection
+        self._complain = complain
+
+    def install(self) -> None:
+        pairs: tuple[tuple[type, Any, Any], ...] = (
+            (_messages.GuiUpdateMessage, self._gui._handle_gui_updates, self._update),
+            (_messages.FileTransferStartUpload, self._gui._handle_file_transfer_start, self._start),
+            (_messages.FileTransferPart, self._gui._handle_file_transfer_part, self._take_part),
+        )
+        for kind, theirs, ours in pairs:
+            self._connection.unregister_handler(kind, theirs)
+            self._connection.register_handler(kind, ours)
+
+    async def _update(self, client_id: Any, message: _messages.GuiUpdateMessage) -> None:
+        """Pass on a new value of a control; any other property is the server's."""
+        if set(message.updates) != {"value"} or not is_plain(message.updates["value"]):
+            self._complain("a control sent what is no number, text or choice; nothing was changed")
+            return
+        await self._gui._handle_gui_updates(client_id, message)
+
+    def _start(self, client_id: Any, message: _messages.FileTransferStartUpload) -> None:
+        """Begin a file whose size is allowed."""
+        running = self._gui._current_file_upload_states
+        size, parts = message.size_bytes, message.part_count
+        if not (0 <= size <= MOST_UPLOAD and 0 <= parts <= MOST_UPLOAD // 1000 and len(running) < MOST_TRANSFERS):
+            self._complain(
+                f"the file has {size / 1e6:.1f} MB; allowed: {MOST_UPLOAD / 1e6:.0f} MB, {MOST_TRANSFERS} at a time"
+            )
+            return
+        self._gui._handle_file_transfer_start(client_id, message)
+
+    def _take_part(self, client_id: Any, message: _messages.FileTransferPart) -> None:
+        """Take a part of a file; one that grows beyond its announced size is dropped."""
+        running = self._gui._current_file_upload_states
+        state = running.get(message.transfer_uuid)
+        if state is not None and state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
+            running.pop(message.transfer_uuid, None)
+            self._complain("the file is larger than announced; it was dropped")
+            return
+        self._gui._handle_file_transfer_part(client_id, message)
+
+
+def is_plain(value: Any) -> bool:
+    """Whether a value is a finite number, a short text, a truth value or a short list of them."""
+    if isinstance(value, bool | int):
+        return not isinstance(value, int) or abs(value) < 2**53
+    if isinstance(value, float):
+        return math.isfinite(value)
+    if isinstance(value, str):
+        return len(value) <= MOST_TEXT
+    return isinstance(value, list | tuple) and len(value) <= 16 and all(map(is_plain, value))

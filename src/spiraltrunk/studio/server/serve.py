@@ -1,0 +1,105 @@
+"""Start of the server, behind its gate."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Callable
+from typing import Any
+from unittest import mock
+
+import websockets.asyncio.server
+from viser import ViserServer
+from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
+from websockets.http11 import Request, Response
+
+from spiraltrunk.errors import RunError, StudioError
+from spiraltrunk.studio.server.gate import Gate, Refusal
+from spiraltrunk.studio.server.message_guard import refuse_tunnels
+
+MOST_MESSAGE = 8 * 2**20
+"""Largest message from a page [bytes]."""
+
+_HEADERS = {
+    "X-Frame-Options": "DENY", "X-Content-Type-Options": "nosniff", "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store", "Content-Security-Policy": "frame-ancestors 'none'",
+}  # fmt: skip
+"""Headers of every answer: no foreign page may show the studio in a frame, and no address with a token is passed on."""
+
+_STARTING = threading.Lock()
+
+
+def open_port(host: str, port: int) -> socket.socket:
+    """A socket that listens on an address; port 0 takes a free one.
+
+    Raises:
+        StudioError: where the address cannot be used.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    opened = socket.socket(family, socket.SOCK_STREAM)
+    opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        opened.bind((host, port))
+        opened.listen(64)
+    except OSError as error:
+        opened.close()
+        reason = error.strerror or error
+        raise StudioError(
+            f"port {port} of {host} cannot be opened: {reason}; end what uses it, or give another by --port"
+        ) from None
+    return opened
+
+
+def start_server(opened: socket.socket, gate: Gate) -> ViserServer:
+    """A viser server on a listening socket, whose every request passes a gate.
+
+    Raises:
+        RunError: where viser did not start through the gate, as another version of it might.
+    """
+    begun = threading.Event()
+    genuine = websockets.asyncio.server.serve
+
+    def serve_guarded(handler: Any, host: str, port: int, **options: Any) -> Any:
+        begun.set()
+        options["process_request"] = _guard(gate, options["process_request"])
+        options["max_size"] = MOST_MESSAGE
+        return genuine(handler, sock=opened, **options)
+
+    with _STARTING, mock.patch.object(websockets.asyncio.server, "serve", serve_guarded), _silence():
+        server = ViserServer(host=gate.host, port=gate.port, label="spiraltrunk studio", verbose=False)
+    if not begun.is_set():
+        server.stop()
+        raise RunError("this version of viser starts its server in another way; install the one in constraints.txt")
+    refuse_tunnels(server)
+    return server
+
+
+def _silence() -> Any:
+    """Keep viser from printing its own address, which has no token."""
+    return mock.patch("rich.print", return_value=None)
+
+
+def _guard(gate: Gate, theirs: Callable[..., Response | None]) -> Callable[..., Response | None]:
+    """Requests that the gate refuses are answered by its reason, others as before."""
+
+    def process(connection: ServerConnection, request: Request) -> Response | None:
+        headers = dict(request.headers.raw_items())
+        refusal = gate.judge(request.path, headers)
+        if refusal is not None:
+            return _answer(refusal)
+        response = theirs(connection, request)
+        if response is not None:
+            for name, value in _HEADERS.items():
+                response.headers[name] = value
+            if gate.brings_token(request.path):
+                response.headers["Set-Cookie"] = f"{gate.cookie}={gate.token}; HttpOnly; SameSite=Strict; Path=/"
+        return response
+
+    return process
+
+
+def _answer(refusal: Refusal) -> Response:
+    body = f"{refusal.reason}\n".encode()
+    headers = Headers({"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body)), **_HEADERS})
+    return Response(refusal.status.value, refusal.status.phrase, headers, body)

@@ -1,0 +1,11 @@
+"""Tabs of the page, in the order of its bar."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.tab import Tab
+
+TABS: tuple[Callable[[Page], Tab], ...] = ()
+"""Constructors of the tabs."""
