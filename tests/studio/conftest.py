@@ -1,0 +1,84 @@
+"""A running studio, and pages of it in a real browser."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("viser", reason="viser is not installed")
+
+from spiraltrunk.design import presets
+from spiraltrunk.studio.studio import Studio, StudioOptions
+
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    "--enable-webgl",
+)  # fmt: skip
+"""Flags with which Debian's Chromium draws WebGL without a screen or a GPU."""
+
+SIZE = {"width": 1280, "height": 800}
+
+
+@pytest.fixture
+def studio():
+    """Starts studios: ``studio(tabs, design=..., host=...)``; all are stopped at the end."""
+    running = []
+
+    def start(tabs, design=presets.PAPER, **options):
+        running.append(Studio(design, tabs, StudioOptions(**{"port": 0, **options})))
+        return running[-1]
+
+    yield start
+    for one in running:
+        one.stop()
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """A headless Chromium."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.skip("no chromium here; on Debian: apt install chromium")
+    with sync_api.sync_playwright() as playwright:
+        one = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+        yield one
+        one.close()
+
+
+@pytest.fixture
+def open_page(browser):
+    """Opens pages: ``open_page(studio)``; each in a browser of its own with ``own=True``, else in one they share."""
+    shared = browser.new_context(viewport=SIZE)
+    contexts = [shared]
+
+    def start(one, *, own=False, address=None):
+        if own:
+            contexts.append(browser.new_context(viewport=SIZE))
+        page = (contexts[-1] if own else shared).new_page()
+        page.goto(address or one.address)
+        page.get_by_role("button", pressed=True).wait_for()
+        return page
+
+    yield start
+    for context in contexts:
+        context.close()
+
+
+@pytest.fixture
+def take_picture(tmp_path):
+    """Takes pictures of the scene, ``take_picture(page, name)``: arrays of shape (height, width, 3), kept as files."""
+    numpy = pytest.importorskip("numpy")
+    image = pytest.importorskip("PIL.Image")
+
+    def take(page, name="page"):
+        file = Path(tmp_path) / f"{name}.png"
+        page.screenshot(path=file, clip={"x": 0, "y": 0, "width": 860, "height": 800})
+        with image.open(file) as picture:
+            return numpy.asarray(picture.convert("RGB")).astype(int)
+
+    return take

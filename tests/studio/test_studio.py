@@ -1,0 +1,249 @@
+"""Pages of a studio, in a real browser."""
+
+import json
+import pathlib
+import socket
+import time
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
+import pytest
+
+from spiraltrunk.errors import StudioError
+from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_button
+
+TABS = []
+SCALE = Scale(label="Size", unit="mm", least=1, most=100, step=0.1, hint="Size of the ball")
+
+
+class BallTab:
+    """A ball of a size."""
+
+    def __init__(self, page, title="Ball"):
+        self.page, self.name, self.title = page, title.lower(), title
+        self.closed = False
+        TABS.append(self)
+
+    def build(self):
+        self.size = Slider(self.page, SCALE, 20.0, self.draw)
+        self.kind = Choice(self.page, "Kind", ("round", "flat"), "round", lambda _: None, hint="Kind of ball")
+        add_button(self.page, "Fail", self.fail, hint="Fails")
+        self.draw(20.0)
+
+    def draw(self, size):
+        self.page.scene.add_icosphere(f"/{self.name}/ball", radius=size / 60, color=(0, 114, 178))
+
+    def fail(self):
+        raise StudioError("the ball is flat")
+
+    def show(self):
+        pass
+
+    def hide(self):
+        pass
+
+    def read_settings(self):
+        return {"size": self.size.value}
+
+    def apply_settings(self, settings):
+        self.size.set(settings["size"])
+        self.draw(self.size.value)
+
+    def close(self):
+        self.closed = True
+
+
+@pytest.fixture(autouse=True)
+def no_tabs():
+    TABS.clear()
+
+
+def cube(page):
+    return BallTab(page, "Cube")
+
+
+def wait_until(holds, seconds=10.0):
+    end = time.monotonic() + seconds
+    while not holds() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert holds()
+
+
+def type_size(page, text):
+    box = page.get_by_role("textbox").filter(visible=True).first
+    box.fill(text)
+    box.press("Enter")
+
+
+def test_a_page_shows_its_first_tab_and_changes_with_its_controls(studio, open_page, take_picture):
+    page = open_page(studio([BallTab, cube]))
+    assert page.title() == "spiraltrunk studio"
+    page.wait_for_timeout(500)
+    before = take_picture(page, "before")
+    type_size(page, "60")
+    wait_until(lambda: TABS[0].size.value == 60.0)
+    page.wait_for_timeout(500)
+    after = take_picture(page, "after")
+    assert (abs(after - before).sum(axis=2) > 60).mean() > 0.005
+
+
+def test_an_error_is_a_notice_and_a_closed_page_closes_its_tabs(studio, open_page):
+    one = studio([BallTab])
+    page = open_page(one)
+    page.get_by_role("button", name="Fail").click()
+    page.get_by_text("the ball is flat").wait_for()
+    assert one.n_pages == 1
+    page.close()
+    wait_until(lambda: one.n_pages == 0)
+    wait_until(lambda: TABS[0].closed)
+
+
+@pytest.mark.slow
+def test_three_pages_keep_apart_and_a_reload_comes_back(studio, open_page):
+    one = studio([BallTab, cube])
+    pages = [open_page(one) for _ in range(3)]
+    balls = [tab for tab in TABS if tab.title == "Ball"]
+    for page, size in zip(pages, ("10", "40", "70"), strict=True):
+        page.bring_to_front()
+        type_size(page, size)
+    wait_until(lambda: sorted(ball.size.value for ball in balls) == [10.0, 40.0, 70.0])
+    pages[1].get_by_role("button", name="Cube").click()
+    pages[1].get_by_role("button", name="Cube", pressed=True).wait_for()
+    pages[1].reload()
+    pages[1].get_by_role("button", name="Cube", pressed=True).wait_for()
+    again = [tab for tab in TABS[6:] if tab.title == "Ball"]
+    wait_until(lambda: again[-1].size.value == 40.0)
+    assert pages[0].get_by_role("button", name="Ball", pressed=True).is_visible()
+
+
+def send(page, value):
+    """Send a value for the slider as a hostile page would: past the slider itself."""
+    handle = TABS[0].size.handle
+    loop = TABS[0].page.client._viser_server.get_event_loop()
+    import asyncio
+
+    from viser import _messages
+
+    message = _messages.GuiUpdateMessage(uuid=handle._impl.uuid, updates=value)
+    connection = TABS[0].page.client._websock_connection
+    asyncio.run_coroutine_threadsafe(connection._handle_incoming_message(connection.client_id, message), loop).result(5)
+
+
+HOSTILE = [{"value": 9999.0}, {"value": float("nan")}, {"value": "text"}, {"update_cb": []}, {"value": [1.0] * 99}]
+
+
+def test_values_off_the_scale_change_nothing(studio, open_page):
+    page = open_page(studio([BallTab]))
+    handle = TABS[0].size.handle
+    callbacks = list(handle._impl.update_cb)
+    n_told = 0
+    for value in HOSTILE:
+        try:
+            send(page, value)
+        except ValueError:  # Viser's own refusal of a text.
+            assert value == {"value": "text"}
+        else:
+            n_told += 1
+        wait_until(lambda: handle.value == 20.0)
+        assert TABS[0].size.value == 20.0
+        assert handle._impl.update_cb == callbacks
+    notices = page.get_by_text("allowed: 1 to 100 mm").or_(page.get_by_text("nothing was changed"))
+    wait_until(lambda: notices.count() == n_told)
+
+
+def fetch(address, **headers):
+    try:
+        with urlopen(Request(address, headers=headers), timeout=10) as answer:
+            return answer.status, dict(answer.headers), answer.read()
+    except HTTPError as error:
+        return error.code, dict(error.headers), error.read()
+
+
+def test_the_page_cannot_be_framed_and_foreign_names_are_refused(studio):
+    one = studio([BallTab])
+    status, headers, body = fetch(one.address)
+    assert status == 200
+    assert headers["X-Frame-Options"] == "DENY"
+    assert b"<html" in body
+    status, _, body = fetch(one.address, Host="evil.example")
+    assert status == 403
+    assert b"evil.example" in body
+    assert fetch(one.address, Origin="http://evil.example")[0] == 403
+
+
+def connect(one, **headers):
+    """Status of an attempt to open a WebSocket."""
+    from websockets.exceptions import InvalidStatus
+    from websockets.sync.client import connect as open_socket
+
+    address = one.address.replace("http", "ws", 1)
+    origin = headers.pop("origin", None)
+    try:
+        with open_socket(
+            address, subprotocols=["viser-v1.1.1"], origin=origin, additional_headers=headers, open_timeout=10
+        ):
+            return 101
+    except InvalidStatus as error:
+        return error.response.status_code
+
+
+def test_a_socket_needs_an_origin_of_this_page(studio):
+    one = studio([BallTab])
+    own = one.address.rstrip("/")
+    assert connect(one, origin="http://evil.example") == 403
+    assert connect(one, origin="null") == 403
+    assert connect(one, origin=own.replace("127.0.0.1", "localhost")) == 403
+    assert connect(one) == 403
+    assert connect(one, origin=own) == 101
+
+
+def test_another_host_needs_the_token(studio, open_page):
+    one = studio([BallTab], host="0.0.0.0")
+    token = one.address.partition("?token=")[2]
+    port = one.address.split(":")[2].split("/")[0]
+    bare = f"http://127.0.0.1:{port}/"
+    assert len(token) > 16
+    assert fetch(bare)[0] == 401
+    assert fetch(f"{bare}?token=wrong")[0] == 401
+    assert fetch(f"{bare}?token={token}")[0] == 200
+    page = open_page(one, own=True, address=f"{bare}?token={token}")
+    page.goto(bare)  # The cookie knows the token now.
+    page.get_by_role("button", name="Ball", pressed=True).wait_for()
+
+
+def test_a_busy_or_wrong_address_is_one_line(studio):
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(StudioError, match=f"port {port} of 127.0.0.1 cannot be opened"):
+            studio([BallTab], port=port)
+    with pytest.raises(StudioError, match="allowed: 0 to 65535"):
+        studio([BallTab], port=70000)
+    with pytest.raises(StudioError, match="cannot be opened"):
+        studio([BallTab], host="192.0.2.1")
+
+
+def test_no_tunnel_is_opened_on_request(studio):
+    from viser import _messages
+
+    server = studio([BallTab])._server._websock_server
+    assert not server._incoming_handlers.keys() & {_messages.ShareUrlRequest, _messages.ShareUrlDisconnect}
+
+
+@pytest.mark.slow
+def test_two_hundred_reloads_do_not_grow_the_memory(studio, open_page):
+    def read_memory():
+        with pathlib.Path("/proc/self/status").open() as status:
+            return next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
+
+    page = open_page(studio([BallTab, cube]))
+    seen = []
+    for i in range(200):
+        page.reload()
+        page.get_by_role("button", name="Ball", pressed=True).wait_for()
+        TABS.clear()
+        if i in (19, 199):
+            seen.append(read_memory())
+    print(json.dumps(seen))
+    assert seen[1] < 1.1 * seen[0]
