@@ -47,6 +47,8 @@ BREACHES = {
     "matplotlib in sim": ("sim/breach.py", "import matplotlib.pyplot as plt", "pictures"),
     "matplotlib in the loop": ("control/loop.py", "import matplotlib", "pictures"),
     "build123d in the export": ("workflows/export/export.py", "import build123d", "solids"),
+    "viser in workflows": ("workflows/grasp/trial.py", "import viser", "page"),
+    "studio below the command line": ("workflows/breach.py", "import spiraltrunk.studio.tabs", "layers"),
     "OCP in sim": ("sim/breach.py", "from OCP.gp import gp_Pnt", "solids"),
     "cad beside sim": ("cad/__init__.py", "import spiraltrunk.sim.breach", "layers"),
     "rich in design": ("design/spiral.py", "import rich", "light"),
@@ -60,6 +62,7 @@ CONTRACTS = {
     "workflows": "Workflows build on a grasp, and else stand alone",
     "dynamics": "MuJoCo and mink stay in sim and envs",
     "pictures": "matplotlib stays in report",
+    "page": "viser stays in studio",
     "solids": "build123d stays in cad",
     "light": "design and model need NumPy, SciPy and Numba alone",
 }

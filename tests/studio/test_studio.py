@@ -78,6 +78,10 @@ def type_size(page, text):
 def test_a_page_shows_its_first_tab_and_changes_with_its_controls(studio, open_page, take_picture):
     page = open_page(studio([BallTab, cube]))
     assert page.title() == "spiraltrunk studio"
+    page.keyboard.press("Alt+2")
+    page.get_by_role("button", name="Cube", pressed=True).wait_for()
+    page.keyboard.press("Alt+1")
+    page.get_by_role("button", name="Ball", pressed=True).wait_for()
     page.wait_for_timeout(500)
     before = take_picture(page, "before")
     type_size(page, "60")

@@ -57,12 +57,16 @@ class Frame:
         self._folders: dict[str, Any] = {}
         self._roots: dict[str, SceneNodeHandle] = {}
         self._shown = ""
-        self._dress()
+        self._lay_out()
         tabs = [kind(page) for kind in kinds]
         bar = page.gui.add_button_group("", tuple(tab.title for tab in tabs), hint="What the page shows")
         bar.on_click(lambda _: page.later("tab", lambda: self.show(str(bar.value))))
         for tab in tabs:
             self._add(tab)
+        self._add_commands(tabs)
+        self._dark: Any = page.gui.add_checkbox("Dark", initial_value=False, hint="Light figures on a dark ground")
+        self._dark.on_update(lambda _: page.later("dark", self._dress))
+        self._dress()
         page.on_close(self.close)
 
     def show(self, title: str) -> None:
@@ -86,13 +90,16 @@ class Frame:
             kept = settings.get(tab.name)
             if isinstance(kept, dict):
                 self._page.try_act(lambda tab=tab, kept=kept: tab.apply_settings(kept))  # type: ignore[misc]
+        if settings.get("dark") is True:
+            self._dark.value = True
+            self._dress()
         shown = settings.get("shown")
         self.show(shown if shown in self._tabs else next(iter(self._tabs)))
 
     def save(self) -> None:
         """Keep the settings of all tabs."""
         settings = {tab.name: tab.read_settings() for tab in self._tabs.values()}
-        self._save({**settings, "shown": self._shown})
+        self._save({**settings, "shown": self._shown, "dark": bool(self._dark.value)})
 
     def close(self) -> None:
         """Keep the settings, and close all tabs."""
@@ -102,8 +109,21 @@ class Frame:
 
     def _dress(self) -> None:
         self._page.gui.configure_theme(
-            brand_color=BRAND, control_width="large", show_logo=False, show_share_button=False
-        )
+            brand_color=BRAND, control_width="large", dark_mode=bool(self._dark.value), show_logo=False,
+            show_share_button=False,
+        )  # fmt: skip
+
+    def _add_commands(self, tabs: Sequence[Tab]) -> None:
+        """Tabs by keyboard: Alt with a digit, or the list of commands that Ctrl-K opens."""
+        for i, tab in enumerate(tabs):
+            digit: Any = str(i + 1)
+            command = self._page.gui.add_command(f"Show {tab.title}", hotkey=digit, modifier="alt")
+            command.on_trigger(self._build_switch(tab.title))
+
+    def _build_switch(self, title: str) -> Callable[[object], None]:
+        return lambda _: self._page.later("tab", lambda: self.show(title))
+
+    def _lay_out(self) -> None:
         self._page.gui.set_panel_label("spiraltrunk studio")
         self._page.gui.main_panel.dock_right()
         self._page.gui.main_panel.set_width(400)
