@@ -48,7 +48,7 @@ BREACHES = {
     "matplotlib in the loop": ("control/loop.py", "import matplotlib", "pictures"),
     "build123d in the export": ("workflows/export/export.py", "import build123d", "solids"),
     "viser in workflows": ("workflows/grasp/trial.py", "import viser", "page"),
-    "studio below the command line": ("workflows/breach.py", "import spiraltrunk.studio.tabs", "layers"),
+    "studio below the command line": ("report/breach.py", "import spiraltrunk.studio.tabs", "layers"),
     "OCP in sim": ("sim/breach.py", "from OCP.gp import gp_Pnt", "solids"),
     "cad beside sim": ("cad/__init__.py", "import spiraltrunk.sim.breach", "layers"),
     "rich in design": ("design/spiral.py", "import rich", "light"),

@@ -20,7 +20,8 @@ class ActQueue:
         self._waiting: OrderedDict[object, Act] = OrderedDict()
         self._changed = threading.Condition()
         self._is_closed = False
-        threading.Thread(target=self._work, name="studio page", daemon=True).start()
+        self._thread = threading.Thread(target=self._work, name="studio page", daemon=True)
+        self._thread.start()
 
     def put(self, key: str | None, act: Act) -> None:
         """Add an act; None as key stands for itself alone."""
@@ -29,12 +30,20 @@ class ActQueue:
                 self._waiting[object() if key is None else key] = act
                 self._changed.notify()
 
-    def close(self) -> None:
-        """Drop what waits, and end the thread after its present act."""
+    def close(self, last: Act, patience: float) -> None:
+        """Drop what waits, run ``last`` after the present act, and end the thread.
+
+        Args:
+            last: the last act.
+            patience: longest wait for it [s].
+        """
         with self._changed:
-            self._is_closed = True
             self._waiting.clear()
+            self._waiting[object()] = last
+            self._is_closed = True
             self._changed.notify()
+        if threading.current_thread() is not self._thread:
+            self._thread.join(patience)
 
     def _work(self) -> None:
         while (act := self._take()) is not None:
@@ -45,4 +54,4 @@ class ActQueue:
         with self._changed:
             while not self._waiting and not self._is_closed:
                 self._changed.wait()
-            return None if self._is_closed else self._waiting.popitem(last=False)[1]
+            return self._waiting.popitem(last=False)[1] if self._waiting else None

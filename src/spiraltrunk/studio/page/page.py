@@ -22,6 +22,9 @@ _COLORS: dict[Kind, tuple[int, int, int]] = {"error": (213, 94, 0), "warning": (
 
 _TITLES: dict[Kind, str] = {"error": "That did not work", "warning": "Note", "done": "Done"}
 
+_PATIENCE = 5.0
+"""Time that a page's thread has to end [s]."""
+
 _log = logging.getLogger("spiraltrunk")
 
 
@@ -103,7 +106,7 @@ class Page:
         self._queue.put(None, act)
 
     def on_close(self, act: Callable[[], None]) -> None:
-        """Call ``act`` when the page is closed; the last registered first."""
+        """Call ``act`` in the page's thread when the page is closed; the last registered first."""
         self._closing.append(act)
 
     def download(self, name: str, content: bytes) -> None:
@@ -116,11 +119,13 @@ class Page:
             if self.is_closed:
                 return
             self.is_closed = True
-        for act in reversed(self._closing):
-            self.try_act(act)
         for job in tuple(self._jobs):
             job.stop()
-        self._queue.close()
+        self._queue.close(self._run_closing, _PATIENCE)
+
+    def _run_closing(self) -> None:
+        for act in reversed(self._closing):
+            self.try_act(act)
         self._listeners.clear()
 
     def try_act(self, act: Callable[[], None]) -> None:

@@ -21,16 +21,18 @@ class PageStore:
     def __init__(self) -> None:
         self._saved: OrderedDict[str, str] = OrderedDict()
         self._open: set[str] = set()
-        self._lock = threading.Lock()
+        self._left = threading.Condition()
 
-    def enter(self, page: str, other: str) -> tuple[str, dict[str, Any]]:
+    def enter(self, page: str, other: str, patience: float = 2.0) -> tuple[str, dict[str, Any]]:
         """Name and settings of a page that opens.
 
         Args:
             page: its name.
             other: its name where a page of that name is open already.
+            patience: time in which a page that is being reloaded is closed [s].
         """
-        with self._lock:
+        with self._left:
+            self._left.wait_for(lambda: page not in self._open, patience)
             settings = json.loads(self._saved.get(page, "{}"))
             name = other if page in self._open else page
             self._open.add(name)
@@ -39,7 +41,7 @@ class PageStore:
     def save(self, page: str, settings: dict[str, Any]) -> None:
         """Keep settings; those that are too long are not kept."""
         text = json.dumps(settings, allow_nan=False)
-        with self._lock:
+        with self._left:
             if len(text) <= MOST_LENGTH:
                 self._saved[page] = text
                 self._saved.move_to_end(page)
@@ -48,5 +50,6 @@ class PageStore:
 
     def leave(self, page: str) -> None:
         """A page was closed; its settings stay."""
-        with self._lock:
+        with self._left:
             self._open.discard(page)
+            self._left.notify_all()

@@ -1,0 +1,85 @@
+"""Acts in the page's thread, and work in processes."""
+
+import threading
+import time
+
+import pytest
+
+from spiraltrunk.errors import RunError
+from spiraltrunk.studio.page.act_queue import ActQueue
+from spiraltrunk.studio.page.job import STOPPED, Job
+
+
+def test_of_acts_under_one_key_the_last_runs():
+    seen, gate = [], threading.Event()
+    queue = ActQueue(lambda act: act())
+    queue.put(None, gate.wait)
+    for i in range(5):
+        queue.put("slider", lambda i=i: seen.append(i))
+    queue.put(None, lambda: seen.append("one"))
+    queue.put(None, lambda: seen.append("two"))
+    done = threading.Event()
+    queue.put(None, done.set)
+    gate.set()
+    assert done.wait(10)
+    assert seen == [4, "one", "two"]
+
+
+def test_closing_drops_what_waits_and_runs_the_last_act():
+    seen, gate = [], threading.Event()
+    queue = ActQueue(lambda act: act())
+    queue.put(None, gate.wait)
+    queue.put(None, lambda: seen.append("late"))
+    threading.Timer(0.1, gate.set).start()
+    queue.close(lambda: seen.append("last"), 10.0)
+    queue.put(None, lambda: seen.append("too late"))
+    assert seen == ["last"]
+
+
+def count(report, n):
+    for i in range(n):
+        report(i)
+    return "done"
+
+
+def refuse(report):
+    raise RunError("no object here")
+
+
+def work_for_ever(report):
+    report("begun")
+    time.sleep(1000)
+
+
+def end(work, *arguments, stop_at_report=False):
+    reports, answers, ended = [], [], threading.Event()
+    job = Job(work, arguments)
+
+    def take(report):
+        reports.append(report)
+        if stop_at_report:
+            job.stop()
+
+    def finish(*answer):
+        answers.append(answer)
+        ended.set()
+
+    job.start(take, finish)
+    assert ended.wait(60)
+    assert not job.is_running
+    return reports, answers
+
+
+def test_work_reports_and_ends():
+    assert end(count, 3) == ([0, 1, 2], [("done", None)])
+
+
+@pytest.mark.parametrize(("work", "reason"), [(refuse, "no object here"), (count, "TypeError")])
+def test_work_that_fails_says_why(work, reason):
+    reports, [(result, why)] = end(work)
+    assert (reports, result) == ([], None)
+    assert reason in why
+
+
+def test_work_can_be_stopped():
+    assert end(work_for_ever, stop_at_report=True) == (["begun"], [(None, STOPPED)])
