@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import json
 import threading
 import webbrowser
 from typing import Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_text
-from spiraltrunk.cli.output import DONE, Answer, complain, format_json
+from spiraltrunk.cli.output import DONE, Answer, complain
 
 
 def add_verb(verbs: Any) -> None:
@@ -35,8 +36,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
     try:
         if studio.needs_token:
             complain(f"others can reach this studio at {arguments.host}: whoever has the address can use it", DONE)
-        text = {"address": studio.address}
-        print(format_json(text) if arguments.json else f"studio: {studio.address} (Ctrl-C ends it)", flush=True)
+        line = json.dumps({"address": studio.address})  # One line: a program reads it while the studio runs.
+        print(line if arguments.json else f"studio: {studio.address} (Ctrl-C ends it)", flush=True)
         if not arguments.no_browser:
             webbrowser.open(studio.address)
         threading.Event().wait()
