@@ -10,7 +10,7 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.model import inverse, statics
-from spiraltrunk.model.inverse.path_search import bounded_step
+from spiraltrunk.model.inverse.path_search import Found, bounded_step
 from spiraltrunk.model.inverse.solve import InverseSolution
 from spiraltrunk.model.inverse.staged_loading import assign_turns
 from spiraltrunk.model.kinematics.shape import Shape, Status
@@ -62,13 +62,13 @@ def replay(solution: InverseSolution, row: int, friction: float) -> Shape:
 
 
 def test_paths_replayed_by_the_statics_end_at_the_targets() -> None:
-    tips = draw(30, 0.2, 5)
+    tips = draw(10, 0.2, 3)
     solution = inverse.solve(PAPER, tips, friction=0.2)
     assert solution.path is not None
     again = np.array([replay(solution, row, 0.2).points[-1] for row in range(len(tips))])
     left = np.linalg.norm(again - tips, axis=-1)
     np.testing.assert_allclose(solution.distance, left, rtol=0, atol=1e-9)
-    assert (left <= 5e-4).sum() >= 29
+    assert (left <= 5e-5).all()
     along = statics.load_along(PAPER, solution.path, friction=0.2)
     np.testing.assert_array_equal(along.points, solution.points)
     np.testing.assert_array_equal(solution.status == Status.OUT_OF_REACH, left > 5e-5)
@@ -76,14 +76,32 @@ def test_paths_replayed_by_the_statics_end_at_the_targets() -> None:
 
 def test_the_order_matters_and_friction_cannot_be_left_out() -> None:
     """The frictionless answer misses by centimetres, and so does the path in reverse order."""
-    tip = pull_two(0, (0.06, 0.03), 0.0, 0.4).points[-1]
-    solution, plain = inverse.solve(PAPER, tip, friction=0.4), inverse.solve(PAPER, tip)
+    tip = pull_two(0, (0.06, 0.06), 0.0, 0.2).points[-1]
+    solution, plain = inverse.solve(PAPER, tip, friction=0.2), inverse.solve(PAPER, tip)
     assert solution.distance < 5e-5
     path = solution.path
     assert path is not None
     backwards = replace(path, order=np.array([*path.order[path.order >= 0][::-1], *path.order[path.order < 0]]))
-    assert np.linalg.norm(statics.load_along(PAPER, backwards, friction=0.4).points[-1] - tip) > 5e-3
-    assert np.linalg.norm(statics.solve(PAPER, tension=plain.tension, friction=0.4).points[-1] - tip) > 1e-2
+    assert np.linalg.norm(statics.load_along(PAPER, backwards, friction=0.2).points[-1] - tip) > 2e-2
+    assert np.linalg.norm(statics.solve(PAPER, tension=plain.tension, friction=0.2).points[-1] - tip) > 2e-2
+
+
+def test_a_path_that_the_replay_does_not_confirm_is_refined(monkeypatch) -> None:
+    """The search's loading ends millimetres away when replayed; the tension next to 0 that is no part of it goes."""
+    path = statics.LoadingPath(
+        order=np.array([2, -1, -1]), pull=np.array([0.0, 0.0, 0.08]), tension=np.array([0.0, 0.0, MOST]),
+        by_tension=np.array([True, True, False]),
+    )  # fmt: skip
+    tip = statics.load_along(PAPER, path, friction=0.4).points[-1]
+    found = Found(np.array([5e-4, 0.0805, 0.0]), (0, 2, 1), np.array([0.0, 0.0, 0.0805]), 1e-6)
+    monkeypatch.setattr("spiraltrunk.model.inverse.friction.search_path", lambda *_: found)
+    monkeypatch.setattr("spiraltrunk.model.inverse.friction.get_friction_starts", lambda *_: None)
+    solution = inverse.solve(PAPER, tip, friction=0.4)
+    assert solution.distance <= 5e-5
+    assert solution.path is not None
+    np.testing.assert_array_equal(solution.path.order, path.order)
+    again = statics.load_along(PAPER, solution.path, friction=0.4)
+    np.testing.assert_array_equal(again.points, solution.points)
 
 
 def test_base_pose_load_and_direction_are_met() -> None:
@@ -111,10 +129,14 @@ def test_without_friction_nothing_changes_and_the_design_says_how_much_there_is(
     assert zero.path is None
     np.testing.assert_array_equal(plain.tension, zero.tension)
     np.testing.assert_array_equal(plain.points, zero.points)
-    rough = replace(PAPER, cable=replace(PAPER.cable, friction=0.2))
-    by_design, asked = inverse.solve(rough, tip), inverse.solve(PAPER, tip, friction=0.2)
+    planar = replace(PAPER, cable=replace(PAPER.cable, angles=(0.0, np.pi)))  # Fewer orders: fewer starts to compute.
+    rough = replace(planar, cable=replace(planar.cable, friction=0.2))
+    by_design, asked = inverse.solve(rough, tip), inverse.solve(planar, tip, friction=0.2)
     np.testing.assert_array_equal(by_design.points, asked.points)
-    np.testing.assert_array_equal(inverse.solve(rough, tip, friction=0.0).points, plain.points)
+    assert np.linalg.norm(inverse.solve(planar, tip).points - asked.points) > 1e-2
+    np.testing.assert_array_equal(
+        inverse.solve(rough, tip, friction=0.0).points, inverse.solve(planar, tip, friction=0.0).points
+    )
 
 
 @pytest.mark.parametrize("friction", [-0.1, np.nan, np.inf, 2.0, "0.2"])

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,18 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model.inverse.friction_starts import get_friction_starts
 from spiraltrunk.model.inverse.multistart import InverseOptions, LoadCases, round_case
-from spiraltrunk.model.inverse.path_search import Goal, search_path
+from spiraltrunk.model.inverse.path_search import Found, Goal, refine_path, search_path
 from spiraltrunk.model.inverse.staged_loading import StagedLoading
+from spiraltrunk.model.inverse.start_table import LoadCase, section_axes
 from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.statics.loading_path import LoadingPath, load_along
-from spiraltrunk.model.statics.loads import Loads
 
 _SEARCHED = 1e-7
 """Largest residual moment during the search [N m]; it moves the tip by some micrometres."""
+
+_DIFFERS = 2.0
+"""Residual of the replay over the search's above which the replay counts as another equilibrium [-]."""
 
 
 def read_friction(design: TrunkDesign, friction: float | None, options: InverseOptions) -> float:
@@ -48,36 +52,56 @@ def solve_with_friction(
 ) -> tuple[Shape, LoadingPath]:
     """The equilibrium nearest to each target, and the loading path that leads to it, with the batch's axes."""
     found: list[Any] = [None] * len(goals)
-    model = replace(options.statics, tolerance=max(options.statics.tolerance, _SEARCHED))
-    limits = (options.tries, options.rounds, options.tolerance)
 
     def search(first: int, last: int) -> None:
         for b in range(first, last):
-            case = load_cases.cases[b]
-            starts = get_friction_starts(design, round_case(case), friction, options.statics)
-            loading = StagedLoading(design, case, friction, model)
-            best = search_path(loading, starts, goals[b], limits)
-            found[b] = loading.build_path(best.values, best.cables, best.pull)
+            found[b] = _search_row(design, load_cases.cases[b], goals[b], friction, options)
 
     share(search, len(goals), 1)
-    path = LoadingPath(
-        **{
-            name: np.stack([getattr(one, name) for one in found]).reshape(*batch, design.n_cable)
-            for name in ("order", "pull", "tension", "by_tension")
-        }
-    )
-    shape = load_along(
-        design, path, theta_0=load_cases.theta_0.reshape(batch), roll=load_cases.roll.reshape(batch),
-        loads=_reshape_loads(load_cases.loads, batch), friction=friction, options=options.statics,
-    )  # fmt: skip
+    shapes, paths = zip(*found, strict=True)
+    return _stack(shapes, batch), _stack(paths, batch)
+
+
+def _search_row(
+    design: TrunkDesign, case: LoadCase, goal: Goal, friction: float, options: InverseOptions
+) -> tuple[Shape, LoadingPath]:
+    """Equilibrium and loading path of one target, as `load_along` replays it.
+
+    Where the replay, whose residual moment is smaller than the search's, ends away from the target, the path is refined
+    with the replay's.
+    """
+    starts = get_friction_starts(design, round_case(case), friction, options.statics)
+    model = replace(options.statics, tolerance=max(options.statics.tolerance, _SEARCHED))
+    loading, limits = StagedLoading(design, case, friction, model), (options.tries, options.rounds, options.tolerance)
+    best = search_path(loading, starts, goal, limits)
+    shape, path, left = _replay(loading, best, case, goal, options)
+    if left > max(options.tolerance, _DIFFERS * best.norm):
+        exact = StagedLoading(design, case, friction, options.statics)
+        for found in refine_path(exact, best, goal, limits):
+            again = _replay(exact, found, case, goal, options)
+            shape, path, left = again if again[2] < left else (shape, path, left)
+            if left <= options.tolerance:
+                break
     return shape, path
 
 
-def _reshape_loads(loads: Loads, batch: tuple[int, ...]) -> Loads:
-    """Loads of rows, with the batch's axes."""
-    mass, force = np.asarray(loads.mass), loads.force
-    return replace(
-        loads,
-        mass=mass.reshape(batch) if mass.ndim else mass,
-        force=None if force is None else np.reshape(force, (*batch, 3)),
-    )
+def _replay(
+    loading: StagedLoading, found: Found, case: LoadCase, goal: Goal, options: InverseOptions
+) -> tuple[Shape, LoadingPath, float]:
+    """The loading as a path, the equilibrium to which `load_along` leads it, and the norm of its residual [m]."""
+    path = loading.build_path(found.values, found.cables, found.pull)
+    shape = load_along(
+        loading.design, path, theta_0=case.theta_0, roll=case.roll, loads=case.loads, friction=loading.friction,
+        options=options.statics,
+    )  # fmt: skip
+    residual = goal.residual(shape.points[-1], section_axes(shape.points)[-1])
+    return shape, path, float(np.linalg.norm(residual))
+
+
+def _stack(parts: Sequence[Any], batch: tuple[int, ...]) -> Any:
+    """Shapes or paths of single targets, or parts of them, with the batch's axes."""
+    own = {}
+    for name, value in vars(parts[0]).items():
+        each = [getattr(part, name) for part in parts]
+        own[name] = _stack(each, batch) if is_dataclass(value) else np.stack(each).reshape((*batch, *np.shape(each[0])))
+    return type(parts[0])(**own)

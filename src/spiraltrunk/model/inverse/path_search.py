@@ -10,6 +10,7 @@ until a step gains too little (C. G. Broyden, Math. Comp. 19, 1965, 577-593).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple, final
 
 import numpy as np
@@ -44,6 +45,9 @@ _REPEATED = 1.3
 
 _LESS = (0.97, 0.93, 0.85)
 """Parts of a start's pulls that are tried where the start itself is not sound [-]."""
+
+_VANISHING = 1e-3
+"""Scaled unknown below which a tension or a pull is set to 0 where the loading is ill-conditioned [-]."""
 
 _FROM_STARTS = 0.75
 """Part of the tries that begin at the table's starts; the others begin beside the best loading found [-]."""
@@ -107,6 +111,20 @@ def search_path(loading: StagedLoading, starts: FrictionStarts, goal: Goal, limi
             break
     assert best is not None  # There is at least one start: rest.
     return best
+
+
+def refine_path(loading: StagedLoading, found: Found, goal: Goal, limits: tuple[int, int, float]) -> Iterator[Found]:
+    """Searches from a loading that ``loading``, solved more exactly, does not confirm; ``limits`` as `search_path`.
+
+    In the first, tensions and pulls next to 0 are held at 0: under some micronewtons of tension the equilibrium of a
+    taut cable can be ill-conditioned, and a smaller residual moment then ends at another one, millimetres away. The
+    second leaves all unknowns free.
+    """
+    _, rounds, enough = limits
+    for least in (_VANISHING, 0.0):
+        search = _Search(loading, found.cables, goal)
+        search.most = np.where(search.scale(found.values) < least, 0.0, search.most)
+        yield search.run(found.values, np.zeros(TURNS), rounds, enough)
 
 
 def _take_next(starts: FrictionStarts, score: np.ndarray) -> tuple[tuple[int, int, int], np.ndarray]:
