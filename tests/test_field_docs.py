@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import spiraltrunk
-from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.field_docs import explain_fields, read_field_docs
 from spiraltrunk.model.statics import StaticsOptions
 
 PACKAGE = Path(spiraltrunk.__file__).parent
@@ -59,3 +59,9 @@ def test_class_without_source_keeps_its_summary() -> None:
     made = explain_fields(dataclasses.make_dataclass("Made", ["x"], namespace={"__doc__": "Summary."}))
     assert made.__doc__ == "Summary."
     assert made(x=1).__doc__ == "Summary."
+
+
+def test_field_docs_are_one_line_each():
+    docs = read_field_docs(StaticsOptions)
+    assert set(docs) >= {field.name for field in dataclasses.fields(StaticsOptions)}
+    assert all(text and "\n" not in text for text in docs.values())

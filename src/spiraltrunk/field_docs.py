@@ -36,6 +36,16 @@ def _read_body(cls: type) -> list[ast.stmt]:
 
 
 @functools.cache
+def read_field_docs(cls: type) -> dict[str, str]:
+    """Docstring of each field of a class and its bases, on one line; none where the source cannot be read."""
+    return {
+        ast.unparse(field.target): " ".join(str(text.value.value).split())
+        for field, text in itertools.chain(*(itertools.pairwise(_read_body(base)) for base in reversed(cls.__mro__)))
+        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
+    }
+
+
+@functools.cache
 def _explain(owner: type, summary: str) -> str:
     lines = [inspect.cleandoc(summary), "", "Fields:"]
     for field, text in itertools.chain(*(itertools.pairwise(_read_body(base)) for base in reversed(owner.__mro__))):

@@ -27,6 +27,7 @@ from spiraltrunk.design.materials import RIGID
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.rules import compactness
 from spiraltrunk.design.schema import TABLES
+from spiraltrunk.design.toml import parse_design
 from spiraltrunk.errors import DesignError
 
 MINIMAL = 'name = "small"\n[spiral]\na_mm = 26.0\nb = 0.16\n'
@@ -289,3 +290,10 @@ def test_the_file_of_the_paper_is_as_before():
     """Its digest identifies designs in the results of earlier versions; a new key may not change it."""
     assert "n_leg" not in format_design(PAPER)
     assert "n_leg = 2" in format_design(presets.get("paper-large-grip"))
+
+
+def test_content_of_a_file_is_read_without_a_file():
+    text = format_design(presets.PAPER).encode()
+    assert parse_design(text, "page") == presets.PAPER
+    with pytest.raises(DesignError, match=r"'page': joint\.radius_mm is 99"):
+        parse_design(text.replace(b"radius_mm = 3.825", b"radius_mm = 99.0"), "page")

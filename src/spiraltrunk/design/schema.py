@@ -63,6 +63,8 @@ class Key(NamedTuple):
     """Whether a rule gives the value where the file does not."""
     hides_default: bool = False
     """Whether a written file leaves the key out where the value is the default."""
+    usual: tuple[float, float] | None = None
+    """Least and largest usual value of a number, in the key's unit (ours): the range of a slider. More is allowed."""
 
     @property
     def is_required(self) -> bool:
@@ -81,57 +83,57 @@ class Key(NamedTuple):
 TABLES: dict[str, tuple[Key, ...]] = {
     "": (Key("name", TrunkDesign, "name", kind=Kind.TEXT),),
     "spiral": (
-        Key("a_mm", Spiral, "a", MILLI),
-        Key("b", Spiral, "b"),
-        Key("k", TrunkDesign, "k", follows_rule=True),
-        Key("delta_theta_deg", TrunkDesign, "delta_theta", DEGREE),
-        Key("n_section", TrunkDesign, "n_section", kind=Kind.COUNT),
-        Key("theta_tip_deg", TrunkDesign, "theta_tip", DEGREE),
+        Key("a_mm", Spiral, "a", MILLI, usual=(2, 100)),
+        Key("b", Spiral, "b", usual=(0.03, 0.6)),
+        Key("k", TrunkDesign, "k", follows_rule=True, usual=(0.5, 0.95)),
+        Key("delta_theta_deg", TrunkDesign, "delta_theta", DEGREE, usual=(5, 60)),
+        Key("n_section", TrunkDesign, "n_section", kind=Kind.COUNT, usual=(2, 60)),
+        Key("theta_tip_deg", TrunkDesign, "theta_tip", DEGREE, usual=(0, 360)),
     ),
     "joint": (
-        Key("radius_mm", JointDesign, "radius", MILLI),
-        Key("length_mm", JointDesign, "length", MILLI),
-        Key("youngs_modulus_mpa", JointDesign, "youngs_modulus", MEGA),
-        Key("damping_time_s", JointDesign, "damping_time"),
+        Key("radius_mm", JointDesign, "radius", MILLI, usual=(0.5, 15)),
+        Key("length_mm", JointDesign, "length", MILLI, usual=(0.5, 10)),
+        Key("youngs_modulus_mpa", JointDesign, "youngs_modulus", MEGA, usual=(1, 100)),
+        Key("damping_time_s", JointDesign, "damping_time", usual=(0, 0.2)),
         Key("stiffness_nm_per_rad", JointDesign, "stiffness", kind=Kind.NUMBERS),
     ),
     "cable": (
         Key("angles_deg", CableDesign, "angles", DEGREE, Kind.NUMBERS),
-        Key("hole_fraction", CableDesign, "hole_fraction"),
-        Key("tension_max_n", CableDesign, "tension_max"),
-        Key("friction", CableDesign, "friction"),
+        Key("hole_fraction", CableDesign, "hole_fraction", usual=(0.1, 0.95)),
+        Key("tension_max_n", CableDesign, "tension_max", usual=(5, 200)),
+        Key("friction", CableDesign, "friction", usual=(0, 0.5)),
     ),
     "mass": (
-        Key("density_kg_per_m3", MassDesign, "density"),
+        Key("density_kg_per_m3", MassDesign, "density", usual=(50, 1300)),
         Key("sections_g", MassDesign, "sections", MILLI, Kind.NUMBERS),
-        Key("center_fraction", MassDesign, "center_fraction"),
+        Key("center_fraction", MassDesign, "center_fraction", usual=(0.3, 0.7)),
     ),
     "gripper": (
-        Key("n_finger", GripperDesign, "n_finger", kind=Kind.COUNT),
-        Key("b", GripperDesign, "b"),
-        Key("delta_theta_deg", GripperDesign, "delta_theta", DEGREE),
-        Key("n_phalanx", GripperDesign, "n_phalanx", kind=Kind.COUNT),
-        Key("finger_length_mm", GripperDesign, "finger_length", MILLI),
-        Key("finger_width_mm", GripperDesign, "finger_width", MILLI),
-        Key("mount_radius_mm", GripperDesign, "mount_radius", MILLI),
-        Key("mass_g", GripperDesign, "mass", MILLI),
-        Key("stiffness_nm_per_rad", GripperDesign, "stiffness"),
-        Key("tension_max_n", GripperDesign, "tension_max"),
-        Key("n_leg", GripperDesign, "n_leg", kind=Kind.COUNT, hides_default=True),
+        Key("n_finger", GripperDesign, "n_finger", kind=Kind.COUNT, usual=(2, 8)),
+        Key("b", GripperDesign, "b", usual=(0.1, 1.5)),
+        Key("delta_theta_deg", GripperDesign, "delta_theta", DEGREE, usual=(20, 85)),
+        Key("n_phalanx", GripperDesign, "n_phalanx", kind=Kind.COUNT, usual=(1, 4)),
+        Key("finger_length_mm", GripperDesign, "finger_length", MILLI, usual=(5, 150)),
+        Key("finger_width_mm", GripperDesign, "finger_width", MILLI, usual=(2, 40)),
+        Key("mount_radius_mm", GripperDesign, "mount_radius", MILLI, usual=(0, 40)),
+        Key("mass_g", GripperDesign, "mass", MILLI, usual=(0.5, 50)),
+        Key("stiffness_nm_per_rad", GripperDesign, "stiffness", usual=(0.001, 0.5)),
+        Key("tension_max_n", GripperDesign, "tension_max", usual=(1, 50)),
+        Key("n_leg", GripperDesign, "n_leg", kind=Kind.COUNT, hides_default=True, usual=(1, 2)),
     ),
     "housing": (
-        Key("radius_mm", HousingDesign, "radius", MILLI),
-        Key("length_mm", HousingDesign, "length", MILLI),
+        Key("radius_mm", HousingDesign, "radius", MILLI, usual=(40, 150)),
+        Key("length_mm", HousingDesign, "length", MILLI, usual=(40, 250)),
         Key("material", HousingDesign, "material", kind=Kind.TEXT),
-        Key("mass_kg", HousingDesign, "mass"),
-        Key("neck_length_mm", HousingDesign, "neck_length", MILLI),
-        Key("neck_mass_kg", HousingDesign, "neck_mass"),
+        Key("mass_kg", HousingDesign, "mass", usual=(0.3, 5)),
+        Key("neck_length_mm", HousingDesign, "neck_length", MILLI, usual=(10, 200)),
+        Key("neck_mass_kg", HousingDesign, "neck_mass", usual=(0.01, 0.5)),
     ),
     "arm": (
         Key("model", ArmDesign, "model", kind=Kind.TEXT),
         Key("mount_site", ArmDesign, "mount_site", kind=Kind.TEXT),
-        Key("base_height_mm", ArmDesign, "base_height", MILLI),
-        Key("roll_deg", ArmDesign, "roll", DEGREE),
+        Key("base_height_mm", ArmDesign, "base_height", MILLI, usual=(0, 1500)),
+        Key("roll_deg", ArmDesign, "roll", DEGREE, usual=(-180, 180)),
         Key("home_deg", ArmDesign, "home", DEGREE, Kind.NUMBERS),
     ),
 }
@@ -219,6 +221,17 @@ def convert_error(error: DesignError, name: str, unit: Decimal, typed: object) -
     """The error about a field in SI, in the name, the unit and the value that were typed."""
     allowed = error.allowed.in_unit(float(unit)) if isinstance(error.allowed, Range) else error.allowed
     return DesignError(name, got=error.got if isinstance(error.got, Unquoted) else typed, allowed=allowed)
+
+
+def as_typed(error: DesignError) -> DesignError:
+    """The error in the file's key and unit, where it is about a field in SI."""
+    field, bracket, index = error.name.partition("[")
+    found = find_key(field)
+    if found is None:
+        return error
+    name, key = found
+    got = Unquoted(format_value(error.got, key)) if isinstance(error.got, (float, int, tuple)) else error.got
+    return convert_error(error, f"{name}{bracket}{index}", key.unit, got)
 
 
 def find_key(field: str) -> tuple[str, Key] | None:

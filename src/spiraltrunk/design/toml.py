@@ -17,7 +17,7 @@ from spiraltrunk.design.gripper import GripperDesign
 from spiraltrunk.design.rules import compactness
 from spiraltrunk.design.spiral import Spiral
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.errors import DesignError
 from spiraltrunk.files.atomic import write_file
 from spiraltrunk.files.text_lines import check_regular
 
@@ -48,16 +48,31 @@ def load_design(path_or_preset: str | Path) -> TrunkDesign:
         check_regular(path)
         with path.open("rb") as file:
             data = file.read(schema.MOST_BYTES + 1)
-    with _as_design_error("design", path, "a file of valid TOML"):
-        document = schema.parse_toml(data)
-    try:
-        design = _assemble(document)
-    except DesignError as error:
-        raise _as_typed(error, path) from None
+    design = parse_design(data, path)
     if not design.arm.is_file or Path(design.arm.model).is_absolute():
         return design
     model = path.absolute().parent / design.arm.model
     return replace(design, arm=replace(design.arm, model=str(model)))
+
+
+def parse_design(data: bytes, file: str | Path) -> TrunkDesign:
+    """The design that the content of a TOML file describes; a relative path of an arm model stays relative.
+
+    Args:
+        data: the content.
+        file: what errors call the file.
+
+    Raises:
+        DesignError: for what is not TOML, or says what no trunk can be; it names the key.
+    """
+    path = Path(file)
+    with _as_design_error("design", path, "a file of valid TOML"):
+        document = schema.parse_toml(data)
+    try:
+        return _assemble(document)
+    except DesignError as error:
+        typed = schema.as_typed(error)
+        raise DesignError(typed.name, got=typed.got, allowed=typed.allowed, file=str(path)) from None
 
 
 def write_design(design: TrunkDesign, path: str | Path, notes: Sequence[str] = ()) -> Path:
@@ -119,17 +134,6 @@ def _split_scale(content: object) -> tuple[object, float | None]:
     rest = {name: value for name, value in content.items() if name != _SCALE}
     scale = schema.read_value(f"gripper.{_SCALE}", content[_SCALE], schema.Key(_SCALE, GripperDesign, _SCALE))
     return rest, cast(float, scale)
-
-
-def _as_typed(error: DesignError, path: Path) -> DesignError:
-    """The error with the file, and in its key and unit where it is about a field in SI."""
-    field, bracket, index = error.name.partition("[")
-    found = schema.find_key(field)
-    if found is not None:
-        name, key = found
-        got = Unquoted(schema.format_value(error.got, key)) if isinstance(error.got, (float, int, tuple)) else error.got
-        error = schema.convert_error(error, f"{name}{bracket}{index}", key.unit, got)
-    return DesignError(error.name, got=error.got, allowed=error.allowed, file=str(path))
 
 
 @contextmanager
