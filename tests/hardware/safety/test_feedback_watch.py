@@ -124,6 +124,50 @@ def test_the_same_frame_read_twice_is_not_counted_twice():
     assert freeze([0.05 * i for i in range(100)], motors) is None
 
 
+def listen(n_changed: int, n_frame: int = 80) -> FrozenState:
+    """State after a rest without torque, in which so many frames differed from the one before."""
+    state = FrozenState()
+    for i in range(11 + n_frame):
+        motor = build(time=i * DT, angle=1.0, torque=1e-4 * (max(0, min(i, 10 + n_changed) - 10) % 2))
+        state, found = watch_frozen(state, read(motor), LIMITS)
+        assert found is None
+    return state
+
+
+def hold(state: FrozenState, n_frame: int = 1000) -> int | None:
+    """Equal frames of a constant torque up to the fault; None without one."""
+    for i in range(n_frame):
+        motor = build(time=10.0 + i * DT, angle=1.0, torque=0.3)
+        state, found = watch_frozen(state, read(motor, 0.3), LIMITS)
+        if found:
+            assert found.kind is FaultKind.FROZEN_FEEDBACK
+            return i
+    return None
+
+
+def test_equal_frames_of_a_motor_that_fluctuates_at_rest_are_frozen():
+    assert hold(listen(n_changed=64)) == LIMITS.frozen_still
+    assert hold(listen(n_changed=40)) == LIMITS.frozen_still
+
+
+def test_equal_frames_of_a_motor_that_is_still_at_rest_are_none():
+    assert hold(listen(n_changed=0)) is None
+    assert hold(listen(n_changed=39)) is None
+    assert hold(listen(n_changed=39, n_frame=39)) is None, "too few to tell"
+
+
+def test_the_noise_is_counted_only_without_torque_and_after_settling():
+    state = listen(n_changed=5)
+    assert state.noise[1:] == (80, 5)
+    state, _ = watch_frozen(state, read(build(time=9.0, torque=0.2), 0.1), LIMITS)
+    assert state.noise == (0, 80, 5)
+    for i in range(10):
+        state, _ = watch_frozen(state, read(build(time=10.0 + i, torque=0.01 * i)), LIMITS)
+    assert state.noise == (10, 80, 5)
+    state, _ = watch_frozen(state, read(build(time=30.0, torque=0.5)), LIMITS)
+    assert state.noise == (11, 81, 6)
+
+
 # Motion.
 
 

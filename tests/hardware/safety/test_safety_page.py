@@ -8,7 +8,7 @@ import pytest
 
 from spiraltrunk.hardware.motors.gm6020 import GM6020
 from spiraltrunk.hardware.motors.sts_models import MODELS
-from spiraltrunk.hardware.safety import probe, reaction, watchdog
+from spiraltrunk.hardware.safety import feedback_watch, probe, reaction, watchdog
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.states import Mode
@@ -43,6 +43,7 @@ def test_every_state_has_a_row(mode: Mode) -> None:
         (FaultKind.STALE_FEEDBACK, f"warned of from {80 * LIMITS.loss_warned:g} %"),
         (FaultKind.FROZEN_FEEDBACK, f"{LIMITS.frozen_frames} equal"),
         (FaultKind.FROZEN_FEEDBACK, f"{LIMITS.frozen_torque:g} N m"),
+        (FaultKind.FROZEN_FEEDBACK, f"{LIMITS.frozen_still} under whatever torque"),
         (FaultKind.IMPLAUSIBLE_FEEDBACK, f"{1e3 * LIMITS.speed_window:g} ms"),
         (FaultKind.COUNT_LOST, f"{1e3 * GM6020.silence_max:.0f} ms"),
         (FaultKind.OVER_TEMPERATURE, f"at {GM6020.temperature_stop:g} degC (STS: {STS.temperature_stop:g})"),
@@ -79,6 +80,10 @@ def test_ramps_and_times_are_those_of_the_code() -> None:
     assert {3.0: "three times the floor"}[FLOORS] in ROWS[Mode.HOMING.value]
     assert f"{1e3 * watchdog.TIMEOUT:g} ms after the last heartbeat" in PAGE
     assert f"to zero within {1e3 * watchdog.RELEASE:g} ms" in PAGE
+
+
+def test_the_noise_of_a_motor_at_rest_is_that_of_the_code() -> None:
+    assert {0.5: "half"}[feedback_watch.LEAST_CHANGED] + f" of {feedback_watch.LEAST_FRAMES} or more frames" in PAGE
 
 
 def test_the_length_beyond_every_bend_is_that_of_the_code() -> None:

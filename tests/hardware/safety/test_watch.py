@@ -70,6 +70,21 @@ def test_5_s_of_nominal_running_raise_nothing(watches):
     assert run(watches, 5.0) == (set(), math.inf, ())
 
 
+def test_what_is_known_of_the_noise_is_kept_when_torque_is_switched_on_again(watches):
+    def rest(t, cable, reading):
+        noisy = change(reading, angle=0.0, speed=0.0, torque=1e-4 * (round(t / DT) % 2))
+        return dataclasses.replace(noisy, torque=0.0, pull=0.0, speed=0.0, tension=5.0, tension_wanted=5.0)
+
+    state = watches.start()
+    for number in range(100):
+        readings = tuple(rest(number * DT, cable, read(number * DT, cable)) for cable in range(3))
+        state, _, _ = watch(watches, state, readings, number * DT, DT)
+    again = watches.start(state)
+    assert [motor.frozen.noise.is_lively for motor in again.motors] == [True] * 3
+    assert again.motors[0].frozen.frame is None
+    assert not watches.start().motors[0].frozen.noise.is_lively
+
+
 @pytest.mark.slow
 def test_an_hour_of_nominal_running_raises_nothing(watches):
     assert run(watches, 3600.0) == (set(), math.inf, ())

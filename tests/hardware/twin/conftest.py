@@ -18,7 +18,7 @@ from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
 from spiraltrunk.hardware.twin.motor import MotorParameters
-from spiraltrunk.hardware.twin.motors import MotorTwins
+from spiraltrunk.hardware.twin.motors import NO_NOISE, FeedbackNoise, MotorTwins
 
 
 @dataclass
@@ -63,11 +63,12 @@ def build() -> Callable[..., Setup]:
         seed: int = 0,
         feedback_period: float = 1e-3,
         is_watched: bool = False,
+        noise: FeedbackNoise = NO_NOISE,
         **parameters: Any,
     ) -> Setup:
         options = AssemblyOptions(
             motor=MotorParameters(**parameters), feedback_period=feedback_period, is_watched=is_watched,
-            fails_at_driver=not at_motors, seed=seed,
+            fails_at_driver=not at_motors, noise=noise, seed=seed,
         )  # fmt: skip
         load = Anchor(0.0, 0.0, 0.0) if load is None else load
         twin = build_twin(PAPER, options, load=load)

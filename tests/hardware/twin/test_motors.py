@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+import statistics
 import time
 from collections.abc import Callable
 from itertools import pairwise
@@ -11,7 +12,7 @@ from itertools import pairwise
 import pytest
 
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.errors import DriveError
+from spiraltrunk.errors import DesignError, DriveError
 from spiraltrunk.hardware.bus.frame_bus import Frame
 from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
 from spiraltrunk.hardware.clock import SystemClock
@@ -38,7 +39,7 @@ from spiraltrunk.hardware.twin.anchor import Anchor
 from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
-from spiraltrunk.hardware.twin.motors import MotorTwins
+from spiraltrunk.hardware.twin.motors import FeedbackNoise, MotorTwins
 from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
 
 from .conftest import Setup, feedback_of
@@ -69,6 +70,25 @@ def test_feedback_is_the_codecs_frame_of_the_motors_state(build: Callable[..., S
         assert len(last.data) == 8
     assert setup.motors.motors[0].speed > 1.0
     assert setup.motors.motors[2].speed < -1.0
+
+
+def test_the_last_digit_of_a_motor_at_rest_fluctuates_and_the_seed_repeats_it(build: Callable[..., Setup]) -> None:
+    def rest(seed: int, noise: FeedbackNoise) -> list[Feedback]:
+        setup = build(LOOSE, encoder_start=100, seed=seed, noise=noise)
+        return feedback_of(setup.run(2.0))
+
+    noisy = rest(1, FeedbackNoise(encoder=0.3, current=1.0))
+    currents = [feedback.current for feedback in noisy]
+    assert statistics.pstdev(currents) == pytest.approx(math.sqrt(1.0 + 1.0 / 12.0), abs=0.06)
+    assert abs(statistics.fmean(currents)) < 0.1
+    angles = [feedback.angle for feedback in noisy]
+    assert statistics.fmean(angles) == pytest.approx(99.5, abs=0.05), "the rotor stands at the edge of a count"
+    assert {99, 100} <= set(angles) <= {98, 99, 100, 101}
+    assert rest(1, FeedbackNoise(encoder=0.3, current=1.0)) == noisy
+    assert rest(2, FeedbackNoise(encoder=0.3, current=1.0)) != noisy
+    assert len(set(rest(1, FeedbackNoise(encoder=0.0, current=0.0)))) == 1
+    with pytest.raises(DesignError, match=r"noise\.current"):
+        FeedbackNoise(current=-1.0)
 
 
 def test_a_reversed_motor_tells_the_opposite(build: Callable[..., Setup]) -> None:

@@ -113,7 +113,7 @@ class ControlLoop:
         self.state = states.arm(self.state, obstacles)
         self.ramp, self.refusal, self.has_new_position = None, "", False
         self.winding.restart()
-        self.seen = self.watches.start()
+        self.seen = self.watches.start(self.seen)
         self.targets = self._hold_floor(now + self.options.arming_time)
 
     def let_go(self) -> None:

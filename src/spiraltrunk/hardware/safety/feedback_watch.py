@@ -50,6 +50,34 @@ class _Frame(NamedTuple):
     torque: float
 
 
+class Noise(NamedTuple):
+    """How often the reported torque of a motor at rest changes although none is commanded."""
+
+    n_quiet: int = 0
+    """New frames in a row without commanded torque [-]."""
+    n_frame: int = 0
+    """Frames counted, those after the first `_SETTLING` of each row [-]."""
+    n_changed: int = 0
+    """Of those, frames whose torque differs from that of the frame before [-]."""
+
+    @property
+    def is_lively(self) -> bool:
+        """Whether the last digit of the torque is known to fluctuate."""
+        return self.n_frame >= LEAST_FRAMES and self.n_changed >= LEAST_CHANGED * self.n_frame
+
+
+_SILENT = Noise()
+
+_SETTLING = 10
+"""Frames without commanded torque before a motor is at rest [-] (ours): 20 ms at 500 Hz."""
+
+LEAST_FRAMES = 40
+"""Frames that tell whether a motor's feedback fluctuates [-] (ours); the probe of homing gives 80 at 500 Hz."""
+
+LEAST_CHANGED = 0.5
+"""Part of them that must differ from the frame before [-] (ours)."""
+
+
 @explain_fields
 @final
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -64,32 +92,54 @@ class FrozenState:
     """Least torque commanded since it says so [N m]."""
     most: float = -math.inf
     """Largest torque commanded since it says so [N m]."""
+    equal: int = 0
+    """New frames that said the same [-]."""
     repeated: int = 0
     """New frames that said the same although they should not [-]."""
+    noise: Noise = _SILENT
+    """How much the feedback fluctuates at rest."""
 
 
 def watch_frozen(state: FrozenState, reading: CableReading, limits: SafetyLimits) -> tuple[FrozenState, Finding | None]:
     """Frames that come and never change although they have to.
 
-    A motor that stands still under a constant torque may send equal frames for hours. It cannot while it says that it
-    turns at `stall_speed`, nor after its commanded torque has changed by `frozen_torque`, which its own estimate must
-    follow.
+    A motor cannot send equal frames while it says that it turns at `stall_speed`, nor after its commanded torque has
+    changed by `frozen_torque`, which its own estimate must follow. Under a constant torque the last digit of the
+    estimate fluctuates, of some motors; which do so is learnt while no torque is commanded, in the probe of homing,
+    and of those `frozen_still` equal frames in a row are a fault, too. Where q is the part of frames that repeat the
+    one before, q <= 1 - `LEAST_CHANGED`, that happens by chance with q^`frozen_still` = 8e-31 at each frame.
     """
     motor = reading.motor
     if motor.time == state.time:
         return state, None
-    frame = _Frame(motor.angle, motor.speed, motor.torque)
+    frame, noise = _Frame(motor.angle, motor.speed, motor.torque), _listen(state, reading)
     if frame != state.frame:
         torque = reading.torque
-        return FrozenState(time=motor.time, frame=frame, least=torque, most=torque), None
-    least, most = min(state.least, reading.torque), max(state.most, reading.torque)
+        return FrozenState(time=motor.time, frame=frame, least=torque, most=torque, noise=noise), None
+    least, most, equal = min(state.least, reading.torque), max(state.most, reading.torque), state.equal + 1
     is_due = most - least >= limits.frozen_torque or abs(motor.speed) >= limits.stall_speed
     repeated = state.repeated + 1 if is_due else 0
-    after = FrozenState(time=motor.time, frame=frame, least=least, most=most, repeated=repeated)
-    if repeated < limits.frozen_frames:
-        return after, None
-    text = f"{repeated} frames are equal while the commanded torque went from {least:.3f} to {most:.3f} N m"
-    return after, Finding(FaultKind.FROZEN_FEEDBACK, f"{text} and the speed is {motor.speed:.2f} rad/s")
+    after = FrozenState(
+        time=motor.time, frame=frame, least=least, most=most, equal=equal, repeated=repeated, noise=noise
+    )
+    if repeated >= limits.frozen_frames:
+        text = f"{repeated} frames are equal while the commanded torque went from {least:.3f} to {most:.3f} N m"
+        return after, Finding(FaultKind.FROZEN_FEEDBACK, f"{text} and the speed is {motor.speed:.2f} rad/s")
+    if noise.is_lively and equal >= limits.frozen_still:
+        text = f"{equal} frames in a row are equal; at rest {noise.n_changed} of {noise.n_frame} differed from the last"
+        return after, Finding(FaultKind.FROZEN_FEEDBACK, text)
+    return after, None
+
+
+def _listen(state: FrozenState, reading: CableReading) -> Noise:
+    """The noise with one new frame more, which counts where no torque was commanded for some frames."""
+    noise = state.noise
+    if reading.torque != 0.0 or state.frame is None:
+        return noise._replace(n_quiet=0)
+    if noise.n_quiet < _SETTLING:
+        return noise._replace(n_quiet=noise.n_quiet + 1)
+    is_changed = reading.motor.torque != state.frame.torque
+    return Noise(noise.n_quiet + 1, noise.n_frame + 1, noise.n_changed + is_changed)
 
 
 @explain_fields

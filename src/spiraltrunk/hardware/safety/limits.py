@@ -43,6 +43,8 @@ class SafetyLimits:
     """Equal new frames after the commanded torque has changed that are a fault [-]."""
     frozen_torque: float = 0.03
     """Change of the commanded torque that every motor's own estimate must show [N m]: 3 N on a drum of 10 mm."""
+    frozen_still: int = 100
+    """Equal new frames under whatever torque that are a fault, of a motor whose last digit fluctuates at rest [-]."""
     blocked_torque: float = 0.12
     """Change of the commanded torque, beyond dry friction both ways, that must turn the drum [N m]: 12 N on 10 mm."""
     blocked_steps: float = 3.0

@@ -25,6 +25,7 @@ from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.feedback_watch import (
     FrozenState,
     MotionState,
+    Noise,
     find_impossible,
     find_stale,
     watch_frozen,
@@ -116,10 +117,12 @@ class Watches:
     is_homed: bool = True
     """Whether pull and load of the cables are known; False while the drums are homed."""
 
-    def start(self) -> WatchState:
-        """State in which nothing was seen yet, to begin with whenever torque is switched on."""
+    def start(self, before: WatchState | None = None) -> WatchState:
+        """State to begin with whenever torque is switched on; what is kept of ``before`` is the noise alone."""
         n_cable = len(self.ranges)
-        return WatchState(motors=(MotorWatch(),) * n_cable, cables=(CableWatch(),) * n_cable)
+        noises = [Noise()] * n_cable if before is None else [motor.frozen.noise for motor in before.motors]
+        motors = tuple(MotorWatch(frozen=FrozenState(noise=noise)) for noise in noises)
+        return WatchState(motors=motors, cables=(CableWatch(),) * n_cable)
 
 
 def find_silent(

@@ -16,7 +16,7 @@ from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
-from spiraltrunk.hardware.twin.motors import MotorTwins
+from spiraltrunk.hardware.twin.motors import FeedbackNoise, MotorTwins
 from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
 
 
@@ -36,8 +36,10 @@ class AssemblyOptions:
     """Whether a board with a watchdog stands between bus and motors."""
     fails_at_driver: bool = True
     """Whether faults of the bus happen at the driver's end, or at the motors'."""
+    noise: FeedbackNoise = field(default_factory=FeedbackNoise)
+    """Noise of the motors' feedback."""
     seed: int = 0
-    """Seed of the faults."""
+    """Seed of the faults and of the noise."""
 
 
 @final
@@ -92,7 +94,7 @@ def build_twin(
     numbers = [options.motor] * design.n_cable if isinstance(options.motor, MotorParameters) else options.motor
     twins = MotorTwins(
         far, load, [MotorTwin(one) for one in numbers], motor_ids=options.motor_ids,
-        feedback_period=options.feedback_period, board=board,
+        feedback_period=options.feedback_period, board=board, noise=options.noise, seed=options.seed,
     )  # fmt: skip
     injector = FaultInjector(twins, bus if options.fails_at_driver else far)
     devices = (injector, *beside, twins)

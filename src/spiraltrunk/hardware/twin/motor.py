@@ -136,7 +136,11 @@ class MotorTwin:
     @property
     def count(self) -> int:
         """Reading of the encoder within a turn [-]."""
-        return math.floor(self.encoder_offset + self.angle * self._per_rad) % self._p.encoder_counts
+        return self.read_count(0.0)
+
+    def read_count(self, error: float) -> int:
+        """Reading of the encoder within a turn, with this error in counts [-]."""
+        return math.floor(self.encoder_offset + self.angle * self._per_rad + error) % self._p.encoder_counts
 
     @property
     def torque(self) -> float:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.errors import DriveError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.bus.frame_bus import Frame, FrameBus
 from spiraltrunk.hardware.motors.gm6020 import (
     CURRENT_MAX,
@@ -32,6 +35,26 @@ _AMPERE = CURRENT_MAX / CURRENT_RAW
 _ROUNDING = 1e-9
 
 
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class FeedbackNoise:
+    """Normal noise of the last digit of the feedback, as standard deviations (ours: measured on no motor)."""
+
+    encoder: float = 0.3
+    """Of the angle in counts, before it is rounded [-]."""
+    current: float = 1.0
+    """Of the current in units of the feedback, 3 A / 16384, before it is rounded [-]."""
+
+    def __post_init__(self) -> None:
+        for name in ("encoder", "current"):
+            check_number(f"noise.{name}", getattr(self, name), least=0.0, most=100.0)
+
+
+NO_NOISE = FeedbackNoise(encoder=0.0, current=0.0)
+"""Feedback that is rounded and exact."""
+
+
 @final
 class MotorTwins(TwinDevice):
     """Motors in current mode with their drums, and what their cables pull on.
@@ -51,6 +74,8 @@ class MotorTwins(TwinDevice):
         feedback_period: float = 1e-3,
         board: BoardTwin | None = None,
         substeps: int = 1,
+        noise: FeedbackNoise = NO_NOISE,
+        seed: int = 0,
     ) -> None:
         """Motors at rest.
 
@@ -62,6 +87,8 @@ class MotorTwins(TwinDevice):
             feedback_period: time between two answers of a motor [s]; a GM6020's is 1 ms (unconfirmed).
             board: watchdog between bus and motors; None where none is fitted.
             substeps: parts of a step in which motors and load are integrated.
+            noise: noise of the feedback.
+            seed: its seed.
         """
         self.motors = tuple(motors)
         """One per cable."""
@@ -72,6 +99,7 @@ class MotorTwins(TwinDevice):
         check_number("feedback_period", feedback_period, least=1e-4, most=1.0)
         self._bus, self._load, self._board = bus, load, board
         self._period, self._substeps = feedback_period, substeps
+        self._noise, self._random = noise, random.Random(seed)
         self._time, self._wait = 0.0, feedback_period
         self._commands = [0.0] * len(self.motors)
         self.tensions: Sequence[float] = [0.0] * len(self.motors)
@@ -146,7 +174,21 @@ class MotorTwins(TwinDevice):
         """Send the feedback of every motor that is on."""
         self.n_answered += 1
         pairs = zip(self._answers, self.motors, strict=True)
-        self._send([Frame(identifier, _encode(motor)) for identifier, motor in pairs if motor.is_on])
+        self._send([Frame(identifier, self._encode(motor)) for identifier, motor in pairs if motor.is_on])
+
+    def _encode(self, motor: MotorTwin) -> bytes:
+        """Content of a motor's feedback, with what its fields cannot hold limited to what they can."""
+        sign, noise, gauss = motor.direction, self._noise, self._random.gauss
+        speed = round(sign * motor.speed / SPEED_PER_RPM)
+        current = round(sign * motor.current / _AMPERE + gauss(0.0, noise.current))
+        return encode_feedback(
+            Feedback(
+                motor.read_count(gauss(0.0, noise.encoder)),
+                min(max(speed, -32768), 32767),
+                min(max(current, -32768), 32767),
+                min(max(math.floor(motor.temperature + 0.5), 0), 255),
+            )
+        )
 
     def _send(self, frames: Sequence[Frame]) -> None:
         try:
@@ -155,18 +197,3 @@ class MotorTwins(TwinDevice):
             self._bus.flush()
         except DriveError:
             return
-
-
-def _encode(motor: MotorTwin) -> bytes:
-    """Content of a motor's feedback, with what its fields cannot hold limited to what they can."""
-    sign = motor.direction
-    speed = round(sign * motor.speed / SPEED_PER_RPM)
-    current = round(sign * motor.current / _AMPERE)
-    return encode_feedback(
-        Feedback(
-            motor.count,
-            min(max(speed, -32768), 32767),
-            min(max(current, -32768), 32767),
-            min(max(math.floor(motor.temperature + 0.5), 0), 255),
-        )
-    )

@@ -90,6 +90,7 @@ SCENARIOS: Mapping[str, Scenario] = {
     "duplicate": Scenario(fault="duplicate", is_stop=False),
     "corrupt": Scenario(fault="corrupt", settings={"probability": 0.01}, is_stop=False, may_stop=True),
     "frozen_feedback": Scenario(fault="frozen_feedback"),
+    "frozen_at_rest": Scenario(fault="frozen_feedback", strength=0.0),
     "id_swap": Scenario(fault="id_swap"),
     "encoder_wrap": Scenario(fault="encoder_wrap", is_stop=False, at_start=True),
     "power_cycle": Scenario(fault="power_cycle", bar=SAFE_BAR, is_safe_bar=True),
