@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import sys
 import time
@@ -24,13 +25,16 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
+from spiraltrunk.control.loop import RunLog
 from spiraltrunk.design import load_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.objects.everyday import draw_everyday
 from spiraltrunk.sim.objects.presentation import take_pose
+from spiraltrunk.workflows.grasp.choice.last_try import list_attempts
 from spiraltrunk.workflows.grasp.trial import run_trial
+from spiraltrunk.workflows.grasp.verdict.cause import Cause
 from spiraltrunk.workflows.survey.code_version import compute_source
 from spiraltrunk.workflows.survey.summary import wilson
 
@@ -103,13 +107,24 @@ def run_seed(name: str, seed: int, design: TrunkDesign) -> dict[str, Any]:
     except SpiralTrunkError as error:
         return row | {"refused": True, "reason": str(error)}
     verdict, failure = trial.verdict, trial.verdict.failure
-    tries = [each.strategy for each in getattr(trial.log.state, "attempts", ())] or [kind.strategy]
+    attempts = list_attempts(trial.log)
     return row | {
         "success": bool(verdict.success), "held": bool(verdict.is_held), "upright": bool(verdict.is_upright),
-        "cause": None if failure is None else failure.cause.value, "reason": verdict.reason, "tries": tries,
+        "cause": None if failure is None else failure.cause.value, "reason": verdict.reason,
+        "refused": failure is not None and failure.cause is Cause.REFUSED,
+        "tries": [each.strategy for each in attempts] or [kind.strategy],
+        "outcomes": [each.outcome for each in attempts],
+        "lost_s": None if failure is None or math.isinf(failure.time) else round(failure.time, 2),
+        "lost_in": None if failure is None else _action_at(trial.log, failure.time),
         "friction": round(trial.options.shape.friction, 2), "ground_m": trial.options.ground,
         "simulated_s": round(float(trial.plant.trace[-1].time), 2), "wall_s": round(time.perf_counter() - began),
     }  # fmt: skip
+
+
+def _action_at(log: RunLog, time: float) -> str:
+    """Action of the strategy at a time [s]."""
+    seen = [status.action for seen, status in zip(log.observations, log.statuses, strict=False) if seen.time <= time]
+    return seen[-1] if seen else ""
 
 
 def summarize(name: str, rows: Sequence[dict[str, Any]]) -> tuple[str, bool]:
@@ -118,11 +133,19 @@ def summarize(name: str, rows: Sequence[dict[str, Any]]) -> tuple[str, bool]:
     lines, holds = [], bool(tried)
     for entry in ("success", "held", "upright"):
         count, bar = sum(row[entry] for row in tried), CLASSES[name].bars.get(entry)
-        low, high = wilson(count, len(tried))
         asked = "" if bar is None else f"; asked for: {100 * bar:.0f} %"
-        lines.append(f"{name}, {entry}: {count} of {len(tried)} ({100 * low:.0f} to {100 * high:.0f} % at 95 %){asked}")
+        lines.append(f"{name}, {entry}: {_format_rate(count, len(tried))}{asked}")
         holds = holds and (bar is None or count >= bar * len(tried))
-    return "\n".join([*lines, f"{name}: {len(rows) - len(tried)} refused"]), holds
+    refused = len(rows) - len(tried)
+    if refused:
+        count = sum(row["success"] for row in rows)
+        lines.append(f"{name}, success with the refused as failures: {_format_rate(count, len(rows))}")
+    return "\n".join([*lines, f"{name}: {refused} refused"]), holds
+
+
+def _format_rate(count: int, trials: int) -> str:
+    low, high = wilson(count, trials)
+    return f"{count} of {trials} ({100 * low:.0f} to {100 * high:.0f} % at 95 %)"
 
 
 def main(argv: Sequence[str] | None = None) -> int:

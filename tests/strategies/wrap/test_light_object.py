@@ -16,6 +16,7 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import MoveSequence
+from spiraltrunk.strategies.wrap.attempts import may_rise, rise_further
 from spiraltrunk.strategies.wrap.light_object import OFF_GROUND, is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.standing import RETRIES, StandingState, WrapHorizontal
 
@@ -42,12 +43,13 @@ def seen_at(rise: float, lean: float = 0.0, mass: int = 30, size: str = TALL) ->
 
 
 def at_the_end_of(action: str, seen: Observation, *, load: float) -> StandingState:
-    """The state at the end of an action, after all retries, in which the arm measured a load [N]."""
+    """The state at the end of an action, after all rises and retries, in which the arm measured a load [N]."""
     state = STRATEGY.init(replace(seen, camera=None))
     at = next(i for i, move in enumerate(state.sequence.moves) if move.action == action)
-    sequence: MoveSequence = replace(
-        state.sequence, index=at, since=seen.time - state.sequence.moves[at].duration - 1e-9
-    )
+    sequence: MoveSequence = replace(state.sequence, index=at)
+    while action == "try" and may_rise(sequence):
+        sequence = replace(rise_further(sequence), index=sequence.index + 1)
+    sequence = replace(sequence, since=seen.time - sequence.move.duration - 1e-9)
     return replace(state, sequence=sequence, weight_empty=state.weight - load, retries=RETRIES)
 
 

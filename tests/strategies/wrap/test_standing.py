@@ -13,7 +13,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.wrap import standing, standing_plan
+from spiraltrunk.strategies.wrap import attempts, standing, standing_plan
 from spiraltrunk.strategies.wrap.standing import (
     StandingState,
     StandingWrap,
@@ -242,13 +242,65 @@ def test_a_falling_plane_is_wrapped_higher_where_its_base_will_sink(monkeypatch:
     assert height[1] - height[0] == pytest.approx(usual * PAPER.length * (tilt[0] - tilt[1]))
 
 
+def risen(state: StandingState, seen: Observation, times: int) -> StandingState:
+    """The state at the end of so many further rises of the test of the load."""
+    sequence = state.sequence
+    for _ in range(times):
+        sequence = replace(attempts.rise_further(sequence), index=sequence.index + 1)
+    return replace(state, sequence=replace(sequence, since=seen.time - sequence.move.duration))
+
+
+def test_the_test_of_the_load_rises_further_before_anything_is_let_go(start: tuple[StandingState, Observation]) -> None:
+    state, seen = at_the_end_of(start, "try", 0.0)
+    tried, rise = state.sequence.move.position, np.array([0.0, 0.0, standing_plan.TEST])
+    level = next(move.position for move in state.sequence.moves if move.action == "level")
+    further, _ = STRATEGY.step(state, seen)
+    assert further.sequence.move.action == "try"
+    assert further.retries == 0
+    np.testing.assert_allclose(further.sequence.move.position, tried + rise, atol=1e-12)
+    loaded, seen = at_the_end_of(start, "try", 1.0)
+    for times in range(attempts.RISES + 1):
+        borne, _ = STRATEGY.step(risen(loaded, seen, times), seen)
+        assert borne.sequence.move.action == "level"
+        np.testing.assert_allclose(borne.sequence.move.position, level + times * rise, atol=1e-12)
+
+
+def test_the_closing_trunk_yields_upwards_where_it_presses_on_something(
+    start: tuple[StandingState, Observation],
+) -> None:
+    state, seen = at_the_end_of(start, "curl", 0.0)
+    state = replace(state, sequence=replace(state.sequence, since=seen.time - 0.1))
+    lift = next(move.position for move in state.sequence.moves if move.action == "lift")
+    lower = next(move.position for move in state.sequence.moves if move.action == "lower")
+    for pressed, rise in ((attempts.PRESS - 0.1, 0.0), (attempts.PRESS + 0.1, attempts.YIELD)):
+        felt = STRATEGY.sense(replace(state, weight_empty=state.weight + pressed), seen).sequence
+        up = np.array([0.0, 0.0, rise])
+        np.testing.assert_allclose(felt.move.position, state.sequence.move.position + up, atol=1e-12)
+        later = {move.action: move.position for move in felt.moves}
+        np.testing.assert_allclose(later["lift"], lift + up, atol=1e-12)
+        np.testing.assert_allclose(later["lower"], lower, atol=1e-12)
+
+
+def test_what_has_toppled_is_not_tried_again(start: tuple[StandingState, Observation]) -> None:
+    state, seen = at_the_end_of(start, "try", 0.0)
+    state, _ = STRATEGY.step(risen(state, seen, attempts.RISES), seen)
+    at = next(i for i, move in enumerate(state.sequence.moves) if move.action == "back off")
+    since = seen.time - state.sequence.moves[at].duration
+    begun = replace(state, sequence=replace(state.sequence, index=at, since=since))
+    look = CameraObservation(time=seen.time, position=seen.task.target.position, axis=np.array([1.0, 0.0, 0.1]))
+    toppled, _ = STRATEGY.step(begun, replace(seen, camera=look))
+    assert toppled.gave_up == "nothing was lifted: the object has toppled"
+
+
 def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(
     start: tuple[StandingState, Observation],
 ) -> None:
     state, seen = at_the_end_of(start, "try", 0.0)
-    state, _ = STRATEGY.step(state, seen)
+    state, _ = STRATEGY.step(risen(state, seen, attempts.RISES), seen)
     assert state.sequence.move.action == "let go"
     assert state.retries == 1
+    repeated = [move.action for move in state.sequence.moves[state.sequence.index :]]
+    assert repeated[: repeated.index("level")].count("try") == 1
     later = state.sequence.moves[state.sequence.index :]
     assert min(move.duration for move in later if move.action == "let go") == standing_plan.OPEN_TIME
     at = next(i for i, move in enumerate(state.sequence.moves) if move.action == "back off")

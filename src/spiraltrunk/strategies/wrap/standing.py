@@ -8,8 +8,10 @@ Reach: the arm brings the trunk beside the object, the head tilted for the wante
 the object. The arm moves sideways until the cables' lengths show a touch, and retreats by as much as the trunk pressed.
 
 Prehension: ventral tension grows, and the arm follows the model so that the curling trunk leaves the object in place. A
-loose object falls over at half a newton; one that is pressed on is dragged along, out of a wide wrap. After tightening,
-a small rise tests the load; an object that is not held is set down, let go and grasped once more where it is then seen.
+loose object falls over at half a newton; one that is pressed on is dragged along, out of a wide wrap. A
+trunk that comes down on a handle or a rim yields upwards. After tightening, a small rise tests the load, and rises
+further where none is felt, as the closed trunk may have pressed on the ground. An object that is not held is set down,
+let go and, if it stands, grasped once more where it is then seen.
 
 Transport: equal cables turn the plane of the wrap towards level. Twice, the head turns by the lean that the camera
 sees. The arm lifts, carries and holds, with the ventral lengths held and the dorsal cable taut against them. Cable is
@@ -55,6 +57,15 @@ from spiraltrunk.strategies.moves import (
 )
 from spiraltrunk.strategies.sensing import seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
+from spiraltrunk.strategies.wrap.attempts import (
+    PRESS,
+    carry_higher,
+    has_toppled,
+    may_rise,
+    rise_further,
+    try_again,
+    yield_upwards,
+)
 from spiraltrunk.strategies.wrap.distal_plan import plan_distal_moves
 from spiraltrunk.strategies.wrap.distal_release import (
     center_place,
@@ -150,6 +161,8 @@ class StandingWrap(MoveStrategy[StandingState]):
         action = state.sequence.move.action
         if action == "touch":
             return _sense_touch(state, observation)
+        if action in ("curl", "tighten") and state.weight_empty - state.weight > PRESS:
+            return replace(state, sequence=yield_upwards(state.sequence))
         if action in _STIFF:
             return replace(state, sequence=_take_in(state, observation))
         if action == "lower" and not state.is_carried(observation):
@@ -164,14 +177,20 @@ class StandingWrap(MoveStrategy[StandingState]):
         action, sequence = state.sequence.move.action, state.sequence
         if action == "descend":
             state = replace(state, weight_empty=state.weight)
+        if action == "try" and not state.is_carried(observation) and may_rise(sequence):
+            return replace(state, sequence=advance(rise_further(sequence), observation.time))
         if action in ("try", "lift") and not state.is_carried(observation):
             if action == "lift" or state.retries >= RETRIES:
                 return replace(state, is_done=True, gave_up=_no_load(observation))
-            sequence = advance(insert_next(sequence, _try_again(sequence)), observation.time)
+            sequence = advance(insert_next(sequence, try_again(sequence)), observation.time)
             return replace(state, sequence=sequence, retries=state.retries + 1)
+        if action == "try":
+            sequence = carry_higher(sequence)
         if action == "touch":
             return _accept_touch(state, observation)
         if action == "back off":
+            if has_toppled(observation):
+                return replace(state, is_done=True, gave_up="nothing was lifted: the object has toppled")
             seen = seen_position(observation)
             sequence = shift_later(sequence, (seen - state.seen) * [1.0, 1.0, 0.0], PHASES[:3])
             state = replace(state, seen=seen)
@@ -306,25 +325,3 @@ def _stay(sequence: MoveSequence, observation: Observation) -> MoveSequence:
     """Shift the remaining moves up to the present height, and begin the next."""
     rise = base_position(sequence, observation.time)[2] - sequence.move.position[2]
     return advance(shift_later(sequence, np.array([0.0, 0.0, rise])), observation.time)
-
-
-def _try_again(sequence: MoveSequence) -> tuple[Move, ...]:
-    """Set down, let the trunk spring open as in the release, back off, and repeat the moves since the touch."""
-    done = sequence.moves[: sequence.index + 1]
-    last = {move.action: i for i, move in enumerate(done)}
-    release = [move for move in sequence.moves if move.phase == "release"]
-    n_eased = sum(move.action == "uncurl" for move in release)
-    again = sequence.moves[last["touch"] : sequence.index + 1]
-    back = [_let_go(move) for move in reversed(again) if move.action != "try"][: n_eased + 1]
-    spring = [
-        replace(_let_go(move), phase="prehension", position=back[-1].position, rotation=back[-1].rotation)
-        for move in release
-        if move.action == "open"
-    ]
-    first = replace(_let_go(again[0]), duration=1.0)
-    apart = replace(sequence.moves[last["descend"]], phase="prehension", action="back off", duration=2.0)
-    return (*back, *spring, first, apart, *again)
-
-
-def _let_go(move: Move) -> Move:
-    return replace(move, action="let go", milestone=None)

@@ -9,7 +9,9 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.workflows.grasp.choice.auto import Auto
 from spiraltrunk.workflows.grasp.choice.ground import GROUNDS, choose_ground
+from spiraltrunk.workflows.grasp.choice.ranking import announce_task, set_ground
 from spiraltrunk.workflows.grasp.world import draw_scene
 
 LARGE = presets.get("paper-large-grip")
@@ -44,6 +46,19 @@ def test_other_scenes_are_left_alone():
     grip = strategies.get("tip-grip")
     own = replace(draw_scene(parse_object("ball-30"), 0, strategy=grip), ground=0.5)
     assert choose_ground(LARGE, own, grip) is own
+
+
+def test_a_choice_among_strategies_that_tell_no_height_keeps_the_usual_ground():
+    can = parse_object("cylinder:diameter_mm=66,height_mm=115,mass_g=350")  # Too wide for the paper's fingers.
+    auto = Auto(PAPER)
+    assert auto.highest_base(announce_task(PAPER, can, auto)) is None
+    scene = draw_scene(can, 0, strategy=auto)
+    assert choose_ground(PAPER, scene, auto) is scene
+    assert set_ground(PAPER, scene, auto) is scene
+    narrow = parse_object("cylinder:diameter_mm=32,height_mm=40,mass_g=30")
+    task = announce_task(PAPER, narrow, auto)
+    fingers = [strategies.get(name).highest_base(task) for name in ("tip-grip", "pinch", "flip-grip")]
+    assert auto.highest_base(task) == max(fingers)
 
 
 def test_a_long_object_that_lies_is_presented_lying_to_fingers(tmp_path):

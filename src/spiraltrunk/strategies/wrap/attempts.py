@@ -1,0 +1,86 @@
+"""Attempts of a standing wrap: what the closing trunk presses on, the test of the load, and the second try."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from spiraltrunk.control.messages import Observation
+from spiraltrunk.strategies.moves import PHASES, Move, MoveSequence, insert_next, shift_later
+from spiraltrunk.strategies.wrap.standing_plan import TEST
+
+# All of these are ours, tuned in simulated trials.
+RISES = 2
+"""Number of further rises of one test of the load [-]. A trunk that closes low presses the object on the ground, by up
+to 10 N in simulated trials: the first rise only relieves it, and its wrap sags by as much."""
+RISE_TIME = 1.0
+"""Duration of a further rise [s]."""
+DRAW_OFF_TIME = 2.0
+"""Time in which the open trunk draws off the object before a second try [s], as in the release: in half of it, the tail
+drags the object over."""
+PRESS = 8.0
+"""Force by which the trunk may press down as it closes [N]: one on a handle or a rim presses with 50 N."""
+YIELD = 0.0004
+"""Rise of the base at each reading of a larger force [m]: 20 mm/s."""
+TOPPLED = math.radians(45.0)
+"""Lean from which a standing object has toppled [rad]."""
+
+
+def yield_upwards(sequence: MoveSequence) -> MoveSequence:
+    """The sequence with the present move and the remaining ones before the release higher by YIELD."""
+    up, i = np.array([0.0, 0.0, YIELD]), sequence.index
+    higher = shift_later(sequence, up, PHASES[:3])
+    here = replace(sequence.move, position=sequence.move.position + up)
+    return replace(higher, moves=(*higher.moves[:i], here, *higher.moves[i + 1 :]))
+
+
+def may_rise(sequence: MoveSequence) -> bool:
+    """Whether the present test of the load has risen further less often than RISES."""
+    return _count_rises(sequence) < RISES
+
+
+def rise_further(sequence: MoveSequence) -> MoveSequence:
+    """The sequence with one more rise of the test of the load after the present one."""
+    here = sequence.move
+    higher = replace(here, duration=RISE_TIME, position=here.position + np.array([0.0, 0.0, TEST]))
+    return insert_next(sequence, (higher,))
+
+
+def carry_higher(sequence: MoveSequence) -> MoveSequence:
+    """The sequence with the remaining moves before the release as much higher as the test of the load has risen."""
+    return shift_later(sequence, np.array([0.0, 0.0, _count_rises(sequence) * TEST]), PHASES[:3])
+
+
+def has_toppled(observation: Observation) -> bool:
+    """Whether the camera sees that the object, which stood, has toppled; false without one."""
+    return observation.camera is not None and abs(float(observation.camera.axis[2])) < math.cos(TOPPLED)
+
+
+def try_again(sequence: MoveSequence) -> tuple[Move, ...]:
+    """Set down, let the trunk spring open as in the release, back off, and repeat the moves since the touch."""
+    done = sequence.moves[: sequence.index + 1]
+    last = {move.action: i for i, move in enumerate(done)}
+    release = [move for move in sequence.moves if move.phase == "release"]
+    n_eased = sum(move.action == "uncurl" for move in release)
+    again = sequence.moves[last["touch"] : sequence.index + 1 - _count_rises(sequence)]
+    back = [_let_go(move) for move in reversed(again) if move.action != "try"][: n_eased + 1]
+    spring = [
+        replace(_let_go(move), phase="prehension", position=back[-1].position, rotation=back[-1].rotation)
+        for move in release
+        if move.action == "open"
+    ]
+    first = replace(_let_go(again[0]), duration=DRAW_OFF_TIME)
+    apart = replace(sequence.moves[last["descend"]], phase="prehension", action="back off", duration=2.0)
+    return (*back, *spring, first, apart, *again)
+
+
+def _count_rises(sequence: MoveSequence) -> int:
+    """Number of moves right before the present one that bear its name."""
+    done = [move.action for move in sequence.moves[: sequence.index + 1]]
+    return next((i for i, action in enumerate(reversed(done)) if action != done[-1]), len(done)) - 1
+
+
+def _let_go(move: Move) -> Move:
+    return replace(move, action="let go", milestone=None)
