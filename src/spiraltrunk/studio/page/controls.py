@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
+from spiraltrunk.errors import SpiralTrunkError, StudioError
 from spiraltrunk.studio.page.page import Page
+
+REST = 0.8
+"""Time without a new value after which the person rests [s]."""
 
 
 @final
@@ -27,6 +32,13 @@ class Scale:
     """Smallest change."""
     hint: str
     """One line that explains it."""
+    digits: int | None = None
+    """Digits behind the point; None takes those of the step."""
+
+    @property
+    def precision(self) -> int:
+        """Digits behind the point."""
+        return max(0, -math.floor(math.log10(self.step) + 1e-9)) if self.digits is None else self.digits
 
     @property
     def text(self) -> str:
@@ -40,7 +52,10 @@ class Scale:
 
 @final
 class Slider:
-    """A slider with a number box; a value off its scale is told and taken back."""
+    """A slider with a number box; a value off its scale, or one that is refused, is told and taken back.
+
+    Nothing is told, and nothing is written into the box, before the person rests: on the way to "60" they type a "6".
+    """
 
     def __init__(self, page: Page, scale: Scale, value: float, on_change: Callable[[float], None]) -> None:
         """Add the control where the page's container is open.
@@ -49,41 +64,169 @@ class Slider:
             page: the page.
             scale: the scale.
             value: its first value, moved onto the scale.
-            on_change: called in the page's thread with each new value; of values that follow fast, with the last.
+            on_change: called in the page's thread with each new value; of values that follow fast, with the last. An
+                error of ours that it raises takes the value back.
         """
         self._page = page
         self._scale = scale
         self._on_change = on_change
         self._value = min(max(float(value), scale.least), scale.most)
+        self._touched = -math.inf
         self.handle: Any = page.gui.add_slider(
-            scale.text, float(scale.least), float(scale.most), float(scale.step), self._value, hint=scale.hint
+            scale.text, float(scale.least), float(scale.most), float(scale.step), self._shown, hint=scale.hint
         )
-        key = f"slider {self.handle._impl.uuid}"
-        self.handle.on_update(lambda _: page.later(key, self._take))
+        self.handle.precision = scale.precision
+        self._key = f"slider {self.handle._impl.uuid}"
+        self.handle.on_update(lambda _: page.later(self._key, self._take))
 
     @property
     def value(self) -> float:
         """The last value that was accepted."""
         return self._value
 
+    @property
+    def scale(self) -> Scale:
+        """Its scale."""
+        return self._scale
+
     def set(self, value: float) -> None:
         """Show a value without calling ``on_change``; it is moved onto the scale."""
         self._value = min(max(float(value), self._scale.least), self._scale.most)
-        self.handle.value = self._value
+        self._show()
+
+    def widen(self, value: float) -> None:
+        """Move an end of the scale to a value that lies off it."""
+        if not math.isfinite(value) or self._scale.accepts(value):
+            return
+        self._scale = replace(self._scale, least=min(self._scale.least, value), most=max(self._scale.most, value))
+        self.handle.min, self.handle.max = float(self._scale.least), float(self._scale.most)
+
+    @property
+    def _shown(self) -> float:
+        """The value with the digits of the box."""
+        return min(max(round(self._value, self._scale.precision), self._scale.least), self._scale.most)
+
+    def _show(self) -> None:
+        """Write the value into the control, once the person rests."""
+        rest = self._touched + REST - time.monotonic()
+        if rest > 0.0:
+            self._page.later(f"{self._key} shows", self._show, rest)
+        elif float(self.handle.value) != self._shown:
+            self.handle.value = self._shown
 
     def _take(self) -> None:
         given = float(self.handle.value)
-        if given == self._value:
+        if given in (self._value, self._shown):
             return
-        if not self._scale.accepts(given):
-            scale = self._scale
-            self.handle.value = self._value
-            self._page.notice(
+        self._touched = time.monotonic()
+        before, self._value = self._value, given
+        try:
+            self._check(given)
+            self._on_change(given)
+        except SpiralTrunkError as error:
+            self._value = before
+            reason = str(error)
+            self._page.later(f"{self._key} refuses", lambda: self._refuse(given, reason), REST)
+
+    def _check(self, given: float) -> None:
+        scale = self._scale
+        if not scale.accepts(given):
+            raise StudioError(
                 f"{scale.label} was {given:g}; allowed: {scale.least:g} to {scale.most:g} {scale.unit}".rstrip()
             )
+
+    def _refuse(self, given: float, reason: str) -> None:
+        """Tell a refusal where the refused value still stands."""
+        if float(self.handle.value) == given:
+            self.handle.value = self._shown
+            self._page.notice(reason)
+
+
+@final
+class Switch:
+    """A checkbox."""
+
+    def __init__(self, page: Page, label: str, value: bool, on_change: Callable[[bool], None], *, hint: str) -> None:
+        """Add the control where the page's container is open; ``on_change`` is called in the page's thread.
+
+        An error of ours that it raises takes the value back.
+        """
+        self._on_change = on_change
+        self._value = value
+        self.handle: Any = page.gui.add_checkbox(label, value, hint=hint)
+        self.handle.on_update(lambda _: page.later(f"switch {self.handle._impl.uuid}", self._take))
+
+    @property
+    def value(self) -> bool:
+        """Whether it is on."""
+        return self._value
+
+    def set(self, value: bool) -> None:
+        """Show a value without calling ``on_change``."""
+        self._value = value
+        if bool(self.handle.value) != value:
+            self.handle.value = value
+
+    def _take(self) -> None:
+        given = bool(self.handle.value)
+        if given == self._value:
             return
         self._value = given
-        self._on_change(given)
+        try:
+            self._on_change(given)
+        except SpiralTrunkError:
+            self.set(not given)
+            raise
+
+
+@final
+class TextBox:
+    """A text of limited length, taken when the person rests; one that is refused is told and taken back."""
+
+    def __init__(
+        self, page: Page, label: str, value: str, on_change: Callable[[str], None], *, hint: str, most: int = 2000
+    ) -> None:
+        """Add the control where the page's container is open.
+
+        Args:
+            page: the page.
+            label: its label, with the unit.
+            value: its first text.
+            on_change: called in the page's thread with each new text; an error of ours that it raises takes it back.
+            hint: one line that explains it.
+            most: most characters.
+        """
+        self._page = page
+        self._label = label
+        self._value = value
+        self._most = most
+        self._on_change = on_change
+        self.handle: Any = page.gui.add_text(label, value, hint=hint)
+        self.handle.on_update(lambda _: page.later(f"text {self.handle._impl.uuid}", self._take, REST))
+
+    @property
+    def value(self) -> str:
+        """The last text that was accepted."""
+        return self._value
+
+    def set(self, value: str) -> None:
+        """Show a text without calling ``on_change``."""
+        self._value = value
+        if self.handle.value != value:
+            self.handle.value = value
+
+    def _take(self) -> None:
+        given = str(self.handle.value)
+        if given == self._value:
+            return
+        before, self._value = self._value, given
+        try:
+            if len(given) > self._most:
+                raise StudioError(f"{self._label} has {len(given)} characters; allowed: {self._most}")
+            self._on_change(given)
+        except SpiralTrunkError:
+            self.set(before)
+            raise
 
 
 @final
@@ -142,3 +285,32 @@ def add_button(page: Page, label: str, act: Callable[[], None], *, hint: str, **
     handle = page.gui.add_button(label, hint=hint, **options)
     handle.on_click(lambda _: page.later(f"button {handle._impl.uuid}", act))
     return handle
+
+
+def add_upload(page: Page, label: str, act: Callable[[str, bytes], None], *, hint: str, most: int, kinds: str) -> Any:
+    """Add a button by which the person sends a file; ``act`` gets its name, which is no path, and its content.
+
+    Args:
+        page: the page.
+        label: label of the button.
+        act: called in the page's thread with each file.
+        hint: one line that explains it.
+        most: largest size [bytes]; a larger file is told and left.
+        kinds: endings that the browser offers, such as ".toml".
+    """
+    handle = page.gui.add_upload_button(label, hint=hint, mime_type=kinds)
+
+    def take() -> None:
+        sent = handle.value
+        if len(sent.content) > most:
+            raise StudioError(f"{clean_name(sent.name)} has {len(sent.content)} bytes; allowed: {most}")
+        act(clean_name(sent.name), sent.content)
+
+    handle.on_upload(lambda _: page.later(f"upload {handle._impl.uuid}", take))
+    return handle
+
+
+def clean_name(name: str) -> str:
+    """A file's name for a text, without folders and of letters, digits, points, dashes and underscores alone."""
+    kept = "".join(each if each.isalnum() or each in "._-" else "_" for each in name.replace("\\", "/").split("/")[-1])
+    return kept[-80:].lstrip(".") or "file"

@@ -46,6 +46,7 @@ class Page:
         self._jobs: set[Job] = set()
         self._closing: list[Callable[[], None]] = []
         self._queue = ActQueue(self.try_act)
+        self._timers: dict[str, threading.Timer] = {}
         self._lock = threading.Lock()
         self.is_closed = False
 
@@ -64,12 +65,26 @@ class Page:
         """Call ``listener`` with each new design."""
         self._listeners.append(listener)
 
-    def later(self, key: str, act: Callable[[], None]) -> None:
+    def later(self, key: str, act: Callable[[], None], seconds: float = 0.0) -> None:
         """Run ``act`` in the page's thread; one that waits under the same key is replaced.
 
         A slider that is dragged sends more values than can be drawn: only its last one counts.
+
+        Args:
+            key: what ``act`` is about.
+            act: what to do.
+            seconds: time to wait first; it begins anew with each call.
         """
-        self._queue.put(key, act)
+        waiting = self._timers.pop(key, None)
+        if waiting is not None:
+            waiting.cancel()
+        if seconds <= 0.0:
+            self._queue.put(key, act)
+            return
+        timer = threading.Timer(seconds, self._queue.put, (key, act))
+        timer.daemon = True
+        self._timers[key] = timer
+        timer.start()
 
     def notice(self, text: str, kind: Kind = "error", title: str | None = None) -> None:
         """Show a message that stays until it is closed, or for some seconds where it needs no answer."""
@@ -121,6 +136,8 @@ class Page:
             self.is_closed = True
         for job in tuple(self._jobs):
             job.stop()
+        for timer in tuple(self._timers.values()):
+            timer.cancel()
         self._queue.close(self._run_closing, _PATIENCE)
 
     def _run_closing(self) -> None:
