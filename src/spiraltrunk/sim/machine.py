@@ -18,6 +18,7 @@ from spiraltrunk.sim.ground_truth import Sample, TruthRecorder
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.gripper import GROUPS, LEGS
+from spiraltrunk.sim.robot.trunk import section_name
 from spiraltrunk.sim.scene.build import build_model, build_task
 from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
 from spiraltrunk.sim.sensors import Sensors
@@ -154,6 +155,16 @@ class SimMachine:
     def read_cable_tension(self) -> np.ndarray:
         """True tension of each cable at its motor, shape (n_cable,) [N]."""
         return np.asarray(-self.data.actuator_force[self._truth.motors])
+
+    def read_section_frames(self) -> np.ndarray:
+        """True frames of the trunk's sections in that of the first one, shape (n_section, 4, 4) [-, m]."""
+        bodies = [self.model.body(section_name(n)).id for n in range(self.design.n_section)]
+        turn, place = self.data.xmat[bodies].reshape(-1, 3, 3), self.data.xpos[bodies]
+        frames = np.zeros((len(bodies), 4, 4))
+        frames[:, :3, :3] = turn[0].T @ turn
+        frames[:, :3, 3] = (place - place[0]) @ turn[0]
+        frames[:, 3, 3] = 1.0
+        return frames
 
     def read_camera(self) -> CameraObservation | None:
         """The camera's latest observation of the object; None without a camera."""

@@ -53,20 +53,22 @@ class TrunkCurl:
     """Sum of m y over the sections, divided by s [kg]."""
 
 
+def tabulate_bends(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:
+    """Size s of a curl, shape (`POINTS`,) [m], and the bends of its joints, shape (`POINTS`, n_joint) [rad]."""
+    bend, _ = _bends(design)
+    s = np.linspace(0.0, design.cable_stroke, POINTS)
+    common, along = _take_up(design, bend)
+    return s, _resample(s, common + along, bend)
+
+
 def compute_curl(design: TrunkDesign) -> TrunkCurl:
     """Tables of a design; the weight of a gripper is added to the last section's."""
     bend, tension = _bends(design)
-    stiffness, arm, half = design.joint_stiffness, design.hole_to_joint, design.delta_theta / 2
-    common = (2 * arm * math.sin(half) * (1 - np.cos(bend / 2))).sum(axis=1)
-    along = (2 * arm * math.cos(half) * np.sin(bend / 2)).sum(axis=1)
+    stiffness = design.joint_stiffness
+    common, along = _take_up(design, bend)
     s = np.linspace(0.0, design.cable_stroke, POINTS)
     taken = common + along
-
-    def resample(values: np.ndarray) -> np.ndarray:
-        """Values at the equal steps of s, from those at the steps of the tension."""
-        return np.stack([np.interp(s, taken, column) for column in values.T], axis=-1)
-
-    q, (common, along) = resample(bend), resample(np.stack([common, along], axis=-1)).T
+    q, (common, along) = _resample(s, taken, bend), _resample(s, taken, np.stack([common, along], axis=-1)).T
     centre, mass = _centres(design, q), _masses(design)
     dq, dx = np.gradient(q, s, axis=0), np.gradient(centre, s, axis=0)
     tables = {
@@ -79,6 +81,18 @@ def compute_curl(design: TrunkDesign) -> TrunkCurl:
     }
     inertia = float(np.einsum("n,snk->s", mass, dx**2).mean())
     return TrunkCurl(step=float(s[1]), mass=inertia, **{name: tuple(table.tolist()) for name, table in tables.items()})
+
+
+def _take_up(design: TrunkDesign, bend: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cable taken up by every cable, and by one in the plane of the bend in addition, shape (p,) [m]."""
+    arm, half = design.hole_to_joint, design.delta_theta / 2
+    common = (2 * arm * math.sin(half) * (1 - np.cos(bend / 2))).sum(axis=1)
+    return common, (2 * arm * math.cos(half) * np.sin(bend / 2)).sum(axis=1)
+
+
+def _resample(s: np.ndarray, taken: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values at the equal steps of s, from those at the steps of the tension."""
+    return np.stack([np.interp(s, taken, column) for column in values.T], axis=-1)
 
 
 def _bends(design: TrunkDesign) -> tuple[np.ndarray, np.ndarray]:

@@ -141,12 +141,13 @@ class Robot(ABC):
         pulls, stroke = [cable.pull for cable in self.driver.snapshot().cables], self.design.cable_stroke
         return [remove_slack(*pair, stroke) for pair in zip(pulls, self.slack, strict=True)] if self.slack else pulls
 
-    def set_pulls(self, tensions: Sequence[float], pulls: Sequence[float]) -> None:
-        """Aim at these pulls, with their slack added, for `RENEWAL`.
+    def set_pulls(self, tensions: Sequence[float], pulls: Sequence[float], *, valid_for: float = RENEWAL) -> None:
+        """Aim at these pulls, with their slack added.
 
         Args:
             tensions: upper limit of each cable's tension [N].
             pulls: upper limit of the cable pulled in since the straight trunk [m].
+            valid_for: time for which they hold without being renewed [s].
 
         Raises:
             DriveError: as of `TrunkDriver.set_targets`.
@@ -154,7 +155,7 @@ class Robot(ABC):
         if self.slack:
             stroke = self.design.cable_stroke
             pulls = [compensate_slack(*pair, stroke) for pair in zip(pulls, self.slack, strict=True)]
-        self.driver.set_targets(tensions, list(pulls), valid_for=RENEWAL)
+        self.driver.set_targets(tensions, list(pulls), valid_for=valid_for)
 
     def let_go(self) -> None:
         """Disarm, and wait until the torque is off.

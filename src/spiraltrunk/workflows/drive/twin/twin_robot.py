@@ -6,6 +6,7 @@ import threading
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -27,6 +28,7 @@ from spiraltrunk.hardware.setup.robot_file import RobotFile
 from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
+from spiraltrunk.hardware.twin.curl_shape import CurlShape
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.motor import MotorParameters
 from spiraltrunk.hardware.twin.slack_load import SlackLoad
@@ -164,6 +166,23 @@ class TwinRobot(Robot):
         arm = SharedArm(self.arm, self.driver) if isinstance(self.driver, ThreadedDriver) else self.arm
         reach, task = self.machine.reach, self.machine.task
         return HardwarePlant(self.driver, arm, reach, task, camera=self._read_camera, slack=self.slack)
+
+    def read_torques(self) -> tuple[float, ...]:
+        """True electric torque of each motor [N m]."""
+        with self._lock:
+            return tuple(motor.torque for motor in self.motors.motors)
+
+    def read_frames(self) -> np.ndarray:
+        """True frames of the trunk's sections in that of the first one, shape (n_section, 4, 4) [-, m]."""
+        with self._lock:
+            if self.machine is not None:
+                return self.machine.read_section_frames()
+            assert isinstance(self._load, SpringTrunk)
+            return self._shape.compute_frames(self._load.curl)
+
+    @cached_property
+    def _shape(self) -> CurlShape:
+        return CurlShape(self.design)
 
     def _read_camera(self) -> CameraObservation | None:
         assert self.machine is not None
