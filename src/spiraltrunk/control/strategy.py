@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic, TypeVar, final
 
+import numpy as np
+
 from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
@@ -103,6 +105,15 @@ class Strategy(ABC, Generic[State]):
 
     def highest_base(self, task: Task) -> float | None:
         """Largest height of the trunk's base, hanging over the object, that it plans [m]; None where it tells none.
+
+        Raises:
+            ModelError: where the robot cannot do what the task asks.
+        """
+        return None
+
+    def base_path(self, observation: Observation) -> tuple[np.ndarray, ...] | None:
+        """Frames of the trunk's base that it plans to go through, each of shape (4, 4) [-, m]; None where it tells
+        none.
 
         Raises:
             ModelError: where the robot cannot do what the task asks.

@@ -138,6 +138,15 @@ def shift_later(sequence: MoveSequence, way: np.ndarray, phases: tuple[str, ...]
     return edit_moves(sequence, sequence.index + 1, shift)
 
 
+def build_frame(move: Move) -> np.ndarray:
+    """Frame of the base at the end of a move that has an orientation, shape (4, 4) [-, m]."""
+    T_world_base = np.eye(4)
+    T_world_base[:3, 3] = move.position
+    if move.rotation is not None:
+        T_world_base[:3, :3] = move.rotation
+    return T_world_base
+
+
 def raise_tension(sequence: MoveSequence, factor: float, ceiling: float) -> MoveSequence:
     """The sequence with the tensions of the present and the remaining moves times ``factor``, up to a ceiling [N]."""
     return edit_moves(

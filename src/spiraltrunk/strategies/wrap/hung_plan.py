@@ -41,8 +41,13 @@ STEADY_TIME = 2.5
 """Time for which the trunk leans on a released object [s]: friction on the trunk damps its swing."""
 OVERSHOOT = 0.3
 """Depth below the expected touch-down to which the base is lowered in search of the table [-]."""
-LOWERING_SPEED = 0.05
-"""Mean speed at which an object is set down [m/s]."""
+LOWERING_SPEED = 0.1
+"""Mean speed at which an object is brought down to above its place [m/s]."""
+NEAR = 0.12
+"""Height above the expected touch-down from which the object is lowered slowly [-]: a tilted one touches early."""
+TOUCH_SPEED = 0.02
+"""Mean speed at which an object is set down [m/s]: a shut trunk is stiff, and passes the impact on to the arm, whose
+last joints bear 12 N m."""
 RISING_SPEED = 0.1
 """Mean speed at which an object is put back onto its strings [m/s]."""
 
@@ -102,7 +107,7 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
     over = lifted + goal.aside
     placing = goal.place - center[0] * down - (center[1] + DRAG * length) * ahead
     above = placing + np.array([0.0, 0.0, (over - placing)[2]])
-    low = placing + OVERSHOOT * length * down
+    near, low = placing - NEAR * length * down, placing + OVERSHOOT * length * down
     clear = placing - BACK_OFF * length * ahead
     opened = clear + np.dot(goal.place + from_object - clear, down) * down
     away = opened - CLEARANCE * length * ahead
@@ -116,7 +121,8 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
         wrap_move("carry", 2.0, over, pull),
         wrap_move("hold", goal.hold, over, pull),
         wrap_move("bring", 1.5, above, pull),
-        wrap_move("lower", lowering_time(above, low), low, pull),
+        wrap_move("bring", lowering_time(above, near, LOWERING_SPEED), near, pull),
+        wrap_move("lower", lowering_time(near, low), low, pull),
         wrap_move("draw up", 2.0, opened, slack),
         wrap_move("leave", 2.0, away, slack),
         wrap_move("rest", 2.5, away, slack),
@@ -155,9 +161,9 @@ def wrap_again(sequence: MoveSequence, shift: np.ndarray, back: np.ndarray) -> M
     )
 
 
-def lowering_time(above: np.ndarray, low: np.ndarray) -> float:
-    """Duration of the lowering between two positions of the base, each of shape (3,) [m], [s]."""
-    return float(np.linalg.norm(low - above)) / LOWERING_SPEED
+def lowering_time(above: np.ndarray, low: np.ndarray, speed: float = TOUCH_SPEED) -> float:
+    """Duration of the lowering between two positions of the base, each (3,) [m], at a mean ``speed`` [m/s] [s]."""
+    return float(np.linalg.norm(low - above)) / speed
 
 
 def _base_beside(

@@ -51,6 +51,7 @@ from spiraltrunk.strategies.moves import (
     advance,
     base_position,
     begin,
+    build_frame,
     edit_moves,
     insert_next,
     shift_later,
@@ -139,6 +140,10 @@ class StandingWrap(MoveStrategy[StandingState]):
     objects = ("cylinder-60", "cylinder-90", "cylinder-120", "box-60", "box-80", "bottle-70")
     position = (0.46, 0.12)
     plane: WrapPlane
+
+    def base_path(self, observation: Observation) -> tuple[np.ndarray, ...]:
+        """Frames of the base at the ends of all moves of the first attempt."""
+        return tuple(build_frame(move) for move in _plan(observation, self.plane)[0])
 
     def init(self, observation: Observation) -> StandingState:
         """Plan positions and tensions from design and object."""

@@ -1,5 +1,6 @@
 """The ground is as high as the arm allows for what is lifted from it."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -7,8 +8,12 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.workflows.grasp.choice import place
 from spiraltrunk.workflows.grasp.choice.auto import Auto
 from spiraltrunk.workflows.grasp.choice.ground import GROUNDS, choose_ground
 from spiraltrunk.workflows.grasp.choice.ranking import announce_task, set_ground
@@ -76,3 +81,41 @@ def test_a_long_object_that_lies_is_presented_lying_to_fingers(tmp_path):
     assert draw_scene(parse_object(lying[0]), 0, strategy=strategy).announced.width == pytest.approx(0.040, abs=2e-4)
     sweep = strategies.get("sweep")
     assert draw_scene(parse_object(lying[1]), 0, strategy=sweep).orientation == sweep.orientation
+
+
+STANDING = ("wrap-oblique-low", "wrap-oblique", "wrap-horizontal")
+LARGE_TRUNK = design_from_rules(arm_radius=0.055)
+
+
+@pytest.mark.parametrize("name", STANDING)
+def test_the_papers_standing_objects_stay_where_they_are(name):
+    strategy = strategies.get(name)
+    for shape in strategy.objects:
+        scene = draw_scene(parse_object(shape), 0, strategy=strategy)
+        assert choose_ground(PAPER, scene, strategy) is scene
+
+
+@pytest.mark.parametrize("name", ["wrap-horizontal", "sweep", "kick"])
+def test_a_long_trunk_hangs_clear_of_the_ground_at_its_start(name):
+    """At the usual height its end would start 58 mm below the ground."""
+    strategy = strategies.get(name)
+    scene = draw_scene(parse_object("cylinder-60"), 0, strategy=strategy)
+    overlaps = []
+    for each in (scene, choose_ground(LARGE_TRUNK, scene, strategy)):
+        plant = SimPlant(LARGE_TRUNK, each)
+        plant.reset()
+        overlaps.append(-plant.data.contact.dist.min())
+    assert overlaps[0] > 0.02
+    assert overlaps[1] < 0.001
+
+
+def test_a_long_trunk_gets_its_object_further_ahead_where_no_joint_comes_near_its_limit():
+    strategy, arm = strategies.get("wrap-horizontal"), ArmReach(LARGE_TRUNK)
+    scene = draw_scene(parse_object("cylinder-60"), 0, strategy=strategy)
+    chosen = choose_ground(LARGE_TRUNK, scene, strategy)
+    near = replace(chosen, position=scene.position)
+    assert chosen.position[1] > scene.position[1]
+    assert chosen.offset == scene.offset
+    before, after = (place._find_margin(LARGE_TRUNK, each, strategy, arm) for each in (near, chosen))
+    assert before < math.radians(2.0)
+    assert after > math.radians(8.0)

@@ -1,4 +1,7 @@
-"""Height of the ground of a trial: the usual one, or a lower one where the arm would not reach high enough over it."""
+"""Height of the ground of a trial: the usual one, or a lower one.
+
+It is lower where the trunk that hangs at the start would touch it, or the arm would not reach high enough over it.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.workflows.grasp.choice.place import choose_place
 
 GROUNDS = (0.60, 0.45, 0.30)
 """Heights of the ground, the usual first, each tried where the arm does not reach over the one before [m] (ours)."""
@@ -21,29 +25,32 @@ MARGIN = 0.03
 """Height above the highest planned base that the arm must reach too [m] (ours): near its limit the arm is all but
 straight, and the felt weight swings by newtons."""
 
+START_GAP = 0.01
+"""Gap between the ground and the straight fingers of the trunk at its start [m] (ours)."""
+
 _REACHED, _STEP, _STEPS = 0.002, 0.1, 150
 """Distance at which a frame counts as reached [m]; period [s] and number of the steps of the inverse kinematics."""
 
 
 def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:
-    """The scene with the first of `GROUNDS` over which the arm carries as high as the strategy plans.
+    """The scene with the first of `list_grounds` over which the arm carries as high as the strategy plans.
 
-    A scene without a ground, or with another than the usual one, stays as it is, as does one for a strategy that tells
-    no height.
+    For a strategy that tells no height it is the first of all, and the object stands where `choose_place` finds. A
+    scene without a ground, or with another than the usual one, stays as it is.
 
     Raises:
         ModelError: where the arm reaches high enough over none of them, or the strategy cannot plan for the object.
     """
     if options.support != "ground" or options.ground != GROUNDS[0]:
         return options
-    arm, tops = None, []
-    for ground in GROUNDS:
-        tried = replace(options, ground=ground)
+    arm, tops = ArmReach(design), []
+    grounds = list_grounds(design, arm)
+    for ground in grounds:
+        tried = options if ground == options.ground else replace(options, ground=ground)
         task = build_task(design, tried)
         top = strategy.highest_base(task)
         if top is None:
-            return options
-        arm = ArmReach(design) if arm is None else arm
+            return choose_place(design, tried, strategy, arm)
         places = (task.target.position, task.target.position + task.goal.aside)
         reach = min(_find_reach(arm, place, top + MARGIN) for place in places)
         if reach >= top + MARGIN - _REACHED:
@@ -51,8 +58,15 @@ def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy
         tops.append(top - reach + MARGIN)
     raise ModelError(
         f"the base is {1e2 * tops[-1]:.0f} cm beyond the arm's reach when the object is lifted, over a ground of "
-        f"{GROUNDS[-1]:g} m; allowed: lower objects or shorter fingers"
+        f"{grounds[-1]:g} m; allowed: lower objects or shorter fingers"
     )
+
+
+def list_grounds(design: TrunkDesign, arm: ArmReach) -> tuple[float, ...]:
+    """`GROUNDS`, none higher than what the trunk clears that hangs at the arm's start [m]."""
+    finger = 0.0 if design.gripper is None else design.gripper.finger_length
+    most = float(arm.T_base(arm.home)[2, 3]) - design.length - finger - START_GAP
+    return tuple(dict.fromkeys(min(ground, most) for ground in GROUNDS))
 
 
 def _find_reach(arm: ArmReach, place: np.ndarray, height: float) -> float:

@@ -12,12 +12,13 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.workflows.grasp.choice.auto import Auto, find_orientation
 from spiraltrunk.workflows.grasp.choice.choose import STAGES, Candidate
-from spiraltrunk.workflows.grasp.choice.ground import GROUNDS, choose_ground
+from spiraltrunk.workflows.grasp.choice.ground import choose_ground, list_grounds
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 _AS_ANNOUNCED = Spread(position=0.0, yaw=0.0, size=0.0, mass=0.0, friction=(0.8, 0.8), sensors=SensorOptions())
@@ -56,7 +57,8 @@ def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
             return options  # All candidates reach over the usual ground, or the scene has its own.
     except ModelError:
         pass  # The arm reaches for all of them over none of the grounds: the ranking tells for which it does.
-    return max((_over(options, ground) for ground in GROUNDS), key=lambda scene: _value(design, scene, strategy))
+    scenes = (_over(options, ground) for ground in list_grounds(design, ArmReach(design)))
+    return max(scenes, key=lambda scene: _value(design, scene, strategy))
 
 
 def _over(options: SceneOptions, ground: float) -> SceneOptions:

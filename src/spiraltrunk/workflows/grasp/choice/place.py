@@ -1,0 +1,75 @@
+"""Place of a standing object: the usual one, or one further ahead where the arm would come near its joint limits.
+
+The base of a trunk that wraps a standing object stands behind it, by more the longer the trunk is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.strategy import Strategy
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.sim.scene.build import build_task
+from spiraltrunk.sim.scene.options import SceneOptions
+
+AHEAD = (0.0, 0.05, 0.10, 0.15, 0.20)
+"""Displacements of the object along the world's y, ahead of a standing wrap's base, in the order in which they are
+tried [m] (ours)."""
+
+MARGIN = np.radians(13.0)
+"""Distance of every joint from the ends of its range, on the way of an object that stands where it is announced [rad]
+(ours): the object's true place, 30 mm off, and the search for the touch take up to 12 deg of it."""
+
+_PERIOD, _STEPS = 0.1, 60
+"""Period [s] and largest number of steps of the inverse kinematics on the way from one frame to the next."""
+
+
+def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any], arm: ArmReach) -> SceneOptions:
+    """The scene with the object at the first place at which the arm keeps `MARGIN`, else where it keeps the most.
+
+    A scene for a strategy that tells no path of the base, or of an arm whose joints have no range, stays as it is.
+
+    Raises:
+        ModelError: where the strategy cannot plan for the object.
+    """
+    best, most = options, -np.inf
+    for ahead in AHEAD:
+        x, y, z = options.position
+        tried = options if ahead == 0.0 else replace(options, position=(x, y + ahead, z))
+        margin = _find_margin(design, tried, strategy, arm)
+        if margin is None or margin >= MARGIN:
+            return tried
+        if margin > most:
+            best, most = tried, margin
+    return best
+
+
+def _find_margin(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any], arm: ArmReach) -> float | None:
+    """Least distance of a joint from the ends of its range on the planned path [rad]; None where none is known."""
+    path = strategy.base_path(_observe_start(design, options, arm))
+    if path is None or arm.limits.position is None:
+        return None
+    low, high = arm.limits.position
+    q, margin = arm.home, np.inf
+    for frame in path:
+        for _ in range(_STEPS):
+            before, q = q, arm.follow(q, frame, _PERIOD)
+            margin = min(margin, float(np.minimum(q - low, high - q).min()))
+            if np.abs(q - before).max() < 1e-3:
+                break
+    return margin
+
+
+def _observe_start(design: TrunkDesign, options: SceneOptions, arm: ArmReach) -> Observation:
+    """What a robot at its start observes without a camera: the object is where it is announced."""
+    none = np.zeros(design.n_cable)
+    return Observation(
+        time=0.0, task=build_task(design, options), T_world_base=arm.T_base(arm.home), arm_position=arm.home,
+        arm_velocity=0.0 * arm.home, cable_pull=none, cable_tension=none, base_force=np.zeros(3),
+        base_torque=np.zeros(3),
+    )  # fmt: skip
