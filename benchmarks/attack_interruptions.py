@@ -40,6 +40,7 @@ COMMANDS = {
     "shape": ["shape", "--model", "statics", "--cables-mm", "30", "0", "0"],
     "shape --plot": ["shape", "--dorsal-mm", "30", "--plot", "OUT/shape.png"],
     "grasp": ["grasp", "--out", "OUT"],
+    "grasp kick": ["grasp", "kick", "--out", "OUT"],
     "grasp --no-video": ["grasp", "--no-video", "--out", "OUT"],
     "survey": [*SURVEY, "--out", "OUT"],
     "validate": ["validate", *TAKES[::2], *PROTOCOL, "--out", "OUT"],
