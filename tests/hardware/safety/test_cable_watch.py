@@ -19,6 +19,7 @@ from spiraltrunk.hardware.safety.cable_watch import (
     watch_slip,
     watch_tangle,
     watch_tension,
+    watch_untaken,
 )
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits, adapt_to_slack_speed
@@ -317,3 +318,30 @@ def test_texts_say_what_was_measured_in_millimetres():
         TangleState(pull=0.05, tension=5.0), read(0.04, -0.1, 31.0, 10.0), replace(RANGE, drag=10.0), LIMITS
     )
     assert found.text == "the tension rose by 20.0 N while 10.0 mm were paid out; allowed: 15 N"
+
+
+# Slack that no drum takes in.
+
+
+def run_untaken(excess: float, speeds: list[float]) -> int | None:
+    elapsed = 0.0
+    for number, speed in enumerate(speeds):
+        readings = (read(0.0, 0.0, 1.0), read(0.0, speed, 1.0), read(0.0, -0.05, 1.0))
+        elapsed, found = watch_untaken(elapsed, excess, readings, DT, LIMITS)
+        if found:
+            assert found.kind is FaultKind.STALL
+            return number
+    return None
+
+
+def test_slack_that_no_drum_takes_in_is_a_stall():
+    number = run_untaken(-0.0101, [0.0] * 1000)
+    assert number * DT == pytest.approx(LIMITS.stall_time, abs=2 * DT)
+    assert run_untaken(-0.0099, [0.0] * 1000) is None
+    assert run_untaken(0.02, [0.0] * 1000) is None, "more than a bend explains is another fault"
+
+
+def test_slack_that_a_drum_takes_in_now_and_then_is_none():
+    assert run_untaken(-0.05, [0.0011] * 1000) is None
+    assert run_untaken(-0.05, ([0.0] * 240 + [0.0011]) * 10) is None
+    assert run_untaken(-0.05, [0.0009] * 1000) is not None

@@ -58,12 +58,14 @@ def test_a_bad_voltage_is_a_fault_after_100_ms(bad):
     assert watch_voltages([*[bad] * 40, 24.0] * 20) is None
 
 
-def run_stall(torques: list[float], angles: list[float], speeds: list[float] | None = None) -> int | None:
+def run_stall(
+    torques: list[float], angles: list[float], speeds: list[float] | None = None, others: float = 0.0
+) -> int | None:
     state = StallState()
     for number, (torque, angle) in enumerate(zip(torques, angles, strict=True)):
         speed = speeds[number] if speeds else 0.0
         reading = CableReading(motor=build(angle=angle, speed=speed), torque=torque)
-        state, found = watch_stall(state, reading, DT, SHEET, LIMITS)
+        state, found = watch_stall(state, reading, DT, SHEET, LIMITS, others=others)
         if found:
             assert found.kind is FaultKind.STALL
             return number
@@ -88,8 +90,7 @@ def test_a_motor_that_stands_at_its_largest_torque_is_stalled(torque):
 
 def test_a_drum_that_a_changing_torque_does_not_turn_is_blocked():
     needed = LIMITS.blocked_torque + 2 * SHEET.rotor_friction
-    steady = math.exp(LIMITS.blocked_time / LIMITS.blocked_memory)  # Torques of before are forgotten meanwhile.
-    for change, is_blocked in ((1.01 * needed * steady, True), (0.99 * needed * steady, False)):
+    for change, is_blocked in ((1.01 * needed, True), (0.99 * needed, False)):
         up = run_stall([0.1] * 100 + [0.1 + change] * 400, [1.0] * 500)
         down = run_stall([0.1 + change] * 100 + [0.1] * 400, [1.0] * 500)
         assert up == down
@@ -111,20 +112,40 @@ def test_a_tension_that_swings_with_the_drum_is_fine():
     assert run_stall(torques, [1.0 + 0.02 * math.sin(3 * t) for t in times]) is None
 
 
-def test_torques_of_before_are_forgotten():
+def test_torques_of_before_are_forgotten_while_other_drums_explain_their_change():
     """A ramp of 6.7 N/s on 10 mm, as when a trunk squeezes an object: drums stand for seconds in nominal running."""
     ramp = [0.1 + 0.067 * DT * i for i in range(3000)]
-    assert run_stall(ramp, [1.0] * 3000) is None
-    assert run_stall([0.5 - torque for torque in ramp], [1.0] * 3000) is None
-    assert run_stall([0.1 + 0.3 * DT * i for i in range(3000)], [1.0] * 3000) is not None
+    falling = [0.5 - torque for torque in ramp]
+    little = 0.9 * LIMITS.blocked_motion
+    assert run_stall(ramp, [1.0] * 3000, others=1e-3) is None
+    assert run_stall(falling, [1.0] * 3000, others=-1e-3) is None
+    assert run_stall([0.1 + 0.3 * DT * i for i in range(3000)], [1.0] * 3000, others=1e-3) is not None
+    for torques, others in ((ramp, 0.0), (ramp, little), (ramp, -1e-3), (falling, 1e-3), (falling, -little)):
+        number = run_stall(torques, [1.0] * 3000, others=others)
+        needed = LIMITS.blocked_torque + 2 * SHEET.rotor_friction
+        assert number * DT == pytest.approx(needed / 0.067 + LIMITS.blocked_time, abs=3 * DT)
 
 
-def test_the_span_of_torques_decays_with_its_time_constant():
+@pytest.mark.parametrize(("others", "kept"), [(1e-3, "most"), (-1e-3, "least")])
+def test_the_span_of_torques_decays_with_its_time_constant(others, kept):
     state = StallState(angle=1.0, least=0.1, most=0.3)
     reading = CableReading(motor=build(angle=1.0, speed=0.0), torque=0.2)
     limits = replace(LIMITS, blocked_memory=0.5)
-    after, _ = watch_stall(state, reading, DT, SHEET, limits)
     share = DT / 0.5
-    assert (after.least, after.most) == pytest.approx((0.1 + 0.1 * share, 0.3 - 0.1 * share))
-    after, _ = watch_stall(state, reading, 10.0, SHEET, LIMITS)
-    assert (after.least, after.most) == (0.2, 0.2)
+    for dt, part in ((DT, share), (10.0, 1.0)):
+        after, _ = watch_stall(state, reading, dt, SHEET, limits, others=others)
+        wanted = {"least": 0.1 + 0.1 * part, "most": 0.3 - 0.1 * part} | {kept: getattr(state, kept)}
+        assert (after.least, after.most) == pytest.approx((wanted["least"], wanted["most"]))
+        assert after.stood == dt
+
+
+def test_the_motion_of_a_cable_is_forgotten_too():
+    state, pulls = StallState(), [0.0] * 10 + [0.01] * 1000
+    motions = []
+    for pull in pulls:
+        reading = CableReading(motor=build(angle=50 * pull, speed=0.0), torque=0.2, pull=pull)
+        motions.append(state.compute_motion(pull))
+        state, _ = watch_stall(state, reading, DT, SHEET, LIMITS)
+    assert motions[:10] == [0.0] * 10
+    assert motions[10] == 0.01
+    assert motions[10 + 500] == pytest.approx(0.01 * math.exp(-1.0), rel=2e-3)

@@ -53,6 +53,10 @@ def test_every_state_has_a_row(mode: Mode) -> None:
         (FaultKind.STALL, f"{LIMITS.stall_time:g} s at {100 * LIMITS.stall_part:g} %"),
         (FaultKind.STALL, f"{LIMITS.blocked_time:g} s while its torque changes by {LIMITS.blocked_torque:g} N m"),
         (FaultKind.STALL, f"within about {LIMITS.blocked_memory:g} s"),
+        (
+            FaultKind.STALL,
+            f"{1e3 * LIMITS.untaken_length:g} mm of slack that no drum takes in for {LIMITS.stall_time:g} s",
+        ),
         (FaultKind.SLACK, f"{1e3 * LIMITS.slack_time:g} ms without load, and {1e3 * LIMITS.step_length:g} mm"),
         (FaultKind.CABLE_SLIP, f"{1e3 * LIMITS.slip_length:g} mm wound in"),
         (FaultKind.CABLE_SLIP, f"at least {LIMITS.slip_tension:g} N"),

@@ -114,3 +114,23 @@ def test_an_hour_of_the_strategies_raises_nothing():
     show(result)
     assert (result.faults, result.n_lost) == ((), 0)
     assert result.drift < 1e-3
+
+
+def test_a_stall_knows_how_far_its_drum_turns_without_it(monkeypatch):
+    """The swing turns the drum, the rest before it does not; the first strategy is compared with nothing."""
+    monkeypatch.setattr(soak, "FAULTS", ("stall",))
+    rest = [Command(T_world_base=np.eye(4), cable_tension=np.full(3, 4.0))] * 300
+    one = soak._Soak(PAPER, 0, math.inf)
+    one.home()
+    commands = (*rest, *swing(6.0)[:300])
+    assert one.play("both", commands)
+    turned = []
+    for index in (50, 320):
+        one._next = 0.0
+        one._inject("both", index)
+        turned.append(one._turned)
+        one._clear()
+    assert turned[0] < 1e-3 < turned[1]
+    one._next = 0.0
+    one._inject("other", 50)
+    assert one._turned is None

@@ -80,6 +80,24 @@ def watch_length(
     return state, f"{1e3 * rise:.1f} mm of cable came in that no bend explains; allowed: {1e3 * allowed:.1f} mm"
 
 
+def watch_untaken(
+    elapsed: float, excess: float, readings: tuple[CableReading, ...], dt: float, limits: SafetyLimits
+) -> tuple[float, Finding | None]:
+    """A slack cable that no drum takes in: winders wind in at the floor of tension whatever is slack.
+
+    Lengths that are `untaken_length` below those of an even bend are slack, for other shapes take in more; of three
+    cables they do not tell which one it is. The state is the time for which that lasts and no drum winds in [s].
+    """
+    is_taken = any(reading.speed > limits.untaken_speed for reading in readings)
+    if is_taken or excess > -limits.untaken_length:
+        return 0.0, None
+    elapsed += dt
+    if elapsed < limits.stall_time:
+        return elapsed, None
+    text = f"{-1e3 * excess:.0f} mm of cable are slack, and no drum has wound in for {elapsed:.1f} s; one is stuck"
+    return elapsed, Finding(FaultKind.STALL, text)
+
+
 @explain_fields
 @final
 @dataclass(frozen=True, kw_only=True, slots=True)

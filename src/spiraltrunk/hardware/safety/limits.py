@@ -50,8 +50,10 @@ class SafetyLimits:
     blocked_steps: float = 3.0
     """Turn that counts as none, in steps of the encoder [-]."""
     blocked_memory: float = 1.0
-    """Time constant with which torques of before are forgotten [s]: while all tensions rise slowly, a drum may stand
-    for seconds between friction and the trunk's motion."""
+    """Time constant with which torques of before are forgotten while other drums explain their change [s]: while all
+    tensions rise slowly, a drum may stand for seconds between friction and the trunk's motion."""
+    blocked_motion: float = 5e-5
+    """Cable that other drums move within that time that explains it [m]: 1 N of a winder's cable."""
     blocked_time: float = 0.2
     """Time for which the drum does not turn after that change [s]."""
     stall_part: float = 0.9
@@ -97,6 +99,10 @@ class SafetyLimits:
     winders that take in slack slowly, see `adapt_to_slack_speed`."""
     settle_least: float = 0.001
     """Length by which they may be followed below that of an even bend [m]: the error of homing; less is slack."""
+    untaken_length: float = 0.01
+    """Length below that of an even bend that is slack which a drum must take in within `stall_time` [m]."""
+    untaken_speed: float = 0.001
+    """Speed of winding in above which a drum does so [m/s]; a GM6020 resolves 1.9 mm/s on a drum of 18 mm."""
     compliance: float = 5e-5
     """Cable wound in over the tension that is elastic [m/N]: that of a winder's cable of 20 kN/m. From none to twice as
     much is allowed for, because a trunk shortens, too."""

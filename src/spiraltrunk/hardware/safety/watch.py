@@ -20,6 +20,7 @@ from spiraltrunk.hardware.safety.cable_watch import (
     watch_slip,
     watch_tangle,
     watch_tension,
+    watch_untaken,
 )
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.feedback_watch import (
@@ -82,6 +83,8 @@ class WatchState:
     """Those of each cable."""
     length: LengthState = field(default_factory=LengthState)
     """Lengths of all cables."""
+    untaken: float = 0.0
+    """Time for which a slack cable is not taken in [s]."""
     loss: LossState = field(default_factory=LossState)
     """Lost feedback."""
     swap: tuple[float, ...] = ()
@@ -147,32 +150,48 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
     swap, swapped = watch_swap(state.swap, readings, dt, limits)
     found: list[tuple[int | None, Finding]] = [*lost, *([swapped] if swapped else [])]
     motors, cables = [], []
+    motions = [one.stall.compute_motion(reading.pull) for one, reading in zip(state.motors, readings, strict=True)]
     for number, (reading, allowed) in enumerate(zip(readings, watches.ranges, strict=True)):
-        motor, findings = _watch_motor(watches, state.motors[number], reading, dt)
+        motor, findings = _watch_motor(watches, state.motors[number], reading, dt, sum(motions) - motions[number])
         cable, more = _watch_cable(watches, state.cables[number], reading, allowed, dt)
         motors.append(motor)
         cables.append(cable)
         found.extend((number, finding) for finding in (*findings, *more) if finding)
-    length, text = _watch_lengths(watches, state.length, cables, readings, dt)
+    excesses = _compute_excesses(watches, readings)
+    length, text = _watch_lengths(watches, state.length, cables, readings, dt, excess=max(excesses))
+    untaken, stuck = watch_untaken(state.untaken, min(excesses), readings, dt, limits)
+    found += [(None, stuck)] if stuck else []
     if text:
         silent = [one.missed for one in loss.heard]
         found.extend(_explain_lengths(text, silent, motors, cables, limits))
     faults = tuple(Fault(kind=one.kind, time=now, cable=number, text=one.text) for number, one in found)
-    after = WatchState(motors=tuple(motors), cables=tuple(cables), length=length, loss=loss, swap=swap)
+    after = WatchState(motors=tuple(motors), cables=tuple(cables), length=length, untaken=untaken, loss=loss, swap=swap)
     return Seen(after, faults, tuple(_warn(watches, after, readings)))
 
 
+def _compute_excesses(watches: Watches, readings: tuple[CableReading, ...]) -> tuple[float, ...]:
+    """Length of each cable beyond an even bend, without the elastic part; none where pulls are not known [m]."""
+    if not watches.is_homed:
+        return (0.0,) * len(readings)
+    compliance = watches.limits.compliance
+    return watches.relation.compute_excess(tuple(reading.pull - compliance * reading.tension for reading in readings))
+
+
 def _watch_lengths(
-    watches: Watches, state: LengthState, cables: list[CableWatch], readings: tuple[CableReading, ...], dt: float
+    watches: Watches,
+    state: LengthState,
+    cables: list[CableWatch],
+    readings: tuple[CableReading, ...],
+    dt: float,
+    *,
+    excess: float,
 ) -> tuple[LengthState, str]:
     """The lengths of all cables, and what is wrong with them or ""."""
     if not watches.is_homed:
         return state, ""
-    limits = watches.limits
-    lengths = tuple(reading.pull - limits.compliance * reading.tension for reading in readings)
-    excess, tension = max(watches.relation.compute_excess(lengths)), sum(reading.tension for reading in readings)
     is_taut = all(cable.load.elapsed == 0.0 for cable in cables)
-    return watch_length(state, excess, tension, dt, is_taut=is_taut, limits=limits)
+    tension = sum(reading.tension for reading in readings)
+    return watch_length(state, excess, tension, dt, is_taut=is_taut, limits=watches.limits)
 
 
 _SILENT = 3
@@ -207,13 +226,15 @@ def _explain_lengths(
 _Findings = tuple[Finding | None, ...]
 
 
-def _watch_motor(watches: Watches, state: MotorWatch, reading: CableReading, dt: float) -> tuple[MotorWatch, _Findings]:
-    """The watches of one motor."""
+def _watch_motor(
+    watches: Watches, state: MotorWatch, reading: CableReading, dt: float, others: float
+) -> tuple[MotorWatch, _Findings]:
+    """The watches of one motor; ``others`` is what the other drums wound in lately [m]."""
     sheet, limits = watches.sheet, watches.limits
     motion, found_motion = watch_motion(state.motion, reading.motor, sheet, limits)
     frozen, found_frozen = watch_frozen(state.frozen, reading, limits)
     voltage, found_voltage = watch_voltage(state.voltage, reading.motor, dt, limits)
-    stall, found_stall = watch_stall(state.stall, reading, dt, sheet, limits)
+    stall, found_stall = watch_stall(state.stall, reading, dt, sheet, limits, others=others)
     after = MotorWatch(frozen=frozen, motion=motion, voltage=voltage, stall=stall)
     return after, (found_motion, found_frozen, find_hot(reading.motor, sheet), found_voltage, found_stall)
 

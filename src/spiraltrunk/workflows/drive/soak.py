@@ -63,6 +63,9 @@ class FaultRecord:
     """What the driver called it."""
     reaction: float | None
     """Time from then until every motor was without torque [s]."""
+    turned: float | None = None
+    """Cable that the drum concerned winds to and fro within `FAULT_TIME` where nothing is wrong, from the latest run of
+    this strategy without a fault [m]; None where there was none, near its end, and for a fault of no drum."""
 
 
 @explain_fields
@@ -124,7 +127,7 @@ def run_soak(
     soak.home()
     while soak.robot.clock.now() < duration and not is_enough():
         name = str(soak.rng.choice(sorted(commands)))
-        if soak.play(commands[name]):
+        if soak.play(name, commands[name]):
             soak.n_strategy += 1
         progress(name, round(soak.robot.clock.now()), round(duration))
     soak.robot.close()
@@ -148,6 +151,8 @@ class _Soak:
         self._period = fault_period
         self._next = self._draw_next()
         self._active: tuple[str, float] | None = None
+        self._turned: float | None = None
+        self._wound: dict[str, np.ndarray] = {}
         self._zero: list[float] = []
 
     def _draw_next(self) -> float:
@@ -162,17 +167,21 @@ class _Soak:
         self._zero = [m.wound - c.pull for m, c in zip(self.robot.motors.motors, readings, strict=True)]
         self.robot.driver.arm()
 
-    def play(self, commands: Sequence[Command]) -> bool:
+    def play(self, name: str, commands: Sequence[Command]) -> bool:
         """Play the commands of a strategy; False where a fault ended it."""
-        for command in commands:
+        n_fault, wound = len(self.records), []
+        for index, command in enumerate(commands):
             self._give(command)
-            self._inject()
+            self._inject(name, index)
             self.robot.run(RENEWAL)
             self._end_harmless()
             if self.robot.driver.mode is not Mode.ARMED:
                 self._recover()
                 return False
+            wound.append([motor.wound for motor in self.robot.motors.motors])
         self._look()
+        if self._active is None and len(self.records) == n_fault:
+            self._wound[name] = np.array(wound)
         return True
 
     def _give(self, command: Command) -> None:
@@ -184,15 +193,20 @@ class _Soak:
         is_taken = driver.snapshot().n_refused == before and np.allclose(shown, command.cable_tension)
         self.n_lost += not is_taken
 
-    def _inject(self) -> None:
+    def _inject(self, strategy: str, index: int) -> None:
         now = self.robot.clock.now()
         if now < self._next or self._active is not None:
             return
         name = str(self.rng.choice(FAULTS))
         scenario = SCENARIOS[name]
         assert scenario.fault is not None
-        self.robot.faults.inject(build_fault(scenario.fault, scenario.settings), at=now)
+        fault = build_fault(scenario.fault, scenario.settings)
+        self.robot.faults.inject(fault, at=now)
         self._active = name, now
+        until, cable = index + round(FAULT_TIME / RENEWAL), getattr(fault, "cable", None)
+        wound = self._wound.get(strategy)
+        if cable is not None and wound is not None and len(wound) >= until:
+            self._turned = float(np.ptp(wound[index:until, cable]))
 
     def _end_harmless(self) -> None:
         """End a fault that control got over."""
@@ -200,12 +214,14 @@ class _Soak:
         if self._active is None or now < self._active[1] + FAULT_TIME or driver.mode is not Mode.ARMED:
             return
         name, injected = self._active
-        self.records.append(FaultRecord(name=name, injected=injected, noticed=None, kind=None, reaction=None))
+        self.records.append(
+            FaultRecord(name=name, injected=injected, noticed=None, kind=None, reaction=None, turned=self._turned)
+        )
         self._clear()
 
     def _clear(self) -> None:
         self.robot.faults.clear()
-        self._active = None
+        self._active = self._turned = None
         self._next = self._draw_next()
 
     def _recover(self) -> None:
@@ -218,7 +234,14 @@ class _Soak:
             if all(abs(motor.torque) < 1e-3 for motor in robot.motors.motors):
                 off = robot.clock.now() - fault.time
         self.records.append(
-            FaultRecord(name=name, injected=injected, noticed=fault.time, kind=fault.kind.value, reaction=off)
+            FaultRecord(
+                name=name,
+                injected=injected,
+                noticed=fault.time,
+                kind=fault.kind.value,
+                reaction=off,
+                turned=self._turned,
+            )
         )
         self._clear()
         robot.run(REST)
