@@ -158,7 +158,7 @@ def _choose_tilt(observation: Observation, plane: WrapPlane, width: float, pull:
             break
     height = max(height, housing)
     if height > HIGHEST * length:
-        least = f"{1e3 * height / HIGHEST:.0f} mm"
+        least = f"{math.ceil(1e3 * height / HIGHEST - 1e-6)} mm"
         raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")
     return tilt, height
 

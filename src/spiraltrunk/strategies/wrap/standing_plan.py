@@ -227,7 +227,7 @@ def _wrap_height(observation: Observation, plane: WrapPlane, tilts: np.ndarray, 
     height = max(asked * length, float((sink + first[:, 2]).max()) + plane.ground_gap)
     height = max(height, float(sink[0] + back) + plane.ground_gap + SAG * design.length * turn)
     if height > HIGHEST * length:
-        least = f"{1e3 * height / HIGHEST:.0f} mm"
+        least = f"{math.ceil(1e3 * height / HIGHEST - 1e-6)} mm"
         raise ModelError(f"the object is {1e3 * length:.0f} mm tall; allowed: {least} or more, to clear the ground")
     return height
 

@@ -14,6 +14,7 @@ from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, get_strategy, list_objects, task_as_seen
 from spiraltrunk.workflows.grasp.choice.choose import Candidate
 
@@ -131,13 +132,16 @@ def test_what_is_dropped_in_the_hold_is_seen():
 
 
 def test_a_toppled_object_is_ranked_as_it_lies():
-    seen = []
-    plant = Hand(_task(width=0.03, length=0.05), holds=(False, False, True), axis=(0.6, 0.8, 0.0))
+    seen, task = [], _task(width=0.03, length=0.05)
+    task = replace(task, target=replace(task.target, profile=compute_profile(parse_object("cylinder-32"))))
+    plant = Hand(task, holds=(False, False, True), axis=(0.6, 0.8, 0.0))
     _run(plant, "tip-grip", "pinch", seen=seen)
     (before, none), (after, tried) = seen
     assert (none, tried) == ((), ("tip-grip",))
     assert before.target.axis == pytest.approx([0, 0, 1])
     assert after.target.axis == pytest.approx([0.6, 0.8, 0.0])
+    assert before.target.profile is not None
+    assert after.target.profile is None  # It is of the object as it stood.
     assert after.target.position[2] == pytest.approx(GROUND + 0.015)
     assert after.goal.place == pytest.approx(before.goal.place - [0, 0, 0.010])
 

@@ -238,7 +238,8 @@ def find_orientation(shape: ObjectSpec) -> str:
 def task_as_seen(observation: Observation) -> Task:
     """The task with the object where and as it is seen, its place kept.
 
-    The axis has no sign. An object that neither stands nor lies as announced is taken as it leans.
+    The axis has no sign. An object that neither stands nor lies as announced is taken as it leans, by its length and
+    width: the profile is of how it stood.
     """
     task, camera = observation.task, observation.camera
     if camera is None:
@@ -263,7 +264,7 @@ def _target_as_seen(task: Task, axis: np.ndarray, position: np.ndarray) -> Targe
     else:
         is_up = abs(float(axis[2])) > _FALLEN
         axis, height = (np.array([0.0, 0.0, 1.0]), target.length / 2) if is_up else (axis, target.width / 2)
-    return replace(target, position=np.array([*position[:2], ground + height]), axis=axis)
+    return replace(target, position=np.array([*position[:2], ground + height]), axis=axis, profile=None)
 
 
 def _rank_with(reach: ArmReach) -> Ranking:
