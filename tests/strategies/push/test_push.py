@@ -13,6 +13,7 @@ from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.scene.build import build_task
@@ -265,6 +266,16 @@ def test_a_box_may_stand_with_an_edge_ahead_and_a_lying_object_end_on():
     assert reach_of(target) == pytest.approx(0.04 * math.sqrt(2))
     assert reach_of(replace(target, axis=np.array([1.0, 0.0, 0.0]))) == pytest.approx(0.12)
     assert reach_of(_task("ball-100").target) == pytest.approx(0.05)
+
+
+def test_a_heavy_rolled_trunk_keeps_further_off_the_ground():
+    """A trunk of 55 mm radius sagged onto the ground from 5 mm above it, and the sweep took that for a jammed object."""
+    task, gaps = _task(), []
+    for design in (PAPER, design_from_rules(arm_radius=0.055)):
+        pose = plan_pose(replace(task, design=design), 0.0)
+        gaps.append(pose.height - pose.trunk.bottom - task.goal.ground)
+    assert gaps[0] == pytest.approx(0.005)
+    assert gaps[1] == pytest.approx(0.012, abs=0.001)
 
 
 def test_what_cannot_be_pushed_is_refused():

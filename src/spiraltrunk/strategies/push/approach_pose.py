@@ -14,6 +14,8 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Observation, Target, Task
+from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, tilted_base
 from spiraltrunk.strategies.push.rolled_model import RolledTrunk, predict_rolled_trunk
@@ -26,7 +28,11 @@ TENSION = 0.9
 """Tension of the ventral cables over the largest one [-] (ours): the more, the stiffer the rolled trunk."""
 
 CLEARANCE = 0.005
-"""Gap between rolled trunk and ground [m] (ours)."""
+"""Least gap between rolled trunk and ground [m] (ours)."""
+
+SAG = 0.28
+"""The same over the trunk's length times its weight over the cables' tension [-] (ours): a large rolled trunk sags, and
+what drags on the ground is taken for a jammed object."""
 
 ABOVE = 0.35
 """Height of the base while the trunk is tilted, over the trunk's length [-] (ours): the curl clears the ground."""
@@ -91,13 +97,19 @@ def plan_pose(task: Task, contact: float) -> ApproachPose:
     if distance < 1e-6:
         raise ModelError("the object is where it shall be pushed; allowed: a goal beside it")
     trunk = predict_rolled_trunk(design, TILT)
-    lowest = goal.ground + trunk.bottom + CLEARANCE
+    lowest = goal.ground + trunk.bottom + _find_clearance(design)
     middle = contact * 2 * (float(target.position[2]) - goal.ground)
     wanted = goal.ground + (0.0 if target.kind == "sphere" else middle) + trunk.below
     return ApproachPose(
         way=way / distance, rotation=tilted_base(way / distance, TILT), trunk=trunk, height=max(lowest, wanted),
         tension=TENSION * design.cable.tension_max * ventral,
     )  # fmt: skip
+
+
+def _find_clearance(design: TrunkDesign) -> float:
+    """Gap between rolled trunk and ground, by how far its weight opens the joints against the cables [m]."""
+    weight, pull = design.total_mass * GRAVITY, TENSION * design.cable.tension_max
+    return max(CLEARANCE, SAG * design.length * weight / pull)
 
 
 def reach_of(target: Target) -> float:
