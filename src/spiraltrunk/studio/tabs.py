@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.tab import Tab
+from spiraltrunk.studio.shape.tab import ShapeTab
 
-TABS: tuple[Callable[[Page], Tab], ...] = ()
+TABS: tuple[Callable[[Page], Tab], ...] = (ShapeTab,)
 """Constructors of the tabs."""

@@ -12,6 +12,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import reference, statics
+from spiraltrunk.model.kinematics.shape import Status
 from spiraltrunk.model.statics import pull_sequences
 
 MM = 1e3
@@ -124,3 +125,28 @@ def test_a_cable_1_that_is_not_dorsal_is_refused() -> None:
     turned = replace(PAPER, cable=replace(PAPER.cable, angles=(1.0, 3.0, 5.0)))
     with pytest.raises(ModelError, match="cable 1 dorsal"):
         pull_sequences.pull_dorsal(turned, 0.01)
+
+
+def test_winding_a_cable_with_the_others_let_out_is_the_dorsal_pull():
+    wound = pull_sequences.wind_cables(PAPER, [0.08, -0.12, -0.12])
+    pulled = pull_sequences.pull_dorsal(PAPER, 0.08)
+    assert wound.points == pytest.approx(pulled.points, abs=1e-8)
+    assert list(wound.forces.cable_tension[1:]) == [0.0, 0.0]
+
+
+def test_winding_goes_on_from_a_start_and_back_to_rest():
+    start = pull_sequences.wind_cables(PAPER, [0.08, -0.03, -0.12], 1.0, 0.4)
+    back = pull_sequences.wind_cables(PAPER, [-0.12, -0.12, -0.12], 1.0, 0.4, start=start)
+    rest = pull_sequences.wind_cables(PAPER, [-0.12, -0.12, -0.12], 1.0, 0.4)
+    assert back.points == pytest.approx(rest.points, abs=1e-8)
+    assert np.abs(start.points - rest.points).max() > 0.05
+
+
+def test_winding_stalls_where_cables_are_wound_against_each_other():
+    assert pull_sequences.wind_cables(PAPER, [0.02, 0.02, 0.02]).status == Status.STALLED
+
+
+@pytest.mark.parametrize("pull", [[0.0, 0.0], [0.0, math.nan, 0.0], [0.0, 0.0, 1.0]])
+def test_winding_refuses_what_is_no_pull(pull):
+    with pytest.raises(ModelError, match="pull"):
+        pull_sequences.wind_cables(PAPER, pull)

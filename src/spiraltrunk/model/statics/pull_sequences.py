@@ -134,6 +134,42 @@ def pull_cables(
     return _pull_on(design, start, more, theta_0, friction)
 
 
+def wind_cables(
+    design: TrunkDesign,
+    pull: ArrayLike,
+    theta_0: float = math.pi / 2,
+    roll: float = 0.0,
+    *,
+    friction: float | None = None,
+    start: Shape | None = None,
+) -> Shape:
+    """Equilibrium after all winders have turned together to given lengths.
+
+    A cable that is let out farther than the trunk needs is slack and has no tension. Without friction the lengths
+    change in steps of at most 5 mm, in proportion.
+
+    Args:
+        design: the trunk.
+        pull: straight length minus length of each cable, negative for one that is let out, shape (n_cable,) [m].
+        theta_0: angle of the base axis below the horizontal [rad].
+        roll: rotation of the trunk about its base axis [rad].
+        friction: coefficient between cables and holes [-]; None takes the design's.
+        start: an earlier shape of this design, from which the winders turn; None starts at rest with slack cables.
+    """
+    final = read_numbers("pull", pull, shape=(design.n_cable,), unit="m")
+    trunk, mu = carry_gripper(design), design.cable.friction if friction is None else friction
+    shape = equilibrium.solve(trunk, theta_0=theta_0, roll=roll, friction=mu) if start is None else start
+    begin = shape.cable_change
+    if shape.forces is not None:  # A slack cable that is let out moves nothing.
+        begin = np.where((shape.forces.cable_tension == 0.0) & (final < begin), final, begin)
+    steps = 1 if mu > 0 else max(1, math.ceil(float(np.abs(final - begin).max()) / _STEP - 1e-9))
+    for step in range(1, steps + 1):
+        shape = equilibrium.solve(
+            trunk, pull=begin + (final - begin) * (step / steps), theta_0=theta_0, roll=roll, friction=mu, start=shape
+        )
+    return shape
+
+
 def find_shut(design: TrunkDesign, shape: Shape) -> np.ndarray:
     """Which joints are at their limit, by contact of the faces or a closed gap, shape (..., n_joint) [bool]."""
     return shape.is_shut | (shape.joint_angle > design.joint_limit - NEARLY)

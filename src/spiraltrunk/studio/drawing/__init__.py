@@ -1,0 +1,1 @@
+"""What tabs draw in the scene."""

@@ -1,0 +1,32 @@
+"""Camera of one tab: all tabs share the page's camera, so each keeps its own view of what it draws."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.studio.page.page import Page
+
+
+@final
+class TabCamera:
+    """View of one tab, which comes back when the tab does."""
+
+    def __init__(self, page: Page, position: np.ndarray, look_at: np.ndarray) -> None:
+        """Set the first view, positions in the scene's frame, z up, shape (3,) [m]."""
+        self._page = page
+        self._position, self._look_at = np.asarray(position, float), np.asarray(look_at, float)
+
+    def show(self) -> None:
+        """Take the view."""
+        camera = self._page.client.camera
+        with self._page.client.atomic():
+            camera.up_direction = np.array([0.0, 0.0, 1.0])
+            camera.position = self._position
+            camera.look_at = self._look_at
+
+    def keep(self) -> None:
+        """Remember the view that the person has now."""
+        camera = self._page.client.camera
+        self._position, self._look_at = np.array(camera.position), np.array(camera.look_at)

@@ -1,0 +1,134 @@
+"""What the tab draws: the equilibrium as a solid, the paper's model as a ghost, and the tip's handle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, final
+
+import numpy as np
+
+from spiraltrunk.design import TrunkDesign
+from spiraltrunk.model.kinematics.frames import base_orientation
+from spiraltrunk.studio.drawing.trunk_view import (
+    BODY,
+    GHOST,
+    UPRIGHT,
+    TrunkView,
+    color_by_joint,
+    line_color,
+    place_sections,
+)
+from spiraltrunk.studio.page.page import Page
+
+SHUT = (170, 60, 130)
+"""Colour of the halves beside a shut joint: reddish purple, darker than Okabe and Ito's, as light brightens it."""
+
+MISSED = (213, 94, 0)
+"""Colour of the line from the tip to a place that it does not reach: vermilion of Okabe and Ito."""
+
+_INK = (120, 120, 120)
+"""Colour of base and gravity, seen on light and dark ground."""
+
+
+@final
+class ShapePicture:
+    """Nodes of the tab below ``/shape``."""
+
+    def __init__(self, page: Page, design: TrunkDesign, on_drag: Callable[[np.ndarray, bool], None]) -> None:
+        """Add the nodes of a design.
+
+        Args:
+            page: the page.
+            design: the trunk.
+            on_drag: called in the page's thread with the place to which the tip is dragged (3,) [m], in the frame of
+                `Shape`, and whether it was let go there.
+        """
+        self._page, self._design, self._on_drag = page, design, on_drag
+        self._root = page.scene.add_frame("/shape/all", show_axes=False)
+        self._solid = TrunkView(page, "/shape/all/equilibrium", design)
+        self._ghost = TrunkView(page, "/shape/all/paper", design, opacity=0.4, has_cables=False)
+        self._frame = page.scene.add_frame("/shape/all/world", show_axes=False, wxyz=UPRIGHT)
+        self._base = self._add_base()
+        self._add_gravity()
+        size = design.length
+        self._missed = page.scene.add_line_segments(
+            "/shape/all/world/missed", np.zeros((1, 2, 3)), line_color(MISSED), thickness=3.0, thickness_units="screen",
+            visible=False,
+        )  # fmt: skip
+        self._handle: Any = page.scene.add_transform_controls(
+            "/shape/all/world/tip", scale=0.11 * size, disable_rotations=True, depth_test=False, line_width=3.0
+        )
+        self._handle.on_update(lambda event: self._take(event.phase))
+
+    def draw(self, joint_rotation: np.ndarray, is_shut: np.ndarray, theta_0: float, roll: float) -> None:
+        """Draw the equilibrium by its joints' rotations (n_joint, 3, 3) and which of them are shut (n_joint,)."""
+        colors = np.where(is_shut[:, None], SHUT, BODY)
+        poses = place_sections(self._design, joint_rotation, theta_0, roll)
+        self._solid.draw(poses, *color_by_joint(colors, BODY))
+        self._base.wxyz = _to_wxyz(base_orientation(float(theta_0), float(roll)))
+
+    def draw_ghost(self, joint_rotation: np.ndarray | None, theta_0: float) -> None:
+        """Draw the paper's model by its joints' rotations, or hide it."""
+        if joint_rotation is None:
+            self._ghost.hide()
+            return
+        colors = np.tile(GHOST, (self._design.n_section, 1))
+        self._ghost.draw(place_sections(self._design, joint_rotation, theta_0), colors, colors)
+
+    def place_handle(self, tip: np.ndarray) -> None:
+        """Put the tip's handle on the tip (3,) [m]."""
+        self._handle.position = np.asarray(tip, float)
+        self._missed.visible = False
+
+    def mark_missed(self, tip: np.ndarray, target: np.ndarray, *, is_missed: bool) -> None:
+        """Draw a line from the tip to the place that it does not reach (3,) [m], or none."""
+        self._missed.points = np.array([[tip, target]])
+        self._missed.visible = is_missed
+
+    def remove(self) -> None:
+        """Take all nodes out of the scene."""
+        self._root.remove()
+
+    def _take(self, phase: str) -> None:
+        """Hand on the place of the handle; what is no place puts it back."""
+        is_end = phase == "end"
+
+        def act() -> None:
+            given, most = np.array(self._handle.position, float), 1.5 * self._design.length
+            if not np.isfinite(given).all():
+                self._page.notice("the tip was dragged to what is no place; nothing was changed")
+                return
+            away = float(np.linalg.norm(given))
+            self._on_drag(given if away <= most else given * (most / away), is_end)
+
+        self._page.later("shape tip", act)
+
+    def _add_base(self) -> Any:
+        """A plate at the base, across the base axis, and a line along the base axis behind it."""
+        wide, axis = 1.15 * self._design.solid.radius, 0.12 * self._design.length
+        frame = self._page.scene.add_frame("/shape/all/world/base", show_axes=False)
+        self._page.scene.add_cylinder(
+            "/shape/all/world/base/plate", radius=wide, height=0.02 * self._design.length, color=_INK,
+            wxyz=(np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0), position=(-0.01 * self._design.length, 0.0, 0.0),
+        )  # fmt: skip
+        self._page.scene.add_line_segments(
+            "/shape/all/world/base/axis", np.array([[[-axis, 0.0, 0.0], [0.0, 0.0, 0.0]]]), line_color(_INK),
+            thickness=2.0, thickness_units="screen",
+        )  # fmt: skip
+        return frame
+
+    def _add_gravity(self) -> None:
+        """An arrow of gravity beside the base."""
+        size = self._design.length
+        top = np.array([-0.4 * size, 0.05 * size, 0.0])
+        self._page.scene.add_arrows(
+            "/shape/all/world/gravity", np.array([[top, top - [0.0, 0.22 * size, 0.0]]]), _INK,
+            shaft_radius=0.006 * size, head_radius=0.018 * size, head_length=0.05 * size,
+        )  # fmt: skip
+        self._page.scene.add_label("/shape/all/world/gravity/name", "gravity", position=top)
+
+
+def _to_wxyz(rotation: np.ndarray) -> np.ndarray:
+    from viser import transforms
+
+    return np.asarray(transforms.SO3.from_matrix(rotation).wxyz)

@@ -1,0 +1,110 @@
+"""The tab in a real browser."""
+
+import re
+
+import numpy as np
+import pytest
+from viser import transforms
+
+from spiraltrunk.design import presets
+from spiraltrunk.studio.shape import tab as shape_tab
+from spiraltrunk.studio.shape.compile_models import compile_models
+from spiraltrunk.studio.shape.tab import ShapeTab
+
+LONG = 60_000
+"""Time in which the models are loaded or compiled on a busy machine [ms]."""
+
+
+@pytest.fixture
+def open_shape(studio, open_page, monkeypatch):
+    """Opens the tab with its models compiled: ``open_shape()`` gives studio and page."""
+    compile_models(lambda _: None, presets.PAPER)
+    monkeypatch.setattr(shape_tab, "_compiled", {False})
+
+    def start():
+        one = studio([ShapeTab])
+        page = open_page(one)
+        page.get_by_text("Tension of cable").wait_for(timeout=LONG)
+        return one, page
+
+    return start
+
+
+def type_pull(page, cable, value):
+    """Type a pull [mm] into the number box of a cable, from 1."""
+    box = page.locator("input[type=text]").nth(cable - 1)
+    box.fill(value)
+    box.press("Enter")
+
+
+def project(page, point):
+    """Place of a point of the model on the screen [px]."""
+    camera = page.client.camera
+    x, y, z = point
+    away = transforms.SO3(np.array(camera.wxyz)).as_matrix().T @ (np.array([x, -z, y]) - camera.position)
+    size = np.array([camera.image_width, camera.image_height])
+    return size / 2 + size[1] / 2 / np.tan(camera.fov / 2) * away[:2] / away[2]
+
+
+def test_a_cable_is_pulled_and_trunk_words_and_handles_follow(open_shape, take_picture):
+    _, page = open_shape()
+    page.wait_for_timeout(1000)
+    before = take_picture(page, "dorsal")
+    type_pull(page, 1, "40")
+    page.get_by_text("cable 1 in by 40.0 mm").wait_for(timeout=LONG)
+    page.wait_for_timeout(1000)
+    assert (np.abs(take_picture(page, "less") - before).max(axis=-1) > 40).sum() > 2000
+    page.get_by_role("tab", name="Mean and differences").click()
+    page.wait_for_function("[...document.querySelectorAll('input')].some((one) => one.value == '169.9')")
+
+
+@pytest.mark.slow
+def test_pulls_at_one_click_and_a_turned_base(open_shape):
+    _, page = open_shape()
+    page.get_by_role("button", name="Ventral").click()
+    page.get_by_text("ventral cables in until cable 1 is").wait_for(timeout=LONG)
+    page.get_by_role("button", name="Rest").click()
+    page.get_by_text("Paper's model, rest").wait_for(timeout=LONG)
+    page.get_by_role("tab", name="Base").click()
+    box = page.locator("input[type=text]:visible").nth(1)
+    box.fill("30")
+    box.press("Enter")
+    page.get_by_text("the paper's model has no roll").wait_for(timeout=LONG)
+
+
+@pytest.mark.slow
+def test_the_tip_is_dragged_and_the_cables_follow(open_shape, take_picture):
+    one, page = open_shape()
+    page.wait_for_timeout(1000)
+    inner = next(iter(one._pages.values()))[0]
+    handle = inner.scene._handle_from_transform_controls_name["/shape/all/world/tip"]
+    u, v = project(inner, handle.position)
+    page.mouse.move(u, v)
+    page.wait_for_timeout(300)
+    page.mouse.down()
+    for step in range(1, 9):
+        page.mouse.move(u - 4 * step, v + 6 * step)
+        page.wait_for_timeout(50)
+    page.mouse.up()
+    told = page.get_by_text(re.compile("Out of reach: the tip stays|The tip is where you hold it"))
+    told.wait_for(timeout=LONG)
+    page.wait_for_function("[...document.querySelectorAll('input')].every((one) => one.value != '90.9')")
+    take_picture(page, "dragged")
+
+
+@pytest.mark.slow
+def test_a_reload_comes_back_to_the_same_pulls(open_shape):
+    _, page = open_shape()
+    type_pull(page, 1, "55")
+    page.get_by_text("cable 1 in by 55.0 mm").wait_for(timeout=LONG)
+    page.reload()
+    page.get_by_text("cable 1 in by 55.0 mm").wait_for(timeout=LONG)
+
+
+@pytest.mark.slow
+def test_the_page_says_what_it_compiles_and_can_be_used_meanwhile(studio, open_page, monkeypatch):
+    monkeypatch.setattr(shape_tab, "_compiled", set())
+    page = open_page(studio([ShapeTab]))
+    page.get_by_text("Compiling the models").wait_for()
+    page.get_by_role("button", name="Twist").click()
+    page.get_by_text("then cable 2 by").wait_for(timeout=3 * LONG)
