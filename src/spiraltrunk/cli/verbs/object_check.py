@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.output import DONE, UsageError, complain, quote
+from spiraltrunk.cli.output import DONE, UsageError, complain
 from spiraltrunk.errors import ModelError
 
 if TYPE_CHECKING:
-    from spiraltrunk.control.messages import Task
     from spiraltrunk.control.strategy import Strategy
     from spiraltrunk.design import TrunkDesign
     from spiraltrunk.sim.objects.catalogue import ObjectSpec
@@ -23,7 +22,9 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
     Raises:
         UsageError: with the object's width or mass, the range, and the strategies that can take it.
     """
-    refusal = _find_refusal(strategy, design, shape, name)
+    from spiraltrunk.workflows.grasp.choice.refusal import find_refusal
+
+    refusal = find_refusal(strategy, design, shape, name)
     if refusal is not None:
         raise UsageError(f"--object: {refusal}{_list_able(design, shape, strategy)}")
 
@@ -74,35 +75,3 @@ def _list_able(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) 
 
     able = [name for name in find_able(design, shape) if name != strategy.name]
     return f"; what can take it: {', '.join(able)}" if able else "; no other strategy can take it"
-
-
-def _find_refusal(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> str | None:
-    """Why the object is too thin, too wide or too heavy; None where it is not."""
-    from spiraltrunk.strategies.assessment import measure_width
-    from spiraltrunk.workflows.grasp.choice.auto import AUTO
-    from spiraltrunk.workflows.grasp.choice.ranking import announce_task
-
-    if strategy.name == AUTO:
-        return None  # A choice has its own reasons.
-    task = announce_task(design, shape, strategy)
-    width, (smallest, largest) = measure_width(strategy, task), strategy.widths(design)
-    if not smallest <= width <= largest:
-        low, high = math.ceil(1e4 * smallest) / 10, math.floor(1e4 * largest) / 10
-        allowed = f"{low:g} to {high:g} mm, what {strategy.name} can take with the trunk {quote(design.name)}"
-        return f"{quote(name)} is {1e3 * width:.4g} mm wide{_tell_where(strategy, width, task)}; allowed: {allowed}"
-    if strategy.job != "grasp":
-        return None  # What is pushed along the ground is not carried.
-    from spiraltrunk.design import payload
-
-    most = payload(design, width)
-    if shape.mass > most:
-        allowed = f"at most {math.floor(1e3 * most):g} g, what the trunk {quote(design.name)} holds at that width"
-        return f"{quote(name)} has {1e3 * shape.mass:g} g; allowed: {allowed}"
-    return None
-
-
-def _tell_where(strategy: Strategy[Any], width: float, task: Task) -> str:
-    """Where the width is measured; empty where it is the announced one, to a tenth of a millimetre."""
-    if abs(width - task.target.width) < 1e-4:
-        return ""
-    return " where the fingers grip" if strategy.holds == "fingers" else " by its girth"

@@ -88,13 +88,37 @@ def run_scene(
         ModelError: where the strategy cannot plan for the object.
         RunError: where the simulation diverges or does not end.
     """
-    options = set_ground(design, options, strategy)
-    plant = SimPlant(design, options)
+    plant = build_plant(design, options, strategy)
+    return run_plant(plant, strategy, seed=seed, watch=watch)
+
+
+def build_plant(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SimPlant:
+    """Simulated plant of a scene, over a ground on which the arm reaches high enough for the strategy.
+
+    Raises:
+        ModelError: where the strategy cannot plan for the object.
+    """
+    return SimPlant(design, set_ground(design, options, strategy))
+
+
+def run_plant(
+    plant: SimPlant,
+    strategy: Strategy[Any],
+    *,
+    seed: int,
+    watch: Callable[[Observation, Status], None] | None = None,
+) -> Trial:
+    """Run a strategy on a simulated plant, and evaluate the outcome; for those who look at the plant meanwhile.
+
+    Raises:
+        ModelError: where the strategy cannot plan for the object.
+        RunError: where the simulation diverges or does not end.
+    """
     began = time.perf_counter()
     with quiet_mujoco():
         log = run(plant, strategy, watch=watch)
     factor = plant.trace[-1].time / (time.perf_counter() - began)
     return Trial(
-        strategy=strategy.name, seed=seed, options=options, plant=plant, log=log,
+        strategy=strategy.name, seed=seed, options=plant.options, plant=plant, log=log,
         verdict=evaluate(plant, log, strategy.job), real_time_factor=factor,
     )  # fmt: skip
