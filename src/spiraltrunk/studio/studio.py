@@ -34,6 +34,8 @@ class StudioOptions:
     """Address that it listens on; any but this computer's own asks each page for a token."""
     port: int = 8080
     """Port; 0 takes a free one."""
+    first: str = "Grasp"
+    """Title of the tab that a new page shows; the first of the bar where there is none of this title."""
 
 
 @final
@@ -62,6 +64,7 @@ class Studio:
         self._gate = Gate(host=options.host, port=opened.getsockname()[1], token=token)
         self._design = design
         self._tabs = tuple(tabs)
+        self._first = options.first
         self._store = PageStore()
         self._pages: dict[int, tuple[Page, str]] = {}
         self._lock = threading.Lock()
@@ -110,7 +113,7 @@ class Studio:
 
         def build() -> None:
             frame = Frame(page, self._tabs, lambda kept: self._store.save(name, kept))
-            frame.restore(settings)
+            frame.restore(settings, self._first)
 
         page.post(build)
 

@@ -30,11 +30,14 @@ const mark = (tries) => {{
     one.dataset.shown = one.textContent === shown;
     one.setAttribute("aria-pressed", one.textContent === shown);
   }}
+  let part = buttons[0];
+  while (part && part.previousElementSibling?.textContent !== "") part = part.parentElement;
+  if (part) part.previousElementSibling.style.display = "none";
   if (buttons.length < titles.length && tries > 0) setTimeout(() => mark(tries - 1), 100);
 }};
 mark(30);
 """
-"""Viser's row of buttons does not show which was pressed last: the page marks it."""
+"""Viser's row of buttons does not show which was pressed last, and leaves room for a label: the page mends both."""
 
 
 @final
@@ -84,8 +87,8 @@ class Frame:
         self._tabs[title].show()
         self.save()
 
-    def restore(self, settings: dict[str, Any]) -> None:
-        """Take settings of an earlier page, and show its tab."""
+    def restore(self, settings: dict[str, Any], first: str = "") -> None:
+        """Take settings of an earlier page, and show its tab; a new page shows the tab ``first``."""
         for tab in self._tabs.values():
             kept = settings.get(tab.name)
             if isinstance(kept, dict):
@@ -94,7 +97,8 @@ class Frame:
             self._dark.value = True
             self._dress()
         shown = settings.get("shown")
-        self.show(shown if shown in self._tabs else next(iter(self._tabs)))
+        titles = [title for title in (shown, first, *self._tabs) if title in self._tabs]
+        self.show(titles[0])
 
     def save(self) -> None:
         """Keep the settings of all tabs."""
