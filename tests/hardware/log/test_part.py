@@ -97,6 +97,25 @@ def test_a_part_without_end_and_one_that_is_missing_are_told(write_parts: Build,
     assert (load_log(path).is_complete, load_log(path).damage) == (False, None), "as after a kill"
 
 
+def test_a_log_without_its_last_part_is_told(write_parts: Build) -> None:
+    path, _ = write_parts()
+    name_part(path, N_PART).unlink()
+    log = load_log(path)
+    assert (log.is_complete, log.damage) == (False, "the log ends without its last part")
+    ticks = log[MotorLog].angle[:, 0]
+    assert ticks.tolist() == list(range(len(ticks))), "what is there is read"
+    for number in (2, 3):
+        name_part(path, number).unlink()
+    assert load_log(path).damage == "the log ends without its last part"
+
+
+def test_a_log_that_does_not_say_whether_it_ends_is_read(write_parts: Build, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(part, "format_end", lambda is_last: {})
+    path, _ = write_parts()
+    name_part(path, N_PART).unlink()
+    assert (load_log(path).is_complete, load_log(path).damage) == (True, None)
+
+
 def test_a_part_of_another_log_is_refused(write_parts: Build) -> None:
     path, _ = write_parts()
     other, _ = write_parts("b.mcap", seed=7)

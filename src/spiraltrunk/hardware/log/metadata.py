@@ -18,6 +18,9 @@ SCHEMA = "1"
 RECORD = "spiraltrunk"
 """Name of the metadata record in the file."""
 
+END_RECORD = "spiraltrunk.end"
+"""Name of the metadata record that closes a file, see `format_end`."""
+
 
 @explain_fields
 @final
@@ -43,6 +46,16 @@ class LogMetadata:
     """Wall-clock time of the log's start since 1970 [ns]."""
     clock_origin: float = 0.0
     """Time on the driver's clock at that moment [s]; set by `LogWriter`."""
+
+
+def format_end(*, is_last: bool) -> dict[str, str]:
+    """Texts of the record that closes a file: whether it ends the log, or a further part follows."""
+    return {"is_last": json.dumps(is_last)}
+
+
+def parse_end(texts: Mapping[str, str]) -> bool | None:
+    """Whether a file ends its log; None where the record does not tell."""
+    return {"true": True, "false": False}.get(texts.get("is_last", ""))
 
 
 def format_metadata(metadata: LogMetadata) -> dict[str, str]:

@@ -1,7 +1,8 @@
 """One file of a log. A long log is split into parts, because MCAP's writer keeps an index of its whole file in memory.
 
 The parts of ``drive.mcap`` are ``drive.mcap``, ``drive-0002.mcap``, ``drive-0003.mcap`` and so on, each a whole MCAP
-file with the metadata of the run.
+file with the metadata of the run. Before its index each says whether it ends the log, so that a missing last part is
+noticed.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import IO, TYPE_CHECKING, cast, final
 from spiraltrunk.errors import MissingPackage
 from spiraltrunk.hardware.log.channels import CHANNELS, format_schema
 from spiraltrunk.hardware.log.log_file import PendingStream, create_log
-from spiraltrunk.hardware.log.metadata import RECORD, LogMetadata, format_metadata
+from spiraltrunk.hardware.log.metadata import END_RECORD, RECORD, LogMetadata, format_end, format_metadata
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
@@ -73,8 +74,9 @@ class LogPart:
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._n_chunk += 1
 
-    def finish(self) -> None:
-        """End the file with index and footer."""
+    def finish(self, *, is_last: bool) -> None:
+        """End the file with a record of whether it ends the log, index and footer."""
+        self._writer.add_metadata(END_RECORD, format_end(is_last=is_last))
         self._writer.finish()  # type: ignore[no-untyped-call]
 
     def commit(self) -> None:

@@ -16,7 +16,7 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.text_lines import check_regular
 from spiraltrunk.hardware.log.channels import CHANNELS
 from spiraltrunk.hardware.log.columns import Columns
-from spiraltrunk.hardware.log.metadata import RECORD, LogMetadata, parse_metadata
+from spiraltrunk.hardware.log.metadata import END_RECORD, RECORD, LogMetadata, parse_end, parse_metadata
 from spiraltrunk.hardware.log.part import name_part
 
 if TYPE_CHECKING:
@@ -78,6 +78,8 @@ def load_log(path: str | Path, channels: Collection[str] = tuple(CHANNELS)) -> L
             raise DriveError(f"log {describe(str(file))}: it belongs to another log; allowed: parts of one log")
         damage = part.damage if whole.is_complete else f"part {number - 1} has no end"
         whole, size, number = part._replace(damage=damage), size + part_size, number + 1
+    if whole.damage is None and whole.is_complete and whole.is_last is False:
+        whole = whole._replace(damage="the log ends without its last part")
     try:
         read = {topic: column.build() for topic, column in columns.items()}
     except DriveError as error:
@@ -93,6 +95,8 @@ class _Read(NamedTuple):
     metadata: LogMetadata
     is_complete: bool
     damage: str | None
+    is_last: bool | None
+    """Whether it says that it ends the log; None where it does not say so."""
 
 
 def _read_file(path: Path, columns: dict[str, Columns], most: int) -> tuple[_Read, int]:
@@ -136,9 +140,9 @@ class _WholeReads:
 
 def _read(stream: _WholeReads, columns: dict[str, Columns]) -> _Read:
     records = _iterate_records(stream)
-    metadata, is_complete, damage = _read_head(records), False, None
+    metadata, is_complete, damage, is_last = _read_head(records), False, None, None
     topics: dict[int, str | None] = {}
-    from mcap.records import Channel, Footer, Message
+    from mcap.records import Channel, Footer, Message, Metadata
 
     while True:
         try:
@@ -153,9 +157,11 @@ def _read(stream: _WholeReads, columns: dict[str, Columns]) -> _Read:
         elif isinstance(record, Message):
             if (topic := topics.get(record.channel_id)) is not None:
                 columns[topic].add(_parse(record.data, topic))
+        elif isinstance(record, Metadata) and record.name == END_RECORD:
+            is_last = parse_end(record.metadata)
         elif isinstance(record, Footer):
             is_complete = True
-    return _Read(metadata, is_complete, damage)
+    return _Read(metadata, is_complete, damage, is_last)
 
 
 _DAMAGE = (ValueError, struct.error, MemoryError, OverflowError, RecursionError, TypeError, zlib.error)

@@ -148,7 +148,7 @@ class LogWriter:
             self._write_chunks()
             self._drain(self._queue.qsize())
             self._tell_loss()
-            self._part.finish()
+            self._part.finish(is_last=True)
             self._commit()
         except Exception as error:  # Control goes on, whatever it is.
             self._warn(f"{type(error).__name__}: {error}")
@@ -175,7 +175,7 @@ class LogWriter:
 
     def _turn_part(self) -> None:
         """End the file and begin the next; while the disc takes neither, messages wait in the queue."""
-        self._part.finish()
+        self._part.finish(is_last=False)
         self._commit()
         while not self._is_closing:
             try:
