@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError
+from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.setup.robot_file import (
     TABLES,
     CableSetup,
@@ -21,7 +22,13 @@ from spiraltrunk.hardware.setup.robot_file import (
     load_robot_file,
     parse_robot_file,
 )
-from spiraltrunk.hardware.setup.robot_limits import build_winders, choose_period, lower_limits
+from spiraltrunk.hardware.setup.robot_limits import (
+    build_winders,
+    choose_period,
+    choose_stiffness,
+    fit_watches,
+    lower_limits,
+)
 
 EXAMPLE = format_example()
 
@@ -39,6 +46,7 @@ WRONG = {
     "cables.tension_floor_n": ["0", "-1", "nan", "inf", "1000", '"x"'],
     "cables.tension_max_n": ["0", "-1", "nan", "inf", "60.1", "1e9", "0.1"],
     "cables.speed_max_mm_s": ["0", "-1", "nan", "inf", "1e5", "1e9"],
+    "cables.stiffness_n_mm": ["0", "-20", "nan", "inf", "4.99", "200.1", '"x"'],
     "cables.slack_mm": ["[1, 2]", "[nan, 0, 0]", "[100, 0, 0]", "[-100, 0, 0]", "[inf, 0, 0]", "1"],
     "servo.least_us": ["499", "nan", "2600"],
     "servo.most_us": ["2501", "nan", "900"],
@@ -150,6 +158,22 @@ def test_a_board_watches_no_adapter(bus):
         RobotFile(name="x", bus=bus, motors=motors, watchdog="board")
     with pytest.raises(DesignError, match="watchdog is 'board'"):
         replace(RobotFile(name="x", bus="board:/dev/ttyACM0", motors=motors, watchdog="board"), bus=bus)
+
+
+def test_a_measured_stiffness_sets_gains_and_the_watch_of_lengths():
+    plain, soft = read(EXAMPLE), read(change("cables.stiffness_n_mm", "8.0"))
+    assert soft.cables.stiffness == 8000.0
+    assert (choose_stiffness(plain.cables), choose_stiffness(soft.cables)) == (2e4, 8e3)
+    gains = [build_winders(presets.PAPER, file)[0].gains for file in (plain, soft)]
+    assert gains[1].washout / gains[0].washout == pytest.approx(math.sqrt(0.4))
+    assert fit_watches(SafetyLimits(), plain.cables) == SafetyLimits()
+    assert fit_watches(SafetyLimits(), soft.cables) == SafetyLimits(compliance=1.25e-4)
+    servos = MotorSetup(family="sts", ids=(1, 2, 3))
+    file = RobotFile(name="x", bus="sts:/dev/ttyUSB0", motors=servos, cables=CableSetup(stiffness=8e3))
+    assert (
+        build_winders(presets.PAPER, file)[0].gains.slack_speed
+        > build_winders(presets.PAPER, replace(file, cables=CableSetup()))[0].gains.slack_speed
+    )
 
 
 POSITIVE = st.floats(allow_nan=True, allow_infinity=True)

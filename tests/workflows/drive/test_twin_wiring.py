@@ -67,6 +67,17 @@ def test_the_speed_is_that_of_the_file():
     assert fastest[0.01] < 0.015
 
 
+def test_soft_cables_of_the_file_are_the_twins_and_no_slip():
+    with open_twin(cables=CableSetup(stiffness=6e3)) as robot:
+        assert {motor.stiffness for motor in robot.motors.motors} == {6e3}
+        robot.prepare()
+        for tension in (5.0, 40.0, 5.0):
+            for _ in range(40):
+                robot.set_pulls([tension] * 3, [math.inf] * 3)
+                robot.run(RENEWAL)
+                robot.raise_fault()
+
+
 def test_slack_of_the_file_is_in_the_cables_and_compensated():
     """The drum winds more, and the trunk is where it would be without slack."""
     slack, pull, ends = 0.012, 0.03, {}

@@ -7,6 +7,7 @@ It names ports, but opens none. It can lower limits of the design and of the mot
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from decimal import Decimal
 from pathlib import Path
 from typing import Any, final
 
@@ -31,8 +32,13 @@ ARMS = ("panda", "franky")
 ADAPTERS = ("socketcan", "gs_usb", "slcan")
 """CAN adapters, whose bus has motors and no board; the other buses of python-can carry twins."""
 
+STIFFNESS_LEAST, STIFFNESS_MOST = 5e3, 2e5
+"""Range of a cable's stiffness [N/m] (ours): 0.6 m of 1 mm braid have 2e4, of steel rope some 1e5."""
+
 LEAST_FLOOR = 0.1
 """Least pretension of a robot file [N] (ours): less holds no cable on its drum."""
+
+_KILO = Decimal("1e3")
 
 _RELAY = "relay:/dev/ttyUSB1, a relay on a serial port"
 
@@ -105,6 +111,8 @@ class CableSetup:
     """Largest tension that is set [N]; commands may ask for more, as for a motor that is weaker."""
     speed_max: float | None = None
     """Largest speed of a cable [m/s]."""
+    stiffness: float | None = None
+    """Tension per elongation of cable, drum and gears with the motor at rest, measured [N/m]; None for 2e4."""
     slack: tuple[float, ...] = ()
     """Residual slack of each cable at its full stroke, from -0.1 to 0.1 [m]; none by default. See `winder.slack`."""
 
@@ -115,6 +123,8 @@ class CableSetup:
             check_number("cables.tension_max", self.tension_max, above=0.0, most=1e4)
         if self.speed_max is not None:
             check_number("cables.speed_max", self.speed_max, above=0.0, most=100.0)
+        if self.stiffness is not None:
+            check_number("cables.stiffness", self.stiffness, least=STIFFNESS_LEAST, most=STIFFNESS_MOST)
         check_numbers("cables.slack", self.slack, above=-0.1, most=0.0999)
 
 
@@ -191,6 +201,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("tension_floor_n", CableSetup, "tension_floor"),
         Key("tension_max_n", CableSetup, "tension_max"),
         Key("speed_max_mm_s", CableSetup, "speed_max", MILLI),
+        Key("stiffness_n_mm", CableSetup, "stiffness", _KILO),
         Key("slack_mm", CableSetup, "slack", MILLI, _NUMBERS),
     ),
     "servo": tuple(

@@ -7,8 +7,10 @@ from dataclasses import replace
 from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
 from spiraltrunk.hardware.winder.drum import DrumGeometry
+from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS
 from spiraltrunk.hardware.winder.limits import WinderLimits
 from spiraltrunk.hardware.winder.winder import Winder, build_winder
 
@@ -19,6 +21,16 @@ PERIOD = 0.002
 def choose_period(motors: MotorSetup) -> float:
     """Period of control [s]: that of the file, else `PERIOD`, or the data sheet's where it is longer."""
     return max(PERIOD, motors.data_sheet.period) if motors.period is None else motors.period
+
+
+def choose_stiffness(cables: CableSetup) -> float:
+    """Stiffness of a cable with its winder [N/m]: that of the file, else `CABLE_STIFFNESS`."""
+    return CABLE_STIFFNESS if cables.stiffness is None else cables.stiffness
+
+
+def fit_watches(limits: SafetyLimits, cables: CableSetup) -> SafetyLimits:
+    """The watches' limits for cables of that stiffness."""
+    return limits if cables.stiffness is None else replace(limits, compliance=1.0 / cables.stiffness)
 
 
 def build_winders(design: TrunkDesign, file: RobotFile) -> list[Winder]:
@@ -34,8 +46,9 @@ def build_winders(design: TrunkDesign, file: RobotFile) -> list[Winder]:
         )
     drum = DrumGeometry(design=size_drum(design))
     winder = build_winder(
-        design, file.motors.data_sheet, drum, choose_period(file.motors), tension_floor=file.cables.tension_floor
-    )
+        design, file.motors.data_sheet, drum, choose_period(file.motors),
+        stiffness=choose_stiffness(file.cables), tension_floor=file.cables.tension_floor,
+    )  # fmt: skip
     return [replace(winder, limits=lower_limits(winder.limits, file.cables))] * count
 
 

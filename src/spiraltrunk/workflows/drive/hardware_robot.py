@@ -29,6 +29,7 @@ from spiraltrunk.hardware.motors.pwm_servo import PwmServo
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
 from spiraltrunk.hardware.plant import HardwarePlant, Reach
+from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.watchdog import (
     ANSWER_ID,
     BoardWatchdog,
@@ -39,7 +40,7 @@ from spiraltrunk.hardware.safety.watchdog import (
 )
 from spiraltrunk.hardware.setup.relay import open_relay
 from spiraltrunk.hardware.setup.robot_file import RobotFile, check_arm
-from spiraltrunk.hardware.setup.robot_limits import build_winders, choose_period
+from spiraltrunk.hardware.setup.robot_limits import build_winders, choose_period, fit_watches
 from spiraltrunk.sim.robot.arm import arm_limits, arm_payload
 from spiraltrunk.workflows.drive.robot import Robot
 
@@ -85,8 +86,9 @@ class HardwareRobot(Robot):
         self.slack = file.cables.slack
         winders = build_winders(design, file)
         options = DriverOptions(
-            period=choose_period(file.motors), without_watchdog=without_watchdog, arming_time=ARMING_TIME
-        )
+            period=choose_period(file.motors), without_watchdog=without_watchdog, arming_time=ARMING_TIME,
+            limits=fit_watches(SafetyLimits(), file.cables),
+        )  # fmt: skip
         if file.servo is not None:
             options = replace(options, gripper=file.servo)
         with ExitStack() as opening:

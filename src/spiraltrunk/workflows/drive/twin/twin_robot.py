@@ -25,6 +25,7 @@ from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
 from spiraltrunk.hardware.plant import HardwarePlant
 from spiraltrunk.hardware.safety.watchdog import BoardWatchdog, WatchedBus
 from spiraltrunk.hardware.setup.robot_file import RobotFile
+from spiraltrunk.hardware.setup.robot_limits import choose_stiffness, fit_watches
 from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
@@ -123,7 +124,13 @@ class TwinRobot(Robot):
         slack = rng.uniform(0.2, 1.0, self.design.n_cable) * SLACK_MOST
         starts = rng.integers(0, MotorParameters().encoder_counts, self.design.n_cable)
         motors = [
-            MotorParameters(drum_radius=radius, wound=-float(loose), encoder_start=int(start), is_reversed=sign < 0)
+            MotorParameters(
+                drum_radius=radius,
+                wound=-float(loose),
+                encoder_start=int(start),
+                is_reversed=sign < 0,
+                cable_stiffness=choose_stiffness(wiring.cables),
+            )
             for loose, start, sign in zip(slack, starts, wiring.motors.signs, strict=True)
         ]
         return AssemblyOptions(
@@ -134,7 +141,8 @@ class TwinRobot(Robot):
 
     def _build_driver(self, bus: WatchedBus) -> TrunkDriver:
         wiring, setup = self.wiring, self.wiring.motors
-        options = replace(self.options.driver, period=wiring.period)
+        limits = fit_watches(self.options.driver.limits, wiring.cables)
+        options = replace(self.options.driver, period=wiring.period, limits=limits)
         if self.options.is_real_time:
             options = replace(options, arming_time=PLANNING_TIME)
         motors = GM6020Motors(bus, motor_ids=setup.ids, directions=setup.signs)
