@@ -8,7 +8,7 @@ import numpy as np
 
 from spiraltrunk import strategies
 from spiraltrunk.control.messages import Observation
-from spiraltrunk.design.rules import GRAVITY, graspable_range, payload
+from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
@@ -17,7 +17,7 @@ from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.fingertip.assess import grip_force
 from spiraltrunk.strategies.push.sweep import with_task
-from spiraltrunk.strategies.wrap.assess import FLAT, TOUCH_FORCE, TOUCH_HEIGHT
+from spiraltrunk.strategies.wrap.assess import FLAT, TOUCH_FORCE, TOUCH_HEIGHT, held_mass, wrapped_range
 from spiraltrunk.workflows.grasp.choice.choose import REACH_SLACK, follow_frames
 from spiraltrunk.workflows.grasp.choice.ground import MARGIN
 
@@ -34,7 +34,7 @@ def compute_rules(design: TrunkDesign) -> dict[str, str]:
     """Limits of a design in words and numbers, by what they limit."""
     gripper = design.gripper
     assert gripper is not None
-    least, most = graspable_range(design)
+    least, most = wrapped_range(design)
     observation = SimPlant(design, standing_scene()).reset()
     heights = [find_least_height(observation, width) for width in WIDTHS]
     top = find_reach(design)
@@ -46,8 +46,8 @@ def compute_rules(design: TrunkDesign) -> dict[str, str]:
         "sideways push that a standing thing must bear": (
             f"{TOUCH_FORCE:.2g} N at {100 * TOUCH_HEIGHT:.0f} % of its height"
         ),
-        "mass that a wrap holds, by the empirical rule": ", ".join(
-            f"{payload(design, width):.1f} kg at {1e3 * width:.0f} mm" for width in WIDTHS
+        "mass that a wrap holds": ", ".join(
+            f"{held_mass(design, width):.1f} kg at {1e3 * width:.0f} mm" for width in WIDTHS
         ),
         "width between the fingers": f"up to {1e3 * gripper.grasp_width:.0f} mm",
         f"mass that the fingers hold at a friction of {FRICTION:g}": (

@@ -41,9 +41,9 @@ def _assess(name, *args, **kwargs):
         ("pinch", _task(0.03, 0.2, 0.5, axis=LEVEL), "would slip: it weighs 4.9 N, the fingers hold"),
         ("flip-grip", _task(0.03, 0.03, 0.02, ground=None), "the object hangs; the fingers take what rests on"),
         ("tip-grip", _task(0.03, 0.03, 0.02, design=replace(PAPER, gripper=None)), "the trunk has no gripper"),
-        ("wrap-horizontal", _task(0.30, 0.24, 0.5), "too wide for the trunk by 32 mm: 300 mm, it wraps 268 mm"),
+        ("wrap-horizontal", _task(0.165, 0.24, 0.5), "too wide for the trunk by 12 mm: 165 mm, it wraps 153 mm"),
         ("wrap-oblique", _task(0.02, 0.24, 0.1), "too thin for the trunk by 13 mm: 20 mm, it wraps 33 mm or more"),
-        ("wrap-oblique", _task(0.06, 0.24, 6.0), "g: the trunk holds"),
+        ("wrap-oblique", _task(0.06, 0.24, 1.6), "too heavy by 86 g: the trunk holds 1514 g at that width"),
         ("wrap-oblique-low", _task(0.04, 0.24, 0.02), "would topple at 0.027 N; the trunk touches with up to 0.1 N"),
         ("wrap-horizontal", _task(0.08, 0.08, 0.2, kind="sphere"), "would roll away"),
         ("wrap-horizontal", _task(0.06, 0.24, 0.2, axis=LEVEL), "the object lies; this wrap takes one that stands"),
@@ -92,7 +92,7 @@ def test_names_tell_what_grips_are_meant_for():
         ("tip-grip", [_task(0.03, 0.03, mass) for mass in (0.02, 0.1, 0.2, 0.24)]),
         ("pinch", [_task(width, 0.15, 0.05, axis=LEVEL) for width in (0.02, 0.037, 0.039, 0.04)]),
         ("wrap-oblique", [_task(0.06, 0.24, mass) for mass in (0.3, 0.2, 0.1, 0.06)]),
-        ("wrap-horizontal", [_task(0.06, 0.24, mass) for mass in (0.4, 2.5, 3.5)]),
+        ("wrap-horizontal", [_task(0.06, 0.24, mass) for mass in (0.4, 1.1, 1.4)]),
     ],
 )
 def test_less_margin_scores_less(name, tasks):

@@ -7,6 +7,7 @@ import math
 from spiraltrunk.control.messages import Target, Task
 from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design.rules import graspable_range, payload
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.object_measures import (
     girth_width_between,
     height_of,
@@ -28,10 +29,16 @@ TOUCH_HEIGHT = 0.6
 """Height of the touch over the object's height [-] (ours)."""
 FLAT = 3.5
 """Largest ratio of the widths seen from above that a loop holds [-] (ours)."""
+HELD_WIDTH = 0.57
+"""Largest width that a wrap holds, over the largest that the trunk encloses [-]: in simulated trials 150 mm of 268 mm; at
+165 mm none was held (docs/validation/strategies.md)."""
+HELD_LOAD = 0.38
+"""Mass that a wrap holds, over the paper's empirical payload [-]: in simulated trials 1.5 kg of 4.0 kg at 60 mm, 1 kg of
+2.8 kg at 120 mm (docs/validation/strategies.md)."""
 AMPLE_WIDTH = 0.15
 """Distance from the ends of the graspable range with an ample margin, over the width [-] (ours): trials draw 10 %."""
 AMPLE_LOAD = 0.5
-"""Part of the payload that is left with an ample margin [-] (ours)."""
+"""Part of that mass that is left with an ample margin [-] (ours)."""
 SHORT = 1.5
 """Least length of a hung object over its width [-] (ours): a shorter one slips out of the loop sideways."""
 
@@ -51,7 +58,7 @@ def assess_hung(task: Task) -> Assessment:
     return accept(
         RATES["wrap-vertical"],
         _margins(task, target.width),
-        _describe(task, target.width, payload(design, target.width)),
+        _describe(task, target.width, held_mass(design, target.width)),
     )
 
 
@@ -82,8 +89,19 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
     return accept(
         RATES.get(strategy.name, min(RATES.values())),
         factors,
-        f"{_describe(task, around, payload(design, around))}; {stands}",
+        f"{_describe(task, around, held_mass(design, around))}; {stands}",
     )
+
+
+def wrapped_range(design: TrunkDesign) -> tuple[float, float]:
+    """Least and largest width that a wrap holds [m]."""
+    least, most = graspable_range(design)
+    return least, HELD_WIDTH * most
+
+
+def held_mass(design: TrunkDesign, width: float) -> float:
+    """Largest mass of ``width`` [m] that a wrap holds [kg]."""
+    return HELD_LOAD * payload(design, width)
 
 
 def wrapped_width(task: Task) -> float:
@@ -97,14 +115,14 @@ def _loop_band(target: Target) -> tuple[float, float]:
 
 def _find_misfit(task: Task, width: float) -> str | None:
     """What of width or mass is out of the trunk's range; None where nothing is."""
-    least, most = graspable_range(task.design)
+    least, most = wrapped_range(task.design)
     if width > most:
         by = 1e3 * (width - most)
         return f"too wide for the trunk by {by:.0f} mm: {1e3 * width:.0f} mm, it wraps {1e3 * most:.0f} mm"
     if width < least:
         by = 1e3 * (least - width)
         return f"too thin for the trunk by {by:.0f} mm: {1e3 * width:.0f} mm, it wraps {1e3 * least:.0f} mm or more"
-    heaviest = payload(task.design, width)
+    heaviest = held_mass(task.design, width)
     if task.target.mass > heaviest:
         by = 1e3 * (task.target.mass - heaviest)
         return f"too heavy by {by:.0f} g: the trunk holds {1e3 * heaviest:.0f} g at that width"
@@ -112,14 +130,14 @@ def _find_misfit(task: Task, width: float) -> str | None:
 
 
 def _margins(task: Task, width: float) -> dict[str, float]:
-    least, most = graspable_range(task.design)
+    least, most = wrapped_range(task.design)
     return {
         "width": margin_factor(min(most - width, width - least) / width, AMPLE_WIDTH),
-        "load": margin_factor(1 - task.target.mass / payload(task.design, width), AMPLE_LOAD),
+        "load": margin_factor(1 - task.target.mass / held_mass(task.design, width), AMPLE_LOAD),
     }
 
 
 def _describe(task: Task, width: float, heaviest: float) -> str:
-    least, most = (1e3 * limit for limit in graspable_range(task.design))
+    least, most = (1e3 * limit for limit in wrapped_range(task.design))
     fits = f"{1e3 * width:.0f} mm wide, the trunk wraps {least:.0f} to {most:.0f} mm"
     return f"{fits}; {1e3 * task.target.mass:.0f} g, it holds {1e3 * heaviest:.0f} g"
