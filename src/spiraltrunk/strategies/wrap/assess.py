@@ -30,11 +30,11 @@ TOUCH_HEIGHT = 0.6
 FLAT = 3.5
 """Largest ratio of the widths seen from above that a loop holds [-] (ours)."""
 HELD_WIDTH = 0.57
-"""Largest width that a wrap holds, over the largest that the trunk encloses [-]: in simulated trials 150 mm of 268 mm; at
-165 mm none was held (docs/validation/strategies.md)."""
+"""Largest width that a wrap holds, over the largest that the trunk encloses [-]: in simulated trials 150 mm of 268 mm;
+at 165 mm none was held (docs/validation/strategies.md)."""
 HELD_LOAD = 0.38
-"""Mass that a wrap holds, over the paper's empirical payload [-]: in simulated trials 1.5 kg of 4.0 kg at 60 mm, 1 kg of
-2.8 kg at 120 mm (docs/validation/strategies.md)."""
+"""Mass that a wrap holds, over the paper's empirical payload [-]: in simulated trials 1.5 kg of 4.0 kg at 60 mm, 1 kg
+of 2.8 kg at 120 mm (docs/validation/strategies.md)."""
 AMPLE_WIDTH = 0.15
 """Distance from the ends of the graspable range with an ample margin, over the width [-] (ours): trials draw 10 %."""
 AMPLE_LOAD = 0.5
