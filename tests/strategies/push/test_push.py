@@ -269,7 +269,7 @@ def test_a_box_may_stand_with_an_edge_ahead_and_a_lying_object_end_on():
 
 
 def test_a_heavy_rolled_trunk_keeps_further_off_the_ground():
-    """A trunk of 55 mm radius sagged onto the ground from 5 mm above, and the sweep took that for a jammed object."""
+    """A trunk of 55 mm radius sagged onto the ground from 5 mm above it; the sweep took that for a jammed object."""
     task, gaps = _task(), []
     for design in (PAPER, design_from_rules(arm_radius=0.055)):
         pose = plan_pose(replace(task, design=design), 0.0)
