@@ -9,7 +9,14 @@ import pytest
 from spiraltrunk.calibration.calibrate import Settings, Weighing, calibrate, compute_rmse, describe
 from spiraltrunk.calibration.fit_problem import FitProblem, split_half
 from spiraltrunk.calibration.identifiability import advise, list_unidentified
-from spiraltrunk.calibration.map_fit import MODEL_ERROR, MapEstimate, add_model_error, inflate
+from spiraltrunk.calibration.map_fit import (
+    MODEL_ERROR,
+    TWIST_ALONE,
+    TWISTED_SLACK,
+    MapEstimate,
+    add_model_error,
+    inflate,
+)
 from spiraltrunk.calibration.noise_model import Block, NoiseModel, build_covariance, factorise, whiten
 from spiraltrunk.calibration.parameters import (
     BenchStiffness,
@@ -19,7 +26,7 @@ from spiraltrunk.calibration.parameters import (
     build_prior,
     name_parameters,
 )
-from spiraltrunk.calibration.predict_states import find_states, predict_statics
+from spiraltrunk.calibration.predict_states import State, find_states, predict_statics
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.mocap.protocol.protocol import Protocol, Run
@@ -30,6 +37,9 @@ from spiraltrunk.workflows.virtual_session.session import MeasurementOptions, me
 
 NAN = math.nan
 RESTS = tuple(Run(name=f"rest-{t:03d}", kind="rest", theta_0=math.radians(90 - t)) for t in (0, 45, 90, 135))
+
+BEND = State(theta_0=math.pi / 2, pull=(0.02, NAN, NAN), before=-1, kind="bend-dorsal", chain=0)
+TWIST = State(theta_0=math.pi / 2, pull=(0.06, -0.02, NAN), before=-1, kind="twist", chain=1)
 
 
 def _measure(runs, seed=4, **how):
@@ -174,11 +184,33 @@ def test_the_models_own_error_is_in_what_recordings_tell_and_no_more_than_was_kn
     prior = build_prior(PAPER, Prior())
     k = prior.names.index("friction")
     sharp = 1e-4 * prior.covariance
-    told = add_model_error(sharp, prior)
+    told = add_model_error(sharp, prior, (BEND,))
     assert told[k, k] == pytest.approx(sharp[k, k] + MODEL_ERROR["friction"] ** 2)
     told[k, k] = sharp[k, k]
     np.testing.assert_array_equal(told, sharp)
-    np.testing.assert_array_equal(add_model_error(prior.covariance, prior), prior.covariance)
+    for states in ((BEND,), (TWIST,), (BEND, TWIST)):
+        np.testing.assert_allclose(add_model_error(prior.covariance, prior, states), prior.covariance)
+
+
+def test_the_models_error_in_a_twist_is_in_the_slack_of_the_cable_that_nothing_else_pulls():
+    prior = build_prior(PAPER, Prior())
+    sharp = 1e-4 * prior.covariance
+    more = np.diag(add_model_error(sharp, prior, (BEND, TWIST)) - add_model_error(sharp, prior, (BEND,)))
+    assert more[prior.names.index("slack_2")] == pytest.approx(TWISTED_SLACK**2)
+    assert np.count_nonzero(more) == 1
+
+
+def test_a_twist_without_a_bending_doubles_every_interval_up_to_its_priors():
+    """The parameters absorb an error that is common to all states of a twist."""
+    prior = build_prior(PAPER, Prior())
+    spread = 0.25 * prior.spread
+    spread[:2] = 0.7 * prior.spread[:2]
+    wide = np.sqrt(np.diag(add_model_error(np.diag(spread**2), prior, (TWIST,))))
+    own = [i for i, name in enumerate(prior.names) if name not in ("friction", "slack_1", "slack_2")]
+    np.testing.assert_allclose(wide[own], np.minimum(TWIST_ALONE * spread, prior.spread)[own])
+    at = [prior.names.index(name) for name in ("friction", "slack_1", "slack_2")]
+    errors = np.array([MODEL_ERROR["friction"], TWISTED_SLACK, TWISTED_SLACK])
+    np.testing.assert_allclose(wide[at], np.hypot(TWIST_ALONE * spread[at], errors))
 
 
 def test_each_half_has_its_own_steps_and_all_rests():

@@ -25,5 +25,5 @@ def make_run(kinds: tuple[str, ...]) -> SimpleNamespace:
      (("twist", "bend-ventral"), False), (("rest", "bend-dorsal"), False)],
 )  # fmt: skip
 def test_a_twist_without_a_bending_is_told(kinds, is_told) -> None:
-    """Its intervals hold less often than they say (docs/validation/calibration.md)."""
+    """Its intervals are doubled (docs/validation/calibration.md)."""
     assert any("without a bending" in note for note in _list_warnings(make_run(kinds))) == is_told

@@ -12,6 +12,7 @@ import numpy as np
 
 from spiraltrunk.calibration.calibrate import Calibration, Errors, Settings, calibrate
 from spiraltrunk.calibration.identifiability import advise, list_correlated, list_misfitted, list_unidentified
+from spiraltrunk.calibration.map_fit import is_twist_alone
 from spiraltrunk.design.toml import format_design
 from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.output_folder import OutputFolder, open_output
@@ -202,11 +203,10 @@ def _list_warnings(run: CalibrationRun) -> list[str]:
     found, recordings = run.found, run.recordings
     n_take = len(list_files(recordings.fitted)) + len(list_files(recordings.held_out))
     synthetic = f"not a measurement: {len(run.recorded.synthetic)} of {n_take} recordings are synthetic"
-    kinds = {one.kind for one in found.misfits}
     warnings = {
         synthetic: run.recorded.synthetic,
-        "a twist is fitted without a bending: its intervals are too narrow; fit a bending, too": "twist" in kinds
-        and not kinds & {"bend-dorsal", "bend-ventral"},
+        "a twist is fitted without a bending: the parameters absorb the model's error in a twist, so that their "
+        "intervals are doubled; fit a bending, too": is_twist_alone(one.kind for one in found.misfits),
         "nothing was calibrated: these takes determine no parameter": len(list_unidentified(found))
         == len(found.parameters),
         "nothing was held out: the error on unseen shapes is not known": not recordings.held_out,
