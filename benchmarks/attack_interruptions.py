@@ -216,13 +216,15 @@ def _wait_for_processes(running: Running, limit: float) -> list[int]:
 
 
 def run_round(index: int, baseline: dict[str, Any], work: Path, arguments: argparse.Namespace) -> list[Attempt]:
-    """Interruptions of one command in one folder, then a run to the end."""
+    """Interruptions of one command in one folder, then, unless they lie within a given time, a run to the end."""
     draw, names = random.Random(f"{arguments.seed} {index}"), list(baseline)
     name, limits = names[index % len(names)], Limits()
     expected = baseline[name]
     with tempfile.TemporaryDirectory(dir=work) as made:
         out = Path(made) / "out"
         attempts = [interrupt(name, draw, expected["duration"], _place(out), limits) for _ in range(arguments.attempts)]
+        if arguments.within is not None:
+            return attempts
         code, duration, messages = run_to_end(name, _place(out), limits)
         faults = []
         if code != expected["code"]:
@@ -291,10 +293,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--rounds", type=int, default=60, help="rounds in all (default 60)")
     parser.add_argument("--attempts", type=int, default=5, help="interruptions of a round (default 5)")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--within", type=float, metavar="S", help="interrupt within S seconds; commands are never run to their end"
+    )
     arguments = parser.parse_args(argv)
     work = arguments.work.absolute()
     work.mkdir(parents=True, exist_ok=True)
-    baseline = measure_baseline(arguments.commands.split(";"), work)
+    names = arguments.commands.split(";")
+    if arguments.within is None:
+        baseline = measure_baseline(names, work)
+    else:
+        baseline = {name: {"duration": arguments.within} for name in names}
     log = work / "rounds.jsonl"
     done = [json.loads(line) for line in log.read_text().splitlines()] if log.exists() else []
     for index in range(len(done), arguments.rounds):
