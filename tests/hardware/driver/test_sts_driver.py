@@ -1,7 +1,8 @@
-"""The driver on STS servos: their twin answers at the other end of a pseudo-terminal."""
+"""The driver on STS servos: their twin answers in memory, and once at the other end of a pseudo-terminal."""
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 
 import pytest
@@ -19,7 +20,7 @@ from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.faults.device_faults import CableBreak, CableSlip, PowerCycle, TangledDrum
 from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
-from spiraltrunk.hardware.twin.sts_bus import PseudoTerminal, StsTwin
+from spiraltrunk.hardware.twin.sts_bus import MemoryStream, PseudoTerminal, StsTwin
 from spiraltrunk.hardware.twin.sts_servo import STS3215, ServoTwin
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.winder import build_winder
@@ -41,17 +42,16 @@ class Line(TwinDevice):
 
 
 class Robot:
-    def __init__(self, encoder_start: int = 1000) -> None:
+    """Three servos in simulated time; with a terminal, the operating system carries their bytes."""
+
+    def __init__(self, encoder_start: int = 1000, *, has_terminal: bool = False) -> None:
         drum = size_drum(PAPER)
         motor = replace(STS3215, drum_radius=drum.winding_radius, encoder_start=encoder_start)
         servos = [ServoTwin(i, replace(motor, wound=-0.002 * i)) for i in (1, 2, 3)]
         self.twin = StsTwin(SpringTrunk(PAPER), servos)
-        self.terminal = PseudoTerminal(self.twin)
         self.clock = TwinClock()
-        with self.terminal.serving() as port:
-            settings = StsSettings(port=port, servo_ids=(1, 2, 3), directions=(1, 1, 1))
-            motors = StsServos.from_settings(settings, self.clock)
-        self.clock.attach(Line(self.terminal))
+        self.terminal = PseudoTerminal(self.twin) if has_terminal else None
+        motors = self._open_terminal(self.terminal) if self.terminal else self._open_memory()
         self.clock.attach(self.twin)
         winder = build_winder(PAPER, motors.data_sheet, DrumGeometry(design=drum), PERIOD)
         options = DriverOptions(period=PERIOD, without_watchdog=True)
@@ -59,6 +59,23 @@ class Robot:
             design=PAPER, motors=motors, winders=[winder] * 3, watchdog=NoWatchdog(), clock=self.clock,
             options=options,
         )  # fmt: skip
+
+    def _open_terminal(self, terminal: PseudoTerminal) -> StsServos:
+        with terminal.serving() as port:
+            settings = StsSettings(port=port, servo_ids=(1, 2, 3), directions=(1, 1, 1))
+            motors = StsServos.from_settings(settings, self.clock)
+        self.clock.attach(Line(terminal))
+        return motors
+
+    def _open_memory(self) -> StsServos:
+        settings = StsSettings(port="memory", servo_ids=(1, 2, 3), directions=(1, 1, 1))
+        return StsServos.from_settings(settings, self.clock, stream=MemoryStream(self.twin))
+
+    def close(self) -> None:
+        with self.terminal.serving() if self.terminal else nullcontext():
+            self.driver.close()
+        if self.terminal:
+            self.terminal.close()
 
     def run(self, seconds: float, tension: tuple[float, ...] | None = None) -> None:
         end = self.clock.now() + seconds
@@ -84,10 +101,11 @@ class Robot:
 
 @pytest.fixture
 def build(monkeypatch):
-    monkeypatch.setattr(sts_line, "ANSWER_TIME", 2.0)  # A thread answers, on a computer that may be busy.
     robots = []
 
     def build(**options):
+        # A thread answers on the terminal, on a computer that may be busy; in memory an answer is there at once.
+        monkeypatch.setattr(sts_line, "ANSWER_TIME", 2.0 if options.get("has_terminal") else 0.01)
         try:
             robots.append(Robot(**options))
         except DriveError as error:
@@ -98,13 +116,12 @@ def build(monkeypatch):
 
     yield build
     for robot in robots:
-        with robot.terminal.serving():
-            robot.driver.close()
-        robot.terminal.close()
+        robot.close()
 
 
-def test_servos_are_homed_and_pull(build):
-    robot = build()
+@pytest.mark.parametrize("has_terminal", [True, False])
+def test_servos_are_homed_and_pull(build, has_terminal):
+    robot = build(has_terminal=has_terminal)
     robot.prepare()
     start = robot.twin.motors[0].wound
     robot.run(4.0, (45.0, 5.0, 5.0))
