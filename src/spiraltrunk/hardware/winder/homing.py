@@ -6,8 +6,11 @@ stands still is pull 0 of every winder. The motors cannot feel where the trunk i
 Dry friction at the drums is larger than the tensions that hold a hanging trunk straight. So the cables are stirred at
 the end, as a magnet is demagnetised: to equal tensions an alternating part is added, shifted from cable to cable by a
 turn over their number, which falls from above the friction to zero. The trunk circles by some millimetres, and settles
-where the tensions are equal. The larger the friction, the slower: it brakes the trunk's way to the middle, so that with
-the gears of STS servos `STIR_TIME` ends some millimetres away from it, on the side where the slack ended.
+where the tensions are equal. The larger the friction, the slower: of a rotor that is driven to and fro with the speed
+v, dry friction F brakes a slow motion u by F (2/pi) u / v, for it averages to a damping, and so does the back-EMF that
+is not compensated. With the gears of STS servos `STIR_TIME` ends some millimetres away from the middle, on the side of
+the cables that had less slack: all wind in alike until all are taut. A trunk that 0.2 N hold 3 mm aside cannot be felt
+through gears of 15 N.
 Pure functions; nothing here was tried on a real motor.
 """
 
