@@ -59,7 +59,7 @@ class Homed:
         while driver.mode is Mode.HOMING:
             driver.wait()
             driver.tick()
-            routine = driver._loop.homing._routine  # type: ignore[attr-defined]
+            routine = driver._loop.homing._routine
             if not self.taut and routine._state and routine._state.taut_since <= routine._state.time:
                 self.taut = trunk.taken
         self.end, self.tensions, self.faults = trunk.taken, tuple(twin.tensions), driver.faults
@@ -68,7 +68,7 @@ class Homed:
 
 def show(name: str, stir: float, compensation: float) -> None:
     """One line for each slack."""
-    homing.STIR_TIME, sts_models.COMPENSATION = stir, compensation  # type: ignore[misc]
+    homing.STIR_TIME, sts_models.COMPENSATION = stir, compensation
     for slack in SLACK:
         homed = Homed(slack)
         assert not homed.faults

@@ -52,7 +52,10 @@ def test_every_state_has_a_row(mode: Mode) -> None:
         (FaultKind.VOLTAGE, f"{LIMITS.voltage_least:g} to {LIMITS.voltage_most:g} V"),
         (FaultKind.STALL, f"{LIMITS.stall_time:g} s at {100 * LIMITS.stall_part:g} %"),
         (FaultKind.STALL, f"{LIMITS.blocked_time:g} s while its torque changes by {LIMITS.blocked_torque:g} N m"),
-        (FaultKind.STALL, f"within about {LIMITS.blocked_memory:g} s"),
+        (
+            FaultKind.STALL,
+            f"moved by up to {1e3 * LIMITS.blocked_motion_most:g} mm within about {LIMITS.blocked_memory:g} s",
+        ),
         (
             FaultKind.STALL,
             f"{1e3 * LIMITS.untaken_length:g} mm of slack that no drum takes in for {LIMITS.stall_time:g} s",

@@ -209,6 +209,21 @@ def test_lengths_are_explained_by_a_drum_that_stands_while_its_torque_changes(wa
     assert run(watches, 0.906, spoil)[0] == {(FaultKind.STALL, 2)}
 
 
+@pytest.mark.parametrize(("moved", "is_told"), [(0.0, True), (0.005, False), (0.015, False), (0.03, True)])
+def test_a_drum_stands_while_the_motion_of_another_explains_its_torque(watches, moved, is_told):
+    """Its torque rises by 0.3 N m in 3 s; another one winds in so much in each second."""
+
+    def spoil(t, cable, reading):
+        pull, torque = (0.0, 0.1 + 0.1 * t) if cable == 0 else (moved * t if cable == 1 else 0.0, 0.1)
+        noisy = change(reading, angle=1e-3 * round(pull / RADIUS / 1e-3), speed=0.0, torque=torque + 1e-4 * (t % 0.004))
+        return dataclasses.replace(
+            noisy, torque=torque, pull=pull, speed=0.0, tension=torque / RADIUS, tension_wanted=torque / RADIUS
+        )
+
+    kinds, _, _ = run(watches, 3.0, spoil)
+    assert ((FaultKind.STALL, 0) in kinds) == is_told
+
+
 def test_while_one_cable_is_slack_the_lengths_are_not_followed(watches):
     """All take in 1 mm more each second, slowly enough to be followed where they are taut."""
 

@@ -54,6 +54,9 @@ class SafetyLimits:
     tensions rise slowly, a drum may stand for seconds between friction and the trunk's motion."""
     blocked_motion: float = 5e-5
     """Cable that other drums move within that time that explains it [m]: 1 N of a winder's cable."""
+    blocked_motion_most: float = 0.02
+    """Cable that none of them may move within that time to explain it [m]: so far they bend the trunk, which takes
+    every taut cable along."""
     blocked_time: float = 0.2
     """Time for which the drum does not turn after that change [s]."""
     stall_part: float = 0.9

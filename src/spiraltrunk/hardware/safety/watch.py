@@ -152,7 +152,8 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
     motors, cables = [], []
     motions = [one.stall.compute_motion(reading.pull) for one, reading in zip(state.motors, readings, strict=True)]
     for number, (reading, allowed) in enumerate(zip(readings, watches.ranges, strict=True)):
-        motor, findings = _watch_motor(watches, state.motors[number], reading, dt, sum(motions) - motions[number])
+        others = _find_others(motions, number, limits)
+        motor, findings = _watch_motor(watches, state.motors[number], reading, dt, others)
         cable, more = _watch_cable(watches, state.cables[number], reading, allowed, dt)
         motors.append(motor)
         cables.append(cable)
@@ -224,6 +225,12 @@ def _explain_lengths(
 
 
 _Findings = tuple[Finding | None, ...]
+
+
+def _find_others(motions: list[float], number: int, limits: SafetyLimits) -> float:
+    """Motion of the other drums that explains a change of this cable's tension; 0 where it is too large [m]."""
+    others = motions[:number] + motions[number + 1 :]
+    return sum(others) if max(map(abs, others), default=0.0) <= limits.blocked_motion_most else 0.0
 
 
 def _watch_motor(
