@@ -11,10 +11,12 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.objects.everyday import draw_everyday
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.strategies.fingertip.finger_model import closing_tension, finger_bend, finger_points
 from spiraltrunk.strategies.fingertip.plan import (
     SAFETY,
+    SEEN_ERROR,
     SIZE_ERROR,
     closing,
     find_seen_task,
@@ -107,6 +109,22 @@ def test_the_highest_base_is_that_of_the_lift_over_the_grip():
     assert TipGrip().highest_base(task) == pytest.approx(base + 0.2)
     low = dataclasses.replace(task, goal=dataclasses.replace(task.goal, lift=0.05))
     assert TipGrip().highest_base(low) == pytest.approx(base + 2.0 * LARGE.gripper.finger_length)
+
+
+def test_a_tall_object_is_gripped_at_the_height_that_is_seen():
+    """A tenth of 187 mm is half a finger: fingers above a cone that is 6 % lower than announced closed on nothing."""
+    shape = draw_everyday(np.random.default_rng(1002)).shape
+    task = announce(kind=shape.kind, width=shape.width, length=shape.length, design=PAPER)
+    task = dataclasses.replace(task, target=dataclasses.replace(task.target, profile=compute_profile(shape)))
+    assert shape.length == pytest.approx(0.187, abs=1e-3)
+    at = task.target.position
+    for rise in (-0.006, 0.0, 0.004):
+        seen = find_seen_task(task, at + np.array([0.0, 0.0, rise]), UP)
+        top = GROUND + shape.length + 2 * rise
+        assert seen.target.profile.total_height == pytest.approx(top - GROUND)
+        assert top + 2 * SEEN_ERROR < tip_height(seen) < top + 2 * SEEN_ERROR + 0.25 * PAPER.gripper.finger_length
+    low = announce(kind="cylinder", width=0.03, length=0.11, design=PAPER)
+    assert find_seen_task(low, low.target.position + np.array([0.0, 0.0, 0.004]), UP) is low
 
 
 def test_what_has_fallen_to_where_it_cannot_be_gripped_is_said():

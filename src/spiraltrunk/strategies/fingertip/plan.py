@@ -65,7 +65,8 @@ def gripper_of(task: Task) -> GripperDesign:
 def find_seen_task(task: Task, position: np.ndarray, axis: np.ndarray) -> Task:
     """The task with the object as a camera sees it, where it lies or stands otherwise than announced.
 
-    Within the errors of sizes and cameras the announced task is kept, which knows the object better.
+    Within the errors of sizes and cameras the announced task is kept, which knows the object better. One whose
+    height the camera knows better has the height that is seen, and the announced proportions.
 
     Args:
         task: the task as announced.
@@ -77,11 +78,31 @@ def find_seen_task(task: Task, position: np.ndarray, axis: np.ndarray) -> Task:
     has_turned = target.kind != "sphere" and abs(float(way @ target.axis)) < math.cos(FALLEN)
     is_level = abs(float(target.axis[2])) < 0.5
     has_turned = has_turned and not (is_level and abs(float(way[2])) < math.sin(FALLEN))  # It has only turned about z.
-    if not has_turned and abs(float(position[2] - target.position[2])) <= SIZE_ERROR * half + SEEN_ERROR:
-        return task
+    rise = float(position[2] - target.position[2])
+    if not has_turned and abs(rise) <= SIZE_ERROR * half + SEEN_ERROR:
+        return task if height_margin(2 * half) == SIZE_ERROR else _stretched(task, rise)
     return replace(
         task, target=replace(target, position=position, axis=way if has_turned else target.axis, profile=None)
     )
+
+
+def height_margin(height: float) -> float:
+    """Largest excess of an object's ``height`` [m] over what is known of it when it is gripped [-].
+
+    Seen is the middle, and so twice its error the top: a tall object's height is seen better than it is announced.
+    """
+    return min(SIZE_ERROR, 2 * SEEN_ERROR / height)
+
+
+def _stretched(task: Task, rise: float) -> Task:
+    """The task with the middle of the object higher by ``rise`` [m], and its heights in proportion."""
+    target, half = task.target, object_height(task) / 2
+    share, profile = 1 + rise / half, target.profile
+    if profile is not None:
+        profile = replace(profile, height=share * profile.height, center_height=share * profile.center_height)
+    length = target.length * (share if abs(float(target.axis[2])) > 0.5 else 1.0)
+    position = target.position + np.array([0.0, 0.0, rise])
+    return replace(task, target=replace(target, position=position, length=length, profile=profile))
 
 
 def ground_height(task: Task) -> float:
@@ -107,7 +128,7 @@ def tip_height(task: Task) -> float:
     gripper, target, width = gripper_of(task), task.target, gripped_width(task)
     if width <= gripper.grasp_width:
         height, gap = object_height(task), CLEARANCE * gripper.finger_length
-        low = max((1 + GROUND_GAP) * gripper.finger_length, (1 + SIZE_ERROR) * height + gap)
+        low = max((1 + GROUND_GAP) * gripper.finger_length, (1 + height_margin(height)) * height + gap)
         reach = WIDE_REACH if is_wide(task) and target.kind == "box" else REACH
         low = max(low, height / 2 + reach * gripper.finger_length)
         for above in np.linspace(low, low + gripper.finger_length, _N_HEIGHT):
@@ -179,15 +200,15 @@ def side_shift(task: Task) -> float:
 def _opening_tension(task: Task, above: float) -> float | None:
     """Tension that opens the fingers round the object, the trunk's end ``above`` what it rests on [m]."""
     gripper, target, height = gripper_of(task), task.target, object_height(task)
-    larger = 1 + SIZE_ERROR
+    larger, taller = 1 + SIZE_ERROR, 1 + height_margin(height)
     radius, room = larger * _reach_out(target), ROOM * gripper.finger_length
-    top = above - larger * height
+    top = above - taller * height
     share = side_share(gripper.n_finger) if is_wide(task) else 1.0
 
     def section(depth: np.ndarray, skin: np.ndarray) -> np.ndarray:
         """Half the largest width of a profile between ``skin`` above and below a depth, 0 over its top [m]."""
         height, widths = _find_widths(target)
-        lowest, middle, highest = ((above - depth + step * skin) / larger for step in (-1.0, 0.0, 1.0))
+        lowest, middle, highest = ((above - depth + step * skin) / taller for step in (-1.0, 0.0, 1.0))
         most = np.max([np.interp(z, height, widths) for z in (lowest, middle, highest)], axis=0)
         return np.where(lowest < height[-1], larger * most / 2, 0.0)
 
@@ -197,7 +218,7 @@ def _opening_tension(task: Task, above: float) -> float | None:
             return np.where(half > 0, (half + room + skin) / share, 0.0)
         if target.kind == "sphere":
             return np.sqrt(np.maximum((radius + room + skin) ** 2 - (depth - top - radius) ** 2, 0.0))
-        below = np.clip((depth + skin - top) / (larger * height), 0.0, 1.0)
+        below = np.clip((depth + skin - top) / (taller * height), 0.0, 1.0)
         part = below if target.kind == "cone" else below > 0
         return np.where(below > 0, (part * radius + room + skin) / share, 0.0)
 
