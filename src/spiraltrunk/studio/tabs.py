@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from spiraltrunk.studio.measure.tab import MeasureTab
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.tab import Tab
 from spiraltrunk.studio.shape.tab import ShapeTab
 
-TABS: tuple[Callable[[Page], Tab], ...] = (ShapeTab,)
+TABS: tuple[Callable[[Page], Tab], ...] = (ShapeTab, MeasureTab)
 """Constructors of the tabs."""

@@ -144,24 +144,36 @@ def sort_takes(protocol: Protocol, given: Sequence[str]) -> dict[str, list[str]]
     Raises:
         TakeError: for a file that belongs to no run, or is given twice for one.
     """
-    names = [run.name for run in protocol.runs]
-    found: dict[str, list[str]] = {name: [] for name in names}
+    found: dict[str, list[str]] = {run.name: [] for run in protocol.runs}
     for text in given:
-        run, file = _find_run(text, names)
+        run, file = _find_run(text, protocol)
         if Path(file).resolve() in [Path(other).resolve() for other in found[run]]:
             raise TakeError(f"{file[:200]!r} is given twice for run {run!r}; allowed: once")
         found[run].append(file)
     return {run: files for run, files in found.items() if files}
 
 
-def _find_run(text: str, names: Sequence[str]) -> tuple[str, str]:
+def guess_run(protocol: Protocol, file_name: str) -> str | None:
+    """The run whose name a file's name begins with, the longest of them; None where there is none.
+
+    Args:
+        protocol: the session.
+        file_name: name of a file, in any case, with or without its folder; nothing is looked up.
+    """
+    stem = re.split(r"[/\\]", file_name)[-1].lower()
+    names = [run.name for run in protocol.runs]
+    fitting = [name for name in names if stem.startswith(name.lower()) and not stem[len(name) :][:1].isalnum()]
+    return max(fitting, key=len, default=None)
+
+
+def _find_run(text: str, protocol: Protocol) -> tuple[str, str]:
     """Run and file of an argument."""
+    names = [run.name for run in protocol.runs]
     run, equals, file = text.partition("=")
     if run in names and file:
         return run, file
-    stem = re.split(r"[/\\]", text)[-1].lower()
-    fitting = [name for name in names if stem.startswith(name.lower()) and not stem[len(name) :][:1].isalnum()]
-    if not fitting or equals:
+    guessed = None if equals else guess_run(protocol, text)
+    if guessed is None:
         allowed = f"RUN=FILE, or a file whose name begins with the run's; runs are {', '.join(names)}"
         raise TakeError(f"{text[:200]!r} belongs to no run; allowed: {allowed}")
-    return max(fitting, key=len), text
+    return guessed, text

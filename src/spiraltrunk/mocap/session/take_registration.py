@@ -46,16 +46,26 @@ def register(
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Points and axes of all takes in the model's frame, shapes (n_take, n, n_section, 3 [, 3]) [m], [-], and notes."""
     points, rotation = [], []
+    motions, notes = find_motions(run, predicted, takes, alignment)
+    for take, own in zip(takes, motions, strict=True):
+        points.append([motion.move(shape.points) for motion, shape in zip(own, take.held, strict=True)])
+        rotation.append([motion.rotation @ shape.rotation for motion, shape in zip(own, take.held, strict=True)])
+    return np.array(points), np.array(rotation), notes
+
+
+def find_motions(
+    run: Run, predicted: Prediction, takes: Sequence[TakeShapes], alignment: Alignment
+) -> tuple[list[list[Motion]], list[str]]:
+    """Motion of each shape of each take into the model's frame, and notes."""
+    found: list[list[Motion]] = []
     notes: list[str] = []
     for take in takes:
         if alignment.kind == "base":
             motion, moved = _place_base(run, take)
-            motions, notes = [motion] * len(take.held), notes + moved
+            found, notes = [*found, [motion] * len(take.held)], notes + moved
         else:
-            motions = _fit_shapes(predicted, take, alignment)
-        points.append([motion.move(shape.points) for motion, shape in zip(motions, take.held, strict=True)])
-        rotation.append([motion.rotation @ shape.rotation for motion, shape in zip(motions, take.held, strict=True)])
-    return np.array(points), np.array(rotation), notes
+            found.append(_fit_shapes(predicted, take, alignment))
+    return found, notes
 
 
 def _fit_shapes(predicted: Prediction, take: TakeShapes, alignment: Alignment) -> list[Motion]:

@@ -14,11 +14,14 @@ from spiraltrunk.report.style import COLORS
 from spiraltrunk.studio.drawing.half_sections import build_halves
 from spiraltrunk.studio.page.page import Page
 
-BODY = (138, 150, 164)
+BODY = (170, 182, 196)
 """Colour of a section."""
 
 GHOST = (230, 159, 0)
 """Colour of a second trunk behind the first: orange of Okabe and Ito."""
+
+_SOLID, _DATA = 0.5, 1.0
+"""Part of a colour that is kept: viser's lamps and its surroundings brighten a shiny surface about twice [-]."""
 
 UPRIGHT = (float(np.sqrt(0.5)), float(np.sqrt(0.5)), 0.0, 0.0)
 """Turn from the frame of `Shape`, whose y is up, to the scene's, whose z is up."""
@@ -47,7 +50,7 @@ class TrunkView:
     """Nodes of one trunk below a root node in the frame of `Shape`."""
 
     def __init__(
-        self, page: Page, root: str, design: TrunkDesign, *, opacity: float | None = None, has_cables: bool = True
+        self, page: Page, root: str, design: TrunkDesign, *, opacity: float | None = None, is_data: bool = False
     ) -> None:
         """Add the nodes, invisible until they are drawn.
 
@@ -56,7 +59,7 @@ class TrunkView:
             root: name of the root node, which is added.
             design: the trunk.
             opacity: opacity of the sections; None is solid.
-            has_cables: whether cables are drawn.
+            is_data: whether colours are data, drawn without highlights and without cables.
         """
         self._page = page
         self._design = design
@@ -67,12 +70,13 @@ class TrunkView:
             page.scene.add_batched_meshes_simple(
                 f"{root}/{name}", points, faces, wxyz, position, batched_scales=design.scale,
                 batched_colors=np.tile(np.array(BODY, np.uint8), (count, 1)), lod="off", opacity=opacity, side="front",
-                cast_shadow=opacity is None, receive_shadow=False,
+                cast_shadow=opacity is None, receive_shadow=False, material="toon5" if is_data else "standard",
             )
             for name, (points, faces) in zip(("proximal", "distal"), build_halves(design.solid), strict=True)
         ]  # fmt: skip
         self._cables: Any = None
-        if has_cables:
+        self._light = _DATA if is_data else _SOLID
+        if not is_data:
             segments = np.zeros((design.n_cable * (2 * count - 1), 2, 3))
             each = [line_color(parse_color(COLORS[cable % len(COLORS)])) for cable in range(design.n_cable)]
             colors = np.repeat(each, 2 * count - 1, axis=0)
@@ -89,7 +93,7 @@ class TrunkView:
         wxyz = transforms.SO3.from_matrix(poses.rotation).wxyz
         for node, colors in zip(self._halves, (proximal, distal), strict=True):
             node.batched_positions, node.batched_wxyzs = poses.position, wxyz
-            node.batched_colors = colors.astype(np.uint8)
+            node.batched_colors = to_linear(colors, self._light)
         if self._cables is not None:
             self._cables.points = self._compute_cables(poses)
         self.root.visible = True
@@ -118,9 +122,19 @@ def parse_color(text: str) -> tuple[int, int, int]:
 
 
 def line_color(color: tuple[int, int, int]) -> tuple[int, int, int]:
-    """Colour to give to lines so that the page shows ``color``: it takes those of lines as linear light (sRGB)."""
-    red, green, blue = (round(255 * (part / 255) ** 2.2) for part in color)
+    """Colour to give to lines so that the page shows ``color``."""
+    red, green, blue = to_linear(np.array(color)).tolist()
     return red, green, blue
+
+
+def to_linear(colors: np.ndarray, light: float = 1.0) -> np.ndarray:
+    """Linear light of sRGB colours, 0 to 255: the page takes colours of lines and of batches of meshes as such.
+
+    Args:
+        colors: sRGB, 0 to 255.
+        light: part of it that is kept where the page's lamps brighten it [-].
+    """
+    return np.round(255 * light * (np.asarray(colors) / 255) ** 2.2).astype(np.uint8)
 
 
 def color_by_joint(colors: np.ndarray, body: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.design import TrunkDesign
-from spiraltrunk.model.kinematics.frames import base_orientation
+from spiraltrunk.studio.drawing.base_plate import INK, add_base, turn_base
 from spiraltrunk.studio.drawing.trunk_view import (
     BODY,
     GHOST,
@@ -20,14 +20,11 @@ from spiraltrunk.studio.drawing.trunk_view import (
 )
 from spiraltrunk.studio.page.page import Page
 
-SHUT = (170, 60, 130)
-"""Colour of the halves beside a shut joint: reddish purple, darker than Okabe and Ito's, as light brightens it."""
+SHUT = (204, 121, 167)
+"""Colour of the halves beside a shut joint: reddish purple of Okabe and Ito."""
 
 MISSED = (213, 94, 0)
 """Colour of the line from the tip to a place that it does not reach: vermilion of Okabe and Ito."""
-
-_INK = (120, 120, 120)
-"""Colour of base and gravity, seen on light and dark ground."""
 
 
 @final
@@ -46,9 +43,9 @@ class ShapePicture:
         self._page, self._design, self._on_drag = page, design, on_drag
         self._root = page.scene.add_frame("/shape/all", show_axes=False)
         self._solid = TrunkView(page, "/shape/all/equilibrium", design)
-        self._ghost = TrunkView(page, "/shape/all/paper", design, opacity=0.4, has_cables=False)
+        self._ghost = TrunkView(page, "/shape/all/paper", design, opacity=0.4, is_data=True)
         self._frame = page.scene.add_frame("/shape/all/world", show_axes=False, wxyz=UPRIGHT)
-        self._base = self._add_base()
+        self._base = add_base(page, "/shape/all/world/base", design)
         self._add_gravity()
         size = design.length
         self._missed = page.scene.add_line_segments(
@@ -65,7 +62,7 @@ class ShapePicture:
         colors = np.where(is_shut[:, None], SHUT, BODY)
         poses = place_sections(self._design, joint_rotation, theta_0, roll)
         self._solid.draw(poses, *color_by_joint(colors, BODY))
-        self._base.wxyz = _to_wxyz(base_orientation(float(theta_0), float(roll)))
+        turn_base(self._base, theta_0, roll)
 
     def draw_ghost(self, joint_rotation: np.ndarray | None, theta_0: float) -> None:
         """Draw the paper's model by its joints' rotations, or hide it."""
@@ -103,32 +100,12 @@ class ShapePicture:
 
         self._page.later("shape tip", act)
 
-    def _add_base(self) -> Any:
-        """A plate at the base, across the base axis, and a line along the base axis behind it."""
-        wide, axis = 1.15 * self._design.solid.radius, 0.12 * self._design.length
-        frame = self._page.scene.add_frame("/shape/all/world/base", show_axes=False)
-        self._page.scene.add_cylinder(
-            "/shape/all/world/base/plate", radius=wide, height=0.02 * self._design.length, color=_INK,
-            wxyz=(np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0), position=(-0.01 * self._design.length, 0.0, 0.0),
-        )  # fmt: skip
-        self._page.scene.add_line_segments(
-            "/shape/all/world/base/axis", np.array([[[-axis, 0.0, 0.0], [0.0, 0.0, 0.0]]]), line_color(_INK),
-            thickness=2.0, thickness_units="screen",
-        )  # fmt: skip
-        return frame
-
     def _add_gravity(self) -> None:
         """An arrow of gravity beside the base."""
         size = self._design.length
         top = np.array([-0.4 * size, 0.05 * size, 0.0])
         self._page.scene.add_arrows(
-            "/shape/all/world/gravity", np.array([[top, top - [0.0, 0.22 * size, 0.0]]]), _INK,
+            "/shape/all/world/gravity", np.array([[top, top - [0.0, 0.22 * size, 0.0]]]), INK,
             shaft_radius=0.006 * size, head_radius=0.018 * size, head_length=0.05 * size,
         )  # fmt: skip
         self._page.scene.add_label("/shape/all/world/gravity/name", "gravity", position=top)
-
-
-def _to_wxyz(rotation: np.ndarray) -> np.ndarray:
-    from viser import transforms
-
-    return np.asarray(transforms.SO3.from_matrix(rotation).wxyz)

@@ -9,6 +9,7 @@ import numpy as np
 
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.report.style import COLORS
+from spiraltrunk.studio.drawing.axis_end import round_up
 from spiraltrunk.studio.page.page import Page
 
 if TYPE_CHECKING:
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
 
 _HEIGHT = 145
 """Height of a plot [px]."""
-
-_SCALES = (1.0, 2.0, 5.0)
-"""Largest tensions that an axis ends at, times a power of ten [N]."""
 
 _PAPER, _EQUILIBRIUM, _LIMIT = "#E69F00", "#7C8896", "#999999"
 """Colours of the lines: of the two models as in the scene."""
@@ -61,7 +59,7 @@ class ShapePlots:
         if shape.forces is None:
             return
         tension = np.maximum(shape.forces.gap_tension, 0.0)
-        most = _round_up(float(tension.max(initial=0.0)))
+        most = round_up(1.02 * float(tension.max(initial=0.0)), 10.0)
         if most != self._most:
             self._most = most
             self._tension.scales = self._scale_tension()
@@ -107,13 +105,3 @@ def _label(x: str, y: str) -> Any:
 
 
 _FONT, _SMALL = "12px sans-serif", "11px sans-serif"
-
-
-def _round_up(value: float) -> float:
-    """End of an axis that shows a value: 10 at least, then 1, 2 or 5 times a power of ten."""
-    power = 10.0
-    while True:
-        for scale in _SCALES:
-            if value <= scale * power * 0.98:
-                return scale * power
-        power *= 10.0

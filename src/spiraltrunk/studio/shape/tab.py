@@ -9,7 +9,7 @@ import numpy as np
 
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.studio.drawing.camera import TabCamera
-from spiraltrunk.studio.page.controls import Scale, Slider
+from spiraltrunk.studio.page.controls import Scale, Slider, Switch
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.shape import words
 from spiraltrunk.studio.shape.cable_controls import CableControls
@@ -63,8 +63,7 @@ class ShapeTab:
             self._theta = Slider(self._page, theta, math.degrees(state.theta_0), lambda _: self._turn())
             self._roll = Slider(self._page, roll, math.degrees(state.roll), lambda _: self._turn())
             hint = "The paper's reference model as a ghost, for the pulls that it has a shape for"
-            self._ghost: Any = gui.add_checkbox("Paper's model", initial_value=True, hint=hint)
-            self._ghost.on_update(lambda _: self._page.later("shape ghost", self._redraw))
+            self._ghost = Switch(self._page, "Paper's model", True, lambda _: self._redraw(), hint=hint)
         self._below = gui.add_folder(None)
         self._build_design()
         self._page.on_design(self._change_design)
@@ -86,7 +85,7 @@ class ShapeTab:
         return {
             "pull_mm": [round(1e3 * value, 3) for value in state.pull.tolist()],
             "theta0_deg": self._theta.value, "roll_deg": self._roll.value,
-            "has_ghost": self._ghost.value is True,
+            "has_ghost": self._ghost.value,
         }  # fmt: skip
 
     def apply_settings(self, settings: dict[str, Any]) -> None:
@@ -97,7 +96,7 @@ class ShapeTab:
             state.pull = np.clip(given, -state.design.cable_stroke, state.design.cable_stroke)
         self._theta.set(float(settings.get("theta0_deg", 90.0)))
         self._roll.set(float(settings.get("roll_deg", 0.0)))
-        self._ghost.value = settings.get("has_ghost") is not False
+        self._ghost.set(settings.get("has_ghost") is not False)
         state.turn(math.radians(self._theta.value), math.radians(self._roll.value))
         state.restart()
         self._controls.show(state.pull)
@@ -181,7 +180,7 @@ class ShapeTab:
         state.compare()
         assert state.shape is not None
         assert state.paper is not None
-        ghost = state.paper.shape if self._ghost.value is True else None
+        ghost = state.paper.shape if self._ghost.value else None
         with self._page.client.atomic():
             shut = find_shut(state.design, state.shape)
             self._picture.draw(state.shape.joint_rotation, shut, state.theta_0, state.roll)
