@@ -108,3 +108,14 @@ def test_the_page_says_what_it_compiles_and_can_be_used_meanwhile(studio, open_p
     page.get_by_text("Compiling the models").wait_for()
     page.get_by_role("button", name="Twist").click()
     page.get_by_text("then cable 2 by").wait_for(timeout=3 * LONG)
+
+
+@pytest.mark.slow
+def test_another_design_brings_its_own_cables(open_shape):
+    one, page = open_shape()
+    inner = next(iter(one._pages.values()))[0]
+    inner.post(lambda: inner.set_design(presets.get("spirob-15")))
+    page.get_by_text("Cable 3 [mm]").wait_for(state="detached", timeout=LONG)
+    page.get_by_text("cable 2 (ventral)").wait_for(timeout=LONG)
+    page.get_by_role("button", name="Ventral").click()
+    page.get_by_text("Tension of cable 1: slack").wait_for(timeout=LONG)

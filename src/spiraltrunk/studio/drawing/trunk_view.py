@@ -20,8 +20,8 @@ BODY = (170, 182, 196)
 GHOST = (230, 159, 0)
 """Colour of a second trunk behind the first: orange of Okabe and Ito."""
 
-_SOLID, _DATA = 0.5, 1.0
-"""Part of a colour that is kept: viser's lamps and its surroundings brighten a shiny surface about twice [-]."""
+_SOLID, _DATA = 0.7, 1.0
+"""Part of a colour that is kept: viser's lamps and its surroundings brighten a shiny surface [-]."""
 
 UPRIGHT = (float(np.sqrt(0.5)), float(np.sqrt(0.5)), 0.0, 0.0)
 """Turn from the frame of `Shape`, whose y is up, to the scene's, whose z is up."""
@@ -50,7 +50,14 @@ class TrunkView:
     """Nodes of one trunk below a root node in the frame of `Shape`."""
 
     def __init__(
-        self, page: Page, root: str, design: TrunkDesign, *, opacity: float | None = None, is_data: bool = False
+        self,
+        page: Page,
+        root: str,
+        design: TrunkDesign,
+        *,
+        opacity: float | None = None,
+        is_data: bool = False,
+        size: float = 1.0,
     ) -> None:
         """Add the nodes, invisible until they are drawn.
 
@@ -60,6 +67,7 @@ class TrunkView:
             design: the trunk.
             opacity: opacity of the sections; None is solid.
             is_data: whether colours are data, drawn without highlights and without cables.
+            size: size of the sections; a little below 1, they hide within those of a trunk of the same shape [-].
         """
         self._page = page
         self._design = design
@@ -68,7 +76,7 @@ class TrunkView:
         wxyz, position = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)), np.zeros((count, 3))
         self._halves: list[Any] = [
             page.scene.add_batched_meshes_simple(
-                f"{root}/{name}", points, faces, wxyz, position, batched_scales=design.scale,
+                f"{root}/{name}", points, faces, wxyz, position, batched_scales=size * design.scale,
                 batched_colors=np.tile(np.array(BODY, np.uint8), (count, 1)), lod="off", opacity=opacity, side="front",
                 cast_shadow=opacity is None, receive_shadow=False, material="toon5" if is_data else "standard",
             )

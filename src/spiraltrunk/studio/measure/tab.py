@@ -224,8 +224,9 @@ class MeasureTab:
         """Tell why, and forget the take that cannot be read."""
         guilty = [take for take in self._takes.takes if take.file in reason]
         told = self._takes.name_files(reason)
-        self._page.notice(told)
         self._runner.say(words.format_failed(told))
+        if guilty:
+            self._page.notice(told)
         if len(guilty) == 1 and guilty[0].file.startswith(str(self._takes.folder / "upload")):
             self._takes.remove(guilty[0])
             self._tell_takes()

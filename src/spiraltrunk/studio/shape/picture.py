@@ -43,7 +43,7 @@ class ShapePicture:
         self._page, self._design, self._on_drag = page, design, on_drag
         self._root = page.scene.add_frame("/shape/all", show_axes=False)
         self._solid = TrunkView(page, "/shape/all/equilibrium", design)
-        self._ghost = TrunkView(page, "/shape/all/paper", design, opacity=0.4, is_data=True)
+        self._ghost = TrunkView(page, "/shape/all/paper", design, opacity=0.45, is_data=True, size=0.97)
         self._frame = page.scene.add_frame("/shape/all/world", show_axes=False, wxyz=UPRIGHT)
         self._base = add_base(page, "/shape/all/world/base", design)
         self._add_gravity()

@@ -38,7 +38,7 @@ class ShapePlots:
         self._angle: Any = page.gui.add_uplot(
             (self._joint, none, none, limit), self._list_angles(has_paper=False), height=_HEIGHT,
             axes=_label("Joint, 1 at the base", "Angle [deg]"), legend={"show": False}, cursor=_CURSOR,
-            scales={"x": {"time": False}, "y": {"range": (0.0, 1.1 * float(limit[0]))}}, padding=(8, 12, 0, 0),
+            scales={"x": self._across(), "y": {"range": (0.0, 1.1 * float(limit[0]))}}, padding=(8, 12, 0, 0),
         )  # fmt: skip
         self._most = 10.0
         self._tension: Any = page.gui.add_uplot(
@@ -92,8 +92,12 @@ class ShapePlots:
         )
         return ({"label": "joint"}, *cables)
 
+    def _across(self) -> Any:
+        """Scale of the joints: one that followed the data would be lost when a plot is made anew."""
+        return {"time": False, "range": (1.0, float(self._design.n_joint))}
+
     def _scale_tension(self) -> Any:
-        return {"x": {"time": False}, "y": {"range": (0.0, self._most)}}
+        return {"x": self._across(), "y": {"range": (0.0, self._most)}}
 
 
 _CURSOR: Any = {"drag": {"x": False, "y": False, "setScale": False}}

@@ -44,7 +44,7 @@ class TrunkState:
         return self.design.length * np.array([math.cos(self.theta_0), -math.sin(self.theta_0), 0.0])
 
     def turn(self, theta_0: float, roll: float) -> None:
-        """Turn the base [rad]; the next solution starts from rest there."""
+        """Turn the base [rad]; the next solution goes on from the present shape."""
         self.theta_0, self.roll = float(theta_0), float(roll)
         self.rest = None
 
