@@ -1,6 +1,7 @@
 """The tab in a real browser."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -90,6 +91,11 @@ def test_the_tip_is_dragged_and_the_cables_follow(open_shape, take_picture):
     told.wait_for(timeout=LONG)
     page.wait_for_function("[...document.querySelectorAll('input')].every((one) => one.value != '90.9')")
     take_picture(page, "dragged")
+    handle._impl.position = np.full(3, np.nan)  # As a page could send it.
+    for act in handle._impl_aux.update_cb:
+        act(SimpleNamespace(phase="end"))
+    page.get_by_text("dragged to what is no place").wait_for(timeout=LONG)
+    assert np.isfinite(handle.position).all()
 
 
 @pytest.mark.slow

@@ -55,6 +55,7 @@ class ShapePicture:
         self._handle: Any = page.scene.add_transform_controls(
             "/shape/all/world/tip", scale=0.11 * size, disable_rotations=True, depth_test=False, line_width=3.0
         )
+        self._tip = np.zeros(3)
         self._handle.on_update(lambda event: self._take(event.phase))
 
     def draw(self, joint_rotation: np.ndarray, is_shut: np.ndarray, theta_0: float, roll: float) -> None:
@@ -74,7 +75,8 @@ class ShapePicture:
 
     def place_handle(self, tip: np.ndarray) -> None:
         """Put the tip's handle on the tip (3,) [m]."""
-        self._handle.position = np.asarray(tip, float)
+        self._tip = np.asarray(tip, float)
+        self._handle.position = self._tip
         self._missed.visible = False
 
     def mark_missed(self, tip: np.ndarray, target: np.ndarray, *, is_missed: bool) -> None:
@@ -93,6 +95,7 @@ class ShapePicture:
         def act() -> None:
             given, most = np.array(self._handle.position, float), 1.5 * self._design.length
             if not np.isfinite(given).all():
+                self.place_handle(self._tip)
                 self._page.notice("the tip was dragged to what is no place; nothing was changed")
                 return
             away = float(np.linalg.norm(given))
