@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_seed, read_text
@@ -16,6 +17,7 @@ from spiraltrunk.cli.output import (
     add_file_count,
     complain,
     format_json,
+    name_option,
     open_out,
     quote,
 )
@@ -61,6 +63,10 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of the randomised scene (default 0)")
     parser.add_argument("--no-video", action="store_true", help="write neither film strip nor video")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write result, design, plots and video there")
+    parser.add_argument(
+        "--replay", type=read_text, metavar="FILE.html",
+        help="write one file that plays the trial in any browser, without a server or a network (extra studio)",
+    )  # fmt: skip
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -84,10 +90,13 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if shape.warning:
         complain(shape.warning, DONE)
 
-    missing, video = None, not arguments.no_video
+    missing, video, replay = None, not arguments.no_video, _check_replay(arguments.replay)
     with open_out(arguments.out, "grasp", list_files(video=video)) as output, show_progress(sys.stderr) as progress:
         with name_able(design, shape, strategy):
             trial = _run_trial(arguments, design, shape, progress)
+        if replay is not None:
+            progress("replay", 0, 0)
+            _write_replay(trial, f"{trial.strategy}, {name}, seed {trial.seed}: {trial.verdict.reason}", replay)
         if output is None:
             result = compute_result(trial, name)
         else:
@@ -102,6 +111,35 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if arguments.json:
         return code, format_json(result)
     return code, add_file_count(format_verdict(result), result, arguments, "\n  ")
+
+
+def _check_replay(given: str | None) -> Path | None:
+    """The file of a replay, where one is asked for.
+
+    Raises:
+        UsageError: where it does not end in .html, cannot be written or must not be replaced.
+        ModuleNotFoundError: without the page's packages.
+    """
+    if given is None:
+        return None
+    from spiraltrunk.files.output_file import check_output_file
+    from spiraltrunk.studio.grasp.replay import format_replay  # noqa: F401  # Refused before the trial.
+
+    file = Path(given)
+    if file.suffix.lower() != ".html":
+        raise UsageError(f"--replay: {quote(given)} given; allowed: a file that ends in .html")
+    with name_option("--replay"):
+        check_output_file(file, "html")
+    return file
+
+
+def _write_replay(trial: Trial, title: str, file: Path) -> None:
+    from spiraltrunk.files.output_file import write_output_file
+    from spiraltrunk.studio.grasp.replay import format_replay
+    from spiraltrunk.workflows.grasp.recording import record
+
+    with name_option("--replay"):
+        write_output_file(file, format_replay(record(trial, title)).encode(), "html")
 
 
 def _tell_alternatives(design: TrunkDesign, shape: ObjectSpec, stage: str) -> None:
