@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import struct
 import tomllib
 import xml.etree.ElementTree as ET
@@ -30,6 +31,8 @@ def draw(form: str) -> bytes:
 
 
 def build(form: str) -> bytes:
+    if form == "html":
+        return b"<!doctype html>\n<html><head><title>a</title></head><body><p>b</p></body></html>\n"
     return format_design(PAPER).encode() if form == "toml" else draw(form)
 
 
@@ -50,6 +53,9 @@ def test_it_can_be_read_as_before(form: str, tmp_path: Path) -> None:
         assert tomllib.loads(data.decode()) == tomllib.loads(plain.decode())
     elif form == "svg":
         assert ET.fromstring(data).tag == ET.fromstring(plain).tag
+    elif form == "html":
+        assert data.startswith(plain)
+        assert re.fullmatch(rb"<!-- [^-]*-256 of the rest: [0-9a-f]{64} -->\n", data.removeprefix(plain))
     elif form == "pdf":
         assert data.startswith(plain)
         assert b"%%EOF" in data[-1024:]  # Where readers look for it (ISO 32000-1, annex H.3, note 18).

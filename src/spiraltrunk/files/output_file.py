@@ -16,7 +16,8 @@ from spiraltrunk.files.atomic import write_file
 
 _TEXT = b"Written by spiraltrunk; SHA-256 of the rest: "
 
-_COMMENTS = {"toml": (b"# ", b"\n"), "svg": (b"<!-- ", b" -->\n"), "pdf": (b"% ", b"\n")}
+_COMMENTS = {"toml": (b"# ", b"\n"), "svg": (b"<!-- ", b" -->\n"), "pdf": (b"% ", b"\n"),
+             "html": (b"<!-- ", b" -->\n")}  # fmt: skip
 """Begin and end of a comment in the last line of a format."""
 
 _PNG_END = b"\0\0\0\0IEND\xaeB`\x82"

@@ -101,6 +101,12 @@ class Slider:
         self._scale = replace(self._scale, least=min(self._scale.least, value), most=max(self._scale.most, value))
         self.handle.min, self.handle.max = float(self._scale.least), float(self._scale.most)
 
+    def set_scale(self, scale: Scale) -> None:
+        """Change the range; the value is moved onto it without calling ``on_change``."""
+        self._scale = scale
+        self.handle.min, self.handle.max = float(scale.least), float(scale.most)
+        self.set(self._value)
+
     @property
     def _shown(self) -> float:
         """The value with the digits of the box."""

@@ -66,7 +66,7 @@ def start_server(opened: socket.socket, gate: Gate) -> ViserServer:
         options["max_size"] = MOST_MESSAGE
         return genuine(handler, sock=opened, **options)
 
-    with _STARTING, mock.patch.object(websockets.asyncio.server, "serve", serve_guarded), _silence():
+    with _STARTING, mock.patch.object(websockets.asyncio.server, "serve", serve_guarded), silence():
         server = ViserServer(host=gate.host, port=gate.port, label="spiraltrunk studio", verbose=False)
     if not begun.is_set():
         server.stop()
@@ -75,8 +75,8 @@ def start_server(opened: socket.socket, gate: Gate) -> ViserServer:
     return server
 
 
-def _silence() -> Any:
-    """Keep viser from printing its own address, which has no token."""
+def silence() -> Any:
+    """Keep viser from printing: its own address, which has no token, and that it has stopped."""
     return mock.patch("rich.print", return_value=None)
 
 

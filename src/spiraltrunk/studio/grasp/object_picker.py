@@ -1,0 +1,216 @@
+"""Picker of the object: of the catalogue, by its measures, or from a file of the person."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, final
+
+from spiraltrunk.errors import ModelError, StudioError
+from spiraltrunk.sim.objects.catalogue import CATALOGUE, DEFAULT_OBJECT, ObjectSpec, parse_object
+from spiraltrunk.sim.objects.mesh_file import AXES, COLLIDES, UNITS
+from spiraltrunk.studio.grasp.works import read_upload
+from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_upload
+from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
+
+BY_MEASURES = "by its measures"
+FROM_FILE = "from a file (STL, OBJ)"
+FORMS = ("stl", "obj")
+"""Endings of files that can be read."""
+
+GUESS = "guess"
+"""Unit of a file that does not tell it."""
+
+
+def _scale(label: str, hint: str) -> Scale:
+    """Scale of a length."""
+    return Scale(label=label, unit="mm", least=5.0, most=400.0, step=0.5, hint=hint)
+
+
+_MEASURES = {
+    "diameter_mm": _scale("Diameter", "Diameter of the solid's round foot"),
+    "height_mm": _scale("Height", "Extent along the solid's axis"),
+    "x_mm": _scale("Depth x", "Extent of the foot along x"),
+    "y_mm": _scale("Width y", "Extent of the foot along y"),
+    "z_mm": _scale("Height z", "Extent upwards"),
+    "outer_mm": _scale("Outer diameter", "Outer diameter of the ring, more than two tubes"),
+    "tube_mm": _scale("Tube", "Diameter of the ring's tube"),
+    "neck_mm": _scale("Neck", "Diameter of the bottle's neck, less than the bottle's"),
+    "mass_g": Scale(label="Mass", unit="g", least=1.0, most=5000.0, step=1.0, hint="Mass, spread evenly"),
+}
+"""Measures by their names in `parse_object`."""
+
+_FIRST = {
+    "diameter_mm": 60.0, "height_mm": 200.0, "x_mm": 60.0, "y_mm": 60.0, "z_mm": 200.0, "outer_mm": 90.0,
+    "tube_mm": 15.0, "neck_mm": 30.0, "mass_g": 250.0,
+}  # fmt: skip
+
+_SOLIDS = {
+    "cylinder": ("diameter_mm", "height_mm", "mass_g"),
+    "sphere": ("diameter_mm", "mass_g"),
+    "box": ("x_mm", "y_mm", "z_mm", "mass_g"),
+    "cone": ("diameter_mm", "height_mm", "mass_g"),
+    "ring": ("outer_mm", "tube_mm", "mass_g"),
+    "bottle": ("diameter_mm", "height_mm", "neck_mm", "mass_g"),
+}
+"""Measures of each solid."""
+
+_EMPTY = "No file yet: choose an STL or OBJ file of a closed surface, at most 25 MB."
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class Upload:
+    """A file as it arrived."""
+
+    name: str
+    """Its name as the browser gave it, for texts alone."""
+    form: str
+    """stl or obj."""
+    content: bytes
+    """Its content."""
+
+
+@final
+class ObjectPicker:
+    """Controls of the object; ``on_change`` is called where another one was picked."""
+
+    def __init__(self, page: Page, on_change: Callable[[], None]) -> None:
+        self._page = page
+        self._on_change = on_change
+        self._upload: Upload | None = None
+        self._shape: ObjectSpec | None = None
+        self._reading: Any = None
+        options = (*CATALOGUE, BY_MEASURES, FROM_FILE)
+        self.source = Choice(page, "Object", options, DEFAULT_OBJECT, self._show_source, hint="What is to be grasped")
+        self._measures = page.gui.add_folder("Measures of the object", visible=False)
+        with self._measures:
+            self._build_measures()
+        self._file = page.gui.add_folder("File of the object", visible=False)
+        with self._file:
+            self._build_file()
+
+    def read(self) -> tuple[str, ObjectSpec]:
+        """Name and shape of the picked object.
+
+        Raises:
+            DesignError: for measures that make no solid.
+            ModelError: where the file is missing or not read yet.
+        """
+        if self.source.value == BY_MEASURES:
+            name = self._format_measures()
+            return name, parse_object(name)
+        if self.source.value != FROM_FILE:
+            return self.source.value, parse_object(self.source.value)
+        if self._shape is None or self._upload is None:
+            raise ModelError("the object's file is missing: choose an STL or OBJ file, or another object")
+        return self._upload.name, self._shape
+
+    @property
+    def option(self) -> str:
+        """What `--object` of the command line takes for it."""
+        if self.source.value == BY_MEASURES:
+            return self._format_measures()
+        if self.source.value != FROM_FILE or self._upload is None:
+            return self.source.value
+        more = "".join(f",{name}={value}" for name, value in self._read_file_options().items())
+        return f"{self._upload.form}:path=FILE,mass_g={self._mass.value:g}{more}"
+
+    def read_settings(self) -> dict[str, Any]:
+        """Settings that come back; a file does not."""
+        measures = {name: slider.value for name, slider in self._sliders.items()}
+        return {"object": self.source.value, "solid": self._solid.value, "measures": measures}
+
+    def apply_settings(self, settings: dict[str, Any]) -> None:
+        """Take settings of an earlier page."""
+        if settings.get("object") != FROM_FILE:
+            self.source.set(str(settings.get("object")))
+        self._solid.set(str(settings.get("solid")))
+        measures = settings.get("measures")
+        for name, value in measures.items() if isinstance(measures, dict) else ():
+            if name in self._sliders and isinstance(value, int | float):
+                self._sliders[name].set(value)
+        self._lay_out()
+
+    def _build_measures(self) -> None:
+        page = self._page
+        self._solid = Choice(page, "Solid", tuple(_SOLIDS), "cylinder", self._change_solid, hint="Kind of solid")
+        self._sliders = {
+            name: Slider(page, scale, _FIRST[name], lambda _: self._on_change()) for name, scale in _MEASURES.items()
+        }
+        self._lay_out()
+
+    def _build_file(self) -> None:
+        page, again = self._page, lambda _: self._read_file()
+        hint = "STL or OBJ of one closed surface, at most 25 MB; it stays on this computer"
+        add_upload(page, "Choose a file", self._take_file, hint=hint, most=MOST_UPLOAD, kinds=".stl,.obj")
+        self._notes: Any = page.gui.add_markdown(_EMPTY)
+        self._mass = Slider(page, _MEASURES["mass_g"], 250.0, again)
+        units = (GUESS, *UNITS)
+        self._unit = Choice(page, "Unit", units, GUESS, again, hint="Unit of the file's coordinates")
+        self._axis = Choice(page, "Axis", AXES, "longest", again, hint="Direction that becomes the object's axis")
+        hint = "Touched at its convex hull, or at convex parts, which keep hollows"
+        self._collide = Choice(page, "Touched at", COLLIDES, "hull", again, hint=hint)
+
+    def _format_measures(self) -> str:
+        solid = self._solid.value
+        return f"{solid}:" + ",".join(f"{name}={self._sliders[name].value:g}" for name in _SOLIDS[solid])
+
+    def _lay_out(self) -> None:
+        """Show the controls of the chosen source and solid alone."""
+        self._measures.visible = self.source.value == BY_MEASURES
+        if hasattr(self, "_file"):
+            self._file.visible = self.source.value == FROM_FILE
+        for name, slider in self._sliders.items():
+            slider.handle.visible = name in _SOLIDS[self._solid.value]
+
+    def _show_source(self, _: str) -> None:
+        self._lay_out()
+        self._on_change()
+
+    def _change_solid(self, _: str) -> None:
+        self._lay_out()
+        self._on_change()
+
+    def _take_file(self, name: str, content: bytes) -> None:
+        """Take what was uploaded; its name serves texts alone.
+
+        Raises:
+            StudioError: for a file of another kind.
+        """
+        form = name.rpartition(".")[2].lower()
+        if form not in FORMS:
+            raise StudioError(f"the file {name!r} was given; allowed: a file that ends in .stl or .obj")
+        self._upload = Upload(name=name, form=form, content=content)
+        self._read_file()
+
+    def _read_file_options(self) -> dict[str, str]:
+        unit = {} if self._unit.value == GUESS else {"unit": self._unit.value}
+        return {**unit, "axis": self._axis.value, "collide": self._collide.value}
+
+    def _read_file(self) -> None:
+        if self._upload is None:
+            return
+        if self._reading is not None:
+            self._reading.stop()
+        self._shape, upload = None, self._upload
+        self._notes.content = f"Reading *{upload.name}* ..."
+        mass = self._mass.value / 1000.0
+        self._reading = self._page.start(
+            read_upload, upload.content, upload.form, mass, self._read_file_options(),
+            on_report=lambda _: None, on_end=lambda shape, reason: self._end_reading(upload, shape, reason),
+        )  # fmt: skip
+
+    def _end_reading(self, upload: Upload, shape: ObjectSpec | None, reason: str | None) -> None:
+        if upload is not self._upload or reason == "stopped":
+            return
+        if shape is None:
+            self._notes.content = f"*{upload.name}* cannot be used: {reason}"
+            self._page.notice(f"{upload.name}: {reason}")
+            return
+        self._shape = shape
+        size = " x ".join(f"{1e3 * extent:.0f}" for extent in shape.size)
+        warnings = "".join(f"\n- {warning}" for warning in shape.warnings)
+        self._notes.content = f"*{upload.name}*: {size} mm, {1e3 * shape.mass:g} g{warnings}"
+        self._on_change()

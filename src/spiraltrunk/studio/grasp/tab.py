@@ -1,0 +1,210 @@
+"""The tab *Grasp*."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any, final
+
+import numpy as np
+
+from spiraltrunk import strategies
+from spiraltrunk.design import TrunkDesign, presets
+from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.studio.grasp.object_picker import ObjectPicker
+from spiraltrunk.studio.grasp.request import GraspRequest
+from spiraltrunk.studio.grasp.run_panel import RunPanel
+from spiraltrunk.studio.grasp.save_panel import SavePanel
+from spiraltrunk.studio.grasp.stage_view import CAMERA, FIELD, LOOK_AT, StageView
+from spiraltrunk.studio.grasp.texts import RANKING, describe_choice, format_ranking
+from spiraltrunk.studio.grasp.works import Scene, prepare
+from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.job import STOPPED, Job
+from spiraltrunk.studio.page.page import Page
+from spiraltrunk.workflows.grasp.choice.auto import AUTO
+from spiraltrunk.workflows.grasp.choice.choose import STAGES, Candidate
+from spiraltrunk.workflows.grasp.recording import Recording
+
+FIRST = "wrap-vertical"
+"""Strategy that a page opens on, as the command does."""
+
+REST = 0.3
+"""Time without a further change after which the models are asked [s]."""
+
+_SEED = Scale(label="Seed", unit="", least=0, most=999, step=1, hint="Draws the object's true place, size and mass")
+_FRICTION = Scale(
+    label="Cable friction", unit="", least=0.0, most=1.0, step=0.01, hint="Coefficient between cables and their holes"
+)
+
+
+def list_strategies(stage: str) -> tuple[str, ...]:
+    """Names of the strategies for a stage: the choice, those that lift, those that push."""
+    return AUTO, *(name for name in strategies.NAMES if strategies.get(name).support == stage)
+
+
+@final
+class GraspTab:
+    """Pickers, run, timeline, plots and files of a grasp by the hybrid robot."""
+
+    name = "grasp"
+    title = "Grasp"
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._view = StageView(page.scene, f"/{self.name}/stage")
+        self._is_shown = False
+        self._is_stale = True
+        self._preparing: Job | None = None
+        self._candidates: tuple[Candidate, ...] = ()
+        self._camera: tuple[np.ndarray, np.ndarray] | None = None
+        self._field_before: float | None = None
+
+    def build(self) -> None:
+        """Add all controls."""
+        page = self._page
+        self._object = ObjectPicker(page, self._change)
+        stage = strategies.get(FIRST).support
+        hint = "What carries the object before the grasp: the ground, or two strings"
+        self._stage = Choice(page, "Stage", STAGES, stage, self._change_stage, hint=hint)
+        hint = "How the trunk takes the object; auto asks the models and tries the best"
+        self._strategy = Choice(page, "Strategy", list_strategies(stage), FIRST, self._change_strategy, hint=hint)
+        self._told: Any = page.gui.add_markdown(RANKING)
+        with page.gui.add_folder("Which strategy can take it", expand_by_default=False):
+            self._ranking: Any = page.gui.add_markdown(RANKING)
+        with page.gui.add_folder("Options", expand_by_default=False):
+            self._friction = Slider(page, _FRICTION, page.design.cable.friction, lambda _: self._change())
+            self._seed = Slider(page, _SEED, 0.0, lambda _: self._change())
+        self._run = RunPanel(page, self._view, self._read, self._offer)
+        self._save = SavePanel(page)
+        page.on_design(self._take_design)
+
+    def show(self) -> None:
+        """Ask the models where something has changed, and look where the person looked last."""
+        self._is_shown = True
+        self._aim()
+        if self._is_stale:
+            self._prepare()
+
+    def hide(self) -> None:
+        """Stop playing, and remember the camera."""
+        self._is_shown = False
+        self._run.pause()
+        camera = self._page.client.camera
+        with suppress(AssertionError):  # The page has not told its camera yet.
+            self._camera = camera.position.copy(), camera.look_at.copy()
+        if self._field_before is not None:
+            camera.fov = self._field_before
+
+    def read_settings(self) -> dict[str, Any]:
+        """What is picked."""
+        return {
+            **self._object.read_settings(), "stage": self._stage.value, "strategy": self._strategy.value,
+            "friction": self._friction.value, "seed": self._seed.value,
+        }  # fmt: skip
+
+    def apply_settings(self, settings: dict[str, Any]) -> None:
+        """Pick what an earlier page had picked."""
+        self._object.apply_settings(settings)
+        self._stage.set(str(settings.get("stage")))
+        self._strategy.set_options(list_strategies(self._stage.value))
+        self._strategy.set(str(settings.get("strategy")))
+        for name, slider in (("friction", self._friction), ("seed", self._seed)):
+            if isinstance(settings.get(name), int | float):
+                slider.set(settings[name])
+        self._is_stale = True
+
+    def close(self) -> None:
+        """Stop what runs."""
+        self._run.pause()
+        self._run.stop()
+
+    def _read(self) -> GraspRequest:
+        """What the person asks for.
+
+        Raises:
+            SpiralTrunkError: where the object is missing, or cannot be built.
+        """
+        name, shape = self._object.read()
+        design = self._page.design
+        design = replace(design, cable=replace(design.cable, friction=self._friction.value))
+        return GraspRequest(
+            design=design, shape=shape, name=name, strategy=self._strategy.value, stage=self._stage.value,
+            seed=round(self._seed.value),
+        )  # fmt: skip
+
+    def _change_stage(self, stage: str) -> None:
+        self._strategy.set_options(list_strategies(stage))
+        self._change()
+
+    def _change_strategy(self, _: str) -> None:
+        self._tell()
+        self._change()
+
+    def _take_design(self, design: TrunkDesign) -> None:
+        self._friction.set(design.cable.friction)
+        self._change()
+
+    def _change(self) -> None:
+        """Something was picked: what is shown no longer fits it."""
+        self._is_stale = True
+        if self._is_shown:
+            self._page.later("grasp prepare", self._prepare, REST)
+
+    def _prepare(self) -> None:
+        """Show the scene and ask the models, in a process; one at a time, the last request counts."""
+        if self._preparing is not None:
+            self._preparing.stop()
+            return
+        self._is_stale = False
+        try:
+            request = self._read()
+        except SpiralTrunkError as error:
+            self._told.content = str(error)
+            return
+        self._told.content = RANKING
+        self._preparing = self._page.start(prepare, request, on_report=self._take_scene, on_end=self._take_ranking)
+
+    def _take_scene(self, scene: Scene) -> None:
+        if not self._run.is_running and not self._is_stale:
+            self._save.clear()
+            self._run.show_scene(scene)
+
+    def _take_ranking(self, candidates: tuple[Candidate, ...] | None, reason: str | None) -> None:
+        self._preparing = None
+        if self._is_stale:
+            if self._is_shown:
+                self._prepare()
+        elif candidates is not None:
+            self._candidates = candidates
+            self._ranking.content = format_ranking(candidates)
+            self._tell()
+        elif reason != STOPPED:
+            self._candidates = ()
+            self._told.content = f"The models cannot tell: {reason}"
+
+    def _tell(self) -> None:
+        if self._candidates:
+            self._told.content = describe_choice(self._strategy.value, self._candidates)
+
+    def _offer(self, request: GraspRequest, recording: Recording, result: dict[str, Any]) -> None:
+        self._save.offer(request, recording, result, self._format_command(request))
+
+    def _format_command(self, request: GraspRequest) -> str:
+        stage = f" --stage {request.stage}" if request.strategy == AUTO else ""
+        return (
+            f"spiraltrunk grasp {request.strategy} --object {self._object.option}{stage}"
+            f"{_format_design(self._page.design)} --friction {request.design.cable.friction:g} --seed {request.seed}"
+        )
+
+    def _aim(self) -> None:
+        """Set the camera of the page."""
+        camera = self._page.client.camera
+        with suppress(AssertionError):
+            self._field_before = float(camera.fov)
+        camera.position, camera.look_at = (CAMERA, LOOK_AT) if self._camera is None else self._camera
+        camera.fov = FIELD
+
+
+def _format_design(design: TrunkDesign) -> str:
+    known = next((name for name in presets.NAMES if presets.get(name) == design), "FILE.toml")
+    return "" if known == "paper" else f" --design {known}"

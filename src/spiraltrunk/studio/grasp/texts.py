@@ -1,0 +1,93 @@
+"""Texts of the tab: what the models predict, how far a run is, and how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from spiraltrunk.workflows.grasp.choice.auto import AUTO
+from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.recording import Frames
+
+START = "Pick an object and press **Run grasp**. The grasp is simulated and shown as it is computed."
+
+RANKING = "Asking the models which strategy can take the object ..."
+
+
+def describe_choice(strategy: str, candidates: Sequence[Candidate]) -> str:
+    """What the models predict for the picked strategy, in a line or two."""
+    able = [each for each in candidates if each.feasible]
+    best = f"Best: **{able[0].strategy}**." if able else "No strategy of this stage can take it; try the other stage."
+    if strategy == AUTO:
+        return f"**auto** tries the best first. {best}" if able else best
+    found = next((each for each in candidates if each.strategy == strategy), None)
+    if found is None:
+        return best
+    if found.feasible:
+        chance = f", predicted chance {found.score:.0%}" if found.score > 0 else ""
+        return f"**{strategy}** can take it{chance}: {found.reason}."
+    return f"⚠ **{strategy}** cannot take it: {found.reason}. {best}"
+
+
+def format_ranking(candidates: Sequence[Candidate]) -> str:
+    """What the models predict for all strategies, a line each."""
+    return "\n".join(f"- **{each.strategy}** {_format_score(each)}: {each.reason}" for each in candidates)
+
+
+def _format_score(candidate: Candidate) -> str:
+    if not candidate.feasible:
+        return "✗ no"
+    return f"✓ {candidate.score:.0%}" if candidate.score > 0 else "✓"
+
+
+def describe_frame(frames: Frames, index: int) -> str:
+    """Phase, action and time of a frame."""
+    return f"**{frames.phase[index]}**: {frames.action[index]}, {frames.time[index]:.1f} s"
+
+
+def describe_phases(frames: Frames) -> str:
+    """Phases with the times at which they begin, in a line."""
+    return "Phases: " + ", ".join(f"{phase} from {begin:.1f} s" for phase, begin, _ in frames.spans())
+
+
+def describe_result(result: dict[str, Any]) -> str:
+    """How a trial ended, in words.
+
+    Args:
+        result: as `compute_result` gives it.
+    """
+    if result.get("attempts") == []:
+        return f"**No strategy can take it.** {result['reason']}"
+    head = "**Success.**" if result["success"] else f"**Failed:** {result['reason']}."
+    if result["cause"] is not None:
+        head += f" Cause: **{result['cause']}** at {result['cause_time_s']:.1f} s."
+    if result["success"] and result["hold_s"] is not None and result["place_error_m"] is not None:
+        held, place = result["hold_s"], 1e3 * result["place_error_m"]
+        head += f" Held by the trunk alone for {held:.1f} s, set down {place:.1f} mm from its place."
+    tried = [each["strategy"] for each in result.get("attempts", ())]
+    return f"{head} Tried: {', '.join(tried)}." if tried else head
+
+
+def format_figures(result: dict[str, Any]) -> str:
+    """Figures of a trial, as a table."""
+    rows = "".join(f"\n| {name} | {value} |" for name, value in _list_figures(result))
+    return f"| figure | value |\n|---|---:|{rows}"
+
+
+def _list_figures(result: dict[str, Any]) -> list[tuple[str, str]]:
+    return [
+        ("lifted", _format(result["lift_m"], 1e3, "mm")),
+        ("carried", _format(result["carry_m"], 1e3, "mm")),
+        ("held by the trunk alone", _format(result["hold_s"], 1.0, "s")),
+        ("set down from the target", _format(result["place_error_m"], 1e3, "mm")),
+        ("largest joint angle", _format(result["max_joint_deg"], 1.0, "°")),
+        ("deepest overlap", _format(result["max_penetration_m"], 1e3, "mm")),
+        ("friction of the object", _format(result["world"]["friction"], 1.0, "")),
+        ("true width", _format(result["world"]["width_m"], 1e3, "mm")),
+        ("true mass", _format(result["world"]["mass_kg"], 1e3, "g")),
+        ("computed at", _format(result["real_time_factor"], 1.0, "x real time")),
+    ]
+
+
+def _format(value: float | None, factor: float, unit: str) -> str:
+    return "-" if value is None else f"{value * factor:.3g} {unit}".rstrip()

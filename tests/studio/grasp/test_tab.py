@@ -1,0 +1,156 @@
+"""The tab by real clicks and keys; the simulation is replaced but in the last test."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from spiraltrunk.studio.grasp.tab import GraspTab
+
+PATIENCE = 20_000
+"""Time within which the page reacts [ms]."""
+
+
+def wait_for(page, text, **options):
+    page.get_by_text(text).filter(visible=True).first.wait_for(timeout=options.pop("timeout", PATIENCE), **options)
+
+
+def click(page, name):
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def pick(page, label, option):
+    page.get_by_label(label, exact=True).filter(visible=True).first.click()
+    page.get_by_role("option", name=option, exact=True).click()
+
+
+def set_time(page, text):
+    row = page.get_by_text("Time [s]").locator("xpath=ancestor::*[.//input[@type='text' or @inputmode]][1]")
+    box = row.get_by_role("textbox").first
+    box.fill(text)
+    box.press("Enter")
+
+
+def fetch(page, button, name, timeout=PATIENCE):
+    """Content of the file that a button offers for download."""
+    click(page, button)
+    link = page.get_by_text(name).filter(visible=True).last
+    with page.expect_download(timeout=timeout) as download:
+        page.locator(f"a[download='{name}']").or_(link).last.click(timeout=timeout)
+    return Path(download.value.path()).read_bytes()
+
+
+def wait_until(page, holds):
+    for _ in range(200):
+        if holds():
+            return
+        page.wait_for_timeout(100)
+    raise AssertionError("it does not come to hold")
+
+
+def settle(page, take_picture, name, before=None):
+    """A picture of the scene that stays, another than ``before`` where one is given."""
+    last = take_picture(page, name)
+    for _ in range(60):
+        page.wait_for_timeout(250)
+        now = take_picture(page, name)
+        if np.array_equal(now, last) and (before is None or differ(now, before)):
+            return now
+        last = now
+    raise AssertionError("the picture does not settle, or does not change")
+
+
+def differ(one, other):
+    return (np.abs(one - other).max(axis=2) > 30).mean() > 0.002
+
+
+def test_a_grasp_is_run_watched_scrubbed_and_played(fakes, studio, open_page, take_picture):
+    page = open_page(studio([GraspTab]))
+    wait_for(page, "predicted chance 98%")
+    start = settle(page, take_picture, "start")
+    click(page, "Run grasp")
+    wait_for(page, "Computing.")
+    wait_for(page, "prehension")
+    middle = settle(page, take_picture, "middle", before=start)
+    fakes.go.set()
+    wait_for(page, "Success.")
+    end = settle(page, take_picture, "end", before=middle)
+    assert page.locator(".uplot canvas").count() == 3
+    set_time(page, "0.5")
+    wait_for(page, "0.5 s")
+    early = settle(page, take_picture, "early", before=end)
+    click(page, "Play")
+    wait_for(page, "3.0 s")
+    page.get_by_role("button", name="Play", exact=True).wait_for(timeout=PATIENCE)
+    assert not differ(settle(page, take_picture, "played", before=early), end)
+    assert json.loads(fetch(page, "Result (JSON)", "result.json"))["success"] is True
+
+
+def test_a_run_that_is_stopped_leaves_its_frames(fakes, studio, open_page):
+    page = open_page(studio([GraspTab]))
+    wait_for(page, "predicted chance")
+    click(page, "Run grasp")
+    wait_for(page, "Computing.")
+    click(page, "Stop")
+    wait_for(page, "Stopped.")
+    set_time(page, "0.2")
+    wait_for(page, "0.2 s")
+
+
+def test_the_picker_tells_why_and_takes_measures_and_files(fakes, studio, open_page):
+    page = open_page(studio([GraspTab]))
+    wait_for(page, "predicted chance")
+    pick(page, "Object", "rod-20")
+    wait_for(page, "cannot take it: too thin for the trunk")
+    pick(page, "Object", "by its measures")
+    pick(page, "Solid", "sphere")
+    wait_until(page, lambda: fakes.requests[-1].name == "sphere:diameter_mm=60,mass_g=250")
+    pick(page, "Stage", "ground")
+    wait_for(page, "tries the best first")
+    wait_until(page, lambda: (fakes.requests[-1].stage, fakes.requests[-1].strategy) == ("ground", "auto"))
+    pick(page, "Object", "from a file (STL, OBJ)")
+    wait_for(page, "No file yet")
+    mesh = trimesh.creation.box((40.0, 50.0, 120.0))
+    upload = page.locator("input[type=file]").first
+    upload.set_input_files(
+        {"name": "../../etc/cup.stl", "mimeType": "model/stl", "buffer": mesh.export(file_type="stl")}
+    )
+    wait_for(page, "the unit is guessed from the size: mm")
+    wait_until(page, lambda: fakes.requests[-1].name == "cup.stl")
+    assert fakes.requests[-1].shape.size == pytest.approx((0.12, 0.04, 0.05))
+    upload.set_input_files({"name": "cup.stl", "mimeType": "model/stl", "buffer": b"no solid"})
+    wait_for(page, "no STL that can be read")
+
+
+def test_a_reload_comes_back_to_what_was_picked(fakes, studio, open_page):
+    page = open_page(studio([GraspTab]))
+    wait_for(page, "predicted chance")
+    pick(page, "Object", "box-80")
+    wait_for(page, "predicted chance")
+    page.reload()
+    wait_for(page, "predicted chance")
+    assert page.get_by_label("Object", exact=True).first.input_value() == "box-80"
+    assert fakes.requests[-1].name == "box-80"
+
+
+@pytest.mark.slow
+def test_a_kick_is_simulated_and_shown(studio, open_page, take_picture):
+    minutes = 10 * 60_000  # The first run on a computer compiles.
+    page = open_page(studio([GraspTab]))
+    wait_for(page, "predicted chance", timeout=minutes)
+    pick(page, "Stage", "ground")
+    pick(page, "Strategy", "kick")
+    wait_for(page, "kick can take it", timeout=minutes)
+    start = settle(page, take_picture, "start")
+    click(page, "Run grasp")
+    wait_for(page, "Computing.", timeout=minutes)
+    page.get_by_text("Success.").or_(page.get_by_text("Failed:")).first.wait_for(timeout=minutes)
+    settle(page, take_picture, "end", before=start)
+    replay = fetch(page, "Replay (HTML)", "replay.html", minutes)
+    assert replay.lower().startswith(b"<!doctype html")
+    assert len(replay) < 10e6
+    assert fetch(page, "Film strip (PNG)", "filmstrip.png", minutes).startswith(b"\x89PNG")
