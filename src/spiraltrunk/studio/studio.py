@@ -19,7 +19,7 @@ from spiraltrunk.studio.page.store import PageStore
 from spiraltrunk.studio.page.tab import Tab
 from spiraltrunk.studio.server.gate import Gate, is_loopback
 from spiraltrunk.studio.server.message_guard import guard_client
-from spiraltrunk.studio.server.serve import open_port, start_server
+from spiraltrunk.studio.server.serve import open_port, silence, start_server
 
 MOST_PAGES = 12
 """Pages that may be open at a time [-]."""
@@ -93,7 +93,8 @@ class Studio:
         """Close all pages, with all that they started, and the server."""
         for number in tuple(self._pages):
             self._drop(number)
-        self._server.stop()
+        with silence():
+            self._server.stop()
 
     def _open(self, client: ClientHandle) -> None:
         with self._lock:

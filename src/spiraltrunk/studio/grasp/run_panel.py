@@ -60,7 +60,7 @@ class RunPanel:
             self._timeline = Slider(page, _TIMELINE, 0.0, self._scrub)
             self._phases: Any = gui.add_markdown("")
             hint = "Play in real time, from the start where it has ended"
-            self._play: Any = add_button(page, "Play", self._toggle, hint=hint, color="green")
+            self._play: Any = add_button(page, "Play", self.toggle, hint=hint, color="green")
         self._result: Any = gui.add_markdown("", visible=False)
         self.plots = CoursePlots(page)
         self._table_folder: Any = gui.add_folder("Figures", visible=False, expand_by_default=False)
@@ -109,6 +109,24 @@ class RunPanel:
         self._timeline_folder.visible = self._result.visible = self._table_folder.visible = False
         self._state.content = START
         self.plots.clear()
+
+    def open(self, meshes: ModelMeshes, frames: Frames) -> None:
+        """Show a grasp that was recorded, with its timeline, the last frame first."""
+        self._meshes = meshes
+        with self._page.client.atomic():
+            self._view.draw(meshes, frames)
+        self._open_timeline(frames)
+
+    def toggle(self) -> None:
+        """Play, or stop playing."""
+        if self._frames is None:
+            return
+        if self._player.is_playing:
+            self.pause()
+            return
+        ended = self._index >= len(self._frames) - 1
+        self._player.play(0 if ended else self._index, len(self._frames))
+        self._show_buttons()
 
     def _take(self, report: ModelMeshes | Frames) -> None:
         """Take the meshes, then frames, and show the last one."""
@@ -166,16 +184,6 @@ class RunPanel:
         self._timeline_folder.visible = True
         self.plots.draw(frames, last)
         self._show_frame(last)
-        self._show_buttons()
-
-    def _toggle(self) -> None:
-        if self._frames is None:
-            return
-        if self._player.is_playing:
-            self.pause()
-            return
-        ended = self._index >= len(self._frames) - 1
-        self._player.play(0 if ended else self._index, len(self._frames))
         self._show_buttons()
 
     def _show_buttons(self) -> None:

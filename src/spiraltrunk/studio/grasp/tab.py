@@ -59,6 +59,11 @@ class GraspTab:
         self._camera: tuple[np.ndarray, np.ndarray] | None = None
         self._field_before: float | None = None
 
+    @property
+    def panel(self) -> RunPanel:
+        """Run, timeline and plots."""
+        return self._run
+
     def build(self) -> None:
         """Add all controls."""
         page = self._page
