@@ -38,9 +38,8 @@ def set_time(page, text):
 def fetch(page, button, name, timeout=PATIENCE):
     """Content of the file that a button offers for download."""
     click(page, button)
-    link = page.get_by_text(name).filter(visible=True).last
     with page.expect_download(timeout=timeout) as download:
-        page.locator(f"a[download='{name}']").or_(link).last.click(timeout=timeout)
+        page.locator(f"a[download='{name}']").click(timeout=timeout)
     return Path(download.value.path()).read_bytes()
 
 

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from typing import final
 
 import numpy as np
 
 from spiraltrunk.studio.page.page import Page
 
+FIELD = math.radians(75.0)
+"""Vertical field of view of a page, as viser has it [rad]."""
+
 
 @final
 class TabCamera:
     """View of one tab, which comes back when the tab does."""
 
-    def __init__(self, page: Page, position: np.ndarray, look_at: np.ndarray) -> None:
-        """Set the first view, positions in the scene's frame, z up, shape (3,) [m]."""
+    def __init__(self, page: Page, position: np.ndarray, look_at: np.ndarray, *, field: float = FIELD) -> None:
+        """Set the first view, positions in the scene's frame, z up, shape (3,) [m], and its vertical field [rad]."""
         self._page = page
+        self._field = field
         self._position, self._look_at = np.asarray(position, float), np.asarray(look_at, float)
 
     def show(self) -> None:
@@ -25,6 +30,7 @@ class TabCamera:
             camera.up_direction = np.array([0.0, 0.0, 1.0])
             camera.position = self._position
             camera.look_at = self._look_at
+            camera.fov = self._field
 
     def keep(self) -> None:
         """Remember the view that the person has now."""

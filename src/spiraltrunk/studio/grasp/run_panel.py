@@ -169,8 +169,11 @@ class RunPanel:
             self._on_result(request, Recording(title=title, meshes=self._meshes, frames=self._frames), result)
 
     def _tell_end(self, reason: str | None) -> None:
+        if self._frames is None:
+            self._state.content = START
         if reason == STOPPED:
-            self._result.content = "**Stopped.** The frames so far are in the timeline."
+            rest = "" if self._frames is None else " The frames so far are in the timeline."
+            self._result.content = f"**Stopped.**{rest}"
         else:
             self._result.content = f"**Not run:** {reason}"
             self._page.notice(str(reason))

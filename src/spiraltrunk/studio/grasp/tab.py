@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any, final
 
@@ -11,6 +10,7 @@ import numpy as np
 from spiraltrunk import strategies
 from spiraltrunk.design import TrunkDesign, presets
 from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.studio.drawing.camera import TabCamera
 from spiraltrunk.studio.grasp.object_picker import ObjectPicker
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.grasp.run_panel import RunPanel
@@ -56,8 +56,8 @@ class GraspTab:
         self._is_stale = True
         self._preparing: Job | None = None
         self._candidates: tuple[Candidate, ...] = ()
-        self._camera: tuple[np.ndarray, np.ndarray] | None = None
-        self._field_before: float | None = None
+        self._camera = TabCamera(page, np.array(CAMERA), np.array(LOOK_AT), field=FIELD)
+        self._asked: tuple[Any, ...] = ()
 
     @property
     def panel(self) -> RunPanel:
@@ -86,7 +86,7 @@ class GraspTab:
     def show(self) -> None:
         """Ask the models where something has changed, and look where the person looked last."""
         self._is_shown = True
-        self._aim()
+        self._camera.show()
         if self._is_stale:
             self._prepare()
 
@@ -94,11 +94,7 @@ class GraspTab:
         """Stop playing, and remember the camera."""
         self._is_shown = False
         self._run.pause()
-        camera = self._page.client.camera
-        with suppress(AssertionError):  # The page has not told its camera yet.
-            self._camera = camera.position.copy(), camera.look_at.copy()
-        if self._field_before is not None:
-            camera.fov = self._field_before
+        self._camera.keep()
 
     def read_settings(self) -> dict[str, Any]:
         """What is picked."""
@@ -166,7 +162,10 @@ class GraspTab:
         except SpiralTrunkError as error:
             self._told.content = str(error)
             return
-        self._told.content = RANKING
+        asked = request.design, request.name, request.shape.mass, request.stage
+        if asked != self._asked:  # Another strategy or seed changes no ranking.
+            self._candidates, self._asked = (), asked
+            self._told.content = self._ranking.content = RANKING
         self._preparing = self._page.start(prepare, request, on_report=self._take_scene, on_end=self._take_ranking)
 
     def _take_scene(self, scene: Scene) -> None:
@@ -200,14 +199,6 @@ class GraspTab:
             f"spiraltrunk grasp {request.strategy} --object {self._object.option}{stage}"
             f"{_format_design(self._page.design)} --friction {request.design.cable.friction:g} --seed {request.seed}"
         )
-
-    def _aim(self) -> None:
-        """Set the camera of the page."""
-        camera = self._page.client.camera
-        with suppress(AssertionError):
-            self._field_before = float(camera.fov)
-        camera.position, camera.look_at = (CAMERA, LOOK_AT) if self._camera is None else self._camera
-        camera.fov = FIELD
 
 
 def _format_design(design: TrunkDesign) -> str:
