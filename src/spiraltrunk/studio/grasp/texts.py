@@ -61,9 +61,11 @@ def describe_result(result: dict[str, Any]) -> str:
     head = "**Success.**" if result["success"] else f"**Failed:** {result['reason']}."
     if result["cause"] is not None:
         head += f" Cause: **{result['cause']}** at {result['cause_time_s']:.1f} s."
-    if result["success"] and result["hold_s"] is not None and result["place_error_m"] is not None:
-        held, place = result["hold_s"], 1e3 * result["place_error_m"]
-        head += f" Held by the trunk alone for {held:.1f} s, set down {place:.1f} mm from its place."
+    if result["success"] and result["hold_s"]:
+        held, place = result["hold_s"], _format(result["place_error_m"], 1e3, "mm")
+        head += f" Held by the trunk alone for {held:.1f} s, set down {place} from its place."
+    elif result["success"]:
+        head += f" Moved along the ground by {_format(result['carry_m'], 1e3, 'mm')}."
     tried = [each["strategy"] for each in result.get("attempts", ())]
     return f"{head} Tried: {', '.join(tried)}." if tried else head
 

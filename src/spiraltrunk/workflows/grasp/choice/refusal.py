@@ -17,7 +17,7 @@ from spiraltrunk.workflows.grasp.choice.auto import AUTO
 from spiraltrunk.workflows.grasp.choice.choose import Candidate
 from spiraltrunk.workflows.grasp.choice.ranking import announce_task, rank_object
 
-PUSHES = "pushes the object along the ground and does not lift it; it is not ranked"
+PUSHES = "pushes the object along the ground; it is not ranked"
 """Reason of a strategy that pushes."""
 
 
