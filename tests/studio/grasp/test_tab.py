@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -137,7 +138,8 @@ def test_a_reload_comes_back_to_what_was_picked(fakes, studio, open_page):
 
 
 @pytest.mark.slow
-def test_a_kick_is_simulated_and_shown(studio, open_page, take_picture):
+def test_a_kick_is_simulated_and_shown(studio, open_page, take_picture, monkeypatch):
+    monkeypatch.setenv("MUJOCO_GL", os.environ.get("MUJOCO_GL") or "egl")  # As the command does.
     minutes = 10 * 60_000  # The first run on a computer compiles.
     page = open_page(studio([GraspTab]))
     wait_for(page, "predicted chance", timeout=minutes)
