@@ -16,7 +16,7 @@ from spiraltrunk.sim.render import VISIBLE_GROUPS
 if TYPE_CHECKING:
     from trimesh import Trimesh
 
-FLOOR = 1.5
+FLOOR = 2.5
 """Half width of the piece that is drawn of an endless floor [m] (ours)."""
 
 EDGE = math.radians(25.0)

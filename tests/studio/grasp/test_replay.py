@@ -29,9 +29,26 @@ def test_it_opens_offline_and_its_picture_changes_while_it_plays(recording, brow
             break
     else:
         raise AssertionError("the picture does not change")
+    early, late = (_scrub(page, take_picture, text) for text in ("0.2", "2.8"))
+    assert _differ(early, late)
     context.close()
     assert not faults
     assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def _scrub(page, take_picture, text):
+    """The picture at a time, where it stays."""
+    box = page.get_by_role("textbox").first
+    box.fill(text)
+    box.press("Enter")
+    last = None
+    for _ in range(40):
+        page.wait_for_timeout(250)
+        now = take_picture(page, f"scrubbed_{text}")
+        if last is not None and np.array_equal(now, last):
+            return now
+        last = now
+    raise AssertionError("it goes on playing")
 
 
 def _differ(one, other):

@@ -83,13 +83,14 @@ class ObjectPicker:
         self._shape: ObjectSpec | None = None
         self._reading: Any = None
         options = (*CATALOGUE, BY_MEASURES, FROM_FILE)
-        self.source = Choice(page, "Object", options, DEFAULT_OBJECT, self._show_source, hint="What is to be grasped")
+        self.source = Choice(page, "Object", options, DEFAULT_OBJECT, self._take_choice, hint="What is to be grasped")
         self._measures = page.gui.add_folder("Measures of the object", visible=False)
+        self._file = page.gui.add_folder("File of the object", visible=False)
         with self._measures:
             self._build_measures()
-        self._file = page.gui.add_folder("File of the object", visible=False)
         with self._file:
             self._build_file()
+        self._lay_out()
 
     def read(self) -> tuple[str, ObjectSpec]:
         """Name and shape of the picked object.
@@ -135,11 +136,10 @@ class ObjectPicker:
 
     def _build_measures(self) -> None:
         page = self._page
-        self._solid = Choice(page, "Solid", tuple(_SOLIDS), "cylinder", self._change_solid, hint="Kind of solid")
+        self._solid = Choice(page, "Solid", tuple(_SOLIDS), "cylinder", self._take_choice, hint="Kind of solid")
         self._sliders = {
             name: Slider(page, scale, _FIRST[name], lambda _: self._on_change()) for name, scale in _MEASURES.items()
         }
-        self._lay_out()
 
     def _build_file(self) -> None:
         page, again = self._page, lambda _: self._read_file()
@@ -160,16 +160,12 @@ class ObjectPicker:
     def _lay_out(self) -> None:
         """Show the controls of the chosen source and solid alone."""
         self._measures.visible = self.source.value == BY_MEASURES
-        if hasattr(self, "_file"):
-            self._file.visible = self.source.value == FROM_FILE
+        self._file.visible = self.source.value == FROM_FILE
         for name, slider in self._sliders.items():
             slider.handle.visible = name in _SOLIDS[self._solid.value]
 
-    def _show_source(self, _: str) -> None:
-        self._lay_out()
-        self._on_change()
-
-    def _change_solid(self, _: str) -> None:
+    def _take_choice(self, _: str) -> None:
+        """Another source or solid was chosen."""
         self._lay_out()
         self._on_change()
 

@@ -16,8 +16,8 @@ from spiraltrunk.workflows.grasp.recording import RATE, Recording
 
 _HOST = "127.0.0.1"
 
-_LABEL_PLACE = (0.22, 0.12, 2.02)
-"""Place of the label with phase and action [m]: over the stage."""
+_LABEL_PLACE = (0.26, 0.18, 1.75)
+"""Place of the label with phase and action [m]: over the arm."""
 
 
 def write_replay(recording: Recording, path: str | Path, *, is_dark: bool = False) -> None:
