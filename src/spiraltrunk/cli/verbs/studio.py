@@ -23,16 +23,27 @@ def add_verb(verbs: Any) -> None:
         help="address to listen on; with any but this computer's own, pages need the token in the printed address",
     )  # fmt: skip
     parser.add_argument("--port", default=8080, type=read_count, metavar="N", help="port; 0 takes a free one")
+    parser.add_argument(
+        "--robot", type=read_text, metavar="FILE",
+        help="how a robot is wired: a TOML file; the tab Robot then offers it beside its twin, opening no port before",
+    )  # fmt: skip
+    parser.add_argument(
+        "--without-watchdog", action="store_true", help="arm although nothing ends the torque when this computer dies"
+    )
     parser.add_argument("--no-browser", action="store_true", help="print the address, and open no browser")
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
+    from spiraltrunk.hardware.setup.robot_limits import load_fitting_file
+    from spiraltrunk.studio.robot.hub import RobotHub
     from spiraltrunk.studio.studio import Studio, StudioOptions
-    from spiraltrunk.studio.tabs import TABS
+    from spiraltrunk.studio.tabs import build_tabs
 
     design = load_design(arguments.design)
-    studio = Studio(design, TABS, StudioOptions(host=arguments.host, port=arguments.port))
+    file = None if arguments.robot is None else load_fitting_file(arguments.robot, design)
+    hub = RobotHub(design, file, without_watchdog=arguments.without_watchdog)
+    studio = Studio(design, build_tabs(hub), StudioOptions(host=arguments.host, port=arguments.port))
     try:
         if studio.needs_token:
             complain(f"others can reach this studio at {arguments.host}: whoever has the address can use it", DONE)
@@ -43,4 +54,5 @@ def _run(arguments: argparse.Namespace) -> Answer:
         threading.Event().wait()
     finally:
         studio.stop()
+        hub.close()
     return DONE, ""

@@ -8,7 +8,7 @@ from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.hardware.safety.limits import SafetyLimits
-from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
+from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile, load_robot_file
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS
 from spiraltrunk.hardware.winder.limits import WinderLimits
@@ -50,6 +50,20 @@ def build_winders(design: TrunkDesign, file: RobotFile) -> list[Winder]:
         stiffness=choose_stiffness(file.cables), tension_floor=file.cables.tension_floor,
     )  # fmt: skip
     return [replace(winder, limits=lower_limits(winder.limits, file.cables))] * count
+
+
+def load_fitting_file(path: str, design: TrunkDesign) -> RobotFile:
+    """A robot file that fits the design; nothing is opened.
+
+    Raises:
+        DesignError: where it cannot be read, or does not fit.
+    """
+    file = load_robot_file(path)
+    try:
+        build_winders(design, file)
+    except DesignError as error:
+        raise DesignError(error.name, got=error.got, allowed=error.allowed, file=path) from None
+    return file
 
 
 def lower_limits(limits: WinderLimits, cables: CableSetup) -> WinderLimits:

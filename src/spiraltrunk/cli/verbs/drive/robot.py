@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.output import UsageError, quote
 from spiraltrunk.cli.verbs.drive.live import show_robot
-from spiraltrunk.errors import DesignError, DriveError
+from spiraltrunk.errors import DriveError
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
@@ -71,16 +71,12 @@ def read_robot_file(arguments: argparse.Namespace, design: TrunkDesign) -> Robot
         DesignError: for a robot file that cannot be read, or does not fit the design.
     """
     from spiraltrunk.hardware.bus.bus_address import ALLOWED, BusKind, parse_bus_address
-    from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile, load_robot_file
-    from spiraltrunk.hardware.setup.robot_limits import build_winders
+    from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile
+    from spiraltrunk.hardware.setup.robot_limits import load_fitting_file
 
     bus, file = arguments.bus, None
     if arguments.robot is not None:
-        file = load_robot_file(arguments.robot)
-        try:
-            build_winders(design, file)
-        except DesignError as error:
-            raise DesignError(error.name, got=error.got, allowed=error.allowed, file=arguments.robot) from None
+        file = load_fitting_file(arguments.robot, design)
     if bus == "virtual":
         return None
     if arguments.real_time:

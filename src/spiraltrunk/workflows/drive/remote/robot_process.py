@@ -47,7 +47,8 @@ def serve_robot(pipe: Connection, setup: RobotSetup) -> None:
     outbox, reason = Outbox(pipe), None
     try:
         with setup.build() as robot:
-            RobotServer(pipe, RobotService(robot, patience=setup.patience), outbox.put).serve()
+            service = RobotService(robot, patience=setup.patience)
+            RobotServer(pipe, service, outbox.put, pace=setup.pace).serve()
     except _Closed:
         pass
     except (SpiralTrunkError, OSError) as error:
@@ -72,7 +73,8 @@ class RobotServer:
         pipe: Connection,
         service: RobotService,
         put: Callable[..., None],
-        now: Callable[[], float] = time.monotonic,
+        *,
+        pace: float = 1.0,
     ) -> None:
         """A server.
 
@@ -80,11 +82,11 @@ class RobotServer:
             pipe: where requests come from.
             service: the robot.
             put: sends a message, such as ``put("state", state)``.
-            now: time [s].
+            pace: simulated time of a twin over the computer's [-].
         """
-        self._pipe, self._service, self._put, self._now = pipe, service, put, now
+        self._pipe, self._service, self._put = pipe, service, put
         self._is_twin = isinstance(service.robot, TwinRobot)
-        self._pace = Pace(RENEWAL)
+        self._pace = Pace(RENEWAL / pace)
         self._told = -math.inf
         self._run: Run | None = None
 
@@ -97,14 +99,14 @@ class RobotServer:
         """
         while True:
             self.attend()
-            self._service.step(self._now())
+            self._service.step(time.monotonic())
             if self._run is not None:
                 self._carry_out(self._run)
 
     def attend(self) -> None:
         """Wait until the next cycle of the twin is due, carry out what was asked meanwhile, and tell the state."""
-        self._receive(self._pace.wait(self._now()) if self._is_twin else 0.0)
-        now = self._now()
+        self._receive(self._pace.wait(time.monotonic()) if self._is_twin else 0.0)
+        now = time.monotonic()
         self._pace.begin(now)
         self._service.watch_page(now)
         if now >= self._told + REPORT_PERIOD:
@@ -113,9 +115,9 @@ class RobotServer:
 
     def _receive(self, wait: float) -> None:
         """Carry out requests for so long [s], at least those that are here."""
-        end = self._now() + wait
+        end = time.monotonic() + wait
         try:
-            while self._pipe.poll(max(0.0, end - self._now())):
+            while self._pipe.poll(max(0.0, end - time.monotonic())):
                 self._handle(*self._pipe.recv())
         except (EOFError, OSError):
             raise _Closed from None
@@ -132,7 +134,7 @@ class RobotServer:
         service = self._service
         if service.run and not isinstance(request, _SETTINGS):
             raise SpiralTrunkError("a strategy runs; stop it first")
-        service.handle(request, self._now())
+        service.handle(request, time.monotonic())
         if isinstance(request, Run):
             self._run = request
 

@@ -82,11 +82,12 @@ class RobotService:
                 self._asked = max(self._asked, min(asked, now))
             case Home():
                 self._require_page(now)
-                self._homing = 0.0
+                self._homing, self._note = 0.0, ""
                 driver.home()
             case Arm():
                 self._require_page(now)
                 driver.arm()
+                self._note = ""
                 self._is_letting_go = False
                 self._goals = [None] * len(self._goals)
             case Disarm():

@@ -31,9 +31,12 @@ class RobotSetup:
     """Seed of the twin."""
     patience: float = PATIENCE
     """Time after which a page that does not answer counts as gone [s]."""
+    pace: float = 1.0
+    """Simulated time of the twin over the computer's, as far as the computer is fast enough [-]."""
 
     def __post_init__(self) -> None:
         check_number("patience", self.patience, least=0.1, most=60.0)
+        check_number("pace", self.pace, least=0.01, most=100.0)
 
     @property
     def name(self) -> str:

@@ -1,0 +1,102 @@
+"""Moves of the cables: steps of each, poses, and the limits of all moves; each value is checked on the server."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import final
+
+from spiraltrunk.design import TrunkDesign
+from spiraltrunk.errors import DriveError, StudioError
+from spiraltrunk.hardware.setup.poses import find_pose, load_poses
+from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_button
+from spiraltrunk.studio.page.page import Page
+from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
+from spiraltrunk.workflows.drive.remote.requests import SPEED_LEAST, SPEED_MOST, STEP_MOST, Jog, Limit, Move, Request
+from spiraltrunk.workflows.drive.remote.service import SPEED, TENSION
+
+_WAYS = {"let out": -1.0, "wind in": 1.0}
+"""What the two buttons of a cable do."""
+
+
+@final
+class MoveControls:
+    """Controls of moves; they are open while the robot is armed and this page is in control."""
+
+    def __init__(self, page: Page, design: TrunkDesign, ask: Callable[[Request], None], poses: Path) -> None:
+        """Add them where the page's container is open.
+
+        Args:
+            page: the page.
+            design: design of the robot.
+            ask: sends a request.
+            poses: file of poses.
+        """
+        self._page, self._design, self._ask, self._poses = page, design, ask, poses
+        self._is_open = False
+        self.step = Slider(
+            page, Scale(label="Step", unit="mm", least=0.5, most=min(20.0, 1e3 * STEP_MOST), step=0.5,
+                        hint="Length by which one press winds a cable in, or lets it out"), 5.0, lambda _: None,
+        )  # fmt: skip
+        for cable in range(design.n_cable):
+            self._add_row(cable)
+        add_button(page, "All cables follow", self._let_follow, hint="None holds its length any more", color="gray")
+        names = self._read_names()
+        if names:
+            self._pose = Choice(page, "Pose", names, names[0], lambda _: None, hint="Poses of `spiraltrunk drive pose`")
+            add_button(page, "Move to the pose", self._move, hint="Winds all cables to the lengths of the pose")
+        with page.gui.add_folder("Limits of moves", expand_by_default=False):
+            most = design.cable.tension_max
+            scale = Scale(
+                label="Largest tension", unit="N", least=0.0, most=most, step=0.5,
+                hint="Of a cable that holds its length",
+            )  # fmt: skip
+            self.tension = Slider(page, scale, min(TENSION, most), lambda _: self._change_limits())
+            scale = Scale(
+                label="Speed", unit="mm/s", least=1e3 * SPEED_LEAST, most=1e3 * SPEED_MOST, step=1.0,
+                hint="Largest speed of a cable",
+            )  # fmt: skip
+            self.speed = Slider(page, scale, 1e3 * SPEED, lambda _: self._change_limits())
+
+    @property
+    def sliders(self) -> tuple[Slider, Slider, Slider]:
+        """Step [mm], largest tension [N] and speed [mm/s]."""
+        return self.step, self.tension, self.speed
+
+    def open(self, is_open: bool) -> None:
+        """Whether changed limits are sent at once; else they are when the robot is enabled."""
+        self._is_open = is_open
+
+    def send_limits(self) -> None:
+        """Tell the robot the limits."""
+        self._ask(Limit(tension=self.tension.value, speed=1e-3 * self.speed.value))
+
+    def _change_limits(self) -> None:
+        if self._is_open:
+            self.send_limits()
+
+    def _add_row(self, cable: int) -> None:
+        row = self._page.gui.add_button_group(
+            f"Cable {cable + 1}", tuple(_WAYS), hint=f"Winds cable {cable + 1} by one step; it holds its length then"
+        )
+        row.on_click(lambda _: self._page.post(lambda: self._jog(cable, str(row.value))))
+
+    def _jog(self, cable: int, way: str) -> None:
+        if way not in _WAYS:
+            raise StudioError(f"a cable was told {way[:80]!r}; allowed: {', '.join(_WAYS)}")
+        self._ask(Jog(cable, _WAYS[way] * 1e-3 * self.step.value))
+
+    def _let_follow(self) -> None:
+        self._ask(Move((None,) * self._design.n_cable))
+
+    def _read_names(self) -> tuple[str, ...]:
+        """Names of the poses; a file that holds none is told when the page is built, and left."""
+        try:
+            return tuple(sorted(load_poses(self._poses, compute_pull_limits(self._design))))
+        except DriveError as error:
+            self._page.notice(str(error), "warning")
+            return ()
+
+    def _move(self) -> None:
+        poses = load_poses(self._poses, compute_pull_limits(self._design))
+        self._ask(Move(tuple(find_pose(poses, self._pose.value).pulls)))

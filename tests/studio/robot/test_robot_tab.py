@@ -1,0 +1,130 @@
+"""The Robot tab in a real browser: its main act on the twin, a second page beside it, and a page that is closed."""
+
+import time
+from functools import partial
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+pytest.importorskip("viser", reason="viser is not installed")
+
+from spiraltrunk.design import presets
+from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.studio.robot import hub as hub_module
+from spiraltrunk.studio.robot.hub import RobotHub
+from spiraltrunk.studio.robot.tab import RobotTab
+from spiraltrunk.workflows.drive.remote.requests import Alive, Home, Leave, Stop
+from spiraltrunk.workflows.drive.remote.service import RobotService
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
+
+PATIENT = 60_000
+"""Time that a browser on a busy computer has [ms]."""
+
+OFF = 1e-3
+"""Electric torque below which a motor counts as without torque [N m]."""
+
+
+@pytest.fixture
+def hub():
+    """A twin that is faster than the clock, and patient with a browser that draws without a GPU."""
+    one = RobotHub(presets.PAPER, patience=60.0, pace=20.0)
+    yield one
+    one.close()
+
+
+def wait_until(holds, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not holds() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert holds()
+
+
+def press(page, name):
+    page.get_by_role("button", name=name, exact=True).click(timeout=PATIENT)
+
+
+def find_mode(hub):
+    return hub.state and hub.state.snapshot.mode
+
+
+@pytest.mark.slow
+def test_connect_home_enable_jog_stop_and_close(hub, studio, open_page, take_picture):
+    running = studio([partial(RobotTab, hub=hub)])
+    page = open_page(running)
+    press(page, "Connect")
+    press(page, "Home")
+    press(page, "Enable")
+    wait_until(lambda: find_mode(hub) is Mode.ARMED)
+    before = take_picture(page, "straight")
+    for _ in range(3):
+        page.get_by_role("button", name="wind in").first.click(timeout=PATIENT)
+    wait_until(lambda: hub.state.goals[0] is not None and hub.state.snapshot.cables[0].pull > 0.01)
+    wait_until(lambda: (np.abs(take_picture(page, "bent") - before) > 30).sum() > 500)
+
+    other = open_page(running, own=True)
+    other.get_by_text("In control: page 1").wait_for(timeout=PATIENT)
+    for name in ("Take control", "Enable", "Disable", "Home", "Disconnect"):
+        assert other.get_by_role("button", name=name, exact=True).count() == 0
+    other.get_by_role("button", name="STOP").click(timeout=PATIENT)
+    wait_until(lambda: find_mode(hub) is Mode.FAULT and max(map(abs, hub.state.true_torques)) < OFF)
+    page.get_by_text("stopped by a person").first.wait_for(timeout=PATIENT)
+
+    press(page, "I found the cause: clear the fault")
+    press(page, "Enable")
+    wait_until(lambda: find_mode(hub) is Mode.ARMED)
+    page.get_by_role("textbox").filter(visible=True).first.focus()
+    page.keyboard.press("Escape")
+    wait_until(lambda: find_mode(hub) is Mode.FAULT)
+    press(page, "I found the cause: clear the fault")
+    press(page, "Enable")
+    wait_until(lambda: find_mode(hub) is Mode.ARMED and max(hub.state.true_torques) > OFF)
+    page.close()
+    wait_until(lambda: find_mode(hub) is Mode.SAFE and max(map(abs, hub.state.true_torques)) < OFF)
+    assert hub.owner == ""
+    other.get_by_role("button", name="Take control", exact=True).wait_for(timeout=PATIENT)
+
+
+class IdleLink:
+    """A link to a robot that stays as it is, and keeps what it is asked."""
+
+    asked: ClassVar[list] = []
+
+    def __init__(self, setup, *, on_state, on_refusal, on_end):
+        self.setup, self._on_state, self._on_end = setup, on_state, on_end
+
+    def start(self):
+        robot = TwinRobot(self.setup.design)
+        robot.run(0.1)
+        self._on_state(RobotService(robot).read_state(0.0))
+        robot.close()
+
+    def ask(self, request, asker=""):
+        self.asked.append((asker, type(request)))
+
+    def close(self):
+        self._on_end(None)
+
+    def join(self):
+        pass
+
+
+def test_the_browser_answers_and_a_second_page_can_only_stop(hub, studio, open_page, monkeypatch):
+    monkeypatch.setattr(hub_module, "RobotLink", IdleLink)
+    IdleLink.asked.clear()
+    running = studio([partial(RobotTab, hub=hub)])
+    page = open_page(running)
+    press(page, "Connect")
+    press(page, "Home")
+    wait_until(lambda: ("page 1", Home) in IdleLink.asked)
+    wait_until(lambda: sum(kind is Alive for _, kind in IdleLink.asked) > 3)
+    other = open_page(running, own=True)
+    other.get_by_text("In control: page 1").wait_for(timeout=PATIENT)
+    assert other.get_by_role("button", name="Home", exact=True).count() == 0
+    assert other.get_by_role("button", name="Take control", exact=True).count() == 0
+    other.keyboard.press("Escape")
+    wait_until(lambda: ("", Stop) in IdleLink.asked)
+    page.close()
+    wait_until(lambda: ("", Leave) in IdleLink.asked and not hub.owner)
+    press(other, "Take control")
+    wait_until(lambda: hub.owner == "page 2")

@@ -1,0 +1,62 @@
+"""Texts of the robot's tab: what a person reads in each state, and that no text of a robot becomes markup."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("viser", reason="viser is not installed")
+
+from spiraltrunk.design import presets
+from spiraltrunk.hardware.safety.fault import Fault, FaultKind
+from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.studio.robot.texts import format_cables, format_faults, format_run, format_status
+from spiraltrunk.workflows.drive.remote.service import RobotService
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
+
+
+@pytest.fixture(scope="module")
+def state():
+    robot = TwinRobot(presets.PAPER)
+    robot.run(0.1)
+    yield RobotService(robot).read_state(1.0)
+    robot.close()
+
+
+def show(state, **changes):
+    return replace(state, snapshot=replace(state.snapshot, **changes))
+
+
+def test_each_state_says_what_to_do_next(state):
+    def say(one, owner="page 1", is_mine=True):
+        return format_status(one, robot="twin", owner=owner, is_mine=is_mine)
+
+    assert "connect it" in format_status(None, robot="", owner="", is_mine=False)
+    assert "Starting" in say(None)
+    assert "Home it first" in say(state)
+    assert "Enable it" in say(show(state, is_homed=True))
+    assert "Keep this page in front" in say(show(state, mode=Mode.ARMED))
+    assert "then clear it" in say(show(state, mode=Mode.FAULT))
+    assert "LETTING GO" in say(show(state, mode=Mode.ARMED, is_letting_go=True))
+    assert "press STOP" in say(state, owner="page 2", is_mine=False)
+    assert "Take control" in say(state, owner="", is_mine=False)
+
+
+def test_faults_have_kind_cable_time_text_and_reaction(state):
+    fault = Fault(kind=FaultKind.SLACK, time=12.345, cable=1, text="no load & <slack>")
+    text = format_faults(show(state, mode=Mode.FAULT, faults=(fault,), warnings=("warm",)))
+    for part in ("slack or broken cable, cable 2", "12.35 s", "no load &amp; &lt;slack&gt;", "torque ramped", "warm"):
+        assert part in text
+    assert format_faults(state) == ""
+    assert "&lt;b&gt;" in format_faults(replace(state, note="<b>"))
+    assert "&lt;b&gt;" in format_run(replace(state, result="<b>"))
+
+
+def test_lengths_are_shown_when_homed_and_tensions_when_armed(state):
+    cables = (replace(state.snapshot.cables[0], pull=0.0123, tension=4.56), *state.snapshot.cables[1:])
+    assert "12.3" not in format_cables(show(state, cables=cables))
+    armed = show(state, cables=cables, is_homed=True, mode=Mode.ARMED)
+    text = format_cables(replace(armed, goals=(0.02, None, None)))
+    for part in ("12.3", "4.6", "20.0", "follows", "no page answers"):
+        assert part in text
+    assert math.isinf(state.page_age)
