@@ -2,6 +2,7 @@
 
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -156,6 +157,15 @@ def test_values_out_of_their_range_are_not_sent(hub):
         with pytest.raises(DriveError):
             hub.ask(page, Jog(0, way))
     assert not [one for one in hub._link.asked if isinstance(one, Jog)]
+
+
+def test_states_of_another_clock_are_not_drawn_with_those_before(hub):
+    page = FakePage(hub, "page 1")
+    hub.connect(page, "twin", DESIGN)
+    times = [5.0, 5.1, 0.1, 0.2]
+    for moment in times:
+        hub._link.on_state(SimpleNamespace(snapshot=SimpleNamespace(time=moment)))
+    assert [state.snapshot.time for state in hub.states] == [0.1, 0.2]
 
 
 def test_only_the_robot_of_the_command_line_can_be_connected(monkeypatch):

@@ -263,6 +263,8 @@ class RobotHub:
 
     def _take_state(self, state: RobotState) -> None:
         with self._lock:
+            if self._state is not None and state.snapshot.time < self._state.snapshot.time:
+                self._states.clear()  # Another clock: a strategy's twin, or the one before it.
             self._state, self._heard = state, time.monotonic()
             self._states.append(state)
         self._notify()

@@ -8,6 +8,7 @@ from typing import final
 
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.driver.lateness import Lateness
+from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
 from spiraltrunk.workflows.drive.remote.requests import (
@@ -109,6 +110,7 @@ class RobotService:
                 self._tension, self._speed = float(tension), float(speed)
             case Run():
                 self._check_run(now)
+                self._note = ""
 
     def step(self, now: float) -> None:
         """Heed the page, renew the targets, and run the driver's loop for `RENEWAL`."""
@@ -137,12 +139,19 @@ class RobotService:
         snapshot, robot = self.robot.driver.snapshot(), self.robot
         is_twin = isinstance(robot, TwinRobot)
         return RobotState(
-            is_twin=is_twin, snapshot=snapshot, goals=tuple(self._goals), page_age=now - self._asked,
+            is_twin=is_twin, snapshot=snapshot, goals=self._read_goals(snapshot), page_age=now - self._asked,
             lateness=snapshot.lateness if lateness is None else lateness,
             note=self._note, run=self.run, result=self.result,
             true_torques=robot.read_torques() if isinstance(robot, TwinRobot) else (),
             frames=robot.read_frames() if isinstance(robot, TwinRobot) else None,
         )  # fmt: skip
+
+    def _read_goals(self, snapshot: Snapshot) -> tuple[float | None, ...]:
+        """Goals of the cables; a strategy has its own."""
+        if not self.run:
+            return tuple(self._goals)
+        pulls = [cable.pull_target for cable in snapshot.cables]
+        return tuple(pull if math.isfinite(pull) else None for pull in pulls)
 
     def _say(self, note: str) -> None:
         self._note = note
