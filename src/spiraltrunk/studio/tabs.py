@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from spiraltrunk.studio.design.tab import DesignTab
 from spiraltrunk.studio.grasp.tab import GraspTab
 from spiraltrunk.studio.measure.tab import MeasureTab
 from spiraltrunk.studio.page.page import Page
@@ -13,7 +14,7 @@ from spiraltrunk.studio.robot.hub import RobotHub
 from spiraltrunk.studio.robot.tab import RobotTab
 from spiraltrunk.studio.shape.tab import ShapeTab
 
-TABS: tuple[Callable[[Page], Tab], ...] = (ShapeTab, GraspTab, MeasureTab)
+TABS: tuple[Callable[[Page], Tab], ...] = (DesignTab, ShapeTab, GraspTab, MeasureTab)
 """Constructors of the tabs but that of the robot."""
 
 

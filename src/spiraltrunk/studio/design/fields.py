@@ -1,0 +1,123 @@
+"""Fields of a design as controls show them: label, unit, range and hint, all read from the design's own tables."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from decimal import Decimal, InvalidOperation
+from typing import Any, final
+
+from spiraltrunk.design import TrunkDesign
+from spiraltrunk.design.schema import TABLES, Key, Kind, format_value, read_value
+from spiraltrunk.errors import DesignError
+from spiraltrunk.field_docs import read_field_docs
+from spiraltrunk.studio.page.controls import Scale
+
+_UNITS = {
+    "mm": "mm", "deg": "deg", "mpa": "MPa", "nm_per_rad": "N m/rad", "n": "N", "g": "g", "kg": "kg", "s": "s",
+    "kg_per_m3": "kg/m³", "": "",
+}  # fmt: skip
+"""Unit by what ends the key of a file."""
+
+_LABELS = {
+    "spiral.a": "Radius a at θ = 0", "spiral.b": "Growth b per radian", "k": "Compactness k",
+    "delta_theta": "Angle per section Δθ", "n_section": "Number of sections", "theta_tip": "Angle θ at the tip",
+    "joint.youngs_modulus": "Young's modulus", "joint.stiffness": "Stiffness, measured",
+    "cable.angles": "Directions", "cable.hole_fraction": "Hole position", "cable.tension_max": "Largest tension",
+    "mass.sections": "Section masses", "mass.center_fraction": "Centre of mass",
+    "gripper.n_finger": "Number of fingers", "gripper.b": "Growth b per radian",
+    "gripper.delta_theta": "Angle per phalanx Δθ", "gripper.n_phalanx": "Phalanges per finger",
+    "gripper.tension_max": "Largest tension", "gripper.n_leg": "Legs per cable group", "arm.model": "Arm",
+    "arm.home": "Initial joints",
+}  # fmt: skip
+"""Labels of fields whose name does not say enough; others are labelled by their name."""
+
+_STEPS = 200
+"""Steps of a slider at least [-]."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class ShownField:
+    """One field of a design."""
+
+    name: str
+    """Its dotted name, as in `design.edit.change_field`."""
+    key: Key
+    """Its key in the design file."""
+    label: str
+    """Label of its control."""
+    unit: str
+    """Unit of its control."""
+    hint: str
+    """What it is."""
+    is_optional: bool
+    """Whether it may be None, which makes a rule give its value."""
+
+    @property
+    def text(self) -> str:
+        """Label with unit."""
+        return f"{self.label} [{self.unit}]" if self.unit else self.label
+
+    @property
+    def scale(self) -> Scale:
+        """Scale of its slider, over the usual range."""
+        assert self.key.usual is not None
+        least, most = self.key.usual
+        step, digits = (1.0, 0) if self.key.kind is Kind.COUNT else divide(most - least)
+        return Scale(label=self.label, unit=self.unit, least=least, most=most, step=step, digits=digits, hint=self.hint)
+
+    def to_shown(self, value: float) -> float:
+        """A value in the control's unit."""
+        return float(format_value(value, self.key))
+
+    def from_shown(self, value: float) -> float:
+        """The value in SI that a control stands for."""
+        if self.key.kind is Kind.COUNT:
+            return round(value)
+        return float(read_value(self.name, Decimal(repr(float(value))), self.key))  # type: ignore[arg-type]
+
+    def format(self, value: Any) -> str:
+        """Text of a value, of numbers separated by commas; empty for None."""
+        if value is None or isinstance(value, str):
+            return value or ""
+        return format_value(value, self.key).strip("[]")
+
+    def parse(self, text: str) -> Any:
+        """The value in SI that a text stands for.
+
+        Raises:
+            DesignError: for what are no numbers.
+        """
+        if self.is_optional and not text.strip():
+            return None
+        if self.key.kind is Kind.TEXT:
+            return text.strip()
+        try:
+            numbers = [Decimal(each.strip()) for each in text.replace(";", ",").rstrip(", ").split(",")]
+        except InvalidOperation:
+            raise DesignError(self.text, got=text[:80], allowed="numbers, separated by commas") from None
+        return read_value(self.text, numbers, self.key)
+
+
+def list_shown(table: str) -> tuple[ShownField, ...]:
+    """Fields of one table of the design file."""
+    return tuple(_describe(table, key) for key in TABLES[table])
+
+
+def _describe(table: str, key: Key) -> ShownField:
+    name = key.field if key.owner is TrunkDesign else f"{table}.{key.field}"
+    hint = read_field_docs(key.owner).get(key.field, key.field)
+    default = {field.name: field.default for field in fields(key.owner)}[key.field]
+    return ShownField(
+        name=name, key=key, label=_LABELS.get(name, key.field.replace("_", " ").capitalize()),
+        unit=_UNITS[key.name[len(key.field) + 1 :]], hint=hint, is_optional=default is None,
+    )  # fmt: skip
+
+
+def divide(width: float) -> tuple[float, int]:
+    """Step of a slider over a range, 1, 2 or 5 times a power of ten, and the digits of its box."""
+    finest = width / _STEPS
+    power = 10.0 ** math.floor(math.log10(finest))
+    step = max(each * power for each in (1.0, 2.0, 5.0) if each * power <= finest * (1 + 1e-9))
+    return round(step, 12), max(0, 1 - math.floor(math.log10(finest)))

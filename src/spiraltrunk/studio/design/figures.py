@@ -1,0 +1,77 @@
+"""Figures of a design and its warnings, as a compact table and lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from spiraltrunk.design import TrunkDesign, graspable_range, payload
+from spiraltrunk.studio.design.picture import BACKBONE, INNER, OBJECT, OUTER, RAY, TANGENT
+
+_LINES = (
+    (OUTER, "outer contour r = a e^(bθ)"), (BACKBONE, "backbone k r"), (INNER, "inner contour one turn further in"),
+    (RAY, "rays through the faces"), (TANGENT, "tangent at the base"), (OBJECT, "smallest object"),
+)  # fmt: skip
+
+
+def list_figures(design: TrunkDesign) -> list[tuple[str, str, str]]:
+    """Name, value with unit, and explanation of each figure."""
+    smallest, largest = graspable_range(design)
+    gripper = "none" if design.gripper is None else f"to {_mm(design.gripper.grasp_width)} mm"
+    return [
+        ("Graspable", f"{_mm(smallest)} to {_mm(largest)} mm", "Widths that the trunk wraps"),
+        ("Payload", f"{payload(design):.3g} kg", "At the smallest object; fitted to the paper's one number"),
+        ("Length", f"{_mm(design.length)} mm", "Straight trunk, without housing and gripper"),
+        ("Mass", f"{1e3 * design.total_mass:.4g} g", "Sections and gripper"),
+        ("Sections", f"{design.n_section}, ratio {design.k_p:.3f}", "Each is the ratio times the one before"),
+        ("Width", f"{_mm(design.base_width)} to {_mm(design.tip_width)} mm", "From the base to the tip"),
+        ("Tip gripper", gripper, "Widths that the fingers enclose"),
+        ("Cable stroke", f"{_mm(design.cable_stroke)} mm", "Cable to pull in until all gaps on its side are shut"),
+    ]
+
+
+def format_figures(design: TrunkDesign) -> str:
+    """HTML of the table."""
+    cells = [
+        f'<td title="{escape(why)}" style="opacity:0.7;padding:1px 6px 1px 0;white-space:nowrap">{escape(name)}</td>'
+        f'<td title="{escape(why)}" style="padding:1px 8px 1px 0;white-space:nowrap"><b>{escape(value)}</b></td>'
+        for name, value, why in list_figures(design)
+    ]
+    rows = "".join(f"<tr>{first}{second}</tr>" for first, second in zip(cells[::2], cells[1::2], strict=True))
+    return f'<table class="figures" style="font-size:0.8em;margin:0 0.6rem;border-spacing:0">{rows}</table>'
+
+
+def find_gap(design: TrunkDesign) -> str:
+    """Widths that neither gripper nor trunk can take, in words; empty where there are none."""
+    smallest = graspable_range(design).minimum
+    if design.gripper is None or design.gripper.grasp_width >= smallest:
+        return ""
+    width = design.gripper.grasp_width
+    sizes = f"{_mm(width)} to {_mm(smallest)} mm"
+    return f"objects of {sizes} fit neither the gripper nor the trunk's tip: a larger m or longer fingers"
+
+
+def format_warnings(warnings: Sequence[str], is_checking: bool) -> str:
+    """HTML of the warnings, or what was checked."""
+    if warnings:
+        lines = "".join(f"<li>{escape(each)}</li>" for each in warnings)
+        body = f'<b style="color:#D55E00">▲ Warnings</b><ul style="margin:2px 0 0 1.1em;padding:0">{lines}</ul>'
+    elif is_checking:
+        body = '<span style="opacity:0.7">Checking whether the parts can be made …</span>'
+    else:
+        body = '<span style="color:#009E73">✓</span> No warnings: curl, drums, parts and screws fit.'
+    return f'<div class="warnings" style="font-size:0.8em;margin:0 0.6rem 0.4rem 0.6rem">{body}</div>'
+
+
+def format_legend() -> str:
+    """HTML of the construction's colours."""
+    words = [
+        f'<span style="white-space:nowrap"><span style="display:inline-block;width:1.1em;height:3px;'
+        f'vertical-align:middle;background:rgb{color}"></span> {escape(text)}</span>'
+        for color, text in _LINES
+    ]
+    return f'<div style="font-size:0.75em;margin:0 0.6rem 0.4rem 0.6rem;line-height:1.5">{" &ensp;".join(words)}</div>'
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.3g}"

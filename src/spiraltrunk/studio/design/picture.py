@@ -1,0 +1,172 @@
+"""Picture of a design: the trunk, curled or straight, and the construction of its spiral."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, final, get_args
+
+import numpy as np
+
+from spiraltrunk.design import TrunkDesign
+from spiraltrunk.report.shape.construction import Construction, build_construction, curled_pose
+from spiraltrunk.report.solids.trunk_mesh import Surface, TrunkSurfaces, build_trunk_surfaces, curl_frames
+from spiraltrunk.report.style import COLORS
+from spiraltrunk.studio.page.page import Page
+
+View = Literal["curled", "straight"]
+VIEWS: tuple[View, ...] = get_args(View)
+"""Views of the trunk."""
+
+OUTER, BACKBONE, INNER, TANGENT, OBJECT = (0, 114, 178), (213, 94, 0), (0, 158, 115), (230, 159, 0), (204, 121, 167)
+"""Colours of the construction's lines, of the palette of Okabe and Ito."""
+
+RAY, QUAD = (140, 146, 152), (90, 98, 106)
+"""Colours of its rays and of its sections."""
+
+_PARTS = {
+    "odd": (148, 163, 178), "even": (112, 130, 148), "joints": (230, 159, 0), "gripper": (204, 121, 167),
+    "mount": (92, 98, 106),
+}  # fmt: skip
+"""Colours of the parts."""
+
+_PAPER_TO_SCENE = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+"""The paper's x to the right, its y up."""
+
+_BASE_TO_SCENE = np.array([[0.0, 1, 0, 0], [0, 0, -1, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
+"""The base's axis down, dorsal to the right."""
+
+_FOV = math.radians(30.0)
+_MARGIN = 1.12
+_GROWN = (0.55, 1.25)
+"""Ratios of the picture's size to the fitted one beyond which it is fitted again [-]."""
+
+_CLEAR = 0.35
+"""Opacity of the trunk before its construction [-]."""
+
+
+@final
+class DesignPicture:
+    """Nodes below ``/design``."""
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._fitted = 0.0
+        self._drawn: dict[str, Any] = {}
+        self._boxes: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        self._shown = ("", False)
+
+    def draw(self, design: TrunkDesign, view: View, with_construction: bool) -> None:
+        """Draw a design; the camera moves where another view or much another size needs it."""
+        is_curled = view == "curled"
+        surfaces = build_trunk_surfaces(design, curl_frames(design, 1.0 if is_curled else 0.0))
+        pose = _PAPER_TO_SCENE @ curled_pose(design) if is_curled else _BASE_TO_SCENE
+        lines = build_construction(design) if with_construction else None
+        beside = 0.0 if is_curled else _find_room(design)
+        with self._page.client.atomic():
+            self._draw_trunk(surfaces, pose, _CLEAR if is_curled and with_construction else None)
+            self._draw_construction(lines, beside, 0.0 if is_curled else -design.length / 2)
+            low, high = self._bounds()
+            self._draw_scale(low, high)
+            self._frame((view, with_construction), low, high)
+
+    def fit(self) -> None:
+        """Move the camera so that all is seen."""
+        low, high = self._bounds()
+        camera = self._page.client.camera
+        middle, size = (low + high) / 2, float(np.max(high[[0, 2]] - low[[0, 2]]))
+        distance = _MARGIN * size / 2 / math.tan(_FOV / 2) + float(high[1] - low[1]) / 2
+        with self._page.client.atomic():
+            camera.fov = _FOV
+            camera.up_direction = np.array([0.0, 0.0, 1.0])
+            camera.position = middle + distance * np.array([0.28, -0.95, 0.14])
+            camera.look_at = middle
+        self._fitted = size
+
+    def _frame(self, shown: tuple[str, bool], low: np.ndarray, high: np.ndarray) -> None:
+        size = float(np.max(high[[0, 2]] - low[[0, 2]]))
+        least, most = _GROWN
+        if shown != self._shown or not least * self._fitted < size < most * self._fitted:
+            self._shown = shown
+            self.fit()
+
+    def _draw_trunk(self, surfaces: TrunkSurfaces, pose: np.ndarray, opacity: float | None) -> None:
+        odd, even = surfaces.sections
+        parts = {"odd": odd, "even": even, "joints": surfaces.joints, "gripper": surfaces.gripper}
+        for name, surface in {**parts, "mount": surfaces.mount}.items():
+            self._put_mesh(name, surface, pose, opacity)
+        cables = _transform(surfaces.cables, pose)
+        segments = np.stack([cables[:, :-1], cables[:, 1:]], axis=2)
+        colors = np.array([_read_color(COLORS[i % len(COLORS)]) for i in range(len(cables))], np.uint8)
+        painted = np.broadcast_to(colors[:, None, None], segments.shape)
+        self._put_lines("cables", segments.reshape(-1, 2, 3), painted.reshape(-1, 2, 3), 2.0)
+
+    def _draw_construction(self, lines: Construction | None, aside: float, up: float) -> None:
+        if lines is None:
+            for name in ("contours", "rays"):
+                self._remove(name)
+            return
+        shift = np.array([aside, 0.0, up])
+        thick = [(lines.outer, OUTER), (lines.backbone, BACKBONE), (lines.inner, INNER), (lines.smallest, OBJECT)]
+        thick.append((lines.tangent, TANGENT))
+        thin = [(each, RAY) for each in lines.rays]
+        thin += [(each[[0, 1, 2, 3, 0]], QUAD) for each in lines.sections]
+        for name, group, width in (("contours", thick, 3.0), ("rays", thin, 1.2)):
+            segments = [np.stack([line[:-1], line[1:]], axis=1) for line, _ in group]
+            colors = [np.tile(np.array(color, np.uint8), (len(line) - 1, 2, 1)) for line, color in group]
+            flat = np.concatenate(segments)
+            points = np.stack([flat[..., 0], np.zeros_like(flat[..., 0]), flat[..., 1]], axis=-1) + shift
+            self._put_lines(name, points, np.concatenate(colors), width)
+
+    def _draw_scale(self, low: np.ndarray, high: np.ndarray) -> None:
+        """A bar of a round length below the picture."""
+        size = float(high[0] - low[0])
+        power = 10.0 ** math.floor(math.log10(size / 2))
+        length = max(each * power for each in (1.0, 2.0, 5.0) if each * power <= size / 2)
+        start = np.array([low[0], low[1], low[2] - 0.04 * float(high[2] - low[2])])
+        bar = np.stack([start, start + np.array([length, 0.0, 0.0])])
+        self._put_lines("scale", bar[None], np.full((1, 2, 3), 128, np.uint8), 3.0)
+        self._drawn["scale label"] = self._page.scene.add_label(
+            "/design/scale_label", f"{1e3 * length:g} mm", position=tuple(bar.mean(axis=0)), anchor="top-center"
+        )
+
+    def _put_mesh(self, name: str, surface: Surface | None, pose: np.ndarray, opacity: float | None) -> None:
+        if surface is None:
+            self._remove(name)
+            return
+        vertices = _transform(surface.vertices, pose)
+        self._drawn[name] = self._page.scene.add_mesh_simple(
+            f"/design/{name}", vertices, surface.faces, color=_PARTS[name], opacity=opacity,
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+        self._boxes[name] = vertices.min(axis=0), vertices.max(axis=0)
+
+    def _put_lines(self, name: str, points: np.ndarray, colors: np.ndarray, width: float) -> None:
+        self._drawn[name] = self._page.scene.add_line_segments(
+            f"/design/{name}", points.astype(np.float32), colors, thickness=width
+        )
+        if name == "contours":
+            self._boxes[name] = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+
+    def _remove(self, name: str) -> None:
+        handle = self._drawn.pop(name, None)
+        self._boxes.pop(name, None)
+        if handle is not None:
+            handle.remove()
+
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        boxes = self._boxes.values()
+        return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+def _find_room(design: TrunkDesign) -> float:
+    """Place of the pole beside the straight trunk [m]."""
+    reach = design.spiral.a * math.exp(design.spiral.b * design.theta_base)
+    return -(1.15 * reach + max(design.housing.radius, float(design.section_radius[0])))
+
+
+def _transform(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3], np.float32)
+
+
+def _read_color(text: str) -> tuple[int, int, int]:
+    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)

@@ -1,0 +1,149 @@
+"""Tab "Design"."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, cast, final
+
+from spiraltrunk.design import TrunkDesign, format_design
+from spiraltrunk.design.schema import as_typed
+from spiraltrunk.design.toml import parse_design
+from spiraltrunk.errors import DesignError
+from spiraltrunk.studio.design.figures import find_gap, format_figures, format_legend, format_warnings
+from spiraltrunk.studio.design.files import DesignFiles, rename
+from spiraltrunk.studio.design.parameters import Parameters, Vary
+from spiraltrunk.studio.design.parts import PartExport
+from spiraltrunk.studio.design.picture import VIEWS, DesignPicture, View
+from spiraltrunk.studio.page.controls import Choice, Switch
+from spiraltrunk.studio.page.page import Page
+
+_REST = 0.7
+"""Time without a change after which the design is checked [s]."""
+
+
+@final
+class DesignTab:
+    """The design: parameters, picture, figures, warnings, file and parts."""
+
+    name = "design"
+    title = "Design"
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._picture = DesignPicture(page)
+        self._parameters = Parameters(page, self._change)
+        self._files = DesignFiles(page, page.set_design)
+        self._parts = PartExport(page)
+        self._is_shown = False
+        self._checked: tuple[TrunkDesign, tuple[str, ...]] | None = None
+        self._is_checking = False
+
+    def build(self) -> None:
+        """Add all controls."""
+        page, design = self._page, self._page.design
+        self._files.build_presets()
+        self._view = Choice(
+            page, "View", VIEWS, VIEWS[0], lambda _: self._draw(), hint="All joints at their limit, or straight"
+        )
+        self._construction = Switch(
+            page, "Construction", True, lambda _: self._draw(),
+            hint="The spiral's contours, its rays and the outlines of the sections",
+        )  # fmt: skip
+        self._legend: Any = page.gui.add_html(format_legend())
+        self._figures: Any = page.gui.add_html(format_figures(design))
+        self._warnings: Any = page.gui.add_html(format_warnings([], True))
+        self._parameters.build_rules(design)
+        self._files.build_files()
+        self._parameters.build_parts(design)
+        self._parts.build()
+        page.on_design(self._take_design)
+
+    def show(self) -> None:
+        """Draw what changed while hidden."""
+        self._is_shown = True
+        self._draw()
+        self._picture.fit()
+        self._page.later("design check", self._check, _REST)
+
+    def hide(self) -> None:
+        """Draw no more."""
+        self._is_shown = False
+
+    def read_settings(self) -> dict[str, Any]:
+        """The design as the text of a file, and the view."""
+        return {
+            "design": format_design(self._page.design), "view": self._view.value,
+            "construction": self._construction.value,
+        }  # fmt: skip
+
+    def apply_settings(self, settings: dict[str, Any]) -> None:
+        """Take design and view."""
+        self._view.set(str(settings.get("view")))
+        self._construction.set(settings.get("construction") is not False)
+        text = settings.get("design")
+        if isinstance(text, str):
+            self._page.set_design(parse_design(text.encode(), "the design of before"))
+
+    def close(self) -> None:
+        """Stop the export."""
+        self._parts.close()
+
+    def _change(self, vary: Vary) -> None:
+        """Change the design; a refusal is told in the units of the controls."""
+        try:
+            design = rename(vary(self._page.design))
+        except DesignError as error:
+            raise as_typed(error) from None
+        if design != self._page.design:
+            self._page.set_design(design)
+        else:
+            self._parameters.show(design)
+
+    def _take_design(self, design: TrunkDesign) -> None:
+        with self._page.client.atomic():
+            if self._is_shown:
+                self._draw()
+            self._figures.content = format_figures(design)
+            self._files.show(design)
+            self._parameters.show(design)
+        self._show_warnings()
+        self._page.later("design check", self._check, _REST)
+
+    def _draw(self) -> None:
+        self._picture.draw(self._page.design, cast(View, self._view.value), self._construction.value)
+        if self._legend.visible != self._construction.value:
+            self._legend.visible = self._construction.value
+
+    def _check(self) -> None:
+        """Look for faults beside the page's thread, once at a time."""
+        design = self._page.design
+        if self._is_checking or not self._is_shown or (self._checked is not None and self._checked[0] == design):
+            return
+        self._is_checking = True
+
+        def work() -> None:
+            from spiraltrunk.workflows.export.faults import find_faults
+
+            try:
+                faults = find_faults(design)
+            except Exception as error:  # A check that itself fails is told as one.
+                faults = (f"the check of the parts failed: {error}",)
+            self._page.post(lambda: self._take_faults(design, faults))
+
+        threading.Thread(target=work, name="studio design check", daemon=True).start()
+
+    def _take_faults(self, design: TrunkDesign, faults: tuple[str, ...]) -> None:
+        self._is_checking = False
+        self._checked = design, faults
+        self._show_warnings()
+        if design != self._page.design:
+            self._page.later("design check", self._check, _REST)
+
+    def _show_warnings(self) -> None:
+        design = self._page.design
+        is_checked = self._checked is not None and self._checked[0] == design
+        faults = self._checked[1] if is_checked and self._checked is not None else ()
+        gap = find_gap(design)
+        content = format_warnings([*([gap] if gap else []), *faults], not is_checked)
+        if self._warnings.content != content:
+            self._warnings.content = content
