@@ -12,6 +12,7 @@ from viser import ClientHandle
 
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.errors import StudioError
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.studio.page.frame import Frame
 from spiraltrunk.studio.page.identity import ask_page
 from spiraltrunk.studio.page.page import Page
@@ -25,6 +26,7 @@ MOST_PAGES = 12
 """Pages that may be open at a time [-]."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class StudioOptions:
