@@ -81,10 +81,14 @@ def _try(name: str, shape: ObjectSpec, seed: int) -> dict[str, Any]:
     try:
         trial = run_trial(presets.PAPER, own, strategy=name, seed=seed)
     except SpiralTrunkError as error:
-        return {"success": False, "reason": str(error), "tries": [], "simulated_s": 0.0}
+        return {"success": False, "held": False, "cause": None, "reason": str(error), "tries": [], "simulated_s": 0.0}
     tries = [each.strategy for each in getattr(trial.log.state, "attempts", ())]
     verdict, end = trial.verdict, float(trial.plant.trace[-1].time)
-    return {"success": verdict.success, "reason": verdict.reason, "tries": tries, "simulated_s": end}
+    return {
+        "success": bool(verdict.success), "held": bool(verdict.is_held),
+        "cause": None if verdict.failure is None else verdict.failure.cause.value, "reason": verdict.reason,
+        "tries": tries, "simulated_s": end,
+    }  # fmt: skip
 
 
 def summarize(rows: Sequence[dict[str, Any]], asked: int) -> dict[str, Any]:

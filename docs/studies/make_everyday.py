@@ -1,7 +1,7 @@
-"""Puts the study of everyday things into validation/everyday.md: two galleries and two tables.
+"""Puts the study of everyday things into validation/everyday.md: two galleries and the tables.
 
 `python docs/studies/study_everyday.py --out FOLDER` makes everyday.json, and the pictures in FOLDER,
-`rank_everyday.py` makes everyday_ranking.json. Then
+`rank_everyday.py` makes everyday_ranking.json, `everyday_rates.py` everyday_rates.json. Then
 `python docs/studies/make_everyday.py --rules FOLDER`. Without a folder the tables alone are made, without ``--rules``
 the limits of the designs stay as they are in the page.
 """
@@ -19,6 +19,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from everyday_rates import format_choice, format_rates, load_rates
 from everyday_rules import compute_rules
 from PIL import Image, ImageDraw
 
@@ -80,7 +81,7 @@ def main(arguments: Sequence[str]) -> int:
 def load_figures() -> dict[str, Any]:
     """Things, rows of trials, and the ranking of each thing for each design."""
     ranking = json.loads((STUDIES / "everyday_ranking.json").read_text())
-    return json.loads((STUDIES / "everyday.json").read_text()) | {"ranking": ranking}
+    return json.loads((STUDIES / "everyday.json").read_text()) | {"ranking": ranking, "rates": load_rates()}
 
 
 def fill_page(page: str, figures: dict[str, Any], rules: Mapping[str, Mapping[str, str]] | None = None) -> str:
@@ -89,6 +90,8 @@ def fill_page(page: str, figures: dict[str, Any], rules: Mapping[str, Mapping[st
         "counts": format_counts(figures),
         "outcomes": format_outcomes(figures),
         "refusals": format_refusals(figures),
+        "rates": format_rates(figures["rates"]),
+        "choice": format_choice(figures["rates"]),
     } | ({} if rules is None else {"rules": format_rules(rules)})
     for name, text in tables.items():
         pattern = rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)"

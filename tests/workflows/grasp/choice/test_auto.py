@@ -14,9 +14,11 @@ from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.objects.everyday import draw_everyday
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, get_strategy, list_objects, task_as_seen
 from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.trial import run_trial
 
 DT, GROUND = 0.02, 0.60
 HANGING = np.array([[0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])
@@ -180,6 +182,36 @@ def test_an_object_that_stands_keeps_its_announced_height():
 
 
 _UP = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize(("moved", "sign"), [(-0.05, 1.0), (0.0, 1.0), (0.09, 1.0), (0.11, -1.0), (0.15, -1.0)])
+def test_what_has_come_near_its_place_is_not_carried_on_beyond_it(moved, sign):
+    first = Hand(_task()).reset()
+    position = first.task.target.position + [0.0, moved, 0.0]
+    camera = CameraObservation(time=0.0, position=position, axis=_UP)
+    goal = task_as_seen(replace(first, camera=camera)).goal
+    assert goal.aside == pytest.approx(sign * first.task.goal.aside)
+    assert goal.place == pytest.approx(first.task.goal.place)
+
+
+@pytest.mark.slow
+def test_a_real_trial_succeeds_by_the_first_choice():
+    trial = run_trial(PAPER, parse_object("cylinder:diameter_mm=66,height_mm=115,mass_g=350"), strategy="auto", seed=0)
+    assert trial.verdict.success, trial.verdict.reason
+    first, *later = trial.log.state.attempts
+    assert first.strategy == trial.log.state.candidates[0].strategy
+    assert not later
+
+
+@pytest.mark.slow
+def test_a_real_second_try_succeeds_where_the_first_set_the_object_down_beside_its_place():
+    rng = np.random.default_rng([23, 2004])  # As in the benchmark of everyday things.
+    shape = draw_everyday(rng, width=(0.040, 0.080), height=(0.080, 0.240), mass=(0.020, 0.400)).shape
+    trial = run_trial(PAPER, shape, strategy="auto", seed=2004)
+    first, second = trial.log.state.attempts
+    assert "cm from its place" in first.outcome
+    assert second.strategy != first.strategy
+    assert trial.verdict.success, trial.verdict.reason
 
 
 def test_names_and_stages_are_checked():

@@ -239,7 +239,8 @@ def task_as_seen(observation: Observation) -> Task:
     """The task with the object where and as it is seen, its place kept.
 
     The axis has no sign. An object that neither stands nor lies as announced is taken as it leans, by its length and
-    width: the profile is of how it stood.
+    width: the profile is of how it stood. One that has come nearer to its place is carried back as far, and not on out
+    of the arm's reach, before it is brought there.
     """
     task, camera = observation.task, observation.camera
     if camera is None:
@@ -247,7 +248,9 @@ def task_as_seen(observation: Observation) -> Task:
     target, goal = _target_as_seen(task, camera.axis, camera.position), task.goal
     rise = float(target.position[2] - task.target.position[2]) if goal.ground is not None else 0.0
     place = goal.place + np.array([0.0, 0.0, rise])
-    return replace(task, target=target, goal=replace(goal, place=place))
+    off = (target.position - (goal.place - goal.aside / 2)) * [1.0, 1.0, 0.0]
+    aside = min(goal.aside, -goal.aside, key=lambda way: float(np.linalg.norm(off + way)))
+    return replace(task, target=target, goal=replace(goal, aside=aside, place=place))
 
 
 def _target_as_seen(task: Task, axis: np.ndarray, position: np.ndarray) -> Target:
