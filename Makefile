@@ -70,6 +70,7 @@ studies: $(STAMP)  ## make the pictures and numbers of README and docs again (mi
 	$(BIN)/python docs/studies/study_stiffness.py
 	$(BIN)/python docs/studies/study_motion_capture.py
 	$(BIN)/python docs/studies/make_making.py
+	$(BIN)/python docs/studies/make_studio.py
 	$(BIN)/python docs/studies/study_everyday.py --out $(OUT)/everyday
 	$(BIN)/python docs/studies/study_robustness.py --out $(OUT)/robustness --workers 2
 	$(BIN)/python docs/studies/make_robustness.py $(OUT)/robustness

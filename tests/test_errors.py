@@ -35,7 +35,8 @@ def test_safety_names_every_module_that_opens_a_port() -> None:
     for path in Path(spiraltrunk.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            if isinstance(node, ast.ImportFrom) and (node.module != "viser" or "ViserServer" in ast.unparse(node)):
+                names += [node.module or ""]  # Of viser, its server alone opens a port.
             if {name.partition(".")[0] for name in names} & NETWORK:
                 found.add(path.relative_to(Path(spiraltrunk.__file__).parents[1]).with_suffix("").as_posix())
     assert found

@@ -101,6 +101,7 @@ def test_a_run_that_is_stopped_leaves_its_frames(fakes, studio, open_page):
     wait_for(page, "0.2 s")
 
 
+@pytest.mark.slow
 def test_the_picker_tells_why_and_takes_measures_and_files(fakes, studio, open_page):
     page = open_page(studio([GraspTab]))
     wait_for(page, "predicted chance")
@@ -126,6 +127,7 @@ def test_the_picker_tells_why_and_takes_measures_and_files(fakes, studio, open_p
     wait_for(page, "no STL that can be read")
 
 
+@pytest.mark.slow
 def test_a_reload_comes_back_to_what_was_picked(fakes, studio, open_page):
     page = open_page(studio([GraspTab]))
     wait_for(page, "predicted chance")

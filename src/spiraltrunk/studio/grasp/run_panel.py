@@ -220,4 +220,6 @@ class RunPanel:
 
 def _scale_to(end: float) -> Scale:
     scale = _TIMELINE
-    return Scale(label=scale.label, unit=scale.unit, least=0.0, most=max(end, 0.1), step=scale.step, hint=scale.hint)
+    return Scale(
+        label=scale.label, unit=scale.unit, least=0.0, most=max(round(end, 1), 0.1), step=scale.step, hint=scale.hint
+    )

@@ -126,7 +126,7 @@ class Page:
 
     def download(self, name: str, content: bytes) -> None:
         """Offer a file to the person."""
-        self.client.send_file_download(name, content)
+        self.client.send_file_download(name, content, save_immediately=True)
 
     def close(self) -> None:
         """Stop all that the page started; harmless when called again."""

@@ -187,7 +187,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 @pytest.mark.parametrize(("moved", "sign"), [(-0.05, 1.0), (0.0, 1.0), (0.09, 1.0), (0.11, -1.0), (0.15, -1.0)])
 def test_what_has_come_near_its_place_is_not_carried_on_beyond_it(moved, sign):
     first = Hand(_task()).reset()
-    position = first.task.target.position + [0.0, moved, 0.0]
+    position = first.task.target.position + np.array([0.0, moved, 0.0])
     camera = CameraObservation(time=0.0, position=position, axis=_UP)
     goal = task_as_seen(replace(first, camera=camera)).goal
     assert goal.aside == pytest.approx(sign * first.task.goal.aside)

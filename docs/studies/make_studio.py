@@ -1,0 +1,119 @@
+"""Takes the pictures of tutorials/studio.md: each tab of the page after its main act, in a headless Chromium.
+
+`python docs/studies/make_studio.py [TAB ...]`; it needs the extra `studio`, playwright and Debian's chromium.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import Page, sync_playwright
+
+from spiraltrunk.files.atomic import atomic_file
+
+IMAGES = Path(__file__).parents[1] / "images"
+
+SIZE = {"width": 1280, "height": 800}
+
+FLAGS = [
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader", "--enable-webgl",
+]  # fmt: skip
+"""Flags with which Debian's Chromium draws WebGL without a screen or a GPU."""
+
+LONGEST = 300_000
+"""Longest wait for what a tab computes [ms]."""
+
+
+def show_design(page: Page) -> None:
+    """The paper's design, as it opens."""
+    page.get_by_text("No warnings").wait_for(timeout=LONGEST)
+
+
+def show_shape(page: Page) -> None:
+    """The twist of the paper."""
+    page.get_by_text("Converged").wait_for(timeout=LONGEST)
+    page.get_by_role("button", name="Twist", exact=True).click()
+
+
+def show_grasp(page: Page) -> None:
+    """A grasp that was run, at the time when the object is held."""
+    page.get_by_role("button", name="Run grasp").click()
+    page.get_by_text("Success.").wait_for(timeout=LONGEST)
+    box = page.get_by_role("textbox").and_(page.locator("[inputmode=decimal]")).filter(visible=True).first
+    box.fill("16")
+    box.press("Enter")
+
+
+def show_measure(page: Page) -> None:
+    """A virtual take laid over the model."""
+    page.get_by_role("button", name="Take the virtual session").click()
+    page.get_by_text("mean RMSE").first.wait_for(timeout=LONGEST)
+
+
+def show_robot(page: Page) -> None:
+    """The twin, connected."""
+    page.get_by_role("button", name="Connect").click()
+    page.wait_for_timeout(12_000)
+
+
+TABS: dict[str, Callable[[Page], None]] = {
+    "Design": show_design, "Shape": show_shape, "Grasp": show_grasp, "Measure": show_measure, "Robot": show_robot,
+}  # fmt: skip
+"""What is done in each tab before its picture."""
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Take the pictures of the tabs that are named, of all without a name."""
+    with open_studio() as address, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        for title in arguments or TABS:
+            page = browser.new_page(viewport=SIZE)
+            page.set_default_timeout(60_000)
+            page.goto(address)
+            page.get_by_role("button", pressed=True).wait_for()
+            page.wait_for_timeout(2000)
+            notice = page.get_by_text("Software WebGL rendering detected").locator("xpath=ancestor::*[@role='alert']")
+            if notice.count():
+                notice.get_by_role("button").click()
+            page.get_by_role("button", name=title, exact=True).click()
+            page.get_by_role("button", name=title, exact=True, pressed=True).wait_for()
+            TABS[title](page)
+            page.mouse.move(430, 790)
+            page.wait_for_timeout(4000)
+            write_picture(page.screenshot(timeout=LONGEST), IMAGES / f"studio_{title.lower()}.png")
+            page.close()
+        browser.close()
+    return 0
+
+
+@contextmanager
+def open_studio() -> Iterator[str]:
+    """Address of a studio in a process of its own."""
+    command = [sys.executable, "-m", "spiraltrunk", "studio", "--port", "0", "--no-browser", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=dict(os.environ)) as server:
+        try:
+            assert server.stdout is not None
+            yield str(json.loads(server.stdout.readline())["address"])
+        finally:
+            server.terminate()
+
+
+def write_picture(content: bytes, path: Path) -> None:
+    """Write a screenshot with 256 colours, a third of its size."""
+    with Image.open(BytesIO(content)) as picture, atomic_file(path) as file:
+        picture.convert("RGB").quantize(256).save(file, format="PNG", optimize=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
