@@ -11,7 +11,6 @@ from spiraltrunk.design import TrunkDesign
 from spiraltrunk.report.shape.construction import Construction, build_construction, curled_pose
 from spiraltrunk.report.solids.trunk_mesh import Surface, TrunkSurfaces, build_trunk_surfaces, curl_frames
 from spiraltrunk.report.style import COLORS
-from spiraltrunk.studio.drawing.trunk_view import to_linear
 from spiraltrunk.studio.page.page import Page
 
 View = Literal["curled", "straight"]
@@ -143,7 +142,7 @@ class DesignPicture:
 
     def _put_lines(self, name: str, points: np.ndarray, colors: np.ndarray, width: float) -> None:
         self._drawn[name] = self._page.scene.add_line_segments(
-            f"/design/{name}", points.astype(np.float32), to_linear(colors), thickness=width, thickness_units="screen"
+            f"/design/{name}", points.astype(np.float32), colors, thickness=width, thickness_units="screen"
         )
         if name == "contours":
             self._boxes[name] = points.min(axis=(0, 1)), points.max(axis=(0, 1))
