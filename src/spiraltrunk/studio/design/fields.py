@@ -20,14 +20,14 @@ _UNITS = {
 """Unit by what ends the key of a file."""
 
 _LABELS = {
-    "spiral.a": "Radius a at θ = 0", "spiral.b": "Growth b per radian", "k": "Compactness k",
-    "delta_theta": "Angle per section Δθ", "n_section": "Number of sections", "theta_tip": "Angle θ at the tip",
-    "joint.youngs_modulus": "Young's modulus", "joint.stiffness": "Stiffness, measured",
+    "spiral.a": "Radius a", "spiral.b": "Growth b", "k": "Ratio k",
+    "delta_theta": "Angle Δθ", "n_section": "Sections", "theta_tip": "Tip angle θ",
+    "joint.youngs_modulus": "Young's modulus", "joint.stiffness": "Measured stiffness",
     "cable.angles": "Directions", "cable.hole_fraction": "Hole position", "cable.tension_max": "Largest tension",
     "mass.sections": "Section masses", "mass.center_fraction": "Centre of mass",
-    "gripper.n_finger": "Number of fingers", "gripper.b": "Growth b per radian",
-    "gripper.delta_theta": "Angle per phalanx Δθ", "gripper.n_phalanx": "Phalanges per finger",
-    "gripper.tension_max": "Largest tension", "gripper.n_leg": "Legs per cable group", "arm.model": "Arm",
+    "gripper.n_finger": "Fingers", "gripper.b": "Growth b",
+    "gripper.delta_theta": "Angle Δθ", "gripper.n_phalanx": "Phalanges",
+    "gripper.tension_max": "Largest tension", "gripper.n_leg": "Cable legs", "arm.model": "Arm",
     "arm.home": "Initial joints",
 }  # fmt: skip
 """Labels of fields whose name does not say enough; others are labelled by their name."""

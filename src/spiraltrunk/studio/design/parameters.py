@@ -21,8 +21,8 @@ Change = Callable[[Vary], None]
 """Changes the design by a function of it, or raises the error of the design."""
 
 _RULES = {
-    "m": ("Gripper ratio m", "", 1.0, "Largest object of the tip gripper over its width; small for a slender tip"),
-    "delta_theta": ("Angle per section Δθ", "deg", math.pi / 180, "Moves to the nearest that gives whole sections"),
+    "m": ("Ratio m", "", 1.0, "Largest object of the tip gripper over its width; small for a slender tip"),
+    "delta_theta": ("Angle Δθ", "deg", math.pi / 180, "Angle per section; it moves to the nearest for whole sections"),
     "arm_radius": ("Arm radius", "mm", 1e-3, "Radius of the arm's last link, which section 1 matches"),
     "turns": ("Turns", "", 1.0, "Turns of the spiral; they move to the nearest that give whole sections"),
 }  # fmt: skip

@@ -24,8 +24,8 @@ RAY, QUAD = (140, 146, 152), (90, 98, 106)
 """Colours of its rays and of its sections."""
 
 _PARTS = {
-    "odd": (148, 163, 178), "even": (112, 130, 148), "joints": (230, 159, 0), "gripper": (204, 121, 167),
-    "mount": (92, 98, 106),
+    "odd": (104, 124, 146), "even": (72, 92, 114), "joints": (230, 159, 0), "gripper": (204, 121, 167),
+    "mount": (110, 116, 124),
 }  # fmt: skip
 """Colours of the parts."""
 
@@ -63,7 +63,7 @@ class DesignPicture:
         lines = build_construction(design) if with_construction else None
         beside = 0.0 if is_curled else _find_room(design)
         with self._page.client.atomic():
-            self._draw_trunk(surfaces, pose, _CLEAR if is_curled and with_construction else None)
+            self._draw_trunk(surfaces, pose, _CLEAR if is_curled and with_construction else None, not is_curled)
             self._draw_construction(lines, beside, 0.0 if is_curled else -design.length / 2)
             low, high = self._bounds()
             self._draw_scale(low, high)
@@ -78,7 +78,7 @@ class DesignPicture:
         with self._page.client.atomic():
             camera.fov = _FOV
             camera.up_direction = np.array([0.0, 0.0, 1.0])
-            camera.position = middle + distance * np.array([0.28, -0.95, 0.14])
+            camera.position = middle + distance * np.array([0.14, -0.98, 0.14])
             camera.look_at = middle
         self._fitted = size
 
@@ -89,10 +89,10 @@ class DesignPicture:
             self._shown = shown
             self.fit()
 
-    def _draw_trunk(self, surfaces: TrunkSurfaces, pose: np.ndarray, opacity: float | None) -> None:
-        odd, even = surfaces.sections
-        parts = {"odd": odd, "even": even, "joints": surfaces.joints, "gripper": surfaces.gripper}
-        for name, surface in {**parts, "mount": surfaces.mount}.items():
+    def _draw_trunk(self, surfaces: TrunkSurfaces, pose: np.ndarray, opacity: float | None, has_mount: bool) -> None:
+        (odd, even), mount = surfaces.sections, surfaces.mount if has_mount else None
+        parts = {"odd": odd, "even": even, "joints": surfaces.joints, "gripper": surfaces.gripper, "mount": mount}
+        for name, surface in parts.items():
             self._put_mesh(name, surface, pose, opacity)
         cables = _transform(surfaces.cables, pose)
         segments = np.stack([cables[:, :-1], cables[:, 1:]], axis=2)
@@ -141,8 +141,9 @@ class DesignPicture:
         self._boxes[name] = vertices.min(axis=0), vertices.max(axis=0)
 
     def _put_lines(self, name: str, points: np.ndarray, colors: np.ndarray, width: float) -> None:
+        linear = np.round(255.0 * (colors / 255.0) ** 2.2).astype(np.uint8)  # Viser takes lines' colours as linear.
         self._drawn[name] = self._page.scene.add_line_segments(
-            f"/design/{name}", points.astype(np.float32), colors, thickness=width, thickness_units="screen"
+            f"/design/{name}", points.astype(np.float32), linear, thickness=width, thickness_units="screen"
         )
         if name == "contours":
             self._boxes[name] = points.min(axis=(0, 1)), points.max(axis=(0, 1))
