@@ -1,0 +1,52 @@
+"""Fields of a design as controls show them."""
+
+import math
+
+import pytest
+
+from spiraltrunk.design import presets
+from spiraltrunk.design.edit import change_field, list_fields, read_field
+from spiraltrunk.design.schema import TABLES, Kind
+from spiraltrunk.errors import DesignError
+from spiraltrunk.studio.design.fields import divide, list_shown
+
+SHOWN = {field.name: field for table in TABLES for field in list_shown(table)}
+
+
+def test_every_field_has_a_control_with_unit_and_words():
+    assert set(SHOWN) == set(list_fields())
+    assert SHOWN["joint.radius"].text == "Radius [mm]"
+    assert SHOWN["joint.youngs_modulus"].unit == "MPa"
+    assert all(len(field.hint) > 10 for field in SHOWN.values())
+
+
+@pytest.mark.parametrize("name", presets.NAMES)
+def test_what_is_shown_is_read_back_as_it_was(name):
+    design = presets.get(name)
+    for field in SHOWN.values():
+        value = read_field(design, field.name)
+        if value is None:
+            continue
+        if field.key.kind in (Kind.NUMBER, Kind.COUNT):
+            assert field.from_shown(field.to_shown(value)) == value
+            assert change_field(design, field.name, field.from_shown(field.to_shown(value))) == design
+        else:
+            assert field.parse(field.format(value)) == value
+
+
+def test_lists_are_texts_and_empty_ones_follow():
+    angles = SHOWN["cable.angles"]
+    assert angles.parse("0, 180") == (0.0, math.pi)
+    assert SHOWN["mass.sections"].parse("  ") is None
+    for text in ("0, x", "", "0,,1", "inf", "nan, 1"):
+        with pytest.raises(DesignError, match="Directions"):
+            angles.parse(text)
+
+
+def test_steps_are_round():
+    assert divide(9.5) == (0.02, 3)
+    assert divide(0.57) == (0.002, 4)
+    assert divide(200.0) == (1.0, 1)
+    for field in SHOWN.values():
+        if field.key.usual is not None:
+            assert 0 < field.scale.step <= (field.scale.most - field.scale.least)
