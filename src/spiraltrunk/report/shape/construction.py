@@ -14,7 +14,7 @@ from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.spiral import points
 from spiraltrunk.design.trunk import TrunkDesign
 
-_STEP = math.radians(3.0)
+_STEP = math.radians(5.0)
 """Angle between points of a drawn spiral [rad]."""
 
 

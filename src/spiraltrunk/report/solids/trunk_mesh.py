@@ -75,6 +75,29 @@ def build_trunk_surfaces(design: TrunkDesign, frames: np.ndarray) -> TrunkSurfac
     )  # fmt: skip
 
 
+def build_rods(segments: np.ndarray, radius: float) -> Surface:
+    """Thin square rods along lines, which any renderer draws fast.
+
+    Args:
+        segments: ends of each straight piece, shape (n, 2, 3) [m]; pieces without a length are left out.
+        radius: half the diagonal of their cross-section [m].
+    """
+    along = segments[:, 1] - segments[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    segments, along = segments[length > 0.0], along[length > 0.0] / length[length > 0.0, None]
+    least = np.eye(3)[np.abs(along).argmin(axis=1)]
+    first = np.cross(along, least)
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    second = np.cross(along, first)
+    corners = radius * np.stack([first, second, -first, -second], axis=1)
+    vertices = segments[:, :, None] + corners[:, None]
+    here = np.arange(4)
+    beside = (here + 1) % 4
+    sides = np.concatenate([np.stack([here, beside, here + 4], -1), np.stack([beside, beside + 4, here + 4], -1)])
+    faces = 8 * np.arange(len(segments))[:, None, None] + sides
+    return Surface(vertices.reshape(-1, 3), faces.reshape(-1, 3))
+
+
 def _revolve(profile: list[tuple[float, float]], facets: int) -> Surface:
     """Surface of revolution about x of a profile of (axial, radial) points [m]; its edges stay sharp."""
     angle = 2 * math.pi * np.arange(facets) / facets

@@ -9,7 +9,13 @@ import numpy as np
 
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.report.shape.construction import Construction, build_construction, curled_pose
-from spiraltrunk.report.solids.trunk_mesh import Surface, TrunkSurfaces, build_trunk_surfaces, curl_frames
+from spiraltrunk.report.solids.trunk_mesh import (
+    Surface,
+    TrunkSurfaces,
+    build_rods,
+    build_trunk_surfaces,
+    curl_frames,
+)
 from spiraltrunk.report.style import COLORS
 from spiraltrunk.studio.page.page import Page
 
@@ -22,6 +28,14 @@ OUTER, BACKBONE, INNER, TANGENT, OBJECT = (0, 114, 178), (213, 94, 0), (0, 158, 
 
 RAY, QUAD = (140, 146, 152), (90, 98, 106)
 """Colours of its rays and of its sections."""
+
+_LINES = {
+    "outer": OUTER, "backbone": BACKBONE, "inner": INNER, "tangent": TANGENT, "smallest": OBJECT, "rays": RAY,
+    "sections": QUAD,
+}  # fmt: skip
+"""Lines of the construction and their colours."""
+
+_THICK = ("outer", "backbone", "inner", "tangent", "smallest")
 
 _PARTS = {
     "odd": (104, 124, 146), "even": (72, 92, 114), "joints": (230, 159, 0), "gripper": (204, 121, 167),
@@ -51,6 +65,7 @@ class DesignPicture:
     def __init__(self, page: Page) -> None:
         self._page = page
         self._fitted = 0.0
+        self._n_cable = 0
         self._drawn: dict[str, Any] = {}
         self._boxes: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         self._shown = ("", False)
@@ -61,10 +76,13 @@ class DesignPicture:
         surfaces = build_trunk_surfaces(design, curl_frames(design, 1.0 if is_curled else 0.0))
         pose = _PAPER_TO_SCENE @ curled_pose(design) if is_curled else _BASE_TO_SCENE
         lines = build_construction(design) if with_construction else None
-        beside = 0.0 if is_curled else _find_room(design)
+        plane, radius = _PAPER_TO_SCENE.copy(), 0.004 * _reach(design)
+        if not is_curled:
+            plane[:3, 3] = _find_room(design), 0.0, -design.length / 2
         with self._page.client.atomic():
-            self._draw_trunk(surfaces, pose, _CLEAR if is_curled and with_construction else None, not is_curled)
-            self._draw_construction(lines, beside, 0.0 if is_curled else -design.length / 2)
+            mount = None if is_curled else surfaces.mount
+            self._draw_trunk(surfaces, pose, _CLEAR if is_curled and with_construction else None, mount, radius)
+            self._draw_construction(lines, plane, radius)
             low, high = self._bounds()
             self._draw_scale(low, high)
             self._frame((view, with_construction), low, high)
@@ -89,33 +107,25 @@ class DesignPicture:
             self._shown = shown
             self.fit()
 
-    def _draw_trunk(self, surfaces: TrunkSurfaces, pose: np.ndarray, opacity: float | None, has_mount: bool) -> None:
-        (odd, even), mount = surfaces.sections, surfaces.mount if has_mount else None
+    def _draw_trunk(
+        self, surfaces: TrunkSurfaces, pose: np.ndarray, opacity: float | None, mount: Surface | None, radius: float
+    ) -> None:
+        odd, even = surfaces.sections
         parts = {"odd": odd, "even": even, "joints": surfaces.joints, "gripper": surfaces.gripper, "mount": mount}
         for name, surface in parts.items():
             self._put_mesh(name, surface, pose, opacity)
-        cables = _transform(surfaces.cables, pose)
-        segments = np.stack([cables[:, :-1], cables[:, 1:]], axis=2)
-        colors = np.array([_read_color(COLORS[i % len(COLORS)]) for i in range(len(cables))], np.uint8)
-        painted = np.broadcast_to(colors[:, None, None], segments.shape)
-        self._put_lines("cables", segments.reshape(-1, 2, 3), painted.reshape(-1, 2, 3), 2.0)
+        for i in range(max(len(surfaces.cables), self._n_cable)):
+            line = surfaces.cables[i] if i < len(surfaces.cables) else None
+            self._put_line(f"cable_{i}", line, pose, _read_color(COLORS[i % len(COLORS)]), radius)
+        self._n_cable = len(surfaces.cables)
 
-    def _draw_construction(self, lines: Construction | None, aside: float, up: float) -> None:
+    def _draw_construction(self, lines: Construction | None, pose: np.ndarray, radius: float) -> None:
         if lines is None:
-            for name in ("contours", "rays"):
+            for name in _LINES:
                 self._remove(name)
             return
-        shift = np.array([aside, 0.0, up])
-        thick = [(lines.outer, OUTER), (lines.backbone, BACKBONE), (lines.inner, INNER), (lines.smallest, OBJECT)]
-        thick.append((lines.tangent, TANGENT))
-        thin = [(each, RAY) for each in lines.rays]
-        thin += [(each[[0, 1, 2, 3, 0]], QUAD) for each in lines.sections]
-        for name, group, width in (("contours", thick, 3.0), ("rays", thin, 1.2)):
-            segments = [np.stack([line[:-1], line[1:]], axis=1) for line, _ in group]
-            colors = [np.tile(np.array(color, np.uint8), (len(line) - 1, 2, 1)) for line, color in group]
-            flat = np.concatenate(segments)
-            points = np.stack([flat[..., 0], np.zeros_like(flat[..., 0]), flat[..., 1]], axis=-1) + shift
-            self._put_lines(name, points, np.concatenate(colors), width)
+        for name, color in _LINES.items():
+            self._put_line(name, getattr(lines, name), pose, color, radius if name in _THICK else radius / 3)
 
     def _draw_scale(self, low: np.ndarray, high: np.ndarray) -> None:
         """A bar of a round length below the picture."""
@@ -124,7 +134,7 @@ class DesignPicture:
         length = max(each * power for each in (1.0, 2.0, 5.0) if each * power <= size / 2)
         start = np.array([low[0], low[1], low[2] - 0.04 * float(high[2] - low[2])])
         bar = np.stack([start, start + np.array([length, 0.0, 0.0])])
-        self._put_lines("scale", bar[None], np.full((1, 2, 3), 128, np.uint8), 3.0)
+        self._put_line("scale", bar, np.eye(4), (128, 128, 128), 0.004 * size)
         self._drawn["scale label"] = self._page.scene.add_label(
             "/design/scale_label", f"{1e3 * length:g} mm", position=tuple(bar.mean(axis=0)), anchor="top-center"
         )
@@ -133,20 +143,33 @@ class DesignPicture:
         if surface is None:
             self._remove(name)
             return
+        self._boxes[name] = self._put(name, surface, pose, _PARTS[name], opacity)
+
+    def _put_line(
+        self, name: str, line: np.ndarray | None, pose: np.ndarray, color: tuple[int, int, int], radius: float
+    ) -> None:
+        """Draw one line of shape (n, k), or several of shape (m, n, k), of 2 or 3 coordinates; None removes it."""
+        if line is None:
+            self._remove(name)
+            return
+        lines = line[None] if line.ndim == 2 else line
+        segments = np.stack([lines[:, :-1], lines[:, 1:]], axis=2).reshape(-1, 2, line.shape[-1])
+        if line.shape[-1] == 2:
+            segments = np.concatenate([segments, np.zeros((len(segments), 2, 1))], axis=-1)
+        box = self._put(name, build_rods(segments, radius), pose, color, None)
+        if name == "outer":
+            self._boxes[name] = box
+
+    def _put(
+        self, name: str, surface: Surface, pose: np.ndarray, color: tuple[int, int, int], opacity: float | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Draw a surface; gives its bounds."""
         vertices = _transform(surface.vertices, pose)
         self._drawn[name] = self._page.scene.add_mesh_simple(
-            f"/design/{name}", vertices, surface.faces, color=_PARTS[name], opacity=opacity,
-            cast_shadow=False, receive_shadow=False,
+            f"/design/{name}", vertices, surface.faces, color=color, opacity=opacity, cast_shadow=False,
+            receive_shadow=False,
         )  # fmt: skip
-        self._boxes[name] = vertices.min(axis=0), vertices.max(axis=0)
-
-    def _put_lines(self, name: str, points: np.ndarray, colors: np.ndarray, width: float) -> None:
-        linear = np.round(255.0 * (colors / 255.0) ** 2.2).astype(np.uint8)  # Viser takes lines' colours as linear.
-        self._drawn[name] = self._page.scene.add_line_segments(
-            f"/design/{name}", points.astype(np.float32), linear, thickness=width, thickness_units="screen"
-        )
-        if name == "contours":
-            self._boxes[name] = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+        return vertices.min(axis=0), vertices.max(axis=0)
 
     def _remove(self, name: str) -> None:
         handle = self._drawn.pop(name, None)
@@ -161,8 +184,12 @@ class DesignPicture:
 
 def _find_room(design: TrunkDesign) -> float:
     """Place of the pole beside the straight trunk [m]."""
-    reach = design.spiral.a * math.exp(design.spiral.b * design.theta_base)
-    return -(1.15 * reach + max(design.housing.radius, float(design.section_radius[0])))
+    return -(1.15 * _reach(design) + max(design.housing.radius, float(design.section_radius[0])))
+
+
+def _reach(design: TrunkDesign) -> float:
+    """Radius of the outer contour at the base [m]."""
+    return design.spiral.a * math.exp(design.spiral.b * design.theta_base)
 
 
 def _transform(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
