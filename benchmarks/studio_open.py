@@ -1,9 +1,8 @@
 """How long the browser page takes to open, and whether a server that is used for hours grows.
 
-Claims (docs/tutorials/studio.md): the page can be used seconds after the command, once compiled; the memory of the server
-does
-not grow. A headless Chromium opens pages, shows each tab, moves one of its sliders, and reloads now and then. Times
-depend on the machine; its load is told beside them.
+Claims (docs/tutorials/studio.md): the page can be used seconds after the command, once compiled, and the memory of the
+server does not grow. A headless Chromium opens pages, shows each tab, moves one of its sliders, and reloads now and
+then. Times depend on the machine; its load is told beside them.
 """
 
 from __future__ import annotations
