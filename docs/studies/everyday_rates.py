@@ -83,12 +83,13 @@ def format_choice(rates: dict[str, Any]) -> str:
     feasible = [row["auto"]["success"] for row in rows if row["auto"] is not None]
     first = [row["auto"]["success"] and len(row["auto"]["tries"]) == 1 for row in rows if row["auto"] is not None]
     forced = [row["forced"]["success"] for row in rows if row["forced"] is not None]
+    causes = format_causes([row["auto"] for row in rows if row["auto"] is not None])
     lines = [
-        "| what `auto` says of a thing | full success |",
-        "|---|---|",
-        f"| feasible: its choice, with up to three tries | {format_rate(feasible)} |",
-        f"| of these, by the first try | {format_rate(first)} |",
-        f"| infeasible: a refused strategy, forced | {format_rate(forced)} |",
+        "| what `auto` says of a thing | full success | causes of failures |",
+        "|---|---|---|",
+        f"| feasible: its choice, with up to three tries | {format_rate(feasible)} | {causes} |",
+        f"| of these, by the first try | {format_rate(first)} | |",
+        f"| infeasible: a refused strategy, forced | {format_rate(forced)} | |",
     ]
     return "\n".join(lines)
 
@@ -104,11 +105,13 @@ def format_rate(outcomes: Sequence[bool]) -> str:
 def format_causes(rows: Iterable[dict[str, Any]]) -> str:
     """Causes of the failures, the most frequent first; those after the hold are told so."""
     causes = Counter(
-        "refused" if row.get("refused") else f"{row['cause']} after the hold" if row["held"] else str(row["cause"])
-        for row in rows
-        if not row["success"]
+        f"{_name_cause(row)} after the hold" if row["held"] else _name_cause(row) for row in rows if not row["success"]
     )
     return ", ".join(f"{count} {cause}" for cause, count in causes.most_common()) or "none"
+
+
+def _name_cause(row: dict[str, Any]) -> str:
+    return "refused" if row["cause"] is None else str(row["cause"])
 
 
 if __name__ == "__main__":

@@ -53,11 +53,11 @@ def test_the_page_tells_the_rows(study: ModuleType) -> None:
 def test_rates_are_told_with_their_intervals_and_failures_by_cause(study: ModuleType) -> None:
     taken = {"part": "lying", "seed": 3, "success": True, "held": True, "upright": False, "cause": None}
     lost = taken | {"seed": 4, "success": False, "cause": "toppled"}
-    missed = lost | {"seed": 5, "held": False, "cause": "missed"}
-    told = study.format_rates({"classes": [taken, lost, missed]}).splitlines()[-1]
+    refused = lost | {"seed": 5, "held": False, "cause": None}
+    told = study.format_rates({"classes": [taken, lost, refused]}).splitlines()[-1]
     assert "| 3 to 5 | 2 of 3 (21 to 94 %) | 0 of 3 (0 to 56 %) | 1 of 3 (6 to 79 %) |" in told
-    assert told.endswith("| 1 toppled after the hold, 1 missed |")
-    auto = {"success": True, "tries": ["pinch", "tip-grip"]}
+    assert told.endswith("| 1 toppled after the hold, 1 refused |")
+    auto = {"success": True, "held": True, "cause": None, "tries": ["pinch", "tip-grip"]}
     rows = [{"index": 0, "auto": auto, "forced": None}, {"index": 1, "auto": None, "forced": {"success": False}}]
     lifted, first, forced = study.format_choice({"choice": rows}).splitlines()[2:]
     assert "1 of 1" in lifted
