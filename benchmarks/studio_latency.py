@@ -28,15 +28,18 @@ FLAGS = (
 _WATCH = """
 window.drawn = null;
 window.began = null;
-const genuine = WebGL2RenderingContext.prototype.bufferData;
-WebGL2RenderingContext.prototype.bufferData = function (target, data, ...rest) {
-  const size = data && data.byteLength ? data.byteLength : 0;
-  if (target === this.ARRAY_BUFFER && size > 20000 && window.began !== null && window.drawn === null) {
-    window.drawn = -1;
-    requestAnimationFrame(() => { window.drawn = performance.now(); });
-  }
-  return genuine.call(this, target, data, ...rest);
-};
+for (const name of ["bufferData", "bufferSubData"]) {
+  const genuine = WebGL2RenderingContext.prototype[name];
+  WebGL2RenderingContext.prototype[name] = function (target, ...rest) {
+    const sent = rest.find((each) => each && each.byteLength);
+    const isMesh = target === this.ARRAY_BUFFER && sent && sent.byteLength > 20000;
+    if (isMesh && window.began !== null && window.drawn === null) {
+      window.drawn = -1;
+      requestAnimationFrame(() => { window.drawn = performance.now(); });
+    }
+    return genuine.call(this, target, ...rest);
+  };
+}
 """
 """Marks the frame after the one that uploads vertices of a mesh: a section's group has some 30 kB."""
 
@@ -66,6 +69,9 @@ def main() -> int:
     arguments = parser.parse_args()
     times = measure(arguments.changes, arguments.pause_ms)
     seen = sorted(time for time in times if time is not None)
+    if not seen:
+        print("no change was drawn", file=sys.stderr)
+        return 1
     median = statistics.median(seen)
     figures = {
         "changes": len(times), "lost": times.count(None), "median_ms": round(median, 1),

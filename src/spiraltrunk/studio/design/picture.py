@@ -165,10 +165,14 @@ class DesignPicture:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Draw a surface; gives its bounds."""
         vertices = _transform(surface.vertices, pose)
-        self._drawn[name] = self._page.scene.add_mesh_simple(
-            f"/design/{name}", vertices, surface.faces, color=color, opacity=opacity, cast_shadow=False,
-            receive_shadow=False,
-        )  # fmt: skip
+        drawn = self._drawn.get(name)
+        if drawn is not None and np.array_equal(drawn.faces, surface.faces):
+            drawn.vertices, drawn.opacity = vertices, opacity  # What is as it was is not sent.
+        else:
+            self._drawn[name] = self._page.scene.add_mesh_simple(
+                f"/design/{name}", vertices, surface.faces, color=color, opacity=opacity, cast_shadow=False,
+                receive_shadow=False,
+            )  # fmt: skip
         return vertices.min(axis=0), vertices.max(axis=0)
 
     def _remove(self, name: str) -> None:
