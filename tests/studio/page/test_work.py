@@ -83,3 +83,17 @@ def test_work_that_fails_says_why(work, reason):
 
 def test_work_can_be_stopped():
     assert end(work_for_ever, stop_at_report=True) == (["begun"], [(None, STOPPED)])
+
+
+def test_work_that_is_stopped_at_once_ends():
+    answers, ended = [], threading.Event()
+    job = Job(work_for_ever, ())
+
+    def finish(*answer):
+        answers.append(answer)
+        ended.set()
+
+    job.start(lambda _: None, finish)
+    job.stop()
+    assert ended.wait(60)
+    assert answers == [(None, STOPPED)]

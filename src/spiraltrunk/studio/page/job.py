@@ -57,6 +57,8 @@ class Job:
         answer: tuple[Any, str | None] = (None, None)
         try:
             self._process.start()
+            if self._is_stopped.is_set():  # Before there was a process to end.
+                self._process.terminate()
             assert self._theirs is not None
             self._theirs.close()
             while True:
