@@ -14,6 +14,8 @@ from spiraltrunk.design.edit import change_rules
 from spiraltrunk.design.toml import parse_design
 from spiraltrunk.studio.design.tab import DesignTab
 
+pytestmark = pytest.mark.slow  # A real browser, which draws by software: minutes in all.
+
 LONG = 60_000
 
 

@@ -12,6 +12,8 @@ import trimesh
 
 from spiraltrunk.studio.grasp.tab import GraspTab
 
+pytestmark = pytest.mark.slow  # A real browser, which draws by software: minutes in all.
+
 PATIENCE = 20_000
 """Time within which the page reacts [ms]."""
 
@@ -38,9 +40,9 @@ def set_time(page, text):
 
 def fetch(page, button, name, timeout=PATIENCE):
     """Content of the file that a button offers for download."""
-    click(page, button)
     with page.expect_download(timeout=timeout) as download:
-        page.locator(f"a[download='{name}']").click(timeout=timeout)
+        click(page, button)
+    assert download.value.suggested_filename == name
     return Path(download.value.path()).read_bytes()
 
 

@@ -5,6 +5,8 @@ import pytest
 
 from spiraltrunk.studio.measure.tab import MeasureTab
 
+pytestmark = pytest.mark.slow  # A real browser, which draws by software: minutes in all.
+
 LONG = 60_000
 """Time in which a take is read on a busy machine [ms]."""
 

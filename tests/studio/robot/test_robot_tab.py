@@ -18,6 +18,8 @@ from spiraltrunk.workflows.drive.remote.requests import Alive, Home, Leave, Stop
 from spiraltrunk.workflows.drive.remote.service import RobotService
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 
+pytestmark = pytest.mark.slow  # A real browser, which draws by software: minutes in all.
+
 PATIENT = 60_000
 """Time that a browser on a busy computer has [ms]."""
 

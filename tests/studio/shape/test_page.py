@@ -12,6 +12,8 @@ from spiraltrunk.studio.shape import tab as shape_tab
 from spiraltrunk.studio.shape.compile_models import compile_models
 from spiraltrunk.studio.shape.tab import ShapeTab
 
+pytestmark = pytest.mark.slow  # A real browser, which draws by software: minutes in all.
+
 LONG = 60_000
 """Time in which the models are loaded or compiled on a busy machine [ms]."""
 
