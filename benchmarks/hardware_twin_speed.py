@@ -19,7 +19,7 @@ from spiraltrunk.hardware.motors.gm6020 import TORQUE_PER_RAW, CommandMode, enco
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import MotorTwins
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 
 BAR = 15.0
 """Simulated seconds per second of processor time that are claimed."""

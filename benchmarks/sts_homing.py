@@ -15,14 +15,14 @@ from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.driver.options import DriverOptions
 from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
-from spiraltrunk.hardware.motors import sts_models
-from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
+from spiraltrunk.hardware.motors.sts import models as sts_models
+from spiraltrunk.hardware.motors.sts.servos import StsServos, StsSettings
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.safety.watchdog import NoWatchdog
 from spiraltrunk.hardware.twin.clock import TwinClock
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
 from spiraltrunk.hardware.twin.sts_bus import MemoryStream, StsTwin
 from spiraltrunk.hardware.twin.sts_servo import STS3215, ServoTwin
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 from spiraltrunk.hardware.winder import homing
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.winder import build_winder

@@ -18,14 +18,14 @@ from spiraltrunk.cad.housing.housing import find_bracket
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.test_stand import N_WEDGE, list_wedge_bolts
 from spiraltrunk.cad.housing.winder import find_drum, motor_angles, motor_ring
-from spiraltrunk.cad.output.assembly_guide import format_guide, list_steps
 from spiraltrunk.cad.output.bill_of_materials import build_bill, format_markdown
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
 from spiraltrunk.cad.output.catalogue import GROUPS, build_parts
 from spiraltrunk.cad.output.enclosure import BESIDE, BESIDE_SERVO, GAP, SUPPLY, size_enclosure
 from spiraltrunk.cad.output.filament import SPARE, SPOOL
+from spiraltrunk.cad.output.guide.assembly_guide import format_guide, list_steps
+from spiraltrunk.cad.output.guide.step import Build
 from spiraltrunk.cad.output.payload import compute_payload
-from spiraltrunk.cad.output.step import Build
 from spiraltrunk.cad.output.top_view import find_port, find_servo, format_top_view
 from spiraltrunk.cad.trunk.gripper import LUG_ARC, add_socket, find_seat
 from spiraltrunk.design import presets

@@ -26,7 +26,7 @@ from spiraltrunk.hardware.twin.clock import RealTimeTwin
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import MotorTwins
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 
 OFF = 1e-3
 """Torque below which a motor is off [N m]."""

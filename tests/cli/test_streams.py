@@ -35,6 +35,7 @@ def test_progress_that_nobody_reads_is_left_out(stream: str | None) -> None:
             with show_survey(opened, ["kick"], 2) as watch:
                 watch([])
                 watch([ROW])
+        assert opened is None or not opened.closed
 
 
 def test_progress_is_a_line_a_step() -> None:

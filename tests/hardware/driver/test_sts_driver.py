@@ -12,16 +12,16 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.driver.options import DriverOptions
 from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
-from spiraltrunk.hardware.motors import sts_line
-from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
+from spiraltrunk.hardware.motors.sts import line as sts_line
+from spiraltrunk.hardware.motors.sts.servos import StsServos, StsSettings
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.safety.watchdog import NoWatchdog
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.faults.device_faults import CableBreak, CableSlip, PowerCycle, TangledDrum
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
 from spiraltrunk.hardware.twin.sts_bus import MemoryStream, PseudoTerminal, StsTwin
 from spiraltrunk.hardware.twin.sts_servo import STS3215, ServoTwin
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.winder import build_winder
 

@@ -12,13 +12,13 @@ from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
 from spiraltrunk.hardware.motors.gm6020 import CommandMode
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
 from spiraltrunk.hardware.motors.serial_port import open_serial
-from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
-from spiraltrunk.hardware.twin.anchor import Anchor
+from spiraltrunk.hardware.motors.sts.servos import StsServos, StsSettings
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import MotorTwins
 from spiraltrunk.hardware.twin.sts_bus import MemoryStream, PseudoTerminal, StsTwin
 from spiraltrunk.hardware.twin.sts_servo import STS3215, ServoTwin
+from spiraltrunk.hardware.twin.trunk.anchor import Anchor
 
 SLACK = 10.0  # Cables of this slack [m] load no motor.
 

@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 from spiraltrunk.hardware.motors.gm6020 import GM6020
-from spiraltrunk.hardware.motors.sts_models import MODELS
-from spiraltrunk.hardware.safety import feedback_watch, probe, reaction, watchdog
+from spiraltrunk.hardware.motors.sts.models import MODELS
+from spiraltrunk.hardware.safety import probe, reaction, watchdog
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.safety.watches import feedback_watch
 from spiraltrunk.hardware.winder.homing import FLOORS, JAM_TIME
 
 PAGE = (Path(__file__).parents[3] / "SAFETY.md").read_text()

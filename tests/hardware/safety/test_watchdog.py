@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.bus.frame_bus import Frame, FrameBus
 from spiraltrunk.hardware.clock import Clock
-from spiraltrunk.hardware.safety.board_watch import BoardWatch, advance, answer, hear, pass_share
 from spiraltrunk.hardware.safety.watchdog import (
     ANSWER_ID,
     HEARTBEAT_FORMAT,
@@ -22,6 +21,7 @@ from spiraltrunk.hardware.safety.watchdog import (
     RelayWatchdog,
     WatchedBus,
 )
+from spiraltrunk.hardware.safety.watches.board_watch import BoardWatch, advance, answer, hear, pass_share
 
 
 class FakeClock(Clock):

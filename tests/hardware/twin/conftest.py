@@ -11,7 +11,6 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.bus.frame_bus import Frame
 from spiraltrunk.hardware.motors.gm6020 import TORQUE_PER_RAW, CommandMode, Feedback, decode_feedback, encode_command
-from spiraltrunk.hardware.twin.anchor import Anchor
 from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
@@ -19,6 +18,7 @@ from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
 from spiraltrunk.hardware.twin.motor import MotorParameters
 from spiraltrunk.hardware.twin.motors import NO_NOISE, FeedbackNoise, MotorTwins
+from spiraltrunk.hardware.twin.trunk.anchor import Anchor
 
 
 @dataclass

@@ -123,6 +123,7 @@ def test_in_real_time_the_computers_clock_is_the_default() -> None:
     device = Recorder()
     with RealTimeTwin(device):
         wait_for(device, 0.01)
+    assert device.total >= 0.01
 
 
 def test_what_fails_in_the_thread_is_raised_at_its_end() -> None:

@@ -15,9 +15,9 @@ from spiraltrunk.errors import DesignError, DriveError, UnknownName
 from spiraltrunk.hardware.bus.frame_bus import Frame
 from spiraltrunk.hardware.motors.gm6020 import TORQUE_PER_RAW, decode_feedback
 from spiraltrunk.hardware.safety.watchdog import CLEAR_FLAG, HEARTBEAT_FORMAT, HEARTBEAT_ID
-from spiraltrunk.hardware.twin.anchor import Anchor
 from spiraltrunk.hardware.twin.faults import FAULTS, FaultInjector, build_fault, describe_fault
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.twin.trunk.anchor import Anchor
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 
 from .conftest import Setup, feedback_of
 

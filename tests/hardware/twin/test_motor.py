@@ -12,9 +12,9 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.hardware.motors.gm6020 import GM6020
-from spiraltrunk.hardware.twin.anchor import Anchor
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.twin.trunk.anchor import Anchor
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 
 DT = 1e-3
 

@@ -35,12 +35,12 @@ from spiraltrunk.hardware.safety.watchdog import (
     TIMEOUT,
     BoardMode,
 )
-from spiraltrunk.hardware.twin.anchor import Anchor
 from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import FeedbackNoise, MotorTwins
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.twin.trunk.anchor import Anchor
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 
 from .conftest import Setup, feedback_of
 

@@ -14,9 +14,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from spiraltrunk.errors import DesignError, MissingPackage, SpiralTrunkError, UnknownName
-from spiraltrunk.sim.objects import mesh_file
 from spiraltrunk.sim.objects.catalogue import add_object, load_mjcf, load_stl, parse_object, scaled
-from spiraltrunk.sim.objects.surface import winding_numbers
+from spiraltrunk.sim.objects.meshes import mesh_file
+from spiraltrunk.sim.objects.meshes.surface import winding_numbers
 
 BOX = (240.0, 50.0, 90.0)
 """Extents of the test box [mm]."""

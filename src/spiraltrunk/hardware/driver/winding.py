@@ -7,8 +7,8 @@ from typing import final
 
 from spiraltrunk.hardware.driver.targets import Targets
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
-from spiraltrunk.hardware.safety.motor_watch import derate
 from spiraltrunk.hardware.safety.reading import CableRange, CableReading
+from spiraltrunk.hardware.safety.watches.motor_watch import derate
 from spiraltrunk.hardware.winder.limits import FRICTION_SHARE
 from spiraltrunk.hardware.winder.winder import Winder, WinderState, WinderTarget, step
 

@@ -15,8 +15,8 @@ from spiraltrunk.errors import DriveError, describe
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
-from spiraltrunk.hardware.safety.feedback_watch import find_impossible, find_stale
 from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.watches.feedback_watch import find_impossible, find_stale
 
 
 @final

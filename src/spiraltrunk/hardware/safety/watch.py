@@ -9,7 +9,10 @@ from typing import NamedTuple, final
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.safety.cable_relation import CableRelation
-from spiraltrunk.hardware.safety.cable_watch import (
+from spiraltrunk.hardware.safety.fault import Fault, FaultKind
+from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.reading import CableRange, CableReading, Finding
+from spiraltrunk.hardware.safety.watches.cable_watch import (
     LengthState,
     LoadState,
     SlipState,
@@ -22,8 +25,7 @@ from spiraltrunk.hardware.safety.cable_watch import (
     watch_tension,
     watch_untaken,
 )
-from spiraltrunk.hardware.safety.fault import Fault, FaultKind
-from spiraltrunk.hardware.safety.feedback_watch import (
+from spiraltrunk.hardware.safety.watches.feedback_watch import (
     FrozenState,
     MotionState,
     Noise,
@@ -33,10 +35,8 @@ from spiraltrunk.hardware.safety.feedback_watch import (
     watch_motion,
     watch_swap,
 )
-from spiraltrunk.hardware.safety.limits import SafetyLimits
-from spiraltrunk.hardware.safety.loss_watch import LossState, watch_loss
-from spiraltrunk.hardware.safety.motor_watch import StallState, derate, find_hot, watch_stall, watch_voltage
-from spiraltrunk.hardware.safety.reading import CableRange, CableReading, Finding
+from spiraltrunk.hardware.safety.watches.loss_watch import LossState, watch_loss
+from spiraltrunk.hardware.safety.watches.motor_watch import StallState, derate, find_hot, watch_stall, watch_voltage
 
 
 @explain_fields

@@ -15,7 +15,7 @@ from spiraltrunk.hardware.bus.frame_bus import FrameBus
 from spiraltrunk.hardware.clock import Clock, SystemClock
 from spiraltrunk.hardware.motors.gm6020 import compute_feedback_id
 from spiraltrunk.hardware.motors.serial_port import list_ports
-from spiraltrunk.hardware.motors.sts_discovery import discover
+from spiraltrunk.hardware.motors.sts.discovery import discover
 
 LISTENING = 0.3
 """Time for which motors that send by themselves are listened to [s] (ours: 300 periods of a GM6020's feedback)."""

@@ -20,8 +20,8 @@ from spiraltrunk.hardware.bus.bus_address import BusKind, check_port, parse_bus_
 from spiraltrunk.hardware.motors.gm6020 import GM6020, check_motor_ids
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet
 from spiraltrunk.hardware.motors.pwm_servo import ServoCalibration
-from spiraltrunk.hardware.motors.sts_codec import ID_MAX
-from spiraltrunk.hardware.motors.sts_models import MODELS
+from spiraltrunk.hardware.motors.sts.codec import ID_MAX
+from spiraltrunk.hardware.motors.sts.models import MODELS
 
 FAMILIES = ("gm6020", "sts")
 """Motor families."""

@@ -17,7 +17,7 @@ from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import FeedbackNoise, MotorTwins
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 
 
 @explain_fields

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import final
 
 from spiraltrunk.hardware.bus.frame_bus import Frame
-from spiraltrunk.hardware.safety.board_watch import BoardWatch, advance, answer, hear, pass_share
 from spiraltrunk.hardware.safety.watchdog import ANSWER_ID, BoardMode
+from spiraltrunk.hardware.safety.watches.board_watch import BoardWatch, advance, answer, hear, pass_share
 
 
 @final

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.errors import DriveError
-from spiraltrunk.hardware.motors import sts_codec as codec
+from spiraltrunk.hardware.motors.sts import codec
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.sts_servo import ServoTwin

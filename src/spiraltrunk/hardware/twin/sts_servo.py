@@ -6,7 +6,7 @@ import math
 from typing import final
 
 from spiraltrunk.errors import DriveError
-from spiraltrunk.hardware.motors import sts_codec as codec
+from spiraltrunk.hardware.motors.sts import codec
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 
 STALL_CURRENT = 2.7

@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from spiraltrunk.checks import check_type
 from spiraltrunk.errors import DesignError, UnknownName, Unquoted
 from spiraltrunk.sim.objects.everyday import FAMILIES, parse_everyday
-from spiraltrunk.sim.objects.mesh_file import AXES, COLLIDES, UNITS, load_mesh, load_stl
+from spiraltrunk.sim.objects.meshes.mesh_file import AXES, COLLIDES, UNITS, load_mesh, load_stl
 from spiraltrunk.sim.objects.mjcf import load_mjcf
 from spiraltrunk.sim.objects.presentation import take_pose
 from spiraltrunk.sim.objects.spec import EXTENTS, MASSES, ObjectSpec, add_object, scaled
@@ -16,6 +16,8 @@ from spiraltrunk.sim.objects.spec import EXTENTS, MASSES, ObjectSpec, add_object
 __all__ = [
     "CATALOGUE",
     "DEFAULT_OBJECT",
+    "MEASURES",
+    "SOLIDS",
     "ObjectSpec",
     "add_object",
     "load_mesh",
@@ -61,7 +63,7 @@ DEFAULT_OBJECT = "cylinder-60"
 LIKE = 0.7
 """Least similarity of a catalogue name to an unknown one for an error to name it (`difflib`, ours) [-]."""
 
-_MEASURES = {
+MEASURES = {
     "cylinder": ("diameter_mm", "height_mm", "mass_g"),
     "sphere": ("diameter_mm", "mass_g"),
     "box": ("x_mm", "y_mm", "z_mm", "mass_g"),
@@ -80,6 +82,9 @@ _WORDS = {
     "pose": "upright|lying|0|1|...", "seed": "N", "kind": "|".join(FAMILIES),
 }  # fmt: skip
 """Measures that are words, and their allowed values."""
+
+SOLIDS = {kind: measures for kind, measures in MEASURES.items() if not _WORDS.keys() & set(measures)}
+"""Measures of the kinds that are told by numbers alone."""
 
 _OPTIONS = {
     "stl": ("unit", "axis", "collide"),
@@ -107,8 +112,8 @@ def parse_object(text: str) -> ObjectSpec:
     kind, colon, rest = text.partition(":")
     if not colon:
         raise _refuse_name(name.strip())
-    if kind not in _MEASURES:
-        raise UnknownName("kind of object", kind, _MEASURES)
+    if kind not in MEASURES:
+        raise UnknownName("kind of object", kind, MEASURES)
     given = _split_measures(kind, rest)
     words = {name: value for name, value in given.items() if name in _WORDS}
     values = {name: _parse_measure(name, value) for name, value in given.items() if name not in _WORDS}
@@ -120,7 +125,7 @@ def parse_object(text: str) -> ObjectSpec:
 def _refuse_name(name: str) -> UnknownName:
     """The error about a name that is not in the catalogue: names that are like it, the kinds, where all names are."""
     near = get_close_matches(name, CATALOGUE, n=3, cutoff=LIKE)
-    kinds = ", ".join(f"{kind}:" for kind in _MEASURES)
+    kinds = ", ".join(f"{kind}:" for kind in MEASURES)
     return UnknownName(
         "object", name, [*near, f"solids and files ({kinds}) and the catalogue of docs/reference/objects.md"]
     )
@@ -165,13 +170,13 @@ def _build_box(x: float, y: float, z: float, mass: float) -> ObjectSpec:
 
 def _form(kind: str) -> str:
     """Text form of a kind, with the allowed values of its words."""
-    return f"{kind}:" + ",".join(f"{name}={_WORDS.get(name, '')}" for name in _MEASURES[kind])
+    return f"{kind}:" + ",".join(f"{name}={_WORDS.get(name, '')}" for name in MEASURES[kind])
 
 
 def _split_measures(kind: str, text: str) -> dict[str, str]:
     """Value of each measure, as text."""
     options = (*_OPTIONS.get(kind, ()), "pose")
-    allowed = (*_MEASURES[kind], *options)
+    allowed = (*MEASURES[kind], *options)
     given: dict[str, str] = {}
     for part in text.split(",") if text.strip() else ():
         name, equals, value = (piece.strip() for piece in part.partition("="))
@@ -182,7 +187,7 @@ def _split_measures(kind: str, text: str) -> dict[str, str]:
             got = part.strip() or Unquoted("empty, between or after commas")
             raise DesignError("measure of the object", got=got, allowed=f"each measure once: {_form(kind)}{more}")
         given[name] = value
-    missing = [name for name in _MEASURES[kind] if name not in given]
+    missing = [name for name in MEASURES[kind] if name not in given]
     if missing:
         raise DesignError("object", got=Unquoted(f"without {', '.join(missing)}"), allowed=_form(kind))
     return given

@@ -11,7 +11,7 @@ import numpy as np
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.mujoco_log import compile_spec
 from spiraltrunk.sim.objects.geoms import FORMS, Geom, Solid, axis_rotation
-from spiraltrunk.sim.objects.mesh_file import AXES, FACES_MOST
+from spiraltrunk.sim.objects.meshes.mesh_file import AXES, FACES_MOST
 from spiraltrunk.sim.objects.presentation import settle
 from spiraltrunk.sim.objects.spec import ObjectSpec, check_builds
 from spiraltrunk.sim.user_files.compile_check import load_mjcf_spec

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from spiraltrunk.errors import ModelError, StudioError
-from spiraltrunk.sim.objects.catalogue import CATALOGUE, DEFAULT_OBJECT, ObjectSpec, parse_object
-from spiraltrunk.sim.objects.mesh_file import AXES, COLLIDES, UNITS
+from spiraltrunk.sim.objects.catalogue import CATALOGUE, DEFAULT_OBJECT, SOLIDS, ObjectSpec, parse_object
+from spiraltrunk.sim.objects.meshes.mesh_file import AXES, COLLIDES, UNITS
 from spiraltrunk.studio.grasp.works import read_upload
 from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_upload
 from spiraltrunk.studio.page.page import Page
@@ -45,16 +45,6 @@ _FIRST = {
     "diameter_mm": 60.0, "height_mm": 200.0, "x_mm": 60.0, "y_mm": 60.0, "z_mm": 200.0, "outer_mm": 90.0,
     "tube_mm": 15.0, "neck_mm": 30.0, "mass_g": 250.0,
 }  # fmt: skip
-
-_SOLIDS = {
-    "cylinder": ("diameter_mm", "height_mm", "mass_g"),
-    "sphere": ("diameter_mm", "mass_g"),
-    "box": ("x_mm", "y_mm", "z_mm", "mass_g"),
-    "cone": ("diameter_mm", "height_mm", "mass_g"),
-    "ring": ("outer_mm", "tube_mm", "mass_g"),
-    "bottle": ("diameter_mm", "height_mm", "neck_mm", "mass_g"),
-}
-"""Measures of each solid."""
 
 _EMPTY = "No file yet: choose an STL or OBJ file of a closed surface, at most 25 MB."
 
@@ -136,7 +126,7 @@ class ObjectPicker:
 
     def _build_measures(self) -> None:
         page = self._page
-        self._solid = Choice(page, "Solid", tuple(_SOLIDS), "cylinder", self._take_choice, hint="Kind of solid")
+        self._solid = Choice(page, "Solid", tuple(SOLIDS), "cylinder", self._take_choice, hint="Kind of solid")
         self._sliders = {
             name: Slider(page, scale, _FIRST[name], lambda _: self._on_change()) for name, scale in _MEASURES.items()
         }
@@ -155,14 +145,14 @@ class ObjectPicker:
 
     def _format_measures(self) -> str:
         solid = self._solid.value
-        return f"{solid}:" + ",".join(f"{name}={self._sliders[name].value:g}" for name in _SOLIDS[solid])
+        return f"{solid}:" + ",".join(f"{name}={self._sliders[name].value:g}" for name in SOLIDS[solid])
 
     def _lay_out(self) -> None:
         """Show the controls of the chosen source and solid alone."""
         self._measures.visible = self.source.value == BY_MEASURES
         self._file.visible = self.source.value == FROM_FILE
         for name, slider in self._sliders.items():
-            slider.handle.visible = name in _SOLIDS[self._solid.value]
+            slider.handle.visible = name in SOLIDS[self._solid.value]
 
     def _take_choice(self, _: str) -> None:
         """Another source or solid was chosen."""

@@ -27,7 +27,7 @@ from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
 from spiraltrunk.hardware.motors.motor_port import MotorPort
 from spiraltrunk.hardware.motors.pwm_servo import PwmServo
 from spiraltrunk.hardware.motors.servo_port import ServoPort
-from spiraltrunk.hardware.motors.sts_servos import StsServos, StsSettings
+from spiraltrunk.hardware.motors.sts.servos import StsServos, StsSettings
 from spiraltrunk.hardware.plant import HardwarePlant, Reach
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.watchdog import (

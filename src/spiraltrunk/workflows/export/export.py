@@ -17,9 +17,9 @@ from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.occ import check_packages
 from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.output import make_part
-from spiraltrunk.cad.output.assembly_guide import format_guide
 from spiraltrunk.cad.output.bill_of_materials import build_bill, estimate_print, format_csv, format_markdown
 from spiraltrunk.cad.output.catalogue import build_parts, check_groups
+from spiraltrunk.cad.output.guide.assembly_guide import format_guide
 from spiraltrunk.cad.output.make_part import MadePart
 from spiraltrunk.cad.output.top_view import format_top_view
 from spiraltrunk.design.toml import format_design

@@ -29,11 +29,11 @@ from spiraltrunk.hardware.setup.robot_limits import choose_stiffness, fit_watche
 from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
-from spiraltrunk.hardware.twin.curl_shape import CurlShape
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.motor import MotorParameters
-from spiraltrunk.hardware.twin.slack_load import SlackLoad
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.twin.trunk.curl_shape import CurlShape
+from spiraltrunk.hardware.twin.trunk.slack_load import SlackLoad
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.drive.robot import Robot

@@ -13,7 +13,7 @@ from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.housing.winder import Drum, find_drum
 from spiraltrunk.cad.output.bill_of_materials import Bill
-from spiraltrunk.cad.output.tools import find_tools
+from spiraltrunk.cad.output.guide.tools import find_tools
 from spiraltrunk.cad.trunk.body import Body, build_body
 from spiraltrunk.cad.trunk.pieces import plan_planes
 from spiraltrunk.design.trunk import TrunkDesign

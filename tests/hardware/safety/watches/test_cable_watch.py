@@ -8,7 +8,10 @@ from dataclasses import replace
 import pytest
 
 from spiraltrunk.hardware.motors.motor_port import MotorState
-from spiraltrunk.hardware.safety.cable_watch import (
+from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.safety.limits import SafetyLimits, adapt_to_slack_speed
+from spiraltrunk.hardware.safety.reading import CableRange, CableReading
+from spiraltrunk.hardware.safety.watches.cable_watch import (
     LengthState,
     LoadState,
     SlipState,
@@ -21,9 +24,6 @@ from spiraltrunk.hardware.safety.cable_watch import (
     watch_tension,
     watch_untaken,
 )
-from spiraltrunk.hardware.safety.fault import FaultKind
-from spiraltrunk.hardware.safety.limits import SafetyLimits, adapt_to_slack_speed
-from spiraltrunk.hardware.safety.reading import CableRange, CableReading
 
 LIMITS = SafetyLimits()
 DT = 0.002

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.output import filament
-from spiraltrunk.cad.output.step import Build, Step, join
+from spiraltrunk.cad.output.guide.step import Build, Step, join
 from spiraltrunk.cad.trunk.gripper import STRAND, build_finger, find_seat
 from spiraltrunk.cad.trunk.pieces import plan_planes
 from spiraltrunk.design.materials import SILICONE

@@ -13,8 +13,8 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
-from spiraltrunk.hardware.twin.spring_trunk import SpringTrunk
-from spiraltrunk.hardware.twin.trunk_curl import compute_curl
+from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
+from spiraltrunk.hardware.twin.trunk.trunk_curl import compute_curl
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.cables import lengths
 

@@ -10,10 +10,10 @@ from spiraltrunk.cad.components.options import MakeOptions
 from spiraltrunk.cad.components.print_settings import find_settings
 from spiraltrunk.cad.geometry.part import Part
 from spiraltrunk.cad.output.bill_of_materials import Bill, escape
-from spiraltrunk.cad.output.step import Build, Step
-from spiraltrunk.cad.output.steps_cables import list_cable_steps
-from spiraltrunk.cad.output.steps_housing import TORQUES, list_housing_steps
-from spiraltrunk.cad.output.steps_parts import list_part_steps
+from spiraltrunk.cad.output.guide.step import Build, Step
+from spiraltrunk.cad.output.guide.steps_cables import list_cable_steps
+from spiraltrunk.cad.output.guide.steps_housing import TORQUES, list_housing_steps
+from spiraltrunk.cad.output.guide.steps_parts import list_part_steps
 from spiraltrunk.design.materials import RIGID
 from spiraltrunk.design.trunk import TrunkDesign
 

@@ -3,7 +3,7 @@
 Nothing here was tried on a real servo. What the protocol implies:
 
 - **Torque is an estimate.** The servo measures none. A commanded torque becomes a duty cycle by
-  `sts_models.compute_duty`, and the reported one is `sts_models.estimate_torque` of the load that the servo states. The
+  `models.compute_duty`, and the reported one is `models.estimate_torque` of the load that the servo states. The
   friction of gears of 1:345 hides much of a cable's tension: calibrate, and use a load cell (`load_cell`) where tension
   matters.
 - **A servo holds the last duty cycle** when commands stop: no timeout of commands is known. Only a relay in its supply
@@ -28,12 +28,12 @@ from spiraltrunk.checks import check_count, check_text, check_type
 from spiraltrunk.errors import DesignError, DriveError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.clock import Clock
-from spiraltrunk.hardware.motors import sts_codec as codec
 from spiraltrunk.hardware.motors.gm6020_motors import check_torques
 from spiraltrunk.hardware.motors.motor_port import MotorPort, MotorState
 from spiraltrunk.hardware.motors.serial_port import SerialStream
-from spiraltrunk.hardware.motors.sts_line import StsLine
-from spiraltrunk.hardware.motors.sts_models import MODELS, VOLTAGE_LEAST, VOLTAGE_MOST, compute_duty, estimate_torque
+from spiraltrunk.hardware.motors.sts import codec
+from spiraltrunk.hardware.motors.sts.line import StsLine
+from spiraltrunk.hardware.motors.sts.models import MODELS, VOLTAGE_LEAST, VOLTAGE_MOST, compute_duty, estimate_torque
 from spiraltrunk.hardware.motors.turn_count import TurnCount
 
 
@@ -77,7 +77,7 @@ class StsServos(MotorPort):
         self.data_sheet = self._model.data_sheet
         self.n_motor = len(settings.servo_ids)
         self.errors = [0] * self.n_motor
-        """Fault bits of each servo's last answer; `sts_codec.describe_errors` words them."""
+        """Fault bits of each servo's last answer; `codec.describe_errors` words them."""
         self._line = line
         self._clock = clock
         self._received = bytearray()

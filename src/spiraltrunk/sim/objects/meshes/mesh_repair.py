@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from spiraltrunk.sim.objects.surface import VOLUME_LEAST, estimate_volume, find_fault, signed_volume
+from spiraltrunk.sim.objects.meshes.surface import VOLUME_LEAST, estimate_volume, find_fault, signed_volume
 from spiraltrunk.sim.user_files.regular_file import refusal
 
 if TYPE_CHECKING:

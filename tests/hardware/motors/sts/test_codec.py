@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.hardware.motors import sts_codec as codec
+from spiraltrunk.hardware.motors.sts import codec
 from spiraltrunk.hardware.motors.turn_count import TurnCount
 
 FEEDBACKS = st.builds(

@@ -9,7 +9,9 @@ import pytest
 
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.safety.fault import FaultKind
-from spiraltrunk.hardware.safety.feedback_watch import (
+from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.safety.reading import CableReading
+from spiraltrunk.hardware.safety.watches.feedback_watch import (
     FrozenState,
     MotionState,
     find_impossible,
@@ -18,8 +20,6 @@ from spiraltrunk.hardware.safety.feedback_watch import (
     watch_motion,
     watch_swap,
 )
-from spiraltrunk.hardware.safety.limits import SafetyLimits
-from spiraltrunk.hardware.safety.reading import CableReading
 
 SHEET = MotorDataSheet(
     name="test", torque_max=2.0, speed_max=30.0, torque_step=1e-4, angle_step=1e-3, period=1e-3, silence_max=0.1,

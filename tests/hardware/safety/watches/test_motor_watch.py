@@ -10,8 +10,8 @@ import pytest
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
-from spiraltrunk.hardware.safety.motor_watch import StallState, derate, find_hot, watch_stall, watch_voltage
 from spiraltrunk.hardware.safety.reading import CableReading
+from spiraltrunk.hardware.safety.watches.motor_watch import StallState, derate, find_hot, watch_stall, watch_voltage
 
 SHEET = MotorDataSheet(
     name="test", torque_max=2.0, speed_max=30.0, torque_step=1e-4, angle_step=1e-3, period=1e-3, silence_max=0.1,

@@ -10,9 +10,9 @@ from typing import final
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
-from spiraltrunk.hardware.twin.anchor import CABLE_DAMPING_TIME
 from spiraltrunk.hardware.twin.cable_load import CableLoad
-from spiraltrunk.hardware.twin.trunk_curl import POINTS, TrunkCurl, compute_curl
+from spiraltrunk.hardware.twin.trunk.anchor import CABLE_DAMPING_TIME
+from spiraltrunk.hardware.twin.trunk.trunk_curl import POINTS, TrunkCurl, compute_curl
 from spiraltrunk.model.kinematics.frames import base_orientation
 
 _Row = tuple[float, ...]

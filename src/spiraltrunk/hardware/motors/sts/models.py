@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, final
 
-from spiraltrunk.hardware.motors import sts_codec as codec
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet
+from spiraltrunk.hardware.motors.sts import codec
 
 SPEED_MARGIN = 1.5
 """Largest believed speed over the nominal one [-] (ours): `VOLTAGE_MOST`, and 1.25 because the time of a measurement is

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from spiraltrunk.hardware.motors.motor_port import MotorState
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
-from spiraltrunk.hardware.safety.loss_watch import LossState, watch_loss
+from spiraltrunk.hardware.safety.watches.loss_watch import LossState, watch_loss
 
 LIMITS = SafetyLimits()
 DT = 0.002

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from spiraltrunk.design import presets
-from spiraltrunk.hardware.twin.curl_shape import CurlShape
-from spiraltrunk.hardware.twin.trunk_curl import compute_curl
+from spiraltrunk.hardware.twin.trunk.curl_shape import CurlShape
+from spiraltrunk.hardware.twin.trunk.trunk_curl import compute_curl
 from spiraltrunk.model.kinematics.cables import lengths_from_rotations
 from spiraltrunk.model.kinematics.frames import section_ends
 

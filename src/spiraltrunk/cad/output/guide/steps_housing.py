@@ -10,7 +10,7 @@ from spiraltrunk.cad.housing.housing import PORT, SPIGOT_SEAT
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.winder import find_arm, motor_angles
 from spiraltrunk.cad.output import electronics
-from spiraltrunk.cad.output.step import Build, Step, join, name_key, name_spanner
+from spiraltrunk.cad.output.guide.step import Build, Step, join, name_key, name_spanner
 from spiraltrunk.cad.output.top_view import find_port, find_servo
 
 TORQUES = ", ".join(f"{name} {thread.torque:g} N m" for name, thread in THREADS.items())

@@ -14,8 +14,8 @@ import numpy as np
 from spiraltrunk.checks import Range
 from spiraltrunk.errors import MissingPackage, UnknownName
 from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid, axis_rotation
-from spiraltrunk.sim.objects.mesh_repair import repair
-from spiraltrunk.sim.objects.obj_text import read_obj
+from spiraltrunk.sim.objects.meshes.mesh_repair import repair
+from spiraltrunk.sim.objects.meshes.obj_text import read_obj
 from spiraltrunk.sim.objects.presentation import settle
 from spiraltrunk.sim.objects.spec import EXTENTS, ObjectSpec, check_builds
 from spiraltrunk.sim.user_files.limited_process import run_limited

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.hardware.twin.trunk_curl import tabulate_bends
+from spiraltrunk.hardware.twin.trunk.trunk_curl import tabulate_bends
 from spiraltrunk.model.kinematics.frames import bend_rotation, section_frames
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from spiraltrunk.cad.housing.layout import find_layout
 from spiraltrunk.cad.housing.test_stand import N_WEDGE, find_seat_height
 from spiraltrunk.cad.output.cable_lengths import KNOT, cable_length, cable_to_hold
+from spiraltrunk.cad.output.guide.step import Build, Step, name_key
 from spiraltrunk.cad.output.payload import compute_payload
-from spiraltrunk.cad.output.step import Build, Step, name_key
 
 
 def list_cable_steps(build: Build) -> list[Step]:

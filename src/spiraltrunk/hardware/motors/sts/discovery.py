@@ -8,7 +8,7 @@ from typing import NamedTuple, final
 
 from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.motors.serial_port import list_ports
-from spiraltrunk.hardware.motors.sts_line import StsLine
+from spiraltrunk.hardware.motors.sts.line import StsLine
 
 IDS = tuple(range(1, 11))
 """Ids that are asked where none are named (ours): a servo is delivered with 1, and three are numbered on from it."""

@@ -1,0 +1,1 @@
+"""The assembly guide: its steps, and the tools that they name."""

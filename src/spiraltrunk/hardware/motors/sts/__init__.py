@@ -1,0 +1,1 @@
+"""Feetech STS bus servos: their registers, models, line and discovery."""
