@@ -9,9 +9,9 @@ import trimesh
 from spiraltrunk import strategies
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.objects.catalogue import CATALOGUE, parse_object
-from spiraltrunk.sim.objects.meshes.stable_poses import compute_stable_poses
 from spiraltrunk.sim.objects.presentation import as_measured, natural_orientation, present
 from spiraltrunk.sim.objects.profile import compute_profile
+from spiraltrunk.sim.objects.stable_poses import compute_stable_poses
 from spiraltrunk.workflows.grasp.world import EXACT, draw_scene
 
 BOTH = ("upright", "lying")

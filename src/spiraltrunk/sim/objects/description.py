@@ -12,12 +12,12 @@ from scipy.spatial import ConvexHull
 from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.geoms import HIDDEN, Geom, Solid
-from spiraltrunk.sim.objects.meshes.stable_poses import HEIGHTS_EQUAL, compute_stable_poses
-from spiraltrunk.sim.objects.meshes.tessellation import hull_of_geom
 from spiraltrunk.sim.objects.presentation import as_measured, present
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.objects.solids import NECK_SHARE
 from spiraltrunk.sim.objects.spec import ObjectSpec
+from spiraltrunk.sim.objects.stable_poses import HEIGHTS_EQUAL, compute_stable_poses
+from spiraltrunk.sim.objects.tessellation import hull_of_geom
 
 SAME = math.cos(math.radians(5.0))
 """Cosine of the largest angle between poses that count as the same (ours) [-]."""

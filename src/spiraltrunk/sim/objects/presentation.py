@@ -11,10 +11,10 @@ from scipy.spatial import ConvexHull
 
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.objects.geoms import Solid, compute_bounds
-from spiraltrunk.sim.objects.meshes.stable_poses import compute_stable_poses
-from spiraltrunk.sim.objects.meshes.tessellation import hull_of_geom
 from spiraltrunk.sim.objects.profile import UPRIGHT
 from spiraltrunk.sim.objects.spec import ObjectSpec
+from spiraltrunk.sim.objects.stable_poses import compute_stable_poses
+from spiraltrunk.sim.objects.tessellation import hull_of_geom
 
 POSES = ("upright", "lying")
 """Poses by name; a stable pose has its place in the list, from 0."""

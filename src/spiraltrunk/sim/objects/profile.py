@@ -11,8 +11,8 @@ from scipy.spatial import ConvexHull, QhullError
 from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.sim.objects.geoms import Geom, Solid
-from spiraltrunk.sim.objects.meshes.tessellation import choose_corners, hull_of_geom
 from spiraltrunk.sim.objects.spec import ObjectSpec
+from spiraltrunk.sim.objects.tessellation import choose_corners, hull_of_geom
 
 N_SECTION = 61
 """Sections of a profile (ours)."""

@@ -1,1 +1,1 @@
-"""Meshes: read, repaired, described, and the poses in which they rest."""
+"""Mesh files: read, repaired and judged."""

@@ -11,9 +11,9 @@ from scipy.spatial import ConvexHull
 
 from spiraltrunk.control.object_profile import StablePose
 from spiraltrunk.sim.objects.geoms import Solid
-from spiraltrunk.sim.objects.meshes.tessellation import hull_of_geom
 from spiraltrunk.sim.objects.profile import compute_stability, foot_directions
 from spiraltrunk.sim.objects.spec import ObjectSpec
+from spiraltrunk.sim.objects.tessellation import hull_of_geom
 
 if TYPE_CHECKING:
     from trimesh import Trimesh
