@@ -23,13 +23,13 @@ def attack(tmp_path, monkeypatch):
 
 def test_mutated_models_are_compiled_or_refused(tmp_path):
     """A process of its own, as a hook on opened files stays for the life of one."""
-    command = [sys.executable, str(SCRIPT), "--count", "40", "--seed", "3"]
+    command = [sys.executable, str(SCRIPT), "--count", "20", "--seed", "3"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
-    assert found["tries"] == sum(found["outcomes"].values()) == 40
+    assert found["tries"] == sum(found["outcomes"].values()) == 20
     assert found["outcomes"]["compiled"] >= 1
-    assert found["outcomes"]["refused by the reader"] >= 10
+    assert found["outcomes"]["refused by the reader"] >= 5
     assert list(tmp_path.iterdir()) == []
 
 

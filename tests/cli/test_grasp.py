@@ -244,7 +244,7 @@ from spiraltrunk import cli
 cli.main(["--version"])  # Sets up the environment, as OpenGL is chosen when MuJoCo is imported.
 import spiraltrunk.workflows.grasp.pictures
 spiraltrunk.workflows.grasp.pictures.FPS = 1
-sys.exit(cli.main(["grasp", "--out", sys.argv[1]]))
+sys.exit(cli.main(["grasp", "kick", "--out", sys.argv[1]]))
 """
 
 

@@ -60,6 +60,7 @@ def run_as_other_user(package: Path, temporary: Path, *arguments: str) -> subpro
     return done
 
 
+@pytest.mark.slow
 def test_read_only_package_keeps_its_code_in_the_temporary_folder(read_only_package: Path) -> None:
     temporary = Path(tempfile.mkdtemp())
     temporary.chmod(0o777)

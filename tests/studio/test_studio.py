@@ -201,7 +201,7 @@ def test_a_socket_needs_an_origin_of_this_page(studio):
     assert connect(one, origin=own) == 101
 
 
-def test_another_host_needs_the_token(studio, open_page):
+def test_another_host_needs_the_token(studio):
     one = studio([BallTab], host="0.0.0.0")
     token = one.address.partition("?token=")[2]
     port = one.address.split(":")[2].split("/")[0]
@@ -210,6 +210,13 @@ def test_another_host_needs_the_token(studio, open_page):
     assert fetch(bare)[0] == 401
     assert fetch(f"{bare}?token=wrong")[0] == 401
     assert fetch(f"{bare}?token={token}")[0] == 200
+
+
+@pytest.mark.slow
+def test_a_page_with_the_token_keeps_it(studio, open_page):
+    one = studio([BallTab], host="0.0.0.0")
+    token = one.address.partition("?token=")[2]
+    bare = f"http://127.0.0.1:{one.address.split(':')[2].split('/')[0]}/"
     page = open_page(one, own=True, address=f"{bare}?token={token}")
     page.goto(bare)  # The cookie knows the token now.
     page.get_by_role("button", name="Ball", pressed=True).wait_for()

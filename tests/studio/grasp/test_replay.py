@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from spiraltrunk.studio.grasp.replay import format_replay, write_replay
 
@@ -11,6 +12,7 @@ from .conftest import build_recording
 SIZE = {"width": 1280, "height": 800}
 
 
+@pytest.mark.slow
 def test_it_opens_offline_and_its_picture_changes_while_it_plays(recording, browser, tmp_path, take_picture, capsys):
     file = tmp_path / "replay.html"
     write_replay(recording, file)
