@@ -1,0 +1,283 @@
+"""Actions in [-1, 1] as commands, and commands as actions.
+
+An action is the arm's part (translation then rotation vector of the base, 3 + 3 numbers, or one number a joint), the
+cables' part (one number a cable for tensions, for pulls or for each) and the gripper's number, float32.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from spiraltrunk.control.encoding.control_mode import ControlMode
+from spiraltrunk.control.messages import Command, Task
+from spiraltrunk.control.plant import CONTROL_PERIOD
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.errors import ModelError
+from spiraltrunk.field_docs import explain_fields
+
+TRANSLATION_SPEED = 1.0
+"""Speed of the base along one axis that an action of 1 asks for in the relative modes [m/s] (ours): strategies stay
+below."""
+
+ROTATION_SPEED = 2.0
+"""Angular speed of the base about one axis that an action of 1 asks for in the relative modes [rad/s] (ours)."""
+
+POSE_RANGE = 1.2
+"""Distance of the base from the announced object along one axis at an action of 1 in the absolute modes [m] (ours)."""
+
+PULL_RANGE = 1.5
+"""Pull at an action of 1 over the design's cable stroke [-] (ours); a cable cannot be pulled in further than its
+stroke, so that 1 sets no limit."""
+
+PULL_TENSION = 0.5
+"""Tension of the modes that set pulls alone, over the design's largest [-] (ours)."""
+
+LEAD_MOST = 0.15
+"""Largest distance of the commanded from the measured base in the relative modes [m] (ours): an arm at its limits does
+not wind up."""
+
+HANGING = np.array([[0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])
+"""Orientation of a hanging trunk's base at which the rotation vector of the absolute modes is 0, shape (3, 3) [-]."""
+
+HANGING.setflags(write=False)
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class ArmJoints:
+    """Joints of an arm, for the mode that sets them."""
+
+    low: np.ndarray
+    """Least joint positions, shape (n_arm,) [rad]."""
+    high: np.ndarray
+    """Largest joint positions, shape (n_arm,) [rad]."""
+    T_base: Callable[[np.ndarray], np.ndarray]
+    """Forward kinematics: frame of the trunk's base at joint positions, shape (4, 4) [-, m]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class EncodedAction:
+    """A command as an action, and what the action leaves out."""
+
+    action: np.ndarray
+    """The action, float32 in [-1, 1]."""
+    clipped: float
+    """Largest amount by which a number was beyond -1 or 1 before it was clipped [-]."""
+    dropped: tuple[str, ...]
+    """Parts of the command that the control mode cannot tell: "cable_pull" where pulls were limited and the mode sets
+    tensions alone, "cable_tension" the other way round, "T_world_base" where the mode sets joints."""
+
+
+def action_names(mode: ControlMode, design: TrunkDesign, n_arm: int = 7) -> tuple[str, ...]:
+    """Name of each number of an action, with the unit in which it is scaled."""
+    kind = "delta" if mode.is_relative else "base"
+    arm = tuple(f"arm_joint_{i + 1}" for i in range(n_arm))
+    pose = tuple(f"{kind}_{what}" for what in ("x", "y", "z", "turn_x", "turn_y", "turn_z"))
+    cables = range(1, design.n_cable + 1)
+    tensions = tuple(f"tension_{c}" for c in cables) if mode.sets_tension else ()
+    pulls = tuple(f"pull_{c}" for c in cables) if mode.sets_pull else ()
+    return (*(arm if mode.sets_joints else pose), *tensions, *pulls, "gripper")
+
+
+def action_size(mode: ControlMode, design: TrunkDesign, n_arm: int = 7) -> int:
+    """Count of the numbers of an action."""
+    per_cable = int(mode.sets_tension) + int(mode.sets_pull)
+    return (n_arm if mode.sets_joints else 6) + per_cable * design.n_cable + 1
+
+
+def decode_action(
+    mode: ControlMode,
+    action: np.ndarray,
+    before: Command,
+    task: Task,
+    *,
+    period: float = CONTROL_PERIOD,
+    measured: np.ndarray | None = None,
+    arm: ArmJoints | None = None,
+) -> Command:
+    """The command of an action; numbers beyond [-1, 1] are clipped.
+
+    Args:
+        mode: what the action sets.
+        action: shape (`action_size`,) [-].
+        before: the last command, from which the relative modes displace the base.
+        task: the task; its design scales the cables, its announced object is the frame of the absolute modes.
+        period: time until the next action, which scales the displacement of the relative modes [s].
+        measured: measured frame of the base, shape (4, 4), from which the relative modes lead by at most `LEAD_MOST`;
+            None for no bound.
+        arm: the arm, for the mode that sets joints; its command has the frame that they lead to.
+
+    Raises:
+        ModelError: for an action of another size or that is not finite, and for joints without an arm.
+    """
+    joints = () if arm is None else arm.low
+    given = _read_action(action, action_size(mode, task.design, len(joints)))
+    if mode.sets_joints:
+        frame = _require_arm(arm).T_base(decode_joints(given, _require_arm(arm)))
+    elif mode.is_relative:
+        frame = _displace(before.T_world_base, given[:6], period, measured)
+    else:
+        frame = _place(given[:6], task)
+    first = len(joints) if mode.sets_joints else 6
+    tension, pull = _decode_cables(mode, given[first:-1], task.design)
+    return Command(T_world_base=frame, cable_tension=tension, cable_pull=pull, gripper=float(given[-1]))
+
+
+def decode_joints(action: np.ndarray, arm: ArmJoints) -> np.ndarray:
+    """Joint positions of an action of the mode that sets them, shape (n_arm,) [rad]."""
+    share = np.clip(np.asarray(action[: arm.low.size], dtype=float), -1.0, 1.0)
+    return np.asarray(arm.low + (share + 1) / 2 * (arm.high - arm.low))
+
+
+def encode_command(
+    mode: ControlMode,
+    command: Command,
+    before: Command,
+    task: Task,
+    *,
+    period: float = CONTROL_PERIOD,
+    arm: ArmJoints | None = None,
+    arm_position: np.ndarray | None = None,
+) -> EncodedAction:
+    """The action of a command, the inverse of `decode_action`.
+
+    Args:
+        mode: what the action sets.
+        command: the command.
+        before: the command before it, as decoded from its action where the actions are to be decoded in turn.
+        task: as in `decode_action`.
+        period: likewise [s].
+        arm: likewise.
+        arm_position: joint positions that the command leads to, for the mode that sets them, shape (n_arm,) [rad].
+
+    Raises:
+        ModelError: for the mode that sets joints without arm and joint positions.
+    """
+    if mode.sets_joints:
+        if arm_position is None:
+            raise ModelError("arm_position is None; allowed: the joint positions that the command leads to")
+        low, high = _require_arm(arm).low, _require_arm(arm).high
+        base = 2 * (arm_position - low) / (high - low) - 1
+    elif mode.is_relative:
+        base = _measure_displacement(command.T_world_base, before.T_world_base, period)
+    else:
+        base = _measure_place(command.T_world_base, task)
+    exact = np.concatenate([base, _encode_cables(mode, command, task.design), [command.gripper]])
+    action = np.clip(exact, -1.0, 1.0)
+    excess = float(np.abs(exact - action).max())
+    return EncodedAction(action=action.astype(np.float32), clipped=excess, dropped=_find_dropped(mode, command))
+
+
+def interpolate_command(before: Command, after: Command, share: float) -> Command:
+    """Command at ``share`` of the way from one to the next, 0 to 1: for actions that last several control periods.
+
+    Position, tension, finite pulls and gripper are linear, the orientation turns at a constant rate.
+    """
+    if share >= 1.0:
+        return after
+    T, start, end = before.T_world_base.copy(), before.T_world_base, after.T_world_base
+    T[:3, 3] += share * (end[:3, 3] - start[:3, 3])
+    if not np.array_equal(start[:3, :3], end[:3, :3]):
+        turn = Rotation.from_matrix(end[:3, :3] @ start[:3, :3].T).as_rotvec()
+        T[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix() @ start[:3, :3]
+    pull = after.cable_pull
+    if pull is not None and before.cable_pull is not None:
+        with np.errstate(invalid="ignore"):
+            between = before.cable_pull + share * (pull - before.cable_pull)
+        pull = np.where(np.isfinite(pull) & np.isfinite(before.cable_pull), between, pull)
+    return replace(
+        after, T_world_base=T, cable_pull=pull,
+        cable_tension=before.cable_tension + share * (after.cable_tension - before.cable_tension),
+        gripper=before.gripper + share * (after.gripper - before.gripper),
+    )  # fmt: skip
+
+
+def _read_action(action: np.ndarray, size: int) -> np.ndarray:
+    given = np.asarray(action, dtype=float)
+    if given.shape != (size,) or not np.isfinite(given).all():
+        raise ModelError(f"action is {given.tolist()}; allowed: {size} finite numbers from -1 to 1")
+    return np.clip(given, -1.0, 1.0)
+
+
+def _require_arm(arm: ArmJoints | None) -> ArmJoints:
+    if arm is None:
+        raise ModelError("arm is None; allowed: the joints of the arm, for the control mode joint-tension")
+    return arm
+
+
+def _displace(start: np.ndarray, action: np.ndarray, period: float, measured: np.ndarray | None) -> np.ndarray:
+    """Frame of the base after a displacement in the world, shape (4, 4)."""
+    T = start.copy()
+    T[:3, 3] += TRANSLATION_SPEED * period * action[:3]
+    if measured is not None:
+        lead = T[:3, 3] - measured[:3, 3]
+        T[:3, 3] = measured[:3, 3] + lead * min(1.0, LEAD_MOST / max(float(np.linalg.norm(lead)), 1e-12))
+    if action[3:].any():
+        T[:3, :3] = Rotation.from_rotvec(ROTATION_SPEED * period * action[3:]).as_matrix() @ start[:3, :3]
+    return T
+
+
+def _measure_displacement(end: np.ndarray, start: np.ndarray, period: float) -> np.ndarray:
+    way = (end[:3, 3] - start[:3, 3]) / (TRANSLATION_SPEED * period)
+    if np.array_equal(end[:3, :3], start[:3, :3]):
+        return np.concatenate([way, np.zeros(3)])
+    turn = Rotation.from_matrix(end[:3, :3] @ start[:3, :3].T).as_rotvec()
+    return np.concatenate([way, turn / (ROTATION_SPEED * period)])
+
+
+def _task_frame(task: Task) -> np.ndarray:
+    """Rotation of the announced object's frame into the world, shape (3, 3): z up, x along a level axis."""
+    x, y, _ = task.target.axis.tolist()
+    length = float(np.hypot(x, y))
+    x, y = (x / length, y / length) if length > 0.5 else (1.0, 0.0)
+    return np.array([[x, -y, 0.0], [y, x, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _place(action: np.ndarray, task: Task) -> np.ndarray:
+    """Frame of the base from its pose in the frame of the announced object, shape (4, 4)."""
+    frame, T = _task_frame(task), np.eye(4)
+    T[:3, 3] = task.target.position + POSE_RANGE * frame @ action[:3]
+    T[:3, :3] = frame @ Rotation.from_rotvec(np.pi * action[3:]).as_matrix() @ HANGING
+    return T
+
+
+def _measure_place(T: np.ndarray, task: Task) -> np.ndarray:
+    frame = _task_frame(task)
+    turn = Rotation.from_matrix(frame.T @ T[:3, :3] @ HANGING.T).as_rotvec()
+    return np.concatenate([frame.T @ (T[:3, 3] - task.target.position) / POSE_RANGE, turn / np.pi])
+
+
+def _decode_cables(mode: ControlMode, given: np.ndarray, design: TrunkDesign) -> tuple[np.ndarray, np.ndarray | None]:
+    """Largest tensions and pulls, each of shape (n_cable,) [N, m]."""
+    n, most = design.n_cable, design.cable.tension_max
+    tension = (given[:n] + 1) / 2 * most if mode.sets_tension else np.full(n, PULL_TENSION * most)
+    if not mode.sets_pull:
+        return tension, None
+    share = given[-n:]
+    return tension, np.where(share >= 1.0, np.inf, share * PULL_RANGE * design.cable_stroke)
+
+
+def _encode_cables(mode: ControlMode, command: Command, design: TrunkDesign) -> np.ndarray:
+    parts = [2 * command.cable_tension / design.cable.tension_max - 1] if mode.sets_tension else []
+    if mode.sets_pull:
+        pull = np.full(design.n_cable, np.inf) if command.cable_pull is None else command.cable_pull
+        parts.append(np.where(np.isinf(pull), 1.0, pull / (PULL_RANGE * design.cable_stroke)))
+    return np.concatenate(parts)
+
+
+def _find_dropped(mode: ControlMode, command: Command) -> tuple[str, ...]:
+    is_limited = command.cable_pull is not None and bool(np.isfinite(command.cable_pull).any())
+    parts = {
+        "T_world_base": mode.sets_joints,
+        "cable_tension": not mode.sets_tension,
+        "cable_pull": is_limited and not mode.sets_pull,
+    }
+    return tuple(name for name, is_dropped in parts.items() if is_dropped)

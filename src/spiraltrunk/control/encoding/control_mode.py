@@ -1,0 +1,60 @@
+"""Control modes: what the numbers of an action set."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import final
+
+from spiraltrunk.errors import UnknownName
+
+
+@final
+class ControlMode(Enum):
+    """What an action sets: the arm's base or joints first, then the cables, then the gripper; the value is its name."""
+
+    DELTA_POSE_TENSION = "delta-pose-tension"
+    """Displacement of the commanded base in the world, largest tensions of the cables."""
+    DELTA_POSE_PULL = "delta-pose-pull"
+    """Displacement of the commanded base in the world, largest pulls of the cables."""
+    DELTA_POSE_TENSION_PULL = "delta-pose-tension-pull"
+    """Displacement of the commanded base in the world, largest tensions, then largest pulls of the cables."""
+    JOINT_TENSION = "joint-tension"
+    """Positions of the arm's joints, largest tensions of the cables."""
+    POSE_TENSION = "pose-tension"
+    """Pose of the base in the frame of the announced object, largest tensions of the cables."""
+    POSE_TENSION_PULL = "pose-tension-pull"
+    """Pose of the base in the frame of the announced object, largest tensions, then largest pulls of the cables."""
+
+    @property
+    def sets_joints(self) -> bool:
+        """Whether it sets the arm's joints, and not the base."""
+        return self is ControlMode.JOINT_TENSION
+
+    @property
+    def is_relative(self) -> bool:
+        """Whether it displaces the base from where it was commanded to be."""
+        return self.value.startswith("delta")
+
+    @property
+    def sets_tension(self) -> bool:
+        """Whether it sets largest tensions."""
+        return "tension" in self.value
+
+    @property
+    def sets_pull(self) -> bool:
+        """Whether it sets largest pulls."""
+        return self.value.endswith("pull")
+
+
+def parse_control_mode(name: str | ControlMode) -> ControlMode:
+    """The control mode of a name.
+
+    Raises:
+        UnknownName: lists the names.
+    """
+    known = {mode.value: mode for mode in ControlMode}
+    if isinstance(name, ControlMode):
+        return name
+    if not isinstance(name, str) or name not in known:
+        raise UnknownName("control mode", name, known)
+    return known[name]
