@@ -13,6 +13,7 @@ from spiraltrunk.control.encoding import (
     action_size,
     agent_bounds,
     agent_names,
+    begin_setpoint,
     decode_action,
     decode_joints,
     encode_agent,
@@ -20,6 +21,7 @@ from spiraltrunk.control.encoding import (
     encode_environment,
     environment_bounds,
     environment_names,
+    follow_action,
     interpolate_command,
     parse_control_mode,
 )
@@ -106,7 +108,7 @@ def test_the_inverse_tells_how_much_it_clipped():
     far = command(T_world_base=frame(position=(0.4, 0.13, 1.0)))
     encoded = encode_command(ControlMode.DELTA_POSE_TENSION, far, command(), task())
     assert encoded.action[1] == 1.0
-    assert encoded.clipped == pytest.approx(0.03 / 0.02 - 1)
+    assert encoded.clipped == pytest.approx(0.03 / (0.6 * 0.02) - 1)
 
 
 def test_a_longer_period_displaces_by_as_much_more():
@@ -116,7 +118,7 @@ def test_a_longer_period_displaces_by_as_much_more():
         decode_action(ControlMode.DELTA_POSE_TENSION, action, command(), task(), period=period).T_world_base[0, 3] - 0.4
         for period in (0.02, 0.1)
     ]
-    assert moved == pytest.approx([0.01, 0.05])
+    assert moved == pytest.approx([0.006, 0.03])
 
 
 def test_the_commanded_base_leads_the_measured_one_by_a_bounded_distance():
@@ -219,3 +221,54 @@ def test_what_the_camera_has_not_seen_is_as_announced():
 def test_an_object_of_another_kind_is_other():
     values = dict(zip(environment_names(), encode_environment(observe(task=task(kind="solid"))), strict=True))
     assert values["target_is_other"] == 1.0
+
+
+def roll(mode, actions, *, periods=1):
+    """Set points of actions from the frame of `observe`, which the measured base follows."""
+    seen = observe()
+    setpoint, passed = begin_setpoint(seen), []
+    for action in actions:
+        for period in range(periods):
+            setpoint = follow_action(setpoint, mode, action, seen, period=period, periods=periods)
+            seen = replace(seen, T_world_base=setpoint.command.T_world_base)
+            passed.append(setpoint)
+    return passed
+
+
+@pytest.mark.parametrize("mode", [ControlMode.DELTA_POSE_TENSION, ControlMode.POSE_TENSION])
+@pytest.mark.parametrize("periods", [1, 5])
+def test_set_points_of_wild_actions_accelerate_within_the_bounds(mode, periods):
+    rng = np.random.default_rng(0)
+    actions = rng.uniform(-1, 1, (60, action_size(mode, DESIGN)))
+    frames = np.array([each.command.T_world_base for each in roll(mode, actions, periods=periods)])
+    velocity = np.diff(frames[:, :3, 3], axis=0) / 0.02
+    assert np.linalg.norm(np.diff(velocity, axis=0), axis=1).max() <= 1.5 * 0.02 * (1 + 1e-9)
+    turns = (Rotation.from_matrix(frames[1:, :3, :3]) * Rotation.from_matrix(frames[:-1, :3, :3]).inv()).as_rotvec()
+    assert np.linalg.norm(np.diff(turns / 0.02, axis=0), axis=1).max() <= 5.0 * 0.02 * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("mode", [mode for mode in ControlMode if not mode.sets_joints])
+def test_set_points_pass_the_smooth_path_of_a_strategy_unchanged(mode):
+    seen, shares = observe(), np.linspace(0.0, 1.0, 101)
+    path = 10 * shares**3 - 15 * shares**4 + 6 * shares**5
+    setpoint = begin_setpoint(seen)
+    for share in path[1:]:
+        T = frame(position=(0.4 + 0.2 * share, 0.1, 1.0 - 0.1 * share), turn=(0.1 + 0.5 * share, -0.4, 0.3))
+        wanted = command(T_world_base=T)
+        action = encode_command(mode, wanted, setpoint.command, task()).action
+        setpoint = follow_action(setpoint, mode, action, seen)
+        seen = replace(seen, T_world_base=setpoint.command.T_world_base)
+        assert np.abs(setpoint.command.T_world_base - T).max() < 1e-6
+
+
+def test_an_absolute_pose_that_jumps_is_reached_without_passing_it():
+    mode = ControlMode.POSE_TENSION
+    action = encode_command(mode, command(T_world_base=frame(position=(0.6, 0.1, 1.0))), command(), task()).action
+    x = np.array([each.command.T_world_base[0, 3] for each in roll(mode, [action] * 100)])
+    assert x[-1] == pytest.approx(0.6, abs=1e-4)
+    assert x.max() <= 0.6 + 0.005
+
+
+def test_set_points_of_joints_are_refused():
+    with pytest.raises(ModelError, match="sets the base"):
+        follow_action(begin_setpoint(observe()), ControlMode.JOINT_TENSION, np.zeros(11), observe())

@@ -19,15 +19,24 @@ from spiraltrunk.control.encoding.observations import (
     environment_bounds,
     environment_names,
 )
+from spiraltrunk.control.encoding.setpoint import (
+    Setpoint,
+    begin_setpoint,
+    follow_action,
+    next_velocity,
+    restart_setpoint,
+)
 
 __all__ = [
     "ArmJoints",
     "ControlMode",
     "EncodedAction",
+    "Setpoint",
     "action_names",
     "action_size",
     "agent_bounds",
     "agent_names",
+    "begin_setpoint",
     "decode_action",
     "decode_joints",
     "encode_agent",
@@ -35,6 +44,9 @@ __all__ = [
     "encode_environment",
     "environment_bounds",
     "environment_names",
+    "follow_action",
     "interpolate_command",
+    "next_velocity",
     "parse_control_mode",
+    "restart_setpoint",
 ]

@@ -20,7 +20,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.field_docs import explain_fields
 
-TRANSLATION_SPEED = 1.0
+TRANSLATION_SPEED = 0.6
 """Speed of the base along one axis that an action of 1 asks for in the relative modes [m/s] (ours): strategies stay
 below."""
 

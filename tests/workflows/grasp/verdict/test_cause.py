@@ -17,8 +17,9 @@ from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.grasp.verdict.cause import Cause
-from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict, evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.moments import Moments
 from spiraltrunk.workflows.grasp.verdict.push_verdict import evaluate_kick, evaluate_sweep
 
 STANDING = SceneOptions(shape=parse_object("cylinder-60"), support="ground", orientation="upright")

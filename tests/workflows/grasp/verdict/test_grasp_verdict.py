@@ -11,8 +11,9 @@ from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import PLACE_ASIDE, SceneOptions
-from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import evaluate_grasp
+from spiraltrunk.workflows.grasp.verdict.moments import Moments
 
 TASK = build_task(PAPER, SceneOptions())
 START, AXIS = TASK.target.position, TASK.target.axis

@@ -12,7 +12,8 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.robot.panda import PANDA
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.moments import Moments
 from spiraltrunk.workflows.grasp.verdict.push_verdict import evaluate_kick, evaluate_sweep
 
 TASK = build_task(

@@ -11,10 +11,11 @@ from spiraltrunk.workflows.grasp.choice.auto import Attempt, AutoState
 from spiraltrunk.workflows.grasp.choice.choose import Candidate
 from spiraltrunk.workflows.grasp.verdict.arm_conditions import arm_conditions
 from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
-from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.faults import fault_conditions, find_failure
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
 from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
+from spiraltrunk.workflows.grasp.verdict.moments import Moments
 
 
 def evaluate(plant: SimMachine, log: RunLog, job: str) -> Verdict:

@@ -11,6 +11,7 @@ import numpy as np
 
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.moments import SLACK_SHARE
 
 STANDING = math.radians(30.0)
 """Angle of an object's axis to the vertical below which it stands [rad] (ours): it stands at 0 and lies at 90 deg."""
@@ -18,9 +19,6 @@ STANDING = math.radians(30.0)
 BORNE_SHARE = 0.25
 """Sum of the normal forces over the object's weight from which the trunk bears it, and does not only touch it [-]
 (ours): at friction 1.2, the largest that trials draw, it then carries up to 30 % of the weight."""
-
-SLACK_SHARE = 0.02
-"""Tension of the strings over the object's weight below which they are slack [-] (ours)."""
 
 CONTACT_GAP = 0.1
 """Longest time without contact that does not end a grip [s] (ours): contacts flicker under objects that roll."""

@@ -9,34 +9,9 @@ from typing import final
 from spiraltrunk.control.arm_limits import ArmLimits
 from spiraltrunk.control.loop import RunLog
 from spiraltrunk.control.messages import Task
-from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.sim.machine import SimMachine
-
-Span = tuple[float, float]
-
-
-@final
-@dataclass(frozen=True, kw_only=True)
-class Moments:
-    """Begin and end of what the strategy reported by its milestones [s]; None for what it did not report."""
-
-    push: Span | None = None
-    """From the begin of the push until the trunk has withdrawn."""
-    lift: Span | None = None
-    """The lift."""
-    carry: Span | None = None
-    """The carry aside."""
-    hold: Span | None = None
-    """The hold."""
-
-    @classmethod
-    def from_log(cls, log: RunLog) -> Moments:
-        """Moments of a run, by the milestones of its statuses."""
-        return cls(
-            push=log.milestone_span(Milestone.PUSHED), lift=log.milestone_span(Milestone.LIFTED),
-            carry=log.milestone_span(Milestone.CARRIED), hold=log.milestone_span(Milestone.HELD),
-        )  # fmt: skip
+from spiraltrunk.workflows.grasp.verdict.moments import Moments, Span
 
 
 @final
@@ -49,7 +24,7 @@ class Evidence:
     task: Task
     """What was to be done."""
     moments: Moments
-    """When the strategy lifted, carried and held, as it reported."""
+    """When the object was lifted, carried and held, as the strategy reported it."""
     gave_up: str | None
     """Why the strategy ended before its goal, if it did."""
     warnings: int
@@ -59,9 +34,11 @@ class Evidence:
 
     @classmethod
     def from_run(cls, plant: SimMachine, log: RunLog) -> Evidence:
-        """Evidence of a run on a simulated machine."""
+        """Evidence of a run on a simulated machine; its moments are the true ones where no milestone was reported."""
+        reports = any(status.milestone is not None for status in log.statuses)
+        moments = Moments.from_log(log) if reports else Moments.from_trace(plant.trace, plant.task)
         return cls(
-            trace=plant.trace, task=plant.task, moments=Moments.from_log(log), gave_up=log.gave_up,
+            trace=plant.trace, task=plant.task, moments=moments, gave_up=log.gave_up,
             warnings=plant.warnings, limits=plant.arm_limits,
         )  # fmt: skip
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
 from spiraltrunk.workflows.grasp.verdict.course import Course, find_runs
-from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Moments
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.moments import Moments
 
 LIFTED_LEAST = 0.020
 """Rise from which an object without support counts as lifted [m] (ours): a tenth of the commanded lift."""

@@ -16,10 +16,11 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.sim.ground_truth import Sample
 from spiraltrunk.workflows.grasp.verdict.arm_conditions import Condition, arm_conditions
 from spiraltrunk.workflows.grasp.verdict.cause import Failure
-from spiraltrunk.workflows.grasp.verdict.course import SLACK_SHARE, compute_angle
-from spiraltrunk.workflows.grasp.verdict.evidence import Evidence, Span
+from spiraltrunk.workflows.grasp.verdict.course import compute_angle
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
 from spiraltrunk.workflows.grasp.verdict.faults import fault_conditions, find_failure
 from spiraltrunk.workflows.grasp.verdict.grasp_loss import DROP_SPEED, FALL_MOST, find_grasp_loss
+from spiraltrunk.workflows.grasp.verdict.moments import SLACK_SHARE, Span
 
 LIFT_TOLERANCE = 0.25
 """Largest deviation of lift and carry over the commanded ones [-] (ours)."""
