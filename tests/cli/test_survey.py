@@ -136,6 +136,9 @@ def test_all_strategies_with_their_objects_or_one(
             ["--object", "sphere:diameter_mm=80,mass_g=9000", "--strategies", "wrap-vertical"],
             "g, what the trunk 'paper' holds at that width",
         ),
+        (["--timestep-ms", "3"], "--timestep-ms: '3' given; allowed: 10 ms over a whole number, from 0.1 to 2.5 ms"),
+        (["--timestep-ms", "0"], "allowed: 10 ms over a whole number"),
+        (["--timestep-ms", "inf"], "allowed: a finite number"),
         (["extra"], "unrecognized"),
     ],
 )

@@ -65,6 +65,7 @@ def test_a_seed_of_numpy_is_a_seed():
     "changes",
     [
         {"support": "wall"}, {"orientation": "upright"}, {"push": (0.1, 0.0)},
+        {"timestep": 3e-3}, {"timestep": 5e-3}, {"timestep": 5e-5}, {"timestep": math.nan}, {"timestep": "1e-3"},
     ],
 )  # fmt: skip
 def test_a_world_is_checked_when_it_is_made(changes):

@@ -20,14 +20,11 @@ from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.gripper import GROUPS, LEGS
 from spiraltrunk.sim.robot.trunk import section_name
 from spiraltrunk.sim.scene.build import build_model, build_task
-from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
+from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.sim.sensors import Sensors
 
 GRIPPER_TIME = 0.4
 """Time of the gripper's servo from slack to full tension [s] (ours)."""
-
-EXTREMES_PERIOD = 0.01
-"""Sampling period of contacts and joint bends [s]."""
 
 _DIVERGED = tuple(
     int(kind)
@@ -130,7 +127,7 @@ class SimMachine:
 
     def advance(self, duration: float) -> None:
         """Advance the physics by a whole number of time steps [s]."""
-        self._friction.step(self.data, round(duration / TIMESTEP))
+        self._friction.step(self.data, round(duration / self.options.timestep))
 
     def update_extremes(self) -> None:
         """Take the present contacts and joint bends into the extremes of the next sample."""

@@ -14,8 +14,8 @@ from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.plant import CONTROL_PERIOD, TENSION_SLEW, Plant
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
-from spiraltrunk.sim.machine import EXTREMES_PERIOD, GRIPPER_TIME, SimMachine
-from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.sim.machine import GRIPPER_TIME, SimMachine
+from spiraltrunk.sim.scene.options import EXTREMES_PERIOD, SceneOptions
 
 
 @final

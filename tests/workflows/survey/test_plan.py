@@ -35,7 +35,8 @@ def test_seeds_differ_and_stay(plan: SurveyPlan) -> None:
 
 
 @pytest.mark.parametrize(
-    "bad", [{"trials": 0}, {"trials": 100_001}, {"seed": -1}, {"seed": 2**32}, {"objects": {"kick": ()}}]
+    "bad",
+    [{"trials": 0}, {"trials": 100_001}, {"seed": -1}, {"seed": 2**32}, {"objects": {"kick": ()}}, {"timestep": 0.003}],
 )
 def test_what_is_no_plan_is_refused(plan: SurveyPlan, bad: dict[str, object]) -> None:
     with pytest.raises(DesignError, match="allowed"):

@@ -22,7 +22,7 @@ from spiraltrunk.cli.output import (
     quote,
 )
 from spiraltrunk.cli.progress import show_progress
-from spiraltrunk.cli.verbs.design_options import add_design, load_robot
+from spiraltrunk.cli.verbs.design_options import add_design, add_timestep, choose_timestep, load_robot
 from spiraltrunk.cli.verbs.object_check import check_object, name_able, warn_infeasible, warn_laid
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ def add_verb(verbs: Any) -> None:
         help="what supports the object: ground or hung (default: ground for auto, else where the strategy grasps)",
     )  # fmt: skip
     add_design(parser)
+    add_timestep(parser)
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of the randomised scene (default 0)")
     parser.add_argument("--no-video", action="store_true", help="write neither film strip nor video")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write result, design, plots and video there")
@@ -155,7 +156,7 @@ def _run_trial(arguments: argparse.Namespace, design: TrunkDesign, shape: Object
 
     return run_trial(
         design, shape, strategy=arguments.strategy, stage=arguments.stage, seed=arguments.seed,
-        watch=lambda seen, status: progress(status.phase, 0, 0),
+        timestep=choose_timestep(arguments), watch=lambda seen, status: progress(status.phase, 0, 0),
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
 from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, add_file_count, complain, format_json, open_out
-from spiraltrunk.cli.verbs.design_options import add_design, load_robot
+from spiraltrunk.cli.verbs.design_options import add_design, add_timestep, choose_timestep, load_robot
 from spiraltrunk.cli.verbs.object_check import check_object
 from spiraltrunk.cli.verbs.survey_progress import show_survey
 
@@ -40,6 +40,7 @@ def add_verb(verbs: Any) -> None:
         help="the object of every trial, as in grasp (default: in turn the objects of the strategy)",
     )  # fmt: skip
     add_design(parser)
+    add_timestep(parser)
     parser.add_argument(
         "--out", type=read_text, metavar="DIR",
         help="write trials, table and plots there; the same command resumes an interrupted survey",
@@ -98,4 +99,10 @@ def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
         for name in objects:
             check_object(get_strategy(name, design, shape), design, shape, arguments.object)
         objects = dict.fromkeys(objects, (arguments.object,))
-    return SurveyPlan(objects=objects, trials=arguments.trials, seed=arguments.seed, design=design)
+    return SurveyPlan(
+        objects=objects,
+        trials=arguments.trials,
+        seed=arguments.seed,
+        design=design,
+        timestep=choose_timestep(arguments),
+    )

@@ -18,7 +18,7 @@ from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.robot.arm import add_arm
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 from spiraltrunk.sim.robot.trunk import add_trunk, tune_joint_limits
-from spiraltrunk.sim.scene.options import ASIDE, LIFT, PLACE_ASIDE, PLACE_RISE, TIMESTEP, SceneOptions
+from spiraltrunk.sim.scene.options import ASIDE, LIFT, PLACE_ASIDE, PLACE_RISE, SceneOptions
 from spiraltrunk.sim.scene.supports import add_ground, add_hung_object, add_table, rest_height
 
 
@@ -83,12 +83,25 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
     except ValueError as error:
         allowed = f"sizes, masses and places that it builds; it says: {first_line(error)}"
         raise DesignError("world", got=Unquoted("one that MuJoCo refuses"), allowed=allowed) from None
+    _soften(model)
     tune_joint_limits(model, design)
     return model
 
 
+def _soften(model: mujoco.MjModel) -> None:
+    """Raise time constants of contacts and limits to two time steps, where they are shorter.
+
+    MuJoCo does so too as it steps (flag ``refsafe``), but with the mean of two contacting bodies; here the model says
+    what is simulated. Negative values are stiffness and damping, and stay.
+    """
+    least = 2 * model.opt.timestep
+    for field in ("geom_solref", "jnt_solref", "tendon_solref_lim"):
+        constant = getattr(model, field)[:, 0]
+        constant[(constant > 0) & (constant < least)] = least
+
+
 def _set_options(spec: mujoco.MjSpec, options: SceneOptions) -> None:
-    spec.option.timestep = TIMESTEP
+    spec.option.timestep = options.timestep
     spec.option.impratio = options.friction_hardness
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import final
 
+from spiraltrunk.checks import check_number
 from spiraltrunk.errors import DesignError, UnknownName
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, ObjectSpec, parse_object
@@ -18,7 +19,13 @@ ORIENTATIONS = ("lying", "upright")
 """Orientations of an object on the ground: axis horizontal, or vertical."""
 
 TIMESTEP = 1e-3
-"""Time step of the physics [s]."""
+"""Time step of the physics, unless a scene has another [s]."""
+
+TIMESTEP_LEAST, TIMESTEP_MOST = 1e-4, 2.5e-3
+"""Shortest and longest time step of a scene [s] (ours): contacts are 4 ms soft, and at least two steps."""
+
+EXTREMES_PERIOD = 0.01
+"""Sampling period of contacts and joint bends, a whole number of time steps [s]."""
 
 LIFT = 0.20
 """Height of the lift [m]."""
@@ -62,6 +69,8 @@ class SceneOptions:
     """Errors and delays of sensors and commands."""
     friction_hardness: float = 1.0
     """Impedance of friction over that of the contact, MuJoCo's ``impratio`` [-]; a low one lets held objects creep."""
+    timestep: float = TIMESTEP
+    """Time step of the physics [s]; contacts and limits are no faster than two steps, MuJoCo's own floor."""
 
     def __post_init__(self) -> None:
         for name, known in (("support", SUPPORTS), ("orientation", ORIENTATIONS)):
@@ -71,3 +80,17 @@ class SceneOptions:
             raise DesignError("scene.orientation", got=self.orientation, allowed='"lying" for a hung object')
         if self.support == "hung" and any(self.push):
             raise DesignError("scene.push", got=self.push, allowed="(0, 0) for a hung object")
+        check_timestep("scene.timestep", self.timestep)
+
+
+def check_timestep(name: str, value: object) -> None:
+    """Refuse anything but a time step of which a whole number makes `EXTREMES_PERIOD`.
+
+    Raises:
+        DesignError: with the name, the value [s] and what is allowed.
+    """
+    check_number(name, value, least=TIMESTEP_LEAST, most=TIMESTEP_MOST)
+    steps = EXTREMES_PERIOD / float(value)  # type: ignore[arg-type]
+    if abs(steps - round(steps)) > 1e-9 * steps:
+        allowed = f"{EXTREMES_PERIOD:g} s over a whole number, such as 0.0005, 0.001 or 0.002"
+        raise DesignError(name, got=value, allowed=allowed)

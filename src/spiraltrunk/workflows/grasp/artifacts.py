@@ -89,6 +89,7 @@ def compute_result(trial: Trial, name: str, files: tuple[str, ...] = ()) -> dict
             "yaw_deg": math.degrees(options.yaw),
             "yaw_error_deg": math.degrees(options.yaw_error),
         },
+        "timestep_s": options.timestep,
         "versions": read_versions("mujoco", "mink", "numpy"),
         "files": list(files),
     }

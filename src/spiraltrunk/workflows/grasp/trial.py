@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 from spiraltrunk.control.loop import RunLog, run
@@ -16,7 +16,7 @@ from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
-from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
 from spiraltrunk.workflows.grasp.choice.auto import get_strategy
 from spiraltrunk.workflows.grasp.choice.last_try import evaluate
 from spiraltrunk.workflows.grasp.choice.ranking import set_ground
@@ -54,21 +54,22 @@ def run_trial(
     stage: str | None = None,
     seed: int = 0,
     spread: Spread | None = None,
+    timestep: float = TIMESTEP,
     watch: Callable[[Observation, Status], None] | None = None,
 ) -> Trial:
     """Draw a scene, run a strategy in it, by its name or one of your own, and evaluate the outcome.
 
     ``stage`` is for "auto", which chooses a strategy: "ground" by default, or "hung". ``spread`` says how far scenes
-    differ; ``watch`` is called after every step.
+    differ; ``timestep`` is that of the physics [s]; ``watch`` is called after every step.
 
     Raises:
         UnknownName: for a strategy that does not exist.
-        DesignError: for anything but a design, an object, a seed and a spread.
+        DesignError: for anything but a design, an object, a seed, a spread and a time step.
         ModelError: where the strategy cannot plan for the object.
         RunError: where the simulation diverges or does not end.
     """
     chosen = get_strategy(strategy, design, shape, stage) if isinstance(strategy, str) else strategy
-    options = draw_scene(shape, seed, strategy=chosen, spread=spread)
+    options = replace(draw_scene(shape, seed, strategy=chosen, spread=spread), timestep=timestep)
     return run_scene(design, options, strategy=chosen, seed=seed, watch=watch)
 
 

@@ -13,6 +13,7 @@ from spiraltrunk.design.toml import format_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.sim.scene.options import TIMESTEP, check_timestep
 
 
 @final
@@ -44,10 +45,13 @@ class SurveyPlan:
     """Seed that the seeds of all trials are derived from."""
     design: TrunkDesign = presets.PAPER
     """Robot of every trial."""
+    timestep: float = TIMESTEP
+    """Time step of the physics [s]."""
 
     def __post_init__(self) -> None:
         check_count("survey.trials", self.trials, least=1, most=100_000)
         check_count("survey.seed", self.seed, least=0, most=2**32 - 1)
+        check_timestep("survey.timestep", self.timestep)
         for name, objects in self.objects.items():
             if not objects:
                 raise DesignError(f"survey.objects[{name!r}]", got=objects, allowed="one object or more")
@@ -63,8 +67,13 @@ class SurveyPlan:
     def settings(self) -> dict[str, Any]:
         """Settings that are equal for equal surveys, ready for JSON."""
         objects = {name: list(names) for name, names in self.objects.items()}
-        design = format_design(self.design)
-        return {"trials": self.trials, "seed": self.seed, "objects": objects, "design": design}
+        return {
+            "trials": self.trials,
+            "seed": self.seed,
+            "objects": objects,
+            "design": format_design(self.design),
+            "timestep_s": self.timestep,
+        }
 
 
 def derive_seed(seed: int, strategy: str, index: int) -> int:

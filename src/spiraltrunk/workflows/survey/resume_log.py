@@ -81,17 +81,17 @@ def check_settings(folder: Path, settings: Mapping[str, Any]) -> None:
     path = folder / "survey.json"
     try:
         held = json.loads(path.read_text())["settings"]
-        differing = [key for key in settings if settings[key] != held[key]]
+        differing = [key for key in settings if settings[key] != held.get(key)]
     except FileNotFoundError:
         log = folder / "trials.jsonl"
         if log.exists() and log.stat().st_size > 0:  # An empty one is of a command that was killed as it began.
             raise SurveyError(f"--out: {str(folder)!r} has trials.jsonl, but no survey.json; {_ALLOWED}") from None
         return
-    except (ValueError, TypeError, KeyError, RecursionError):
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise SurveyError(f"--out: {str(path)!r} is no survey's; {_ALLOWED}") from None
     if differing:
         key = differing[0]
-        what = f"a survey with {key} {_short(held[key])}, not {_short(settings[key])}"
+        what = f"a survey with {key} {_short(held.get(key))}, not {_short(settings[key])}"
         what = "a survey of another design" if key == "design" else what
         raise SurveyError(f"--out: {str(folder)!r} holds {what}; {_ALLOWED}")
 

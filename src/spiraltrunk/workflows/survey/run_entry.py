@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby
 
 from spiraltrunk.control.strategy import Status
@@ -12,6 +13,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.files.results import to_json
 from spiraltrunk.processes.worker import format_error
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.scene.options import TIMESTEP
 from spiraltrunk.workflows.grasp.choice.auto import get_strategy
 from spiraltrunk.workflows.grasp.trial import Trial, run_scene
 from spiraltrunk.workflows.grasp.verdict.cause import find_error_cause
@@ -20,10 +22,10 @@ from spiraltrunk.workflows.survey.plan import Entry
 from spiraltrunk.workflows.survey.row import Row, build_empty_row
 
 
-def compute_row(entry: Entry, design: TrunkDesign = presets.PAPER) -> Row:
+def compute_row(entry: Entry, design: TrunkDesign = presets.PAPER, timestep: float = TIMESTEP) -> Row:
     """Run a trial with a robot, the paper's unless given; an exception in it is a failure with that reason.
 
-    ``spiraltrunk grasp`` runs the same trial for the same design, strategy, object and seed.
+    ``spiraltrunk grasp`` runs the same trial for the same design, strategy, object, seed and time step [s].
 
     Raises:
         ImportError: where a package is missing, which is no failure of the strategy.
@@ -33,7 +35,7 @@ def compute_row(entry: Entry, design: TrunkDesign = presets.PAPER) -> Row:
     try:
         shape = parse_object(entry.object)
         strategy = get_strategy(entry.strategy, design, shape)
-        scene = draw_scene(shape, entry.seed, strategy=strategy)
+        scene = replace(draw_scene(shape, entry.seed, strategy=strategy), timestep=timestep)
         row["width_m"], row["mass_kg"], row["friction"] = scene.shape.width, scene.shape.mass, scene.shape.friction
         row["stiffness_factor"] = scene.trunk.stiffness_factor
         row |= _summarise(run_scene(design, scene, strategy=strategy, seed=entry.seed))

@@ -59,7 +59,7 @@ def run_survey(
     """
     check_count("survey.workers", workers, least=1, most=MOST_WORKERS)
     watch = watch or (lambda rows: None)
-    work = work or partial(compute_row, design=plan.design)
+    work = work or partial(compute_row, design=plan.design, timestep=plan.timestep)
     if folder is None:
         rows: list[Row] = []
         _run_entries(plan, rows, rows.append, workers=workers, work=work, watch=watch)

@@ -9,8 +9,8 @@ import numpy as np
 
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.hardware.twin.cable_load import CableLoad
-from spiraltrunk.sim.machine import EXTREMES_PERIOD, SimMachine
-from spiraltrunk.sim.scene.options import TIMESTEP
+from spiraltrunk.sim.machine import SimMachine
+from spiraltrunk.sim.scene.options import EXTREMES_PERIOD, TIMESTEP
 
 STRONGEST = 10.0
 """Tension at which a simulated cable yields, over the design's largest [-]: far above what any motor pulls."""
