@@ -148,7 +148,7 @@ def test_torque_and_state_are_finite_whatever_was_measured(rig, inputs):
             target = WinderTarget(tension=one["tension"], pull=one["pull"])
             state, reading, torque = step(winder, state, target, motor, one["dt"], measured_tension=one["load"])
             assert abs(torque) <= winder.limits.torque_max
-            assert all(map(math.isfinite, [*state[:-1], *state.dither, *reading]))
+            assert all(map(math.isfinite, [*state[:-3], *state.direction, state.trim, *state.dither, *reading]))
             assert 0.0 <= state.tension_set <= winder.limits.tension_ceiling
 
 

@@ -20,7 +20,7 @@ from spiraltrunk.hardware.winder.limits import FLOOR_MARGIN, FRICTION_SHARE, bui
 from spiraltrunk.hardware.winder.winder import WinderState, WinderTarget, step
 
 TENSION = 20.0
-CARRIED = ("angle", "speed", "slow_speed", "tension_limit", "tension_set", "slow_set", "resistance", "tension")
+CARRIED = ("speed", "slow_speed", "tension_limit", "tension_set", "slow_set", "resistance", "tension")
 """States of the control that are carried; the others are constants here."""
 
 
@@ -33,7 +33,7 @@ def _loop(winder, stiffness, target, gain, delay):
     held = expm(block * dt)[:2]
     rest = WinderState(
         zero_angle=0.0, motor_time=0.0, tension_limit=TENSION, tension_set=TENSION, slow_set=TENSION,
-        resistance=TENSION, tension=TENSION, direction=0.0,
+        resistance=TENSION, tension=TENSION,
     )  # fmt: skip
 
     def advance(x):

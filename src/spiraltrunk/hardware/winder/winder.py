@@ -18,14 +18,9 @@ from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.winder.dither import Dither, compute_amplitude, compute_sign, count_half, step_dither
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.feedback_check import check_feedback
+from spiraltrunk.hardware.winder.friction import FrictionDirection, follow_motion, lead_at_rest
 from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS, WinderGains, derive_gains
 from spiraltrunk.hardware.winder.limits import FRICTION_SHARE, WinderLimits, build_limits
-
-FRICTION_STEPS = 2.0
-"""Encoder steps of motion that turn the direction of friction from none to full [-] (ours)."""
-
-FRICTION_TIME = 0.05
-"""Time in which a changing tension, or standstill, turns that direction [s] (ours)."""
 
 LET_DOWN = 0.02
 """Rate at which a set tension falls that counts as letting down, over the slew limit [-] (ours)."""
@@ -81,8 +76,6 @@ class WinderState(NamedTuple):
     """The motor's angle at the straight trunk [rad]."""
     motor_time: float = -math.inf
     """Time of the feedback that was last used [s]."""
-    angle: float = 0.0
-    """The motor's angle then [rad]."""
     speed: float = 0.0
     """Speed of the cable then [m/s]."""
     slow_speed: float = 0.0
@@ -97,8 +90,8 @@ class WinderState(NamedTuple):
     """Estimate of the force against winding in, tension and friction [N]."""
     tension: float = 0.0
     """Estimate of the tension [N]."""
-    direction: float = 0.0
-    """Direction of winding that dry friction opposes, -1 to 1 [-]."""
+    direction: FrictionDirection = FrictionDirection()
+    """Direction of winding that dry friction opposes."""
     trim: float = 0.0
     """Correction by a load cell [N]."""
     dither: Dither = Dither()
@@ -207,7 +200,8 @@ def step(
     felt = tension if measured_tension is None else max(measured_tension, 0.0)
     limit, wanted = _set_tension(winder, state, target, motion)
     if not motion.is_turning:
-        direction = _lead(direction, wanted - state.tension_set, winder, motion)
+        falls = wanted - state.tension_set < -1e-3 * winder.limits.tension_slew * motion.dt
+        direction = lead_at_rest(direction, motion.dt, is_let_down=falls)
     speed, gains = motion.speed, winder.gains
     slow_speed = state.slow_speed + _low_pass(gains.washout * motion.dt) * (speed - state.slow_speed)
     shaken = _step_dither(winder, state, wanted, motion)
@@ -215,7 +209,7 @@ def step(
     compensated = 0.0
     if dither is None:
         dither = compute_amplitude(shaken, (wanted - winder.limits.tension_floor) * motion.radius, winder.friction)
-        compensated = max(1.0 - dither, 0.0) * friction * direction
+        compensated = max(1.0 - dither, 0.0) * friction * direction.share
     trim = 0.0 if measured_tension is None else _trim(winder, state, wanted - felt, friction, motion)
     force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed) + trim
     force += max(compensated, winder.limits.tension_floor - wanted)  # Letting down ends with the rotor braked.
@@ -226,7 +220,7 @@ def step(
     torque = min(max(torque, -torque_max), torque_max)
     slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted + governed - force - state.slow_set)
     after = WinderState(
-        zero_angle=state.zero_angle, motor_time=motor.time, angle=motor.angle, speed=speed, slow_speed=slow_speed,
+        zero_angle=state.zero_angle, motor_time=motor.time, speed=speed, slow_speed=slow_speed,
         tension_limit=limit, tension_set=wanted, slow_set=slow_set, resistance=resistance, tension=tension,
         direction=direction, trim=trim, dither=shaken,
     )  # fmt: skip
@@ -260,19 +254,20 @@ def _low_pass(exponent: float) -> float:
     return -math.expm1(-exponent)
 
 
-def _observe(winder: Winder, state: WinderState, motor: MotorState, motion: _Motion) -> tuple[float, float, float]:
-    """Estimates of resistance and tension [N], and direction of motion that friction opposes [-]."""
+def _observe(
+    winder: Winder, state: WinderState, motor: MotorState, motion: _Motion
+) -> tuple[float, float, FrictionDirection]:
+    """Estimates of resistance and tension [N], and direction of motion that friction opposes."""
     if motor.time <= state.motor_time:
         return state.resistance, state.tension, state.direction
     torque_force = motor.torque / motion.radius
     if state.motor_time == -math.inf:
-        return torque_force, max(torque_force, 0.0), 0.0
-    moved = (motor.angle - state.angle) / (FRICTION_STEPS * winder.angle_step)
-    direction = min(max(state.direction + moved, -1.0), 1.0)
+        return torque_force, max(torque_force, 0.0), FrictionDirection(0.0, motor.angle)
+    direction = follow_motion(state.direction, motor.angle, winder.angle_step)
     since = min(max(motor.time - state.motor_time, motion.dt / 2), MOST_PERIODS * winder.gains.period)
     now = torque_force - motion.mass * (motion.speed - state.speed) / since
     share = _low_pass(winder.gains.observer * since)
-    tension = state.tension + share * (now - winder.friction / motion.radius * direction - state.tension)
+    tension = state.tension + share * (now - winder.friction / motion.radius * direction.share - state.tension)
     return state.resistance + share * (now - state.resistance), max(tension, 0.0), direction
 
 
@@ -292,12 +287,6 @@ def _set_tension(winder: Winder, state: WinderState, target: WinderTarget, motio
 
 def _follow(before: float, wanted: float, most: float) -> float:
     return min(max(wanted, before - most), before + most)
-
-
-def _lead(direction: float, change: float, winder: Winder, motion: _Motion) -> float:
-    """Direction of friction that is compensated at standstill [-]: out while the tension is let down, else in."""
-    sense = -1.0 if change < -1e-3 * winder.limits.tension_slew * motion.dt else 1.0
-    return _follow(direction, sense, motion.dt / FRICTION_TIME)
 
 
 def _step_dither(winder: Winder, state: WinderState, wanted: float, motion: _Motion) -> Dither:
