@@ -19,10 +19,13 @@ def main() -> int:
     """Examine a sample of the safety layer, or all of it."""
     parser = build_parser(__doc__.partition("\n")[0], 120, "out/mutants_safety.jsonl")
     parser.set_defaults(jobs=1, limit_s=300.0, near_only=True)
+    parser.add_argument("--below", default=".", metavar="FOLDER", help='of the safety layer, such as "watches"')
     options = parser.parse_args()
-    total = sum(1 for file in sorted((ROOT / SAFETY).rglob("*.py")) for _ in find_mutants(file))
+    drawn = SAFETY / options.below
+    total = sum(1 for file in sorted((ROOT / drawn).rglob("*.py")) for _ in find_mutants(file))
     print(f"{total} mutants in all")
-    return examine_sample(draw(min(options.count, total), options.seed, SAFETY), options, [TESTS], [TESTS])
+    tests = [str(Path(TESTS) / options.below), TESTS]  # Tests run once, those of the folder first.
+    return examine_sample(draw(min(options.count, total), options.seed, drawn), options, [TESTS], tests)
 
 
 if __name__ == "__main__":
