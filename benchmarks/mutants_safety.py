@@ -24,7 +24,9 @@ def main() -> int:
     drawn = SAFETY / options.below
     total = sum(1 for file in sorted((ROOT / drawn).rglob("*.py")) for _ in find_mutants(file))
     print(f"{total} mutants in all")
-    tests = [str(Path(TESTS) / options.below), TESTS]  # Tests run once, those of the folder first.
+    tests = [TESTS]
+    if options.below != ".":  # Those of the folder first.
+        tests = [f"{TESTS}/{options.below}", *sorted(f"{TESTS}/{one.name}" for one in (ROOT / TESTS).glob("test_*.py"))]
     return examine_sample(draw(min(options.count, total), options.seed, drawn), options, [TESTS], tests)
 
 
