@@ -1,5 +1,6 @@
 """The tab in a real browser."""
 
+import math
 import re
 from types import SimpleNamespace
 
@@ -8,11 +9,23 @@ import pytest
 from viser import transforms
 
 from spiraltrunk.design import presets
+from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.shape import tab as shape_tab
 from spiraltrunk.studio.shape.compile_models import compile_models
 from spiraltrunk.studio.shape.tab import ShapeTab
 
 pytestmark = pytest.mark.slow  # A real browser, which draws by software: minutes in all.
+
+STROKE = 1e3 * presets.PAPER.cable_stroke
+END = math.floor(STROKE)
+PULLS = {
+    "Rest": [-END] * 3,
+    "Ventral": [-END, 0.35 * STROKE, 0.35 * STROKE],
+    "Twist": [0.6 * STROKE, -0.1 * STROKE, -END],
+}
+"""Pulls at one click as the boxes show them, whose scales end at whole millimetres [mm]."""
+
+CABLE = re.compile(r"^Cable \d+ \[mm\]$")
 
 LONG = 60_000
 """Time in which the models are loaded or compiled on a busy machine [ms]."""
@@ -38,6 +51,18 @@ def type_pull(page, cable, value):
     box = page.locator("input[type=text]").nth(cable - 1)
     box.fill(value)
     box.press("Enter")
+
+
+def read_pulls(page):
+    """Pulls that the number boxes of the cables show [mm]."""
+    boxes = page.locator("input[type=text]:visible")
+    return [float(boxes.nth(i).input_value()) for i in range(page.get_by_text(CABLE).filter(visible=True).count())]
+
+
+def read_tip(page):
+    """Place of the tip that the page tells [mm]."""
+    told = page.get_by_text("Tip x").filter(visible=True).first.inner_text()
+    return [float(value) for value in re.search(r"x (-?\d+), y (-?\d+), z (-?\d+) mm", told).groups()]
 
 
 def project(page, point):
@@ -66,13 +91,18 @@ def test_pulls_at_one_click_and_a_turned_base(open_shape):
     _, page = open_shape()
     page.get_by_role("button", name="Ventral").click()
     page.get_by_text("ventral cables in until cable 1 is").wait_for(timeout=LONG)
+    assert read_pulls(page) == pytest.approx(PULLS["Ventral"], abs=0.1)
     page.get_by_role("button", name="Rest").click()
     page.get_by_text("Paper's model, rest").wait_for(timeout=LONG)
+    assert read_pulls(page) == pytest.approx(PULLS["Rest"], abs=0.1)
+    hanging = read_tip(page)
+    assert hanging[0] == 0  # Straight down.
     page.get_by_role("tab", name="Base").click()
     box = page.locator("input[type=text]:visible").nth(1)
     box.fill("30")
     box.press("Enter")
     page.get_by_text("the paper's model has no roll").wait_for(timeout=LONG)
+    assert read_tip(page) == hanging  # A roll about the vertical leaves it there.
 
 
 @pytest.mark.slow
@@ -105,17 +135,35 @@ def test_a_reload_comes_back_to_the_same_pulls(open_shape):
     _, page = open_shape()
     type_pull(page, 1, "55")
     page.get_by_text("cable 1 in by 55.0 mm").wait_for(timeout=LONG)
+    pulls, tip = read_pulls(page), read_tip(page)
+    assert pulls[0] == 55.0
     page.reload()
     page.get_by_text("cable 1 in by 55.0 mm").wait_for(timeout=LONG)
+    assert read_pulls(page) == pulls
+    assert read_tip(page) == pytest.approx(tip, abs=2)  # Wound from rest this time [mm].
 
 
 @pytest.mark.slow
 def test_the_page_says_what_it_compiles_and_can_be_used_meanwhile(studio, open_page, monkeypatch):
     monkeypatch.setattr(shape_tab, "_compiled", set())
+    ends = []
+
+    def start(inner, work, *arguments, on_report, on_end):
+        assert work is compile_models
+        inner.post(lambda: on_report("inverse model (3 of 3)"))
+        ends.append(lambda: inner.post(lambda: on_end(None, None)))
+
+    monkeypatch.setattr(Page, "start", start)  # It ends when it is told to.
     page = open_page(studio([ShapeTab]))
-    page.get_by_text("Compiling the models").wait_for()
+    page.get_by_text("Compiling the models: inverse model (3 of 3)").wait_for()
     page.get_by_role("button", name="Twist").click()
+    page.wait_for_function("[...document.querySelectorAll('input')].some((one) => one.value == '77.9')")
+    assert page.get_by_text("Compiling the models").is_visible()  # The controls follow before the models are there.
+    assert len(ends) == 1
+    ends[0]()
     page.get_by_text("then cable 2 by").wait_for(timeout=3 * LONG)
+    assert page.get_by_text("Compiling the models").count() == 0
+    assert read_pulls(page) == pytest.approx(PULLS["Twist"], abs=0.1)
 
 
 @pytest.mark.slow
@@ -127,3 +175,5 @@ def test_another_design_brings_its_own_cables(open_shape):
     page.get_by_text("cable 2 (ventral)").wait_for(timeout=LONG)
     page.get_by_role("button", name="Ventral").click()
     page.get_by_text("Tension of cable 1: slack").wait_for(timeout=LONG)
+    stroke = 1e3 * presets.get("spirob-15").cable_stroke
+    assert read_pulls(page) == pytest.approx([-math.floor(stroke), 0.35 * stroke], abs=0.1)

@@ -17,6 +17,7 @@ from spiraltrunk.report.solids.trunk_mesh import (
     curl_frames,
 )
 from spiraltrunk.report.style import COLORS
+from spiraltrunk.studio.drawing.trunk_view import parse_color
 from spiraltrunk.studio.page.page import Page
 
 View = Literal["curled", "straight"]
@@ -116,7 +117,7 @@ class DesignPicture:
             self._put_mesh(name, surface, pose, opacity)
         for i in range(max(len(surfaces.cables), self._n_cable)):
             line = surfaces.cables[i] if i < len(surfaces.cables) else None
-            self._put_line(f"cable_{i}", line, pose, _read_color(COLORS[i % len(COLORS)]), radius)
+            self._put_line(f"cable_{i}", line, pose, parse_color(COLORS[i % len(COLORS)]), radius)
         self._n_cable = len(surfaces.cables)
 
     def _draw_construction(self, lines: Construction | None, pose: np.ndarray, radius: float) -> None:
@@ -198,7 +199,3 @@ def _reach(design: TrunkDesign) -> float:
 
 def _transform(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
     return np.asarray(points @ pose[:3, :3].T + pose[:3, 3], np.float32)
-
-
-def _read_color(text: str) -> tuple[int, int, int]:
-    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from spiraltrunk.design import TrunkDesign
 from spiraltrunk.studio.page.page import Page
 
 FIELD = math.radians(75.0)
@@ -36,3 +37,9 @@ class TabCamera:
         """Remember the view that the person has now."""
         camera = self._page.client.camera
         self._position, self._look_at = np.array(camera.position), np.array(camera.look_at)
+
+
+def aim_at_trunk(page: Page, design: TrunkDesign) -> TabCamera:
+    """View of a trunk whose base is the scene's origin, from the side that it curls in."""
+    size = design.length
+    return TabCamera(page, np.array([0.4 * size, -1.3 * size, -0.2 * size]), np.array([0.0, 0.0, -0.42 * size]))

@@ -40,8 +40,12 @@ class Poses:
 
 def place_sections(design: TrunkDesign, joint_rotation: np.ndarray, theta_0: float, roll: float = 0.0) -> Poses:
     """Poses of all sections by the rotations of the joints and the base's pose [rad]."""
+    return place_frames(section_frames(design, joint_rotation), theta_0, roll)
+
+
+def place_frames(frames: np.ndarray, theta_0: float, roll: float = 0.0) -> Poses:
+    """Poses of all sections by their frames in that of the base, shape (n_section, 4, 4), and its pose [rad]."""
     base = base_orientation(float(theta_0), float(roll))
-    frames = section_frames(design, joint_rotation)
     return Poses(position=frames[:, :3, 3] @ base.T, rotation=base @ frames[:, :3, :3])
 
 

@@ -6,14 +6,12 @@ from typing import Any, final
 
 import numpy as np
 
+from spiraltrunk.report.style import COLORS
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.workflows.grasp.recording import Frames
 
 POINTS = 250
 """Largest number of points of a curve that is sent [-]."""
-
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Palette of Okabe and Ito, that colour-blind people tell apart."""
 
 MARK = "#888888"
 """Colour of the line at the time that is shown."""

@@ -12,7 +12,7 @@ from spiraltrunk.design.schema import MOST_BYTES
 from spiraltrunk.mocap.recordings.axes import NAMED
 from spiraltrunk.mocap.session.prediction import MODELS
 from spiraltrunk.mocap.signal.registration import KINDS
-from spiraltrunk.studio.drawing.camera import TabCamera
+from spiraltrunk.studio.drawing.camera import aim_at_trunk
 from spiraltrunk.studio.measure import words, work
 from spiraltrunk.studio.measure.picture import MeasurePicture
 from spiraltrunk.studio.measure.runner import Runner
@@ -145,10 +145,7 @@ class MeasureTab:
 
     def _build_picture(self) -> None:
         self._picture = MeasurePicture(self._page, self._page.design)
-        size = self._page.design.length
-        self._camera = TabCamera(
-            self._page, np.array([0.4 * size, -1.3 * size, -0.2 * size]), np.array([0.0, 0.0, -0.42 * size])
-        )
+        self._camera = aim_at_trunk(self._page, self._page.design)
 
     def _change_design(self, _: TrunkDesign) -> None:
         self._drop_view()

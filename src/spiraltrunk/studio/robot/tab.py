@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.studio.drawing.camera import aim_at_trunk
 from spiraltrunk.studio.page.controls import Choice, add_button
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.robot.gauges import Gauges
@@ -18,7 +19,7 @@ from spiraltrunk.studio.robot.move_controls import MoveControls
 from spiraltrunk.studio.robot.stop_panel import StopPanel
 from spiraltrunk.studio.robot.strategy_controls import StrategyControls
 from spiraltrunk.studio.robot.texts import format_cables, format_faults, format_status
-from spiraltrunk.studio.robot.trunk_picture import TrunkPicture
+from spiraltrunk.studio.robot.twin_picture import TwinPicture
 from spiraltrunk.workflows.drive.remote.requests import Arm, Clear, Disarm, Home, Request
 from spiraltrunk.workflows.drive.remote.state import RobotState
 
@@ -41,8 +42,8 @@ class RobotTab:
         self._is_shown = False
         self._plotted = 0.0
         self._design = page.design
-        self._picture: TrunkPicture | None = None
-        self._view: tuple[np.ndarray, np.ndarray] | None = None
+        self._picture: TwinPicture | None = None
+        self._camera = aim_at_trunk(page, page.design)
 
     def build(self) -> None:
         """See `Tab.build`."""
@@ -87,14 +88,13 @@ class RobotTab:
     def show(self) -> None:
         """See `Tab.show`."""
         self._is_shown = True
-        self._look()
+        self._camera.show()
         self.draw()
 
     def hide(self) -> None:
         """See `Tab.hide`; a robot that is connected keeps its STOP in view."""
         self._is_shown = False
-        camera = self._page.client.camera
-        self._view = np.array(camera.position), np.array(camera.look_at)
+        self._camera.keep()
         self._stop.show(self._hub.is_connected)
 
     def read_settings(self) -> dict[str, Any]:
@@ -205,6 +205,9 @@ class RobotTab:
         if design is not self._design:
             self._design = design
             self._build_moves()
+            self._camera = aim_at_trunk(self._page, design)
+            if self._is_shown:
+                self._camera.show()
 
     def _build_moves(self) -> None:
         for child in tuple(self._moves_folder._children.values()):
@@ -216,19 +219,8 @@ class RobotTab:
         if self._picture is None or self._picture.design is not self._design:
             if self._picture is not None:
                 self._picture.remove()
-            self._picture = TrunkPicture(self._page, f"/{self.name}/trunk", self._design)
+            self._picture = TwinPicture(self._page, f"/{self.name}/trunk", self._design)
         self._picture.draw(frames)
-
-    def _look(self) -> None:
-        """Take the tab's view of the scene."""
-        length = self._design.length
-        far = np.array([1.6, 1.6, 0.5]) * length
-        middle = np.array([0.0, 0.0, 0.5 * length + 0.1])
-        position, look_at = (middle + far, middle) if self._view is None else self._view
-        camera = self._page.client.camera
-        with self._page.client.atomic():
-            camera.up_direction = np.array([0.0, 0.0, 1.0])
-            camera.position, camera.look_at = position, look_at
 
 
 @final

@@ -8,7 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.design import TrunkDesign
-from spiraltrunk.studio.drawing.camera import TabCamera
+from spiraltrunk.studio.drawing.camera import aim_at_trunk
 from spiraltrunk.studio.page.controls import Scale, Slider, Switch
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.shape import words
@@ -112,10 +112,7 @@ class ShapeTab:
             self._legend = self._page.gui.add_html(words.format_legend(state.design))
             self._plots = ShapePlots(self._page, state.design)
         self._picture = ShapePicture(self._page, state.design, self._drag)
-        size = state.design.length
-        self._camera = TabCamera(
-            self._page, np.array([0.4 * size, -1.3 * size, -0.2 * size]), np.array([0.0, 0.0, -0.42 * size])
-        )
+        self._camera = aim_at_trunk(self._page, state.design)
 
     def _change_design(self, design: TrunkDesign) -> None:
         for part in (self._controls, self._legend, self._plots, self._picture):
