@@ -42,4 +42,4 @@ class TabCamera:
 def aim_at_trunk(page: Page, design: TrunkDesign) -> TabCamera:
     """View of a trunk whose base is the scene's origin, from the side that it curls in."""
     size = design.length
-    return TabCamera(page, np.array([0.4 * size, -1.3 * size, -0.2 * size]), np.array([0.0, 0.0, -0.42 * size]))
+    return TabCamera(page, np.array([0.34 * size, -1.14 * size, -0.2 * size]), np.array([0.0, 0.0, -0.42 * size]))

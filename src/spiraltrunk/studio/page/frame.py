@@ -9,6 +9,7 @@ from typing import Any, final
 from viser import SceneNodeHandle
 
 from spiraltrunk.studio.page.identity import run_script
+from spiraltrunk.studio.page.lights import light_scene
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.tab import Tab
 
@@ -17,7 +18,6 @@ BRAND = (0, 114, 178)
 
 _MARK = """
 const shown = {title}, titles = {titles};
-document.title = "spiraltrunk studio";
 if (!document.getElementById("spiraltrunk-style")) {{
   const style = document.createElement("style");
   style.id = "spiraltrunk-style";
@@ -132,6 +132,7 @@ class Frame:
         self._page.gui.main_panel.dock_right()
         self._page.gui.main_panel.set_width(400)
         self._page.scene.set_up_direction("+z")
+        light_scene(self._page.scene)
 
     def _add(self, tab: Tab) -> None:
         root = self._page.scene.add_frame(f"/{tab.name}", show_axes=False, visible=False)

@@ -16,6 +16,7 @@ from websockets.http11 import Request, Response
 
 from spiraltrunk.errors import RunError, StudioError
 from spiraltrunk.studio.server.gate import Gate, Refusal
+from spiraltrunk.studio.server.head import add_head
 from spiraltrunk.studio.server.message_guard import refuse_tunnels
 
 MOST_MESSAGE = 8 * 2**20
@@ -88,8 +89,14 @@ def _guard(gate: Gate, theirs: Callable[..., Response | None]) -> Callable[..., 
         refusal = gate.judge(request.path, headers)
         if refusal is not None:
             return _answer(refusal)
+        if "Accept-Encoding" in request.headers:
+            del request.headers["Accept-Encoding"]  # The client's page is packed already, and gets our head.
         response = theirs(connection, request)
         if response is not None:
+            if response.headers.get("Content-Type", "").startswith("text/html"):
+                response.body = add_head(bytes(response.body))
+                del response.headers["Content-Length"]
+                response.headers["Content-Length"] = str(len(response.body))
             for name, value in _HEADERS.items():
                 response.headers[name] = value
             if gate.brings_token(request.path):
