@@ -22,6 +22,7 @@ from spiraltrunk.cli.verbs import (
     export,
     grasp,
     object,
+    optimize,
     shape,
     studio,
     survey,
@@ -29,7 +30,7 @@ from spiraltrunk.cli.verbs import (
 )
 from spiraltrunk.errors import RunError, SpiralTrunkError
 
-VERBS = (design, shape, object, grasp, survey, validate, calibrate, export, drive, studio, bench, completion)
+VERBS = (design, shape, object, grasp, survey, optimize, validate, calibrate, export, drive, studio, bench, completion)
 """Modules that each add a verb, in the order of the help."""
 
 
