@@ -1,0 +1,75 @@
+"""Puts a search for a trunk into validation/trunk_search.md, with its figures.
+
+`spiraltrunk optimize --out FOLDER ...` searches. Then `python docs/studies/make_search.py FOLDER`. Without a folder the
+page is made from search.json.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from spiraltrunk.files.atomic import write_text
+from spiraltrunk.files.results import format_json
+from spiraltrunk.workflows.optimize.search_space import SPACE
+from spiraltrunk.workflows.optimize.tables import format_markdown
+
+STUDIES = Path(__file__).parent
+RESULT = STUDIES / "search.json"
+PAGE = STUDIES.parent / "validation" / "trunk_search.md"
+IMAGES = STUDIES.parent / "images"
+
+
+def main(folders: Sequence[str]) -> int:
+    """Fill the page."""
+    if len(folders) > 1:
+        print("make_search: given several folders; allowed: one, of spiraltrunk optimize", file=sys.stderr)
+        return 2
+    if folders:
+        folder = Path(folders[0])
+        write_text(RESULT, format_json(json.loads((folder / "optimize.json").read_text())) + "\n")
+        for name in ("history", "front"):
+            shutil.copyfile(folder / f"{name}.png", IMAGES / f"search_{name}.png")
+    result = json.loads(RESULT.read_text())
+    page = PAGE.read_text()
+    for name, text in (("settings", format_settings(result)), ("space", format_space()), ("table", format_table(result))):
+        page = put_section(page, name, text)
+    write_text(PAGE, page)
+    return 0
+
+
+def format_settings(result: dict[str, Any]) -> str:
+    """What was searched, in a sentence."""
+    own = result["settings"]
+    tried = [each for each in result["candidates"] if not each["faults"]]
+    unseen = next(iter(result["unseen"].values()), {"trials": 0})["trials"]
+    return (
+        f"{len(result['candidates'])} candidates, {len(tried)} of them printable; {own['objects']} objects each, "
+        f"strategy `{own['strategy']}`, cable friction {own['friction']:g}, seed {own['seed']}; {unseen} unseen objects."
+    )
+
+
+def format_space() -> str:
+    """The parameters and their ranges."""
+    rows = [f"| `{each.name}` | {each.what} | {each.least:g} to {each.most:g} | {each.first:g} |" for each in SPACE]
+    return "\n".join(["| parameter | what it is | range | authors' robot |", "| --- | --- | --- | --- |", *rows])
+
+
+def format_table(result: dict[str, Any]) -> str:
+    """All candidates, and the comparison."""
+    return format_markdown(result).rstrip("\n")
+
+
+def put_section(page: str, name: str, text: str) -> str:
+    """The page with what stands between a section's two comments replaced."""
+    pattern = rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)"
+    return re.sub(pattern, lambda match: f"{match[1]}{text}\n{match[2]}", page, flags=re.DOTALL)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
