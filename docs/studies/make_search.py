@@ -37,7 +37,8 @@ def main(folders: Sequence[str]) -> int:
             shutil.copyfile(folder / f"{name}.png", IMAGES / f"search_{name}.png")
     result = json.loads(RESULT.read_text())
     page = PAGE.read_text()
-    for name, text in (("settings", format_settings(result)), ("space", format_space()), ("table", format_table(result))):
+    texts = {"settings": format_settings(result), "space": format_space(), "table": format_table(result)}
+    for name, text in texts.items():
         page = put_section(page, name, text)
     write_text(PAGE, page)
     return 0
@@ -50,7 +51,8 @@ def format_settings(result: dict[str, Any]) -> str:
     unseen = next(iter(result["unseen"].values()), {"trials": 0})["trials"]
     return (
         f"{len(result['candidates'])} candidates, {len(tried)} of them printable; {own['objects']} objects each, "
-        f"strategy `{own['strategy']}`, cable friction {own['friction']:g}, seed {own['seed']}; {unseen} unseen objects."
+        f"strategy `{own['strategy']}`, cable friction {own['friction']:g}, seed {own['seed']}; "
+        f"{unseen} unseen objects."
     )
 
 
