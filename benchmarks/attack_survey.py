@@ -32,7 +32,7 @@ from typing import Any
 from unittest.mock import patch
 
 from spiraltrunk import cli
-from spiraltrunk.workflows.survey import run_survey
+from spiraltrunk.workflows.survey import results, run_survey
 from spiraltrunk.workflows.survey.plan import Entry, SurveyPlan
 from spiraltrunk.workflows.survey.row import build_empty_row
 
@@ -96,13 +96,13 @@ def _end_late(number: int, frame: object) -> None:
 
 def call(argv: list[str], jobs: Callable[..., Any]) -> tuple[object, str, str]:
     """Exit code, standard output and standard error of the command."""
-    instead = {"run_jobs": jobs, "write_figure": lambda figure, path, **settings: Path(path).write_bytes(b"PNG")}
+    figures = {"write_figure": lambda figure, path, **settings: Path(path).write_bytes(b"PNG")}
     printed, messages = io.StringIO(), io.StringIO()
     signal.signal(signal.SIGALRM, _end_late)
     signal.alarm(SECONDS)
     try:
         with (
-            patch.multiple(run_survey, **instead), warnings.catch_warnings(),
+            patch.multiple(run_survey, run_jobs=jobs), patch.multiple(results, **figures), warnings.catch_warnings(),
             contextlib.redirect_stdout(printed), contextlib.redirect_stderr(messages),
         ):  # fmt: skip
             warnings.simplefilter("always")

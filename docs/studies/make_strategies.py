@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk import strategies
-from spiraltrunk.workflows.survey.run_survey import write_pictures
+from spiraltrunk.workflows.survey.results import write_pictures
 from spiraltrunk.workflows.survey.tables import format_markdown
 
 DOCS = Path(__file__).parents[1]

@@ -11,7 +11,7 @@ import pytest
 
 from spiraltrunk.cli.output import put
 from spiraltrunk.cli.progress import show_progress
-from spiraltrunk.cli.verbs.survey_progress import show_survey
+from spiraltrunk.cli.verbs.survey.progress import show_survey
 
 ROW = {"strategy": "kick", "object": "box-60", "seed": 1, "success": True, "reason": ""}
 
@@ -32,7 +32,7 @@ def test_progress_that_nobody_reads_is_left_out(stream: str | None) -> None:
                 progress("reading", 0, 1)
                 progress("report", 0, 1)
         else:
-            with show_survey(opened, ["kick"], 2) as watch:
+            with show_survey(opened, {"kick": 2}) as watch:
                 watch([])
                 watch([ROW])
         assert opened is None or not opened.closed
@@ -43,7 +43,7 @@ def test_progress_is_a_line_a_step() -> None:
     with show_progress(stream) as progress:
         for step in ("reading", "reading", "report"):
             progress(step, 0, 1)
-    with show_survey(stream, ["kick"], 2) as watch:
+    with show_survey(stream, {"kick": 2}) as watch:
         watch([])
         watch([ROW])
     assert stream.getvalue().splitlines() == [

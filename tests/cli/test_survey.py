@@ -139,6 +139,15 @@ def test_all_strategies_with_their_objects_or_one(
         (["--timestep-ms", "3"], "--timestep-ms: '3' given; allowed: 10 ms over a whole number, from 0.1 to 2.5 ms"),
         (["--timestep-ms", "0"], "allowed: 10 ms over a whole number"),
         (["--timestep-ms", "inf"], "allowed: a finite number"),
+        (["--shard", "5/4"], "--shard: '5/4' given; allowed: I/N, as 2/16: part I of N, I from 1 to N"),
+        (["--shard", "1"], "allowed: I/N, as 2/16"),
+        (["--merge", "a", "--trials", "5"], "--trials is of no use with --merge, which runs nothing"),
+        (["--merge", "a", "--timestep-ms", "2"], "--timestep-ms is of no use with --merge"),
+        (["--compare", "a"], "expected 2 arguments"),
+        (["--address", "auto"], "--address: 'auto' given; allowed: with --engine ray"),
+        (["--engine", "ray", "--address", "auto", "--workers", "2"], "a cluster uses all its processors"),
+        (["--engine", "dask"], "invalid choice"),
+        (["--compare", "a", "b"], "--compare and --out exclude each other"),
         (["extra"], "unrecognized"),
     ],
 )
@@ -160,6 +169,41 @@ def test_another_surveys_folder_is_refused(tmp_path: Path, capsys: pytest.Captur
     said = capsys.readouterr().err
     assert said.startswith(f"spiraltrunk: error: --out: '{tmp_path}' holds a survey with trials 1, not 2; allowed: ")
     assert said.count("\n") == 1
+
+
+def test_without_ray_its_extra_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    assert cli.main(["survey", "--engine", "ray", "--out", str(tmp_path / "new")]) == 2
+    printed = capsys.readouterr()
+    assert printed.err == (
+        "spiraltrunk: error: the package 'ray' is not installed: pip install 'spiraltrunk[cluster]'\n"
+    )
+    assert printed.out == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("fakes")
+def test_shards_are_merged_and_surveys_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    argv = ["survey", "--strategies", "wrap-vertical,kick", "--trials", "5", "--workers", "1", "--json"]
+    folders = [str(tmp_path / name) for name in ("1", "2", "merged", "whole")]
+    for number, folder in enumerate(folders[:2], start=1):
+        assert cli.main([*argv, "--shard", f"{number}/2", "--out", folder]) == 0
+        shard = json.loads(capsys.readouterr().out)
+        assert (shard["settings"]["shard"], shard["asked"], shard["complete"]) == (f"{number}/2", 5, True)
+    assert cli.main([*argv, "--out", folders[3]]) == 0
+    whole = json.loads(capsys.readouterr().out)
+    assert cli.main(["survey", "--merge", *folders[:2], "--out", folders[2], "--json"]) == 0
+    merged = json.loads(capsys.readouterr().out)
+    assert merged["settings"] == whole["settings"]
+    assert (tmp_path / "merged" / "table.md").read_bytes() == (tmp_path / "whole" / "table.md").read_bytes()
+    assert cli.main(["survey", "--compare", *folders[2:]]) == 0
+    assert "significant at 5 %, corrected by Holm: none" in capsys.readouterr().out
+    assert cli.main(["survey", "--compare", *folders[2:], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["overall"]["pairs"] == 10
+    assert cli.main(["survey", "--merge", *folders[:2]]) == 2
+    assert "--merge needs --out" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from itertools import islice
 from multiprocessing import Pipe, connection
 from multiprocessing.reduction import ForkingPickler
 from multiprocessing.spawn import get_preparation_data
-from typing import Generic, TypeVar, final
+from typing import Any, Generic, TypeVar, final
 
 from spiraltrunk.errors import RunError
 from spiraltrunk.processes import worker as worker_process
@@ -26,7 +26,7 @@ from spiraltrunk.processes import worker as worker_process
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Variables that limit the threads of libraries."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -60,6 +60,10 @@ class Outcome(Generic[Job, Result]):
         if self.fault is not None:
             raise self.error or RunError(self.fault)
         return self.result  # type: ignore[return-value]
+
+
+Engine = Callable[[Callable[[Any], Any], Iterable[Any], int], Generator[Outcome[Any, Any], None, None]]
+"""What runs jobs in processes: takes the work, the jobs and the number of processes, as `run_jobs`."""
 
 
 def run_jobs(
@@ -135,7 +139,7 @@ class _Worker(Generic[Job, Result]):
         with theirs, _mask_signals():
             self.process = subprocess.Popen(
                 [sys.executable, *flags, "-c", program], pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL,
-                env=os.environ | dict.fromkeys(_THREADS, "1"),
+                env=os.environ | dict.fromkeys(THREADS, "1"),
             )  # fmt: skip
 
     def begin(self, work: Callable[[Job], Result], job: Job) -> None:

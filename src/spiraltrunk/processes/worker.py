@@ -48,7 +48,7 @@ def serve(number: int, parent: int, *, is_main: bool) -> None:
     work = _receive(pipe)
     _send(pipe, READY)
     while True:
-        _send(pipe, _try(work, _receive(pipe)))
+        _send(pipe, attempt(work, _receive(pipe)))
 
 
 def format_error(error: Exception, most: int = 300) -> str:
@@ -99,7 +99,8 @@ def _send(pipe: Connection, message: object) -> None:
         os._exit(0)
 
 
-def _try(work: Callable[[Any], object], job: object) -> tuple[object, str | None, Exception | None]:
+def attempt(work: Callable[[Any], object], job: object) -> tuple[object, str | None, Exception | None]:
+    """Result of the work; where it raises, the exception in one line, and itself where it can be sent."""
     try:
         return work(job), None, None
     except Exception as error:

@@ -17,6 +17,7 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.errors import OutputError, SurveyError
 from spiraltrunk.files.output_folder import open_output
+from spiraltrunk.workflows.survey.code_version import compute_code
 from spiraltrunk.workflows.survey.plan import SurveyPlan, derive_seed
 from spiraltrunk.workflows.survey.resume_log import FILES, Log
 from spiraltrunk.workflows.survey.run_survey import run_survey
@@ -128,7 +129,8 @@ def test_another_survey_is_refused(
 def test_a_survey_does_not_go_on_with_other_code(
     whole: Path, fakes: ModuleType, plan: SurveyPlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("spiraltrunk.workflows.survey.run_survey.compute_source", lambda: "0123456789abcdef")
+    code = compute_code() | {"source": "0123456789abcdef"}
+    monkeypatch.setattr("spiraltrunk.workflows.survey.run_survey.compute_code", lambda: code)
     with pytest.raises(SurveyError, match=r'source "[0-9a-f]{16}", not "0123456789abcdef"'):
         run_survey(plan, folder=whole, work=fakes.work)
 

@@ -1,18 +1,58 @@
-"""Digest of the code that a survey's trials were run with."""
+"""Code and versions that a survey's trials are run with, and work that refuses others."""
 
 from __future__ import annotations
 
 import hashlib
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any, final
 
 import spiraltrunk
+from spiraltrunk.errors import SurveyError
+from spiraltrunk.files.results import read_versions
 
 _PARTS = (
     "checks.py", "control", "design", "model", "sim", "strategies", "workflows/grasp/choice",
     "workflows/grasp/trial.py", "workflows/grasp/verdict", "workflows/grasp/world.py",
 )  # fmt: skip
 """Paths below the package's folder that a trial's outcome depends on."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class SameCode:
+    """Work for other machines, which must have the same code and packages."""
+
+    work: Callable[[Any], Any]
+    """The work."""
+    code: dict[str, Any]
+    """What `compute_code` says where the survey was begun."""
+
+    def __call__(self, job: Any) -> Any:
+        """Do the work.
+
+        Raises:
+            SurveyError: where this machine has other code or packages.
+        """
+        here = compute_code()
+        if here != self.code:
+            differing = ", ".join(key for key in here if here[key] != self.code.get(key))
+            raise SurveyError(
+                f"the machine {platform.node()!r} has another spiraltrunk or other packages ({differing} differ); "
+                "allowed: the same on every machine"
+            )
+        return self.work(job)
+
+
+@cache
+def compute_code() -> dict[str, Any]:
+    """Versions of the packages that a trial's outcome depends on, and the digest of the code."""
+    versions = read_versions("mujoco", "mink", "numpy", "scipy")
+    del versions["python"]  # Surveys of different Python versions are equal.
+    return {"versions": versions, "source": compute_source()}
 
 
 @cache

@@ -67,7 +67,7 @@ def open_log(output: OutputFolder, settings: Mapping[str, Any]) -> Iterator[Log]
     path = output.add_log("trials.jsonl")
     with path.open("a+b", buffering=0) as file:
         file.seek(0)
-        rows, whole = _read_rows(path, file.readall(), settings)
+        rows, whole = read_rows(path, file.readall(), settings)
         file.truncate(whole)
         yield Log(file, rows)
 
@@ -110,8 +110,14 @@ def write_tables(
         write_text(draft / "table.md", markdown)
 
 
-def _read_rows(path: Path, data: bytes, settings: Mapping[str, Any]) -> tuple[list[dict[str, Any]], int]:
-    """Rows of the complete lines, and their size in bytes."""
+def read_rows(
+    path: Path, data: bytes, settings: Mapping[str, Any], option: str = "--out"
+) -> tuple[list[dict[str, Any]], int]:
+    """Rows of the complete lines, and their size in bytes.
+
+    Raises:
+        SurveyError: where a line is no trial of the survey; it names the option that named the folder.
+    """
     lines = data.split(b"\n")
     torn = lines.pop()
     rows: list[dict[str, Any]] = []
@@ -123,11 +129,11 @@ def _read_rows(path: Path, data: bytes, settings: Mapping[str, Any]) -> tuple[li
             if (row["strategy"], row["index"]) in seen:
                 raise ValueError("there twice")
         except (ValueError, TypeError, OverflowError, RecursionError):
-            raise SurveyError(f"--out: line {number} of {str(path)!r} is no trial; {_ALLOWED}") from None
+            raise SurveyError(f"{option}: line {number} of {str(path)!r} is no trial; {_ALLOWED}") from None
         seen.add((row["strategy"], row["index"]))
         rows.append(row)
     if not (_HEAD.startswith(torn) or (torn.startswith(_HEAD) and torn.isascii() and torn.decode().isprintable())):
-        raise SurveyError(f"--out: the last line of {str(path)!r} is no trial; {_ALLOWED}")
+        raise SurveyError(f"{option}: the last line of {str(path)!r} is no trial; {_ALLOWED}")
     return rows, len(data) - len(torn)
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from spiraltrunk.workflows.grasp.verdict.cause import Cause
-from spiraltrunk.workflows.survey.plan import Entry, derive_seed
+from spiraltrunk.workflows.survey.plan import Entry, derive_seed, find_place, parse_shard
 
 Row = dict[str, Any]
 """One trial in plain values, ready for JSON."""
@@ -59,6 +59,12 @@ def check_row(row: Row, settings: Mapping[str, Any]) -> None:
     if type(index) is not int or not 0 <= index < settings["trials"]:
         raise ValueError("another trial")
     objects = settings["objects"][strategy]
+    shard, place = (
+        settings.get("shard"),
+        find_place(list(settings["objects"]).index(strategy), index, len(settings["objects"])),
+    )
+    if shard is not None and not parse_shard(shard).holds(place):
+        raise ValueError("of another shard")
     if row["object"] != objects[index % len(objects)] or not isinstance(row["reason"], str):
         raise ValueError("another object, or no reason")
     if type(row["seed"]) is not int or row["seed"] != derive_seed(settings["seed"], strategy, index):

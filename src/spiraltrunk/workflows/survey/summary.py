@@ -40,7 +40,7 @@ def summarize(plan: SurveyPlan, rows: Sequence[dict[str, Any]]) -> dict[str, Any
             "retried": sum(bool(row["retries"]) for row in own),
             "objects": by_object,
         }
-    asked = plan.trials * len(plan.objects)
+    asked = sum(plan.count_trials().values())
     by_class: dict[str, list[dict[str, Any]]] = {name: [] for name in sorted({find_class(row) for row in rows})}
     for row in rows:
         by_class[find_class(row)].append(row)

@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from spiraltrunk.workflows.survey.plan import Entry
@@ -31,6 +32,22 @@ def die_second(entry: Entry) -> dict[str, Any]:
     if entry.index == 1:
         os.kill(os.getpid(), signal.SIGKILL)
     return work(replace(entry, seed=1))
+
+
+def work_slowly(entry: Entry) -> dict[str, Any]:
+    time.sleep(0.5)
+    return work(entry)
+
+
+def die_once(entry: Entry) -> dict[str, Any]:
+    """The process dies at one trial, the first time; the environment names the file that remembers it."""
+    if entry.index == 2:
+        try:
+            Path(os.environ["SURVEY_FAKES_DEAD"]).touch(exist_ok=False)
+        except FileExistsError:
+            return work(entry)
+        os.kill(os.getpid(), signal.SIGKILL)
+    return work(entry)
 
 
 def hang_after_third(entry: Entry) -> dict[str, Any]:

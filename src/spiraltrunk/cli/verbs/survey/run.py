@@ -1,4 +1,4 @@
-"""``spiraltrunk survey``: randomised trials, and the success rate of each strategy."""
+"""Trials of ``spiraltrunk survey``, run here or on a cluster."""
 
 from __future__ import annotations
 
@@ -8,57 +8,40 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
-from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, add_file_count, complain, format_json, open_out
-from spiraltrunk.cli.verbs.design_options import add_design, add_timestep, choose_timestep, load_robot
+from spiraltrunk.cli.output import (
+    DONE,
+    INTERRUPTED,
+    Answer,
+    UsageError,
+    add_file_count,
+    complain,
+    format_json,
+    open_out,
+    quote,
+)
+from spiraltrunk.cli.verbs.design_options import choose_timestep, load_robot
 from spiraltrunk.cli.verbs.object_check import check_object
-from spiraltrunk.cli.verbs.survey_progress import show_survey
+from spiraltrunk.cli.verbs.survey.progress import show_survey
 
 if TYPE_CHECKING:
+    from spiraltrunk.processes.pool import Engine
     from spiraltrunk.workflows.survey.plan import SurveyPlan
 
 
-def add_verb(verbs: Any) -> None:
-    """Add the verb and its arguments."""
-    parser = add_parser(verbs, "survey", _run, "run randomised trials and count how often each strategy succeeds")
-    parser.add_argument(
-        "--strategies",
-        type=read_text,
-        default="all",
-        metavar="NAMES",
-        help="all nine (default), or names with commas, auto among them",
-    )
-    parser.add_argument(
-        "--trials", type=read_count, default=50, metavar="N", help="trials of each strategy (default 50)"
-    )
-    parser.add_argument("--seed", type=read_seed, default=0, help="seed of all trials (default 0)")
-    parser.add_argument(
-        "--workers", type=read_count, metavar="N", help="processes that share the trials (default: the processors)"
-    )
-    parser.add_argument(
-        "--object", type=read_text, metavar="NAME",
-        help="the object of every trial, as in grasp (default: in turn the objects of the strategy)",
-    )  # fmt: skip
-    add_design(parser)
-    add_timestep(parser)
-    parser.add_argument(
-        "--out", type=read_text, metavar="DIR",
-        help="write trials, table and plots there; the same command resumes an interrupted survey",
-    )  # fmt: skip
-
-
-def _run(arguments: argparse.Namespace) -> Answer:
+def run_trials(arguments: argparse.Namespace) -> Answer:
+    """Run the trials that are not there yet, and tell the rates."""
     from spiraltrunk.workflows.survey.resume_log import FILES, WRITER
     from spiraltrunk.workflows.survey.run_survey import MOST_WORKERS, run_survey
     from spiraltrunk.workflows.survey.tables import format_text
 
-    plan = _build_plan(arguments)
+    plan, engine = _build_plan(arguments), _build_engine(arguments)
+    counts = plan.count_trials()
     workers = min(len(os.sched_getaffinity(0)), MOST_WORKERS) if arguments.workers is None else arguments.workers
     done = 0
     try:
         with (
             open_out(arguments.out, WRITER, FILES) as output,
-            show_survey(sys.stderr, list(plan.objects), plan.trials) as show,
+            show_survey(sys.stderr, counts) as show,
         ):
 
             def watch(rows: Sequence[Any]) -> None:
@@ -66,16 +49,35 @@ def _run(arguments: argparse.Namespace) -> Answer:
                 done = len(rows)
                 show(rows)
 
-            result = run_survey(plan, workers=workers, folder=output, watch=watch)
+            result = run_survey(plan, workers=workers, folder=output, engine=engine, watch=watch)
     except KeyboardInterrupt:
         kept = (
             "are lost, as there is no --out"
             if arguments.out is None
             else f"are in {arguments.out}; the same command goes on with the rest"
         )
-        complain(f"{done} of {plan.trials * len(plan.objects)} trials {kept}", INTERRUPTED)
+        complain(f"{done} of {sum(counts.values())} trials {kept}", INTERRUPTED)
         raise
     return DONE, format_json(result) if arguments.json else add_file_count(format_text(result), result, arguments, "\n")
+
+
+def _build_engine(arguments: argparse.Namespace) -> Engine | None:
+    """What runs the trials; None for the pool of this machine.
+
+    Raises:
+        UsageError: for an address without Ray, and for a number of workers of a cluster.
+        MissingPackage: without Ray, where it is asked for.
+    """
+    if arguments.engine == "local":
+        if arguments.address is not None:
+            raise UsageError(f"--address: {quote(arguments.address)} given; allowed: with --engine ray")
+        return None
+    from spiraltrunk.processes.ray_engine import RayEngine, load_ray
+
+    if arguments.address is not None and arguments.workers is not None:
+        raise UsageError("--workers: given with --address; allowed: one of them: a cluster uses all its processors")
+    load_ray()  # Refused before anything is written.
+    return RayEngine(address=arguments.address)
 
 
 def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
@@ -105,4 +107,5 @@ def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
         seed=arguments.seed,
         design=design,
         timestep=choose_timestep(arguments),
+        shard=arguments.shard,
     )

@@ -13,10 +13,15 @@ Watch = Callable[[Sequence[Mapping[str, Any]]], None]
 
 
 @contextmanager
-def show_survey(stream: TextIO | None, names: Sequence[str], trials: int) -> Iterator[Watch]:
-    """A callback for all rows so far, before the first trial and after each."""
+def show_survey(stream: TextIO | None, trials: Mapping[str, int]) -> Iterator[Watch]:
+    """A callback for all rows so far, before the first trial and after each.
+
+    Args:
+        stream: where to show it.
+        trials: number of trials of each strategy.
+    """
     if stream is None or not stream.isatty():
-        yield _build_line_printer(stream, trials * len(names))
+        yield _build_line_printer(stream, sum(trials.values()))
         return
     from rich.console import Console
     from rich.progress import (
@@ -33,7 +38,7 @@ def show_survey(stream: TextIO | None, names: Sequence[str], trials: int) -> Ite
         TimeElapsedColumn(), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=Console(file=stream), transient=True) as bars:
-        tasks = {name: bars.add_task(name, total=trials, count="") for name in names}
+        tasks = {name: bars.add_task(name, total=total, count="") for name, total in trials.items()}
 
         def show(rows: Sequence[Mapping[str, Any]]) -> None:
             for name, task in tasks.items():

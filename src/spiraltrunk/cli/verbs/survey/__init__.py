@@ -1,0 +1,93 @@
+"""``spiraltrunk survey``: randomised trials, and the success rate of each strategy."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
+from spiraltrunk.cli.output import Answer, quote
+from spiraltrunk.cli.verbs.design_options import add_design, add_timestep
+from spiraltrunk.cli.verbs.survey.folders import OF_TRIALS, compare, merge
+from spiraltrunk.cli.verbs.survey.run import run_trials
+from spiraltrunk.errors import DesignError
+
+if TYPE_CHECKING:
+    from spiraltrunk.workflows.survey.plan import Shard
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb and its arguments."""
+    parser = add_parser(verbs, "survey", _run, "run randomised trials and count how often each strategy succeeds")
+    parser.add_argument(
+        "--strategies",
+        type=read_text,
+        default="all",
+        metavar="NAMES",
+        help="all nine (default), or names with commas, auto among them",
+    )
+    parser.add_argument(
+        "--trials", type=read_count, default=50, metavar="N", help="trials of each strategy (default 50)"
+    )
+    parser.add_argument("--seed", type=read_seed, default=0, help="seed of all trials (default 0)")
+    parser.add_argument(
+        "--workers", type=read_count, metavar="N", help="processes that share the trials (default: the processors)"
+    )
+    parser.add_argument(
+        "--object", type=read_text, metavar="NAME",
+        help="the object of every trial, as in grasp (default: in turn the objects of the strategy)",
+    )  # fmt: skip
+    add_design(parser)
+    add_timestep(parser)
+    parser.add_argument(
+        "--out", type=read_text, metavar="DIR",
+        help="write trials, table and plots there; the same command resumes an interrupted survey",
+    )  # fmt: skip
+    _add_machines(parser)
+    parser.set_defaults(defaults={name: parser.get_default(name) for name in OF_TRIALS})
+    _add_folders(parser)
+
+
+def _add_machines(parser: argparse.ArgumentParser) -> None:
+    """Add the options that spread trials over machines."""
+    parser.add_argument(
+        "--shard", type=read_shard, metavar="I/N",
+        help="run part I of N alone, from 1/N to N/N, on one of N machines; --merge puts them together",
+    )  # fmt: skip
+    parser.add_argument(
+        "--engine", choices=("local", "ray"), default="local",
+        help="what runs the trials: processes of this machine (default), or Ray (extra cluster)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--address", type=read_text, metavar="HOST",
+        help="Ray cluster that runs them, as 10.0.0.1:6379, or auto for the one of this node (default: a Ray of its "
+        "own on this machine)",
+    )  # fmt: skip
+
+
+def _add_folders(parser: argparse.ArgumentParser) -> None:
+    """Add the options that run nothing and read folders."""
+    parser.add_argument(
+        "--merge", type=read_text, nargs="+", metavar="DIR",
+        help="run nothing: merge all N shards in these folders into the survey in --out",
+    )  # fmt: skip
+    parser.add_argument(
+        "--compare", type=read_text, nargs=2, metavar="DIR",
+        help="run nothing: tell in which strategies two surveys of the same worlds differ significantly",
+    )  # fmt: skip
+
+
+def read_shard(text: str) -> Shard:
+    """A shard, as an argument's type."""
+    from spiraltrunk.workflows.survey.plan import parse_shard
+
+    try:
+        return parse_shard(text)
+    except DesignError as error:
+        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: {error.allowed}") from None
+
+
+def _run(arguments: argparse.Namespace) -> Answer:
+    if arguments.compare is not None:
+        return compare(arguments)
+    return run_trials(arguments) if arguments.merge is None else merge(arguments)

@@ -1,0 +1,71 @@
+"""``spiraltrunk survey --merge`` and ``--compare``, which read folders of surveys and run nothing."""
+
+from __future__ import annotations
+
+import argparse
+
+from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, format_json, open_out
+
+OF_TRIALS = (
+    "strategies",
+    "trials",
+    "seed",
+    "workers",
+    "object",
+    "design",
+    "friction",
+    "timestep",
+    "shard",
+    "engine",
+    "address",
+)
+"""Options of the trials that are run."""
+
+
+def merge(arguments: argparse.Namespace) -> Answer:
+    """Merge shards into one survey.
+
+    Raises:
+        UsageError: without ``--out``, and with an option of trials.
+        SurveyError: where the folders are not all shards of one survey.
+    """
+    from spiraltrunk.workflows.survey.merge import merge_surveys
+    from spiraltrunk.workflows.survey.resume_log import FILES, WRITER
+    from spiraltrunk.workflows.survey.tables import format_text
+
+    _refuse_others(arguments, "--merge", "--out alone")
+    with open_out(arguments.out, WRITER, FILES) as output:
+        if output is None:
+            raise UsageError("--merge needs --out; allowed: --merge DIR... --out DIR, where the survey is written")
+        result = merge_surveys(arguments.merge, output)
+    return DONE, format_json(result) if arguments.json else add_file_count(format_text(result), result, arguments, "\n")
+
+
+def compare(arguments: argparse.Namespace) -> Answer:
+    """Compare two surveys.
+
+    Raises:
+        UsageError: with an option of trials, and with ``--merge`` or ``--out``.
+        SurveyError: where a folder holds no survey.
+    """
+    from spiraltrunk.workflows.survey.compare.compare_surveys import compare_surveys
+    from spiraltrunk.workflows.survey.compare.comparison_text import format_comparison
+
+    _refuse_others(arguments, "--compare", "nothing but --json")
+    for name in ("merge", "out"):
+        if getattr(arguments, name) is not None:
+            raise UsageError(f"--compare and --{name} exclude each other; allowed: --compare DIR DIR alone")
+    result = compare_surveys(*arguments.compare)
+    return DONE, format_json(result) if arguments.json else format_comparison(result)
+
+
+def _refuse_others(arguments: argparse.Namespace, option: str, allowed: str) -> None:
+    """Refuse options of trials, which a folder's own settings answer.
+
+    Raises:
+        UsageError: with the first that was given.
+    """
+    for name in OF_TRIALS:
+        if getattr(arguments, name) != arguments.defaults[name]:
+            given = "timestep-ms" if name == "timestep" else name
+            raise UsageError(f"--{given} is of no use with {option}, which runs nothing; allowed: {allowed}")
