@@ -341,6 +341,11 @@ def test_slack_that_no_drum_takes_in_is_a_stall():
     assert run_untaken(0.02, [0.0] * 1000) is None, "more than a bend explains is another fault"
 
 
+def test_the_text_of_slack_that_no_drum_takes_in():
+    _, found = watch_untaken(0.499, -0.0123, (read(0.0, 0.0, 1.0),), DT, LIMITS)
+    assert found.text == "12 mm of cable are slack, and no drum has wound in for 0.5 s; one is stuck"
+
+
 def test_slack_that_a_drum_takes_in_now_and_then_is_none():
     assert run_untaken(-0.05, [0.0011] * 1000) is None
     assert run_untaken(-0.05, ([0.0] * 240 + [0.0011]) * 10) is None

@@ -201,6 +201,19 @@ def test_frames_that_were_owed_come_too_late_to_be_no_outage():
     assert state.loss == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("start", [0.0, 100.0])
+def test_frames_stay_owed_for_as_long_as_they_may_be_late(start):
+    """However long the driver has run before: 15 frames for 20 ms, and none afterwards."""
+    state, count, owed = LossState(), 0, []
+    for time, came in [(0.0, 1), (0.002, 2), (0.018, 1), *((0.018 + DT * k, 2) for k in range(1, 20))]:
+        count += came
+        state, _ = watch_loss(state, (build(start + time, n_frame=count),), DT, FRAME, LIMITS)
+        owed.append(state.owed.frames)
+    n_late = round(LIMITS.late_most / DT)
+    assert owed[2 : 2 + n_late] == pytest.approx([15.0] * n_late, abs=1e-6)
+    assert owed[2 + n_late + 2 :] == [0.0] * (len(owed) - n_late - 4)
+
+
 def test_a_silence_is_not_forgiven_twice():
     """What came too many pays for one silence, and evidence of a later loss is as strong as ever."""
     random.seed(5)
