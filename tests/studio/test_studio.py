@@ -3,6 +3,7 @@
 import json
 import pathlib
 import socket
+import threading
 import time
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
@@ -100,6 +101,33 @@ def test_an_error_is_a_notice_and_a_closed_page_closes_its_tabs(studio, open_pag
     page.close()
     wait_until(lambda: one.n_pages == 0)
     wait_until(lambda: TABS[0].closed)
+
+
+def test_the_server_answers_while_its_tabs_are_loaded(studio, browser):
+    loaded = threading.Event()
+
+    def load():
+        loaded.wait(60)
+        return [BallTab]
+
+    one = studio(load)
+    page = browser.new_page()
+    page.goto(one.address)  # Answered before there are tabs.
+    wait_until(lambda: one.n_pages == 1)
+    assert not TABS
+    loaded.set()
+    page.get_by_role("button", name="Ball", pressed=True).wait_for()
+    page.close()
+
+
+def test_tabs_that_cannot_be_loaded_are_a_notice(studio, browser):
+    def load():
+        raise StudioError("a package is missing")
+
+    page = browser.new_page()
+    page.goto(studio(load).address)
+    page.get_by_text("a package is missing").wait_for()
+    page.close()
 
 
 @pytest.mark.slow

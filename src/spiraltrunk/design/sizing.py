@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from scipy.optimize import brentq
-
 from spiraltrunk.checks import check_number
 from spiraltrunk.design.parts import CableDesign
 from spiraltrunk.design.rules import build_bare, build_compact
@@ -101,4 +99,6 @@ def _turns_between(wanted: float, n_section: int) -> tuple[float, float]:
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    from scipy.optimize import brentq
+
     return float(brentq(function, low, high, xtol=1e-15, rtol=1e-14))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import final
 
@@ -26,6 +27,10 @@ MOST_PAGES = 12
 """Pages that may be open at a time [-]."""
 
 
+Tabs = Sequence[Callable[[Page], Tab]]
+"""Constructors of tabs."""
+
+
 @explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -45,13 +50,14 @@ class Studio:
     """A running studio."""
 
     def __init__(
-        self, design: TrunkDesign, tabs: Sequence[Callable[[Page], Tab]], options: StudioOptions | None = None
+        self, design: TrunkDesign, tabs: Tabs | Callable[[], Tabs], options: StudioOptions | None = None
     ) -> None:
         """Open the port and start to answer.
 
         Args:
             design: the design that a new page opens on.
-            tabs: constructors of the tabs.
+            tabs: constructors of the tabs, or a function that gives them: it is called once, in a thread of its own,
+                and pages that open meanwhile wait for it, so that a browser starts while packages are imported.
             options: address.
 
         Raises:
@@ -65,11 +71,12 @@ class Studio:
         token = None if is_loopback(options.host) else secrets.token_urlsafe(16)
         self._gate = Gate(host=options.host, port=opened.getsockname()[1], token=token)
         self._design = design
-        self._tabs = tuple(tabs)
         self._first = options.first
         self._store = PageStore()
         self._pages: dict[int, tuple[Page, str]] = {}
         self._lock = threading.Lock()
+        self._tabs: Future[Tabs] = Future()
+        threading.Thread(target=self._load, args=(tabs,), name="studio tabs", daemon=True).start()
         self._server = start_server(opened, self._gate)
         self._server.on_client_connect(self._open)
         self._server.on_client_disconnect(self._close)
@@ -98,6 +105,12 @@ class Studio:
         with silence():
             self._server.stop()
 
+    def _load(self, tabs: Tabs | Callable[[], Tabs]) -> None:
+        try:
+            self._tabs.set_result(tabs() if callable(tabs) else tabs)
+        except Exception as error:  # Told on each page.
+            self._tabs.set_exception(error)
+
     def _open(self, client: ClientHandle) -> None:
         with self._lock:
             if len(self._pages) >= MOST_PAGES:
@@ -115,7 +128,7 @@ class Studio:
             self._pages[client.client_id] = (page, name)
 
         def build() -> None:
-            frame = Frame(page, self._tabs, lambda kept: self._store.save(name, kept))
+            frame = Frame(page, self._tabs.result(), lambda kept: self._store.save(name, kept))
             frame.restore(settings, self._first)
 
         page.post(build)

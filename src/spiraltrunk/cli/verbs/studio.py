@@ -6,10 +6,17 @@ import argparse
 import json
 import threading
 import webbrowser
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_text
 from spiraltrunk.cli.output import DONE, Answer, complain
+
+if TYPE_CHECKING:
+    from spiraltrunk.design import TrunkDesign
+    from spiraltrunk.hardware.setup.robot_file import RobotFile
+    from spiraltrunk.studio.page.page import Page
+    from spiraltrunk.studio.page.tab import Tab
 
 
 def add_verb(verbs: Any) -> None:
@@ -35,15 +42,19 @@ def add_verb(verbs: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
-    from spiraltrunk.hardware.setup.robot_limits import load_fitting_file
-    from spiraltrunk.studio.robot.hub import RobotHub
     from spiraltrunk.studio.studio import Studio, StudioOptions
-    from spiraltrunk.studio.tabs import build_tabs
 
     design = load_design(arguments.design)
-    file = None if arguments.robot is None else load_fitting_file(arguments.robot, design)
-    hub = RobotHub(design, file, without_watchdog=arguments.without_watchdog)
-    studio = Studio(design, build_tabs(hub), StudioOptions(host=arguments.host, port=arguments.port))
+    file, hubs = _load_robot(arguments.robot, design), []
+
+    def load_tabs() -> Sequence[Callable[[Page], Tab]]:
+        from spiraltrunk.studio.robot.hub import RobotHub
+        from spiraltrunk.studio.tabs import build_tabs
+
+        hubs.append(RobotHub(design, file, without_watchdog=arguments.without_watchdog))
+        return build_tabs(hubs[0])
+
+    studio = Studio(design, load_tabs, StudioOptions(host=arguments.host, port=arguments.port))
     try:
         if studio.needs_token:
             complain(f"others can reach this studio at {arguments.host}: whoever has the address can use it", DONE)
@@ -54,5 +65,14 @@ def _run(arguments: argparse.Namespace) -> Answer:
         threading.Event().wait()
     finally:
         studio.stop()
-        hub.close()
+        for hub in hubs:
+            hub.close()
     return DONE, ""
+
+
+def _load_robot(path: str | None, design: TrunkDesign) -> RobotFile | None:
+    if path is None:
+        return None
+    from spiraltrunk.hardware.setup.robot_limits import load_fitting_file
+
+    return load_fitting_file(path, design)

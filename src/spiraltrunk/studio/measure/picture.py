@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, final
 
 import numpy as np
-import trimesh
 
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
@@ -24,18 +23,13 @@ class MeasurePicture:
     """Nodes of the tab below ``/measure``."""
 
     def __init__(self, page: Page, design: TrunkDesign) -> None:
-        self._design = design
+        self._page, self._design = page, design
         count = design.n_section
         self._root = page.scene.add_frame("/measure/all", show_axes=False)
         self._model = TrunkView(page, "/measure/all/model", design, opacity=0.75, is_data=True)
         self._measured = page.scene.add_frame("/measure/all/measured", show_axes=False, wxyz=UPRIGHT, visible=False)
         self._base = add_base(page, "/measure/all/measured/base", design)
-        ball = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
-        wxyz = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
-        self._balls: Any = page.scene.add_batched_meshes_simple(
-            "/measure/all/measured/points", np.array(ball.vertices), np.array(ball.faces), wxyz, np.zeros((count, 3)),
-            batched_scales=np.full(count, 1e-6), batched_colors=line_color(MEASURED), lod="off",
-        )  # fmt: skip
+        self._balls: Any = None
         self._line: Any = page.scene.add_line_segments(
             "/measure/all/measured/line", np.zeros((count - 1, 2, 3)), line_color(MEASURED), thickness=3.0,
             thickness_units="screen",
@@ -55,6 +49,8 @@ class MeasurePicture:
         self._model.draw(Poses(position=origin, rotation=axes), colors, colors)
         is_seen = np.isfinite(measured).all(axis=-1)
         place = np.where(is_seen[:, None], measured, points)
+        if self._balls is None:
+            self._balls = self._add_balls()
         self._balls.batched_positions = place
         self._balls.batched_scales = np.where(is_seen, np.maximum(0.3 * self._design.section_radius, 2e-3), 1e-6)
         seen = measured[is_seen]
@@ -62,6 +58,18 @@ class MeasurePicture:
         self._away.points = np.stack([place, points], axis=1)
         turn_base(self._base, run.theta_0)
         self._measured.visible = True
+
+    def _add_balls(self) -> Any:
+        """Measured points; the package of the ball is imported here, in use."""
+        import trimesh
+
+        ball = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
+        count = self._design.n_section
+        wxyz = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+        return self._page.scene.add_batched_meshes_simple(
+            "/measure/all/measured/points", np.array(ball.vertices), np.array(ball.faces), wxyz, np.zeros((count, 3)),
+            batched_scales=np.full(count, 1e-6), batched_colors=line_color(MEASURED), lod="off",
+        )  # fmt: skip
 
     def hide(self) -> None:
         """Draw nothing."""

@@ -47,7 +47,7 @@ class Frame:
     def __init__(
         self, page: Page, kinds: Sequence[Callable[[Page], Tab]], save: Callable[[dict[str, Any]], None]
     ) -> None:
-        """Build all tabs in the page's thread.
+        """Lay out the page, in its thread; each tab is built when it is shown first, or soon after.
 
         Args:
             page: the page.
@@ -57,6 +57,7 @@ class Frame:
         self._page = page
         self._save = save
         self._tabs: dict[str, Tab] = {}
+        self._unbuilt: dict[str, Tab] = {}
         self._folders: dict[str, Any] = {}
         self._roots: dict[str, SceneNodeHandle] = {}
         self._shown = ""
@@ -76,6 +77,7 @@ class Frame:
         """Show the tab of a title; unknown titles are left out."""
         if title not in self._tabs or title == self._shown:
             return
+        self._build(title)
         if self._shown:
             self._tabs[self._shown].hide()
         self._shown = title
@@ -89,6 +91,8 @@ class Frame:
 
     def restore(self, settings: dict[str, Any], first: str = "") -> None:
         """Take settings of an earlier page, and show its tab; a new page shows the tab ``first``."""
+        for title in tuple(self._unbuilt) if settings else ():
+            self._build(title)
         for tab in self._tabs.values():
             kept = settings.get(tab.name)
             if isinstance(kept, dict):
@@ -99,17 +103,21 @@ class Frame:
         shown = settings.get("shown")
         titles = [title for title in (shown, first, *self._tabs) if title in self._tabs]
         self.show(titles[0])
+        for title in tuple(self._unbuilt):
+            self._page.post(lambda title=title: self._build(title))  # type: ignore[misc]
 
     def save(self) -> None:
         """Keep the settings of all tabs."""
-        settings = {tab.name: tab.read_settings() for tab in self._tabs.values()}
+        built = [tab for title, tab in self._tabs.items() if title not in self._unbuilt]
+        settings = {tab.name: tab.read_settings() for tab in built}
         self._save({**settings, "shown": self._shown, "dark": bool(self._dark.value)})
 
     def close(self) -> None:
         """Keep the settings, and close all tabs."""
         self._page.try_act(self.save)
-        for tab in self._tabs.values():
-            self._page.try_act(tab.close)
+        for title, tab in self._tabs.items():
+            if title not in self._unbuilt:
+                self._page.try_act(tab.close)
 
     def _dress(self) -> None:
         self._page.gui.configure_theme(
@@ -138,8 +146,13 @@ class Frame:
         root = self._page.scene.add_frame(f"/{tab.name}", show_axes=False, visible=False)
         folder = self._page.gui.add_folder(tab.title, visible=False)
         self._tabs[tab.title], self._folders[tab.title], self._roots[tab.title] = tab, folder, root
-        with folder:
-            tab.build()
+        self._unbuilt[tab.title] = tab
+
+    def _build(self, title: str) -> None:
+        tab = self._unbuilt.pop(title, None)
+        if tab is not None:
+            with self._folders[title]:
+                tab.build()
 
     def _mark(self) -> None:
         color = "rgb({}, {}, {})".format(*BRAND)

@@ -17,7 +17,7 @@ class Tab(Protocol):
     """Its title."""
 
     def build(self) -> None:
-        """Add controls and nodes; called once, within the tab's container."""
+        """Add controls and nodes; called once, within the tab's container, before any other method."""
 
     def show(self) -> None:
         """Become the visible tab: draw what was put off while hidden."""
