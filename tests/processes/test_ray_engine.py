@@ -34,6 +34,7 @@ class FakeRay:
         self.cpus = cpus
         self.is_up = False
         self.asked: dict[str, Any] = {}
+        self.token = ""
         self.largest = 0
         self.cancelled: list[Any] = []
         self.lost: set[int] = set()
@@ -51,6 +52,7 @@ class FakeRay:
         print("what Ray prints")
         os.write(1, b"what a library prints\n")
         self.asked, self.is_up = asked, True
+        self.token = os.environ.get("RAY_AUTH_TOKEN", "")
 
     def shutdown(self) -> None:
         self.is_up = False
@@ -103,6 +105,8 @@ def test_a_ray_of_this_machine_is_light_and_leaves_nothing(fakes: ModuleType, ra
     assert list(RayEngine()(fakes.double, [], 3)) == []
     folder = ray.asked.pop("_temp_dir")
     assert not os.path.lexists(folder)
+    assert len(ray.token) == 64, "else Ray writes a token of its own"
+    assert "RAY_AUTH_TOKEN" not in os.environ
     assert ray.asked.pop("object_store_memory") <= 128 * 2**20
     assert ray.asked == {
         "address": "local", "num_cpus": 3, "include_dashboard": False, "log_to_driver": False,
@@ -114,6 +118,7 @@ def test_a_cluster_keeps_its_own_size(fakes: ModuleType, ray: FakeRay) -> None:
     ray.cpus = 5
     list(RayEngine(address="10.0.0.1:6379")(fakes.double, range(30), 2))
     assert (ray.asked["address"], "num_cpus" in ray.asked, ray.largest) == ("10.0.0.1:6379", False, 10)
+    assert ray.token == "", "a cluster has its own"
 
 
 def test_a_job_that_raises_fails_alone(fakes: ModuleType, ray: FakeRay) -> None:

@@ -10,14 +10,16 @@ https://docs.ray.io/en/latest/ray-security/index.html
 from __future__ import annotations
 
 import os
+import secrets
 import shutil
 import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar, final
@@ -110,7 +112,7 @@ def _connect(ray: Any, address: str | None, workers: int) -> Iterator[None]:
     asked: dict[str, Any] = {"address": address}
     if folder is not None:
         asked = {"address": "local", "num_cpus": workers, "object_store_memory": _STORE, "_temp_dir": folder}
-    with _redirect_output():
+    with _redirect_output(), _set_environment({} if folder is None else _make_token()):
         try:
             _start(ray, asked)
             yield
@@ -125,6 +127,27 @@ def _make_folder() -> str:
     """A folder for Ray's files, where its sockets' names are short enough for the operating system."""
     usual = tempfile.gettempdir()
     return tempfile.mkdtemp(prefix="ray-", dir=usual if len(usual) <= _LONGEST else "/tmp")
+
+
+@cache
+def _make_token() -> dict[str, str]:
+    """Token without which nobody uses the ports of a Ray of this machine; Ray itself would write one to ``~/.ray``."""
+    is_chosen = any(name.startswith("RAY_AUTH_") for name in os.environ)
+    return {} if is_chosen else {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
+
+
+@contextmanager
+def _set_environment(variables: Mapping[str, str]) -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
 
 
 def _start(ray: Any, asked: dict[str, Any]) -> None:

@@ -1,7 +1,8 @@
 """Plan of a survey: its trials with strategy, object and seed, independent of where and when they run.
 
-A shard is a part of the trials for one of several machines. Trials are dealt out in turn. Each round begins with the
-next strategy, so that as many shards as strategies do not get one strategy each.
+A shard is a part of the trials for one of several machines. Trials are dealt out in turn. Each round begins with a
+strategy drawn from its number: else as many shards as strategies would get one strategy each, and the slowest one most
+of the work.
 """
 
 from __future__ import annotations
@@ -126,7 +127,8 @@ def find_place(strategy: int, index: int, count: int) -> int:
         index: number of the trial among those of its strategy, from 0.
         count: number of strategies.
     """
-    return index * count + (strategy + index) % count
+    first = int.from_bytes(hashlib.sha256(f"round {index}".encode()).digest()[:4])
+    return index * count + (strategy + first) % count
 
 
 def parse_shard(text: str) -> Shard:
