@@ -48,7 +48,7 @@ def format_settings(result: dict[str, Any]) -> str:
     """What was searched, in a sentence."""
     own = result["settings"]
     tried = [each for each in result["candidates"] if not each["faults"]]
-    unseen = next(iter(result["unseen"].values()), {"trials": 0})["trials"]
+    unseen = result["unseen"]["paper"]["trials"] if result["unseen"] else 0
     return (
         f"{len(result['candidates'])} candidates, {len(tried)} of them printable; {own['objects']} objects each, "
         f"strategy `{own['strategy']}`, cable friction {own['friction']:g}, seed {own['seed']}; "

@@ -14,16 +14,23 @@ from spiraltrunk.workflows.survey.summary import count_rate
 
 pytest.importorskip("optuna", reason="the search needs the extra optimize")
 
-FEW = ("--trials", "2", "--objects", "5", "--unseen", "5")
+FEW = ("--trials", "2", "--objects", "5", "--unseen", "5", "--workers", "2")
 
 
 @pytest.fixture(autouse=True)
 def fake_trials(monkeypatch: pytest.MonkeyPatch) -> None:
-    def run(plan: Any, folder: Path, *, workers: int) -> dict[str, Any]:
-        rows = [{"success": i % 2 == 0} for i in range(plan.trials)]
-        return {"strategies": {name: {**count_rate(rows), "causes": {"slipped": 2}} for name in plan.objects}}
+    class FakeTrials:
+        def __init__(self, **options: Any) -> None:
+            assert options == {"workers": 2, "engine": None}
 
-    monkeypatch.setattr(optimize, "_run_local", run)
+        def run(self, plan: Any, folder: Path) -> dict[str, Any]:
+            rows = [{"success": i % 2 == 0} for i in range(plan.trials)]
+            return {"strategies": {name: {**count_rate(rows), "causes": {"slipped": 2}} for name in plan.objects}}
+
+        def compare(self, a: Path, b: Path) -> dict[str, Any]:
+            return {"overall": {"difference": 0.1, "low": -0.1, "high": 0.3, "p": 0.5, "only_a": 1, "only_b": 2}}
+
+    monkeypatch.setattr(optimize, "LocalTrials", FakeTrials)
     monkeypatch.setattr(objective, "find_faults", lambda design: ())
 
 
@@ -32,6 +39,7 @@ def test_the_table_names_the_best_and_the_paper(tmp_path: Path, capsys: pytest.C
     printed = capsys.readouterr()
     assert "3 of 5" in printed.out
     assert "preset paper" in printed.out
+    assert "Difference +10 % of the objects (-10 to +30 %, paired)" in printed.out
     assert all(each.name in printed.out for each in search_space.SPACE)
     assert f"6 files in {tmp_path}" in printed.out
     assert "candidate 1" in printed.err
@@ -55,6 +63,7 @@ def test_json_alone_on_standard_output(tmp_path: Path, capsys: pytest.CaptureFix
         (("--kind", "cloud"), "unknown class of everyday shapes 'cloud'"),
         (("--friction", "nan"), "argument --friction: 'nan' given"),
         (("--friction", "3"), "optimize.friction is 3.0; allowed: a finite number, at least 0, below 2"),
+        (("--address", "10.0.0.1"), "--address: '10.0.0.1' given; allowed: with --engine ray"),
         (("--workers", "0"), "survey.workers is 0"),
     ],
 )

@@ -31,13 +31,17 @@ class Fake:
         self.plans: list[SurveyPlan] = []
         self.stop_at = stop_at
 
-    def __call__(self, plan: SurveyPlan, folder: Path) -> Mapping[str, Any]:
+    def run(self, plan: SurveyPlan, folder: Path) -> Mapping[str, Any]:
         if len(self.plans) == self.stop_at:
             raise KeyboardInterrupt
         self.plans.append(plan)
         share = min(1.0, plan.design.joint.radius / 0.0048)
         rows = [{"success": i < share * plan.trials} for i in range(plan.trials)]
         return {"strategies": {name: {**count_rate(rows), "causes": {}} for name in plan.objects}}
+
+    def compare(self, a: Path, b: Path) -> Mapping[str, Any]:
+        assert (a.name, b.name) == ("paper", "best")
+        return {"overall": {"difference": 0.1, "low": -0.1, "high": 0.3, "p": 0.5, "only_a": 1, "only_b": 2}}
 
 
 @pytest.fixture(autouse=True)
@@ -52,7 +56,7 @@ def read(folder: Path) -> dict[str, Any]:
 
 def test_the_first_candidate_has_the_authors_proportions(tmp_path: Path) -> None:
     fake = Fake()
-    run_search(replace(SETTINGS, candidates=1, unseen=0), tmp_path, run_trials=fake)
+    run_search(replace(SETTINGS, candidates=1, unseen=0), tmp_path, trials=fake)
     design = fake.plans[0].design
     assert design.spiral.b == pytest.approx(presets.PAPER.spiral.b, rel=2e-3)
     assert (design.n_section, design.cable.hole_fraction) == (18, 0.6)
@@ -61,7 +65,7 @@ def test_the_first_candidate_has_the_authors_proportions(tmp_path: Path) -> None
 
 
 def test_it_finds_what_is_better_and_says_so(tmp_path: Path) -> None:
-    result = run_search(replace(SETTINGS, candidates=30), tmp_path, run_trials=Fake())
+    result = run_search(replace(SETTINGS, candidates=30), tmp_path, trials=Fake())
     best, first = result["candidates"][result["best"]], result["candidates"][0]
     assert best["success"] > first["success"] + 0.05
     assert result["unseen"]["best"]["successes"] > result["unseen"]["paper"]["successes"]
@@ -74,23 +78,23 @@ def test_it_finds_what_is_better_and_says_so(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("stop_at", [0, 3, 5, 7])
 def test_an_interrupted_search_goes_on_as_if_it_had_not_been(tmp_path: Path, stop_at: int) -> None:
-    whole = run_search(SETTINGS, tmp_path / "whole", run_trials=Fake())
+    whole = run_search(SETTINGS, tmp_path / "whole", trials=Fake())
     with pytest.raises(KeyboardInterrupt):
-        run_search(SETTINGS, tmp_path / "cut", run_trials=Fake(stop_at))
+        run_search(SETTINGS, tmp_path / "cut", trials=Fake(stop_at))
     assert len(read(tmp_path / "cut")["candidates"]) == min(stop_at, 6) if stop_at else True
-    assert run_search(SETTINGS, tmp_path / "cut", run_trials=Fake()) == whole
+    assert run_search(SETTINGS, tmp_path / "cut", trials=Fake()) == whole
 
 
 def test_more_candidates_go_on_with_the_same_search(tmp_path: Path) -> None:
-    run_search(replace(SETTINGS, candidates=3), tmp_path / "more", run_trials=Fake())
-    more = run_search(SETTINGS, tmp_path / "more", run_trials=Fake())
-    assert more == run_search(SETTINGS, tmp_path / "whole", run_trials=Fake())
+    run_search(replace(SETTINGS, candidates=3), tmp_path / "more", trials=Fake())
+    more = run_search(SETTINGS, tmp_path / "more", trials=Fake())
+    assert more == run_search(SETTINGS, tmp_path / "whole", trials=Fake())
 
 
 def test_what_cannot_be_printed_is_not_simulated_and_not_the_best(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(objective, "find_faults", lambda design: ("wall too thin",) if design.n_section > 18 else ())
     fake = Fake()
-    result = run_search(replace(SETTINGS, candidates=20, unseen=0), tmp_path, run_trials=fake)
+    result = run_search(replace(SETTINGS, candidates=20, unseen=0), tmp_path, trials=fake)
     refused = [each for each in result["candidates"] if each["faults"]]
     assert refused
     assert all(each["trials"] == 0 for each in refused)
@@ -112,7 +116,7 @@ def test_every_design_meets_the_same_worlds_and_unseen_ones_are_others() -> None
 
 
 def test_values_that_give_no_trunk_are_a_fault(tmp_path: Path) -> None:
-    judged = evaluate(3, {**FIRST, "joint_radius_factor": 9.0}, SETTINGS, tmp_path, Fake())
+    judged = evaluate(3, {**FIRST, "joint_radius_factor": 9.0}, SETTINGS, tmp_path, Fake().run)
     assert judged.faults == ("joint_radius_factor is 9.0; allowed: a finite number, at least 0.8, at most 1.25",)
 
 
@@ -154,27 +158,27 @@ def test_the_front_holds_what_nothing_beats() -> None:
 )
 def test_the_folder_of_another_search_is_refused(tmp_path: Path, change: dict[str, Any], line: str) -> None:
     settings = replace(SETTINGS, candidates=1, unseen=0)
-    run_search(settings, tmp_path, run_trials=Fake())
+    run_search(settings, tmp_path, trials=Fake())
     before = read(tmp_path)
     with pytest.raises(OutputError, match=line):
-        run_search(replace(settings, **change), tmp_path, run_trials=Fake())
+        run_search(replace(settings, **change), tmp_path, trials=Fake())
     assert read(tmp_path) == before
 
 
 def test_a_damaged_journal_is_one_line(tmp_path: Path) -> None:
     settings = replace(SETTINGS, candidates=2, unseen=0)
-    run_search(settings, tmp_path, run_trials=Fake())
+    run_search(settings, tmp_path, trials=Fake())
     (tmp_path / "study.log").write_text('{"op_code": 99}\nnothing\n{}\n')
     with pytest.raises(OutputError, match="is no journal of a search"):
-        run_search(settings, tmp_path, run_trials=Fake())
+        run_search(settings, tmp_path, trials=Fake())
 
 
 def test_a_journal_whose_last_line_was_cut_off_goes_on(tmp_path: Path) -> None:
-    whole = run_search(replace(SETTINGS, unseen=0), tmp_path / "whole", run_trials=Fake())
-    run_search(replace(SETTINGS, candidates=3, unseen=0), tmp_path / "cut", run_trials=Fake())
+    whole = run_search(replace(SETTINGS, unseen=0), tmp_path / "whole", trials=Fake())
+    run_search(replace(SETTINGS, candidates=3, unseen=0), tmp_path / "cut", trials=Fake())
     journal = tmp_path / "cut" / "study.log"
     journal.write_bytes(journal.read_bytes()[:-20])
-    again = run_search(replace(SETTINGS, unseen=0), tmp_path / "cut", run_trials=Fake())
+    again = run_search(replace(SETTINGS, unseen=0), tmp_path / "cut", trials=Fake())
     assert again["candidates"] == whole["candidates"]
 
 
@@ -199,4 +203,4 @@ def test_a_real_search_of_one_candidate(tmp_path: Path, monkeypatch: pytest.Monk
     result = run_search(settings, tmp_path)
     assert result["candidates"][0]["trials"] == 2
     assert (tmp_path / "candidates" / "0000" / "trials.jsonl").exists()
-    assert set(result["unseen"]) == {"paper", "best"}
+    assert set(result["unseen"]) == {"paper", "best", "difference"}

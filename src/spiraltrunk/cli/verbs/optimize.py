@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from typing import Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_number, read_seed, read_text
 from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, add_file_count, complain, format_json
 from spiraltrunk.cli.progress import show_progress
+from spiraltrunk.cli.verbs.engine_options import add_engine, add_workers, build_engine, count_workers
 
 
 def add_verb(verbs: Any) -> None:
@@ -41,25 +41,23 @@ def add_verb(verbs: Any) -> None:
         help="coefficient of friction between cables and holes (default 0)",
     )  # fmt: skip
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of objects, worlds and search (default 0)")
-    parser.add_argument(
-        "--workers", type=read_count, metavar="N", help="processes that share the trials (default: the processors)"
-    )
+    add_workers(parser)
+    add_engine(parser)
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.workflows.optimize.optimize import run_search
     from spiraltrunk.workflows.optimize.settings import SearchSettings
     from spiraltrunk.workflows.optimize.tables import format_text
-    from spiraltrunk.workflows.survey.run_survey import MOST_WORKERS
 
     settings = SearchSettings(
         candidates=arguments.trials, objects=arguments.objects, unseen=arguments.unseen, strategy=arguments.strategy,
         kind=arguments.kind, friction=float(arguments.friction), seed=arguments.seed,
     )  # fmt: skip
-    workers = min(len(os.sched_getaffinity(0)), MOST_WORKERS) if arguments.workers is None else arguments.workers
+    engine, workers = build_engine(arguments), count_workers(arguments)
     try:
         with show_progress(sys.stderr) as progress:
-            result = run_search(settings, arguments.out, workers=workers, progress=progress)
+            result = run_search(settings, arguments.out, workers=workers, engine=engine, progress=progress)
     except KeyboardInterrupt:
         complain(f"what has ended is in {arguments.out}; the same command goes on with the rest", INTERRUPTED)
         raise

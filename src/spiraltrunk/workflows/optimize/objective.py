@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, final
+from typing import Any, Protocol, final
 
 from spiraltrunk.design.rules import graspable_range, payload
 from spiraltrunk.design.trunk import TrunkDesign
@@ -23,7 +23,17 @@ OBJECTIVES = ("success", "payload", "range")
 """Names of what is maximised, in this order."""
 
 RunSurvey = Callable[[SurveyPlan, Path], Mapping[str, Any]]
-"""Runs a survey in a folder, and gives its result with all rows."""
+"""Runs a survey in a folder, and gives its result."""
+
+
+class Trials(Protocol):
+    """Runs and compares surveys in folders."""
+
+    def run(self, plan: SurveyPlan, folder: Path) -> Mapping[str, Any]:
+        """Result of a survey; trials that its folder holds are not run again."""
+
+    def compare(self, a: Path, b: Path) -> Mapping[str, Any]:
+        """Paired comparison of two surveys, as `compare_surveys` gives it."""
 
 
 @explain_fields

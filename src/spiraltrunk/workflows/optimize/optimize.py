@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
-from functools import partial
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, final
 
@@ -17,13 +16,14 @@ from spiraltrunk.errors import OutputError
 from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.files.results import Progress, format_json, ignore_progress, read_versions, to_json
+from spiraltrunk.processes.pool import Engine
 from spiraltrunk.report.search_plot import CandidatePoint, build_front_figure, build_history_figure
 from spiraltrunk.report.style import write_figure
 from spiraltrunk.workflows.optimize.objective import (
     OBJECTIVES,
     PAYLOAD_WIDTH,
     Evaluation,
-    RunSurvey,
+    Trials,
     choose_best,
     evaluate,
     find_front,
@@ -33,6 +33,7 @@ from spiraltrunk.workflows.optimize.sampler import Sampler
 from spiraltrunk.workflows.optimize.search_space import SPACE, build_candidate
 from spiraltrunk.workflows.optimize.settings import SearchSettings
 from spiraltrunk.workflows.optimize.tables import format_markdown
+from spiraltrunk.workflows.survey.compare.compare_surveys import compare_surveys
 from spiraltrunk.workflows.survey.plan import SurveyPlan
 from spiraltrunk.workflows.survey.run_survey import MOST_WORKERS, run_survey
 
@@ -50,8 +51,9 @@ def run_search(
     folder: str | Path | OutputFolder,
     *,
     workers: int = 1,
+    engine: Engine | None = None,
     progress: Progress = ignore_progress,
-    run_trials: RunSurvey | None = None,
+    trials: Trials | None = None,
 ) -> dict[str, Any]:
     """Judge candidates until there are as many as asked for; those that the folder holds are not judged again.
 
@@ -61,8 +63,9 @@ def run_search(
         settings: what is searched.
         folder: where surveys, the journal and the result are kept.
         workers: processes that share the trials of a candidate.
+        engine: what runs the trials, as in `run_survey`; None is the pool of this machine.
         progress: called as the work goes on.
-        run_trials: runs a survey in a folder; None runs it in processes of this machine.
+        trials: runs and compares surveys in folders; None takes `run_survey` and `compare_surveys`.
 
     Returns:
         Candidates, the best, the Pareto front and the comparison on unseen objects, ready for JSON.
@@ -75,11 +78,11 @@ def run_search(
         RunError: where processes cannot be started.
     """
     check_count("survey.workers", workers, least=1, most=MOST_WORKERS)
-    run = run_trials or partial(_run_local, workers=workers)
+    trials = trials or LocalTrials(workers=workers, engine=engine)
     with open_output(folder, WRITER, FILES) as output:
         _check_folder(output, settings)
         sampler = Sampler(output.add_log("study.log"), settings.seed)
-        judge = _Judge(settings, output, run, progress)
+        judge = _Judge(settings, output, trials, progress)
         done = [judge.evaluate(number, values) for number, values in sampler.list_judged()]
         result = _summarise(settings, done, {})
         try:
@@ -98,17 +101,36 @@ def run_search(
 
 
 @final
+@dataclass(frozen=True, kw_only=True)
+class LocalTrials:
+    """Surveys in folders of this machine, their trials run by its processes or by an engine."""
+
+    workers: int = 1
+    """Processes."""
+    engine: Engine | None = None
+    """What runs the trials; None is the pool of this machine."""
+
+    def run(self, plan: SurveyPlan, folder: Path) -> Mapping[str, Any]:
+        """See `run_survey`."""
+        return run_survey(plan, workers=self.workers, folder=folder, engine=self.engine)
+
+    def compare(self, a: Path, b: Path) -> Mapping[str, Any]:
+        """See `compare_surveys`."""
+        return compare_surveys(a, b)
+
+
+@final
 class _Judge:
     """Evaluates candidates in folders of their own."""
 
-    def __init__(self, settings: SearchSettings, output: OutputFolder, run: RunSurvey, progress: Progress) -> None:
-        self._settings, self._output, self._run, self._progress = settings, output, run, progress
+    def __init__(self, settings: SearchSettings, output: OutputFolder, trials: Trials, progress: Progress) -> None:
+        self._settings, self._output, self._trials, self._progress = settings, output, trials, progress
 
     def evaluate(self, number: int, values: Mapping[str, float]) -> Evaluation:
         """The candidate's evaluation; trials that were run are read from its folder."""
         self._progress(f"candidate {number}", number, self._settings.candidates)
         folder = self._output.path / "candidates" / f"{number:04d}"
-        return evaluate(number, values, self._settings, folder, self._run)
+        return evaluate(number, values, self._settings, folder, self._trials.run)
 
     def compare(self, best: Evaluation | None) -> dict[str, Any]:
         """The best trunk and the preset paper on objects that the search has not seen, in the same worlds."""
@@ -118,20 +140,20 @@ class _Judge:
             presets.PAPER, cable=replace(presets.PAPER.cable, friction=self._settings.friction), name="paper"
         )
         designs = {"paper": paper, "best": self._build(best)}
-        found = {}
+        found, folder = {}, self._output.path / "unseen"
         for i, (name, design) in enumerate(designs.items()):
             self._progress(f"unseen objects, {name}", self._settings.candidates + i, self._settings.candidates + 2)
             plan = plan_trials(self._settings, design, are_unseen=True)
-            found[name] = self._run(plan, self._output.path / "unseen" / name)["strategies"][self._settings.strategy]
+            found[name] = self._trials.run(plan, folder / name)["strategies"][self._settings.strategy]
+        paired = self._trials.compare(folder / "paper", folder / "best")["overall"]
         keys = ("trials", "successes", "rate", "low", "high", "causes")
-        return {name: {key: counted[key] for key in keys} for name, counted in found.items()}
+        return {
+            **{name: {key: counted[key] for key in keys} for name, counted in found.items()},
+            "difference": {key: paired[key] for key in ("difference", "low", "high", "p", "only_a", "only_b")},
+        }
 
     def _build(self, best: Evaluation) -> TrunkDesign:
         return build_candidate(best.values, friction=self._settings.friction, name=f"candidate-{best.number}")
-
-
-def _run_local(plan: SurveyPlan, folder: Path, *, workers: int) -> dict[str, Any]:
-    return run_survey(plan, workers=workers, folder=folder)
 
 
 def _check_folder(output: OutputFolder, settings: SearchSettings) -> None:

@@ -20,6 +20,7 @@ def format_text(result: Mapping[str, Any]) -> str:
     told = [format_table(rows[:_SHOWN], header=header)]
     if result["unseen"]:
         told.append(format_table(_list_unseen(result), header=_UNSEEN))
+        told.append(_format_difference(result["unseen"]["difference"]))
     return "\n\n".join(told)
 
 
@@ -30,6 +31,7 @@ def format_markdown(result: Mapping[str, Any]) -> str:
     text = short + _format_rows(header, rows)
     if result["unseen"]:
         text += "\n" + _format_rows(_UNSEEN, _list_unseen(result))
+        text += f"\n{_format_difference(result['unseen']['difference'])}\n"
     return text
 
 
@@ -57,7 +59,18 @@ def _list_unseen(result: Mapping[str, Any]) -> list[tuple[str, ...]]:
         (names[name], f"{own['successes']} of {own['trials']}", f"{100 * own['rate']:.0f} %",
          f"{100 * own['low']:.0f} to {100 * own['high']:.0f} %")
         for name, own in result["unseen"].items()
+        if name in names
     ]  # fmt: skip
+
+
+def _format_difference(told: Mapping[str, Any]) -> str:
+    """Paired difference of the two rates, in words."""
+    low, high = (f"{100 * told[key]:+.0f}" for key in ("low", "high"))
+    return (
+        f"Difference {100 * told['difference']:+.0f} % of the objects ({low} to {high} %, paired); "
+        f"{told['only_b']} by the best alone, {told['only_a']} by the paper's alone; "
+        f"p = {told['p']:.2g} (exact McNemar)."
+    )
 
 
 def _format_rows(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

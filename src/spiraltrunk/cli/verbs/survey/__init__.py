@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
 from spiraltrunk.cli.output import Answer, quote
 from spiraltrunk.cli.verbs.design_options import add_design, add_timestep
+from spiraltrunk.cli.verbs.engine_options import add_engine, add_workers
 from spiraltrunk.cli.verbs.survey.folders import OF_TRIALS, compare, merge
 from spiraltrunk.cli.verbs.survey.run import run_trials
 from spiraltrunk.errors import DesignError
@@ -30,9 +31,7 @@ def add_verb(verbs: Any) -> None:
         "--trials", type=read_count, default=50, metavar="N", help="trials of each strategy (default 50)"
     )
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of all trials (default 0)")
-    parser.add_argument(
-        "--workers", type=read_count, metavar="N", help="processes that share the trials (default: the processors)"
-    )
+    add_workers(parser)
     parser.add_argument(
         "--object", type=read_text, metavar="NAME",
         help="the object of every trial, as in grasp (default: in turn the objects of the strategy)",
@@ -54,15 +53,7 @@ def _add_machines(parser: argparse.ArgumentParser) -> None:
         "--shard", type=read_shard, metavar="I/N",
         help="run part I of N alone, from 1/N to N/N, on one of N machines; --merge puts them together",
     )  # fmt: skip
-    parser.add_argument(
-        "--engine", choices=("local", "ray"), default="local",
-        help="what runs the trials: processes of this machine (default), or Ray (extra cluster)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--address", type=read_text, metavar="HOST",
-        help="Ray cluster that runs them, as 10.0.0.1:6379, or auto for the one of this node (default: a Ray of its "
-        "own on this machine)",
-    )  # fmt: skip
+    add_engine(parser)
 
 
 def _add_folders(parser: argparse.ArgumentParser) -> None:

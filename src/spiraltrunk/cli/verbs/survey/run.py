@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -12,31 +11,28 @@ from spiraltrunk.cli.output import (
     DONE,
     INTERRUPTED,
     Answer,
-    UsageError,
     add_file_count,
     complain,
     format_json,
     open_out,
-    quote,
 )
 from spiraltrunk.cli.verbs.design_options import choose_timestep, load_robot
+from spiraltrunk.cli.verbs.engine_options import build_engine, count_workers
 from spiraltrunk.cli.verbs.object_check import check_object
 from spiraltrunk.cli.verbs.survey.progress import show_survey
 
 if TYPE_CHECKING:
-    from spiraltrunk.processes.pool import Engine
     from spiraltrunk.workflows.survey.plan import SurveyPlan
 
 
 def run_trials(arguments: argparse.Namespace) -> Answer:
     """Run the trials that are not there yet, and tell the rates."""
     from spiraltrunk.workflows.survey.resume_log import FILES, WRITER
-    from spiraltrunk.workflows.survey.run_survey import MOST_WORKERS, run_survey
+    from spiraltrunk.workflows.survey.run_survey import run_survey
     from spiraltrunk.workflows.survey.tables import format_text
 
-    plan, engine = _build_plan(arguments), _build_engine(arguments)
+    plan, engine = _build_plan(arguments), build_engine(arguments)
     counts = plan.count_trials()
-    workers = min(len(os.sched_getaffinity(0)), MOST_WORKERS) if arguments.workers is None else arguments.workers
     done = 0
     try:
         with (
@@ -49,7 +45,7 @@ def run_trials(arguments: argparse.Namespace) -> Answer:
                 done = len(rows)
                 show(rows)
 
-            result = run_survey(plan, workers=workers, folder=output, engine=engine, watch=watch)
+            result = run_survey(plan, workers=count_workers(arguments), folder=output, engine=engine, watch=watch)
     except KeyboardInterrupt:
         kept = (
             "are lost, as there is no --out"
@@ -59,25 +55,6 @@ def run_trials(arguments: argparse.Namespace) -> Answer:
         complain(f"{done} of {sum(counts.values())} trials {kept}", INTERRUPTED)
         raise
     return DONE, format_json(result) if arguments.json else add_file_count(format_text(result), result, arguments, "\n")
-
-
-def _build_engine(arguments: argparse.Namespace) -> Engine | None:
-    """What runs the trials; None for the pool of this machine.
-
-    Raises:
-        UsageError: for an address without Ray, and for a number of workers of a cluster.
-        MissingPackage: without Ray, where it is asked for.
-    """
-    if arguments.engine == "local":
-        if arguments.address is not None:
-            raise UsageError(f"--address: {quote(arguments.address)} given; allowed: with --engine ray")
-        return None
-    from spiraltrunk.processes.ray_engine import RayEngine, load_ray
-
-    if arguments.address is not None and arguments.workers is not None:
-        raise UsageError("--workers: given with --address; allowed: one of them: a cluster uses all its processors")
-    load_ray()  # Refused before anything is written.
-    return RayEngine(address=arguments.address)
 
 
 def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
