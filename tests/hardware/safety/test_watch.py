@@ -86,6 +86,7 @@ def test_what_is_known_of_the_noise_is_kept_when_torque_is_switched_on_again(wat
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 def test_an_hour_of_nominal_running_raises_nothing(watches):
     assert run(watches, 3600.0) == (set(), math.inf, ())
 

@@ -32,6 +32,7 @@ def test_what_must_happen_happens(name, nominal):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_it_happens_with_other_slack_and_other_faults_too(seed):
     results = run_selftest(PAPER, seed=seed)

@@ -36,6 +36,7 @@ def show(result: SoakResult) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 def test_a_minute_of_nominal_operation_raises_nothing():
     result = run_soak(PAPER, {"swing": swing(9.0)}, duration=60.0, fault_period=math.inf)
     show(result)
@@ -46,6 +47,7 @@ def test_a_minute_of_nominal_operation_raises_nothing():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 def test_every_fault_is_noted_with_its_time_and_reaction():
     result = run_soak(PAPER, {"swing": swing(9.0)}, duration=90.0, seed=3, fault_period=5.0)
     show(result)
@@ -61,6 +63,7 @@ def test_every_fault_is_noted_with_its_time_and_reaction():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 def test_a_hot_motor_cools_before_the_next_homing(monkeypatch):
     monkeypatch.setattr(soak, "FAULTS", ("over_temperature",))
     result = run_soak(PAPER, {"swing": swing(9.0)}, duration=20.0, seed=1, fault_period=1.0)
@@ -101,6 +104,7 @@ def test_steps_of_the_tension_and_slack_cables_are_no_fault(seed):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 @pytest.mark.parametrize("seed", range(2, 22))
 def test_many_steps_of_the_tension_are_no_fault(seed):
     robot = step_at_random(seed, 25.0)

@@ -13,6 +13,7 @@ def _run(name, **options):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 def test_a_kick_succeeds_on_the_twin_and_its_log_is_read_again(tmp_path):
     done = _run("kick", log=tmp_path / "kick.mcap")
     assert done.trial.verdict.success, done.trial.verdict.reason
@@ -22,6 +23,7 @@ def test_a_kick_succeeds_on_the_twin_and_its_log_is_read_again(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 @pytest.mark.parametrize("name", strategies.NAMES)
 def test_no_strategy_raises_a_false_alarm(name):
     """Nothing is wrong with the twin: whatever the strategy achieves, no watch may stop it."""

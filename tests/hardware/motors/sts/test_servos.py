@@ -399,6 +399,7 @@ def test_frames_of_any_content_move_nothing():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 def test_ten_minutes_of_random_torques_on_a_poor_line_lose_no_turn():
     """1 % lost, late by up to 8 ms, cables that pull back: no turn is lost, no false alarm, nothing drifts."""
     bench, source = Bench(seed=6, slack=0.05), random.Random(7)
@@ -417,6 +418,7 @@ def test_ten_minutes_of_random_torques_on_a_poor_line_lose_no_turn():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(7200)
 def test_a_million_frames_of_any_content_move_nothing():
     assert fuzz(1_000_000) == [0.0] * 3
 
