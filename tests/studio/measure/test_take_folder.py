@@ -64,11 +64,13 @@ def test_a_bad_protocol_changes_nothing(folder):
 def test_a_reload_finds_the_folder_once_and_old_ones_are_removed(monkeypatch):
     monkeypatch.setattr(take_folder, "_MOST_KEPT", 1)
     first, second = TakeFolder(), TakeFolder()
+    assert first.folder.exists()
+    assert second.folder.exists()
     keep_folder(first)
     keep_folder(second)
     assert not first.folder.exists()
-    assert find_folder(first.folder.name) is None
-    assert find_folder(second.folder.name) is second
-    assert find_folder(second.folder.name) is None
+    assert find_folder(first.name) is None
+    assert find_folder(second.name) is second
+    assert find_folder(second.name) is None
     second.close()
     assert not second.folder.exists()

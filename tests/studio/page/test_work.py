@@ -1,11 +1,14 @@
 """Acts in the page's thread, and work in processes."""
 
+import pathlib
+import tempfile
 import threading
 import time
 
 import pytest
 
 from spiraltrunk.errors import RunError
+from spiraltrunk.studio.page import job
 from spiraltrunk.studio.page.act_queue import ActQueue
 from spiraltrunk.studio.page.job import STOPPED, Job
 
@@ -51,22 +54,27 @@ def work_for_ever(report):
     time.sleep(1000)
 
 
+def leave_files(report):
+    report(tempfile.mkdtemp())
+    time.sleep(1000)
+
+
 def end(work, *arguments, stop_at_report=False):
     reports, answers, ended = [], [], threading.Event()
-    job = Job(work, arguments)
+    one = Job(work, arguments)
 
     def take(report):
         reports.append(report)
         if stop_at_report:
-            job.stop()
+            one.stop()
 
     def finish(*answer):
         answers.append(answer)
         ended.set()
 
-    job.start(take, finish)
+    one.start(take, finish)
     assert ended.wait(60)
-    assert not job.is_running
+    assert not one.is_running
     return reports, answers
 
 
@@ -85,15 +93,31 @@ def test_work_can_be_stopped():
     assert end(work_for_ever, stop_at_report=True) == (["begun"], [(None, STOPPED)])
 
 
+def test_work_that_is_stopped_leaves_no_temporary_files():
+    [folder], answers = end(leave_files, stop_at_report=True)
+    assert answers == [(None, STOPPED)]
+    assert not pathlib.Path(folder).exists()
+
+
+def test_work_without_a_temporary_folder_says_why(monkeypatch):
+    def make(name):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(job, "make_scratch", make)
+    reports, [(result, why)] = end(count, 3)
+    assert (reports, result) == ([], None)
+    assert "No space left on device" in why
+
+
 def test_work_that_is_stopped_at_once_ends():
     answers, ended = [], threading.Event()
-    job = Job(work_for_ever, ())
+    one = Job(work_for_ever, ())
 
     def finish(*answer):
         answers.append(answer)
         ended.set()
 
-    job.start(lambda _: None, finish)
-    job.stop()
+    one.start(lambda _: None, finish)
+    one.stop()
     assert ended.wait(60)
     assert answers == [(None, STOPPED)]

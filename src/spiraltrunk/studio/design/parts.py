@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
 import threading
 from pathlib import Path
 from typing import Any, final
@@ -16,6 +15,7 @@ from spiraltrunk.studio.design.works import ALL, make_archive
 from spiraltrunk.studio.page.controls import Choice, add_button
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scratch import make_scratch
 
 _IDLE = "Printable parts of the present design, each one checked. All parts take about a minute."
 
@@ -77,7 +77,7 @@ class PartExport:
         if self._job is not None:
             return
         self._design = self._page.design
-        self._folder = Path(tempfile.mkdtemp(prefix="spiraltrunk-parts-"))
+        self._folder = make_scratch("parts")
         self._show_running(True)
         self._status.content = "Starting …"
         self._bar.value = 0.0

@@ -73,7 +73,7 @@ class MeasureTab:
     def read_settings(self) -> dict[str, Any]:
         """Choices, and the folder of the recordings."""
         choices = {name: choice.value for name, choice in self._list_choices().items()}
-        return {**choices, "folder": self._takes.folder.name}
+        return {**choices, "folder": self._takes.name}
 
     def apply_settings(self, settings: dict[str, Any]) -> None:
         """Take choices and recordings of the page before its reload."""

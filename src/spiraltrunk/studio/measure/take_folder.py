@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import atexit
+import secrets
 import shutil
-import tempfile
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from typing import final
 from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.protocol.protocol import Protocol, guess_run
 from spiraltrunk.mocap.protocol.toml import PACKAGED, load_protocol
+from spiraltrunk.studio.page.scratch import make_scratch
 
 MOST_TAKES = 24
 """Recordings of a page [-]."""
@@ -40,8 +40,8 @@ class TakeFolder:
     """Recordings and protocol of a page."""
 
     def __init__(self) -> None:
-        self.folder = Path(tempfile.mkdtemp(prefix="spiraltrunk-measure-"))
-        """Temporary folder; nothing in it has a name that came from the page."""
+        self.name = secrets.token_hex(8)
+        """Name by which a reload finds it."""
         self.protocol: Protocol = load_protocol(PACKAGED)
         """The session's protocol."""
         self.protocol_file = PACKAGED
@@ -49,6 +49,14 @@ class TakeFolder:
         self.takes: list[StoredTake] = []
         """Recordings in the order in which they came."""
         self._count = 0
+        self._folder: Path | None = None
+
+    @property
+    def folder(self) -> Path:
+        """Temporary folder, made at its first use; nothing in it has a name that came from the page."""
+        if self._folder is None:
+            self._folder = make_scratch("measure")
+        return self._folder
 
     def add(self, name: str, content: bytes, run: str | None) -> StoredTake:
         """Keep an uploaded recording.
@@ -126,7 +134,8 @@ class TakeFolder:
 
     def close(self) -> None:
         """Remove the folder."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
 
 
 _MOST_KEPT = 8
@@ -137,7 +146,7 @@ _kept: OrderedDict[str, TakeFolder] = OrderedDict()
 
 def keep_folder(folder: TakeFolder) -> None:
     """Keep the folder of a page that closes, for its reload; of many the oldest is removed."""
-    _kept[folder.folder.name] = folder
+    _kept[folder.name] = folder
     while len(_kept) > _MOST_KEPT:
         _kept.popitem(last=False)[1].close()
 
@@ -145,9 +154,3 @@ def keep_folder(folder: TakeFolder) -> None:
 def find_folder(name: str) -> TakeFolder | None:
     """The folder of a page that was reloaded, which is its own again; None where it is gone."""
     return _kept.pop(name, None)
-
-
-@atexit.register
-def _remove_kept() -> None:
-    while _kept:
-        _kept.popitem()[1].close()

@@ -12,9 +12,7 @@ from spiraltrunk.studio.page.identity import run_script
 from spiraltrunk.studio.page.lights import light_scene
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.tab import Tab
-
-BRAND = (0, 114, 178)
-"""Colour of buttons and sliders: blue of the palette of Okabe and Ito."""
+from spiraltrunk.studio.page.theme import BRAND, set_theme
 
 _MARK = """
 const shown = {title}, titles = {titles};
@@ -120,10 +118,7 @@ class Frame:
                 self._page.try_act(tab.close)
 
     def _dress(self) -> None:
-        self._page.gui.configure_theme(
-            brand_color=BRAND, control_width="large", dark_mode=bool(self._dark.value), show_logo=False,
-            show_share_button=False,
-        )  # fmt: skip
+        set_theme(self._page.client, is_dark=bool(self._dark.value))
 
     def _add_commands(self, tabs: Sequence[Tab]) -> None:
         """Tabs by keyboard: Alt with a digit, or the list of commands that Ctrl-K opens."""

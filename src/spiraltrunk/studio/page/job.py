@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
 import threading
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any, final
 
 from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.studio.page.scratch import make_scratch
 
 Work = Callable[..., Any]
 """``work(report, *arguments)``, a function of a module."""
@@ -31,6 +35,7 @@ class Job:
         self._ours, theirs = context.Pipe()
         self._theirs: Connection | None = theirs
         self._process = context.Process(target=_run, args=(theirs, work, arguments), daemon=True)
+        self._folder: Path | None = None
         self._is_stopped = threading.Event()
 
     @property
@@ -56,11 +61,13 @@ class Job:
         """Result and reason of the end."""
         answer: tuple[Any, str | None] = (None, None)
         try:
+            self._folder = make_scratch("job")
             self._process.start()
             if self._is_stopped.is_set():  # Before there was a process to end.
                 self._process.terminate()
             assert self._theirs is not None
             self._theirs.close()
+            self._ours.send(str(self._folder))
             while True:
                 kind, value = self._ours.recv()
                 if kind == "report":
@@ -86,10 +93,13 @@ class Job:
             if self._process.is_alive():
                 self._process.kill()
                 self._process.join()
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)
 
 
 def _run(pipe: Connection, work: Work, arguments: tuple[Any, ...]) -> None:
-    """Main function of the process."""
+    """Main function of the process, whose temporary files are in a folder that its parent removes."""
+    tempfile.tempdir = pipe.recv()
     parent = os.getppid()
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
     sending = threading.Lock()
