@@ -16,7 +16,7 @@ import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
@@ -112,7 +112,7 @@ def _connect(ray: Any, address: str | None, workers: int) -> Iterator[None]:
     asked: dict[str, Any] = {"address": address}
     if folder is not None:
         asked = {"address": "local", "num_cpus": workers, "object_store_memory": _STORE, "_temp_dir": folder}
-    with _redirect_output(), _set_environment({} if folder is None else _make_token()):
+    with _redirect_output(), _use_token(is_own=folder is not None):
         try:
             _start(ray, asked)
             yield
@@ -129,25 +129,27 @@ def _make_folder() -> str:
     return tempfile.mkdtemp(prefix="ray-", dir=usual if len(usual) <= _LONGEST else "/tmp")
 
 
-@cache
-def _make_token() -> dict[str, str]:
-    """Token without which nobody uses the ports of a Ray of this machine; Ray itself would write one to ``~/.ray``."""
-    is_chosen = any(name.startswith("RAY_AUTH_") for name in os.environ)
-    return {} if is_chosen else {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32)}
-
-
 @contextmanager
-def _set_environment(variables: Mapping[str, str]) -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in variables}
-    os.environ.update(variables)
+def _use_token(*, is_own: bool) -> Iterator[None]:
+    """Give a Ray of this machine a token, without which its ports serve nobody; Ray itself writes one to ``~/.ray``.
+
+    Ray switches authentication on by itself. It reads the variable once, so that a process keeps its token.
+    """
+    names = ("RAY_AUTH_MODE", "RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH")
+    before = {name: os.environ[name] for name in names if name in os.environ}
+    if is_own and not before:
+        os.environ["RAY_AUTH_TOKEN"] = _make_token()
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        for name in names:
+            os.environ.pop(name, None)
+        os.environ.update(before)
+
+
+@cache
+def _make_token() -> str:
+    return secrets.token_hex(32)
 
 
 def _start(ray: Any, asked: dict[str, Any]) -> None:
@@ -160,10 +162,11 @@ def _start(ray: Any, asked: dict[str, Any]) -> None:
         with _keep_handlers():
             ray.init(include_dashboard=False, log_to_driver=False, logging_level="ERROR", **asked)
     except (OSError, ValueError, RuntimeError) as error:
-        address = asked["address"]
-        told = "start" if address == "local" else f"join a cluster at {address!r}"
-        allowed = "allowed: the address of a running cluster with this version of Ray and Python, from one of its nodes"
-        raise RunError(f"Ray cannot {told}: {format_error(error)}; {allowed}") from None
+        told = f"Ray cannot join a cluster at {asked['address']!r}"
+        allowed = "the address of a running cluster with this version of Ray and Python, from one of its nodes"
+        if asked["address"] == "local":
+            told, allowed = "Ray cannot start", "a machine on which ray.init() works, or the engine local"
+        raise RunError(f"{told}: {format_error(error)}; allowed: {allowed}") from None
 
 
 def _run(ray: Any, work: Callable[[Job], Result], jobs: Iterable[Job]) -> Generator[Outcome[Job, Result], None, None]:
