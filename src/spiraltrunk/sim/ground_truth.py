@@ -90,6 +90,14 @@ class TruthRecorder:
         self._penetration, self._bend = 0.0, 0.0
         self._touches_robot = self._arm_touches_ground = False
 
+    def get_extremes(self) -> tuple[float, float, bool, bool]:
+        """Extremes since the last sample: penetration [m], bend [rad], touches of the robot and of the ground."""
+        return self._penetration, self._bend, self._touches_robot, self._arm_touches_ground
+
+    def set_extremes(self, extremes: tuple[float, float, bool, bool]) -> None:
+        """Restore the extremes."""
+        self._penetration, self._bend, self._touches_robot, self._arm_touches_ground = extremes
+
     def update_extremes(self, data: mujoco.MjData) -> None:
         """Update the extremes with the present state."""
         self._bend = max(self._bend, float(joint_bends(data.qpos, self._hinges).max()))

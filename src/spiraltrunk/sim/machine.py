@@ -139,7 +139,7 @@ class SimMachine:
         Raises:
             RunError: where the simulation diverged.
         """
-        if self._has_diverged():
+        if self.has_diverged():
             raise RunError(f"the simulation diverged after {self.trace[-1].time:.2f} s; reset it, and ask for less")
         self.trace.append(self._truth.sample(self.data, self._arm_command))
 
@@ -168,7 +168,7 @@ class SimMachine:
         data = self.data
         return self._sensors.read_camera(float(data.time), data.xpos[self._object], data.xquat[self._object])
 
-    def _has_diverged(self) -> bool:
+    def has_diverged(self) -> bool:
         """Whether MuJoCo warned of a state that is not finite or too large; it resets the state then and goes on."""
         warning = self.data.warning
         return any(warning[kind].number for kind in _DIVERGED) or not np.isfinite(self.data.qpos).all()

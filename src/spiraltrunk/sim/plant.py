@@ -7,14 +7,17 @@ from copy import deepcopy
 from dataclasses import replace
 from typing import final
 
+import mujoco
 import numpy as np
 
+from spiraltrunk.checks import read_numbers
 from spiraltrunk.control.command_check import read_command
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.plant import CONTROL_PERIOD, TENSION_SLEW, Plant
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.sim.machine import GRIPPER_TIME, SimMachine
+from spiraltrunk.sim.plant_state import Pending, PlantState
 from spiraltrunk.sim.scene.options import EXTREMES_PERIOD, SceneOptions
 
 
@@ -34,7 +37,7 @@ class SimPlant(SimMachine, Plant):
 
     def __init__(self, design: TrunkDesign | None = None, options: SceneOptions | None = None) -> None:
         super().__init__(design, options)
-        self._pending: deque[Command] = deque()
+        self._pending: deque[Pending] = deque()
 
     def reset(self) -> Observation:
         """Reset to the initial state: object at rest, trunk straight and slack, arm at rest in its home posture."""
@@ -49,10 +52,30 @@ class SimPlant(SimMachine, Plant):
         Raises:
             RunError: before the first reset, for a command that is refused, and where the simulation diverged.
         """
+        return self._step(command, None)
+
+    def step_joints(self, position: np.ndarray, command: Command) -> Observation:
+        """`step` with the arm's joints on the straight way to positions, in place of the base on its way to a frame.
+
+        Args:
+            position: joint positions, shape (n_arm,) [rad].
+            command: command of cables and gripper; its frame is not used.
+
+        Raises:
+            RunError: as `step`, and for positions that are refused.
+        """
+        shape = self.reach.home.shape
+        return self._step(command, read_numbers("arm_position", position, shape=shape, error=RunError).copy())
+
+    def _step(self, command: Command, position: np.ndarray | None) -> Observation:
         if not self.trace:
             raise RunError("the plant was stepped before its first reset; allowed: reset, then step")
-        command = self._delayed(read_command(command, self.design.n_cable, self.design.cable.tension_max))
-        self.set_arm(self.reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD))
+        command = read_command(command, self.design.n_cable, self.design.cable.tension_max)
+        command, position = self._delayed(command, position)
+        if position is None:
+            self.set_arm(self.reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD))
+        else:
+            self.set_arm(self.reach.approach(self._arm_command, position, CONTROL_PERIOD))
         self._pull(command)
         for _ in range(round(CONTROL_PERIOD / EXTREMES_PERIOD)):
             self.advance(EXTREMES_PERIOD)
@@ -60,13 +83,56 @@ class SimPlant(SimMachine, Plant):
         self.record()
         return self._observe()
 
-    def _delayed(self, command: Command) -> Command:
+    def get_state(self) -> PlantState:
+        """State of the plant between two steps: what `set_state` restores bit for bit.
+
+        Raises:
+            RunError: before the first reset.
+        """
+        if not self.trace:
+            raise RunError("the plant has no state before its first reset; allowed: reset, then get_state")
+        integration = np.zeros(mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION))
+        mujoco.mj_getState(self.model, self.data, integration, mujoco.mjtState.mjSTATE_INTEGRATION)
+        return PlantState(
+            integration=integration, force_range=self.model.actuator_forcerange.copy(),
+            warnings=tuple(int(warning.number) for warning in self.data.warning), friction=self._friction.get_state(),
+            arm_command=self._arm_command.copy(), servo_offset=self._servo_offset.copy(), arrived=self.reach.arrived,
+            tension_limit=self._tension_limit.copy(), grip=self._grip, pending=deepcopy(tuple(self._pending)),
+            sensors=self._sensors.get_state(), extremes=self._truth.get_extremes(), trace=tuple(self.trace),
+        )  # fmt: skip
+
+    def set_state(self, state: PlantState) -> None:
+        """Restore a state of a plant of the same design and scene.
+
+        Raises:
+            RunError: for the state of a plant of another size.
+        """
+        size = mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_INTEGRATION)
+        if state.integration.shape != (size,) or state.force_range.shape != self.model.actuator_forcerange.shape:
+            raise RunError(f"the state has {state.integration.size} numbers; allowed: {size}, of the same scene")
+        mujoco.mj_resetData(self.model, self.data)
+        self.model.actuator_forcerange[:] = state.force_range
+        mujoco.mj_setState(self.model, self.data, state.integration, mujoco.mjtState.mjSTATE_INTEGRATION)
+        mujoco.mj_forward(self.model, self.data)  # For poses and contacts; it changes the warm start.
+        mujoco.mj_setState(self.model, self.data, state.integration, mujoco.mjtState.mjSTATE_INTEGRATION)
+        for warning, number in zip(self.data.warning, state.warnings, strict=True):
+            warning.number = number
+        self._friction.set_state(state.friction)
+        self._arm_command, self._servo_offset = state.arm_command.copy(), state.servo_offset.copy()
+        self.reach.arrived = state.arrived
+        self._tension_limit, self._grip = state.tension_limit.copy(), state.grip
+        self._pending = deque(deepcopy(state.pending))
+        self._sensors.set_state(state.sensors)
+        self._truth.set_extremes(state.extremes)
+        self.trace[:] = state.trace
+
+    def _delayed(self, command: Command, position: np.ndarray | None) -> Pending:
         """The command that takes effect now, after the delay; before the first, the initial state is held."""
         late = round(self.options.sensors.delay / CONTROL_PERIOD)
-        self._pending.append(deepcopy(command) if late else command)  # Callers may reuse their arrays.
+        self._pending.append((_copy(command) if late else command, position))  # Callers may reuse their arrays.
         if len(self._pending) <= late:
             frame = self.reach.T_base(self._arm_command)
-            return replace(command, T_world_base=frame, cable_tension=self._tension_limit)
+            return replace(command, T_world_base=frame, cable_tension=self._tension_limit), None
         return self._pending.popleft()
 
     def _pull(self, command: Command) -> None:
@@ -95,3 +161,10 @@ class SimPlant(SimMachine, Plant):
             base_torque=wrench[3:],
             camera=self.read_camera(),
         )
+
+
+def _copy(command: Command) -> Command:
+    pull = None if command.cable_pull is None else command.cable_pull.copy()
+    return replace(
+        command, T_world_base=command.T_world_base.copy(), cable_tension=command.cable_tension.copy(), cable_pull=pull
+    )

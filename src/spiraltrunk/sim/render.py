@@ -85,7 +85,7 @@ def render_frames(
 def _render_serially(model: mujoco.MjModel, shots: Sequence[Shot]) -> Iterator[np.ndarray]:
     if not shots:
         return
-    renderer = _open_renderer(model, shots[0][1])
+    renderer = open_renderer(model, shots[0][1])
     camera = mujoco.MjvCamera()
     option = mujoco.MjvOption()
     option.geomgroup[:] = [group in VISIBLE_GROUPS for group in range(len(option.geomgroup))]
@@ -131,8 +131,13 @@ def _downsample(picture: np.ndarray) -> np.ndarray:
     return (total // (n * n)).astype(np.uint8)
 
 
-def _open_renderer(model: mujoco.MjModel, view: View) -> mujoco.Renderer:
-    width, height, buffer = SUPERSAMPLING * view.width, SUPERSAMPLING * view.height, model.vis.global_
+def open_renderer(model: mujoco.MjModel, view: View, supersampling: int = SUPERSAMPLING) -> mujoco.Renderer:
+    """MuJoCo's renderer for pictures of a view's size, rendered with more pixels along each side.
+
+    Raises:
+        MissingPackage: where no OpenGL is found; the message names what to install.
+    """
+    width, height, buffer = supersampling * view.width, supersampling * view.height, model.vis.global_
     buffer.offwidth, buffer.offheight = max(buffer.offwidth, width), max(buffer.offheight, height)
     try:
         return mujoco.Renderer(model, height=height, width=width)

@@ -10,6 +10,7 @@ import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation
 from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.sim.plant_state import SensorState
 
 CAMERA_PERIOD = 0.5
 """Period of the camera's observations [s] (ours)."""
@@ -58,6 +59,18 @@ class Sensors:
         self._bias = _draw_in_ball(self._rng) * self.options.camera_error * (1 - _JITTER)
         self._bias_turn = float(self._rng.uniform(-1, 1)) * self.options.camera_turn
         self._camera: CameraObservation | None = None
+
+    def get_state(self) -> SensorState:
+        """State of the random generator and the camera."""
+        return SensorState(
+            generator=dict(self._rng.bit_generator.state), bias=self._bias.copy(), bias_turn=self._bias_turn,
+            camera=self._camera,
+        )  # fmt: skip
+
+    def set_state(self, state: SensorState) -> None:
+        """Restore a state."""
+        self._rng.bit_generator.state = state.generator
+        self._bias, self._bias_turn, self._camera = state.bias.copy(), state.bias_turn, state.camera
 
     def read_pull(self, pull: np.ndarray) -> np.ndarray:
         """Measured length of cable pulled in, from motor angles, shape (n_cable,) [m]."""

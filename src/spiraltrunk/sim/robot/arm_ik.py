@@ -45,7 +45,8 @@ class ArmReach:
         self.limits = arm_limits(design.arm)
         self._configuration = mink.Configuration(self._model, q=self.home)
         self._data = self._configuration.data
-        self._arrived = (np.empty(0), np.empty(0))
+        self.arrived = (np.empty(0), np.empty(0))
+        """Joint positions and frame of the last call of `follow` that did not move."""
         self._task = mink.FrameTask("trunk_base", "site", position_cost=1.0, orientation_cost=0.5, lm_damping=1e-3)
         self._posture = mink.PostureTask(self._model, cost=_RETURN)
         self._posture.set_target(self.home)
@@ -100,19 +101,31 @@ class ArmReach:
 
     def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
         """Joint positions after one period ``dt`` [s] on the way from ``q`` [rad] to a frame of the trunk's base."""
-        if np.array_equal(q, self._arrived[0]) and np.array_equal(T_world_base, self._arrived[1]):
+        if np.array_equal(q, self.arrived[0]) and np.array_equal(T_world_base, self.arrived[1]):
             return q  # The last call with these arguments did not move.
         self._configuration.update(q)
         self._task.set_target(mink.SE3.from_matrix(T_world_base))
         step = self._free_step(q)
         if not self._is_within_limits(q, step):
             step = self._limited_step(dt)
-        if self._speed is not None:  # The step is scaled, which keeps the path.
-            step = step / max(1.0, float((np.abs(step) / self._speed_along(q, step, self._speed)).max()) / dt)
+        step = self._limit_speed(q, step, dt)
         reached = q + step
         if np.abs(step).max() < _STILL:
-            self._arrived = (reached.copy(), T_world_base.copy())
+            self.arrived = (reached.copy(), T_world_base.copy())
         return reached
+
+    def approach(self, q: np.ndarray, target: np.ndarray, dt: float) -> np.ndarray:
+        """Joint positions after one period ``dt`` [s] on the straight way from ``q`` to others, within speed and range.
+
+        All have shape (n_arm,) [rad].
+        """
+        return q + self._limit_speed(q, np.clip(target, self._limit.lower, self._limit.upper) - q, dt)
+
+    def _limit_speed(self, q: np.ndarray, step: np.ndarray, dt: float) -> np.ndarray:
+        """The step scaled down to the allowed speeds, which keeps the path, shape (n_arm,) [rad]."""
+        if self._speed is None:
+            return step
+        return step / max(1.0, float((np.abs(step) / self._speed_along(q, step, self._speed)).max()) / dt)
 
     def _speed_along(self, q: np.ndarray, step: np.ndarray, speed: np.ndarray) -> np.ndarray:
         """Allowed speed of each joint on a step from ``q``, shape (n_arm,) [rad/s]."""

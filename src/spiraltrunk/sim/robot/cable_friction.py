@@ -67,6 +67,15 @@ class CableFriction:
         """Wrap angle w_k of each cable, shape (n_cable, n_joint) [rad]."""
         return self._state.turn.copy()
 
+    def get_state(self) -> tuple[np.ndarray, ...]:
+        """State of the friction, as copies of `FrictionState`."""
+        return tuple(part.copy() for part in self._state)
+
+    def set_state(self, state: tuple[np.ndarray, ...]) -> None:
+        """Restore a state."""
+        for part, saved in zip(self._state, state, strict=True):
+            part[:] = saved
+
     def reset(self, data: mujoco.MjData) -> None:
         """Set the friction force at every hole to 0."""
         self._state.is_moving[0] = False
