@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.workflows.grasp.verdict.arm_conditions import Condition, find_passed_limits
 from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
@@ -24,7 +25,7 @@ def fault_conditions(evidence: Evidence) -> list[Condition]:
     return [
         (warnings == 0, f"the solver warned {warnings} times"),
         (evidence.gave_up is None, f"{evidence.gave_up}"),
-        (bend <= _bend_most(evidence), f"a joint bent {math.degrees(bend):.1f} deg"),
+        (bend <= compute_bend_most(evidence.task.design), f"a joint bent {math.degrees(bend):.1f} deg"),
         (penetration <= PENETRATION_MOST, f"bodies overlapped by {penetration * 1e3:.1f} mm"),
         (not any(s.touches_robot for s in trace), "the object touched housing or arm"),
         (not any(s.arm_touches_ground for s in trace), "housing or arm touched the ground"),
@@ -40,7 +41,7 @@ def find_failure(evidence: Evidence, loss: Failure) -> Failure:
 
 def _find_faults(evidence: Evidence) -> list[Failure]:
     """When each fault first came."""
-    trace, bend_most = evidence.trace, _bend_most(evidence)
+    trace, bend_most = evidence.trace, compute_bend_most(evidence.task.design)
     masks = [
         (Cause.COLLIDED, np.array([s.touches_robot or s.arm_touches_ground for s in trace])),
         (Cause.OVERLOADED, np.array([not s.bend_most <= bend_most for s in trace])),
@@ -50,5 +51,6 @@ def _find_faults(evidence: Evidence) -> list[Failure]:
     return [Failure(cause=cause, time=trace[int(np.argmax(mask))].time) for cause, mask in masks if mask.any()]
 
 
-def _bend_most(evidence: Evidence) -> float:
-    return evidence.task.design.joint_limit * BEND_MOST / math.radians(30.0)
+def compute_bend_most(design: TrunkDesign) -> float:
+    """Largest bend that a joint may show: `BEND_MOST`, or as much more than another design's limit [rad]."""
+    return design.joint_limit * BEND_MOST / math.radians(30.0)

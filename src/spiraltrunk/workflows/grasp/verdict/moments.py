@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import final
 
@@ -39,6 +40,9 @@ RISE_STILL = 0.02
 
 WAY_BEGUN = 0.1
 """Share of the way aside after which a carry has begun [-] (ours)."""
+
+EVERY = 5
+"""Samples from one look for a hold to the next [-] (ours)."""
 
 REST_STEPS, REST_WAY = 10, 0.002
 """Samples over which an object at rest keeps its place (0.2 s), and within what distance [m], as in the verdict."""
@@ -82,9 +86,10 @@ class Referee:
     A lift ends where the object, without support by strings, table or ground, has risen by the goal's lift and rises no
     more, or is on its way aside. It begins where the object was lower by the goal's lift, or where it last had support:
     a trunk that closes round a hanging object may have raised it before. A hold is the first stretch of the goal's
-    time in which the trunk alone holds the object still at the goal's distance aside, the arm at rest; the carry ends
-    where the hold begins. An object that is supported again before it was held is lifted anew. A push ends at the last
-    sample before the lift at which the object rested on the ground and the trunk did not touch it.
+    time in which the trunk alone holds the object, its height and the arm at rest, after a carry. The carry ends where
+    the hold begins, and begins where the object last was the goal's way aside from there. An object that is supported
+    again before it was held is lifted anew. A push ends at the last sample before the lift at which the object rested
+    on the ground and the trunk did not touch it.
     """
 
     def __init__(self, task: Task) -> None:
@@ -102,12 +107,18 @@ class Referee:
         self._hold: Span | None = None
         self._from: Sample | None = None  # Last sample with support.
         self._flight: list[Sample] = []  # Samples since then.
-        self._under_way: Sample | None = None  # Last sample of the lift before the object was on its way aside.
-        self._carry_from: Sample | None = None
+        self._lifted: Sample | None = None  # Sample at which the lift ended.
         self._before: Sample | None = None
         self._rise = 0.0
         self._held: list[Sample] = []
         self._places: deque[np.ndarray] = deque(maxlen=REST_STEPS + 1)
+
+    def copy(self) -> Referee:
+        """A referee in the same state; samples are shared."""
+        twin = copy(self)
+        twin.reached, twin._flight, twin._held = dict(self.reached), list(self._flight), list(self._held)
+        twin._places = self._places.copy()
+        return twin
 
     @property
     def moments(self) -> Moments:
@@ -123,6 +134,11 @@ class Referee:
     def held_time(self) -> float:
         """Time for which the object has been held so far, without a break [s]."""
         return self._held[-1].time - self._held[0].time if len(self._held) > 1 else 0.0
+
+    @property
+    def way_aside(self) -> float:
+        """Horizontal distance of the object from where its lift ended [m]; 0 before."""
+        return 0.0 if self._lifted is None else _distance(self._flight[-1], self._lifted)
 
     def update(self, sample: Sample) -> None:
         """Take the next sample into account."""
@@ -146,8 +162,7 @@ class Referee:
 
     def _support(self, sample: Sample) -> None:
         """The object is supported: a lift begins anew; where it rests untouched, a push has ended."""
-        self._from = self._under_way = sample
-        self._lift = self._carry_from = None
+        self._from, self._lift, self._lifted = sample, None, None
         self._flight.clear()
         self._held.clear()
         self._rise = 0.0
@@ -155,53 +170,65 @@ class Referee:
         is_free = sample.touches_table and sample.grip_force == 0.0
         if self._is_push and began is not None and is_free and self.is_at_rest():
             self._push = (began, sample.time)
+            self.reached.setdefault(Milestone.PUSHED, sample.time)
 
     def _follow_lift(self, sample: Sample, start: Sample) -> None:
         self._rise = float(sample.object_position[2] - start.object_position[2])
+        self._flight.append(sample)
         if self._lift is None:
-            self._flight.append(sample)
             self._find_lift(sample, start)
-        if self._lift is None or self._carry_from is None:
+        if self._lift is None:
             return
-        share = _distance(sample, self._carry_from) / self._aside if self._aside > 0 else 1.0
-        is_held = sample.grip_force > 0.0 and not sample.touches_robot
-        if not (is_held and abs(share - 1.0) <= WAY_TOLERANCE):
+        if self.way_aside >= (1.0 - WAY_TOLERANCE) * self._aside:
+            self.reached.setdefault(Milestone.CARRIED, sample.time)
+        if sample.grip_force > 0.0 and not sample.touches_robot:
+            self._held.append(sample)
+            self._find_hold()
+        else:
             self._held.clear()
-            return
-        self.reached.setdefault(Milestone.CARRIED, sample.time)
-        self._held.append(sample)
-        self._find_hold()
 
     def _find_lift(self, sample: Sample, start: Sample) -> None:
         """The lift ends where the object has risen far enough, and rises no more or is on its way aside."""
-        is_aside = _distance(sample, start) > WAY_BEGUN * self._aside
-        if not is_aside:
-            self._under_way = sample
         before = start if self._before is None else self._before
         if self._rise < (1.0 - WAY_TOLERANCE) * self._task.goal.lift:
             return
         step = float(sample.object_position[2] - before.object_position[2])
+        is_aside = _distance(sample, start) > WAY_BEGUN * self._aside
         if is_aside or abs(step) <= RISE_STILL * (sample.time - before.time):
             low = sample.object_position[2] - self._task.goal.lift
             begin = next((each for each in reversed(self._flight) if each.object_position[2] <= low), start)
-            self._lift = (begin.time, sample.time)
-            self._carry_from = self._under_way if is_aside else sample
+            self._lift, self._lifted = (begin.time, sample.time), sample
             self.reached.setdefault(Milestone.LIFTED, sample.time)
 
     def _find_hold(self) -> None:
-        """A hold is the latest stretch of the goal's time, if object and arm were still in it."""
-        assert self._carry_from is not None
-        period = self._held[-1].time - self._held[-2].time if len(self._held) > 1 else 0.0
-        count = math.ceil((self._task.goal.hold - HOLD_TOLERANCE) / period - 1e-9) if period > 0 else 2
-        if len(self._held) < max(count, 2):
+        """A hold is the latest stretch of the goal's time, where object and arm were still in it and it was carried."""
+        if len(self._held) < 2:
+            return
+        period = self._held[-1].time - self._held[-2].time
+        count = math.ceil((self._task.goal.hold - HOLD_TOLERANCE) / period - 1e-9)
+        late = len(self._held) - max(count, 2)
+        if late < 0 or late % EVERY != 0:
             return
         part = self._held[-count:]
         height = np.array([s.object_position[2] for s in part])
         joints = np.array([s.arm_position for s in part])
-        if np.abs(height - height.mean()).max() <= HOLD_HEIGHT and np.ptp(joints, axis=0).max() <= ARM_STILL:
-            self._hold = (part[0].time, part[-1].time)
-            self._carry = (self._carry_from.time, part[0].time)
+        if np.abs(height - height.mean()).max() > HOLD_HEIGHT or np.ptp(joints, axis=0).max() > ARM_STILL:
+            return
+        carry = self._find_carry(part[0])
+        if carry is not None:
+            self._carry, self._hold = carry, (part[0].time, part[-1].time)
+            self.reached.setdefault(Milestone.CARRIED, part[0].time)
             self.reached.setdefault(Milestone.HELD, part[-1].time)
+
+    def _find_carry(self, end: Sample) -> Span | None:
+        """The carry that ends at a sample; None where the object was never as far away before."""
+        assert self._lift is not None
+        part = [each for each in self._flight if self._lift[0] <= each.time <= end.time]
+        place = np.array([each.object_position[:2] for each in part])
+        way = np.linalg.norm(place - end.object_position[:2], axis=1)
+        most = min(float(way.max()), self._aside)
+        first = int(np.flatnonzero(way >= most - REST_WAY)[-1])
+        return None if most < (1.0 - WAY_TOLERANCE) * self._aside else (part[first].time, end.time)
 
     def _follow_release(self, sample: Sample) -> None:
         self._rise = 0.0
