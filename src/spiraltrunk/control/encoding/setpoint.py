@@ -13,23 +13,27 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from spiraltrunk.control.encoding.actions import decode_action, interpolate_command
+from spiraltrunk.control.encoding.actions import (
+    ROTATION_SPEED,
+    TRANSLATION_SPEED,
+    decode_action,
+    interpolate_command,
+)
 from spiraltrunk.control.encoding.control_mode import ControlMode
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.errors import ModelError
 from spiraltrunk.field_docs import explain_fields
 
-ACCELERATION = 1.5
-"""Largest acceleration of the base's set point [m/s^2] (ours): twice that of the strategies."""
-
-ANGULAR_ACCELERATION = 5.0
-"""Largest angular acceleration of the base's set point [rad/s^2] (ours): twice that of the strategies."""
+ACCELERATION, ANGULAR_ACCELERATION = 1.0, 3.5
+"""Largest acceleration of the base's set point [m/s^2, rad/s^2] (ours): a third more than that of the strategies, at
+which the arm's joints stay below their limits but near the ends of its reach."""
 
 BRAKING = 0.8
 """Speed towards a set point that was left behind, over that from which it can still stop [-] (ours)."""
 
 _MOST = np.array([[ACCELERATION], [ANGULAR_ACCELERATION]])
+_FASTEST = np.array([[TRANSLATION_SPEED], [ROTATION_SPEED]])
 
 
 @explain_fields
@@ -91,39 +95,44 @@ def follow_action(
     start = setpoint.wanted if period == 0 else setpoint.start
     if mode.is_relative:
         moved = _difference(wanted.T_world_base, before.T_world_base)
-        velocity = next_velocity(np.zeros((2, 3)), moved / CONTROL_PERIOD, setpoint.velocity, _MOST)
+        velocity = next_velocity(np.zeros((2, 3)), moved / CONTROL_PERIOD, setpoint.velocity, _MOST, _FASTEST)
     else:
         wanted = interpolate_command(start, wanted, (period + 1) / periods)
         moved = _difference(wanted.T_world_base, setpoint.wanted.T_world_base)
         behind = _difference(setpoint.wanted.T_world_base, before.T_world_base)
-        velocity = next_velocity(behind, moved / CONTROL_PERIOD, setpoint.velocity, _MOST)
+        velocity = next_velocity(behind, moved / CONTROL_PERIOD, setpoint.velocity, _MOST, _FASTEST)
     command = replace(wanted, T_world_base=_move(before.T_world_base, CONTROL_PERIOD * velocity))
     return Setpoint(command=command, velocity=velocity, wanted=wanted, start=start)
 
 
 def next_velocity(
-    behind: np.ndarray, feed: np.ndarray, velocity: np.ndarray, most: np.ndarray, dt: float = CONTROL_PERIOD
+    behind: np.ndarray, feed: np.ndarray, velocity: np.ndarray, most: np.ndarray, fastest: np.ndarray
 ) -> np.ndarray:
-    r"""Velocity of the next period at bounded acceleration, shape (n, k), of n vectors of k numbers.
+    r"""Velocity of the next period at bounded speed and acceleration, shape (n, k), of n vectors of k numbers.
 
     Wanted is :math:`v_f + e \min(1 / \Delta t, \beta \sqrt{2 a / |e|})`: the velocity :math:`v_f` of what is followed,
     and towards it from the error :math:`e`, with at most the share :math:`\beta` (`BRAKING`) of the speed from which
-    the acceleration :math:`a` stops within :math:`|e|`. Velocities change by at most :math:`a \Delta t` in a period.
+    the acceleration :math:`a` stops within :math:`|e|`. It is cut to the largest speed, and the velocity changes by at
+    most :math:`a \Delta t` in a period.
 
     Args:
         behind: errors, what is followed less what follows, shape (n, k).
         feed: velocities of what is followed, shape (n, k) [1/s].
         velocity: present velocities, shape (n, k) [1/s].
         most: largest accelerations, shape (n, 1) [1/s^2].
-        dt: period [s].
+        fastest: largest speeds, shape (n, 1) [1/s].
     """
-    wanted = feed
+    wanted, dt = feed, CONTROL_PERIOD
     if behind.any():
-        size = np.maximum(np.sqrt((behind**2).sum(axis=1, keepdims=True)), 1e-12)
+        size = _norm(behind)
         wanted = feed + behind * np.minimum(1.0 / dt, BRAKING * np.sqrt(2.0 * most / size))
-    change = wanted - velocity
-    size = np.maximum(np.sqrt((change**2).sum(axis=1, keepdims=True)), 1e-12)
-    return np.asarray(velocity + change * np.minimum(1.0, most * dt / size))
+    change = wanted * np.minimum(1.0, fastest / _norm(wanted)) - velocity
+    return np.asarray(velocity + change * np.minimum(1.0, most * dt / _norm(change)))
+
+
+def _norm(vectors: np.ndarray) -> np.ndarray:
+    """Norm of each vector, not less than 1e-12, shape (n, 1)."""
+    return np.asarray(np.maximum(np.sqrt((vectors**2).sum(axis=1, keepdims=True)), 1e-12))
 
 
 def _difference(end: np.ndarray, start: np.ndarray) -> np.ndarray:

@@ -1,0 +1,59 @@
+"""State of an environment between two steps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from spiraltrunk.control.encoding import Setpoint
+from spiraltrunk.control.messages import Observation
+from spiraltrunk.envs.worlds import World
+from spiraltrunk.field_docs import explain_fields
+from spiraltrunk.sim.plant_state import PlantState
+from spiraltrunk.workflows.grasp.verdict.moments import Referee
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class EpisodeState:
+    """Everything that the next steps of an episode depend on."""
+
+    plant: PlantState
+    """State of robot and object, with the trace so far."""
+    observation: Observation
+    """The last observation."""
+    setpoint: Setpoint
+    """The set point of the last step."""
+    joints: tuple[np.ndarray, ...]
+    """State of the set points of the arm's joints, for the mode that sets them."""
+    referee: Referee
+    """What the referee has found."""
+    potential: float
+    """Potential of the dense reward [-]."""
+    steps: int
+    """Steps since the reset."""
+    is_over: bool
+    """Whether the episode has ended."""
+    quiet: int
+    """Control periods for which the object has rested untouched [-]."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
+class EnvState:
+    """Everything that the next steps of an environment depend on, for one made with the same arguments.
+
+    `TrunkEnv.set_state` restores it bit for bit, in the environment that it is from, in another, or in another process.
+    """
+
+    world: World
+    """The world."""
+    episode: EpisodeState
+    """The episode in it."""
+    generator: Mapping[str, Any]
+    """State of the random generator of worlds."""

@@ -1,0 +1,69 @@
+"""Joint positions on the way to what actions ask for, with bounded speed and acceleration."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from spiraltrunk.control.encoding import ArmJoints, next_velocity
+from spiraltrunk.control.plant import CONTROL_PERIOD
+from spiraltrunk.sim.robot.arm_ik import SPEED_SHARE, ArmReach
+
+RANGE = np.pi
+"""Largest position of a joint without a range [rad] (ours)."""
+
+RANGE_MARGIN = 0.02
+"""Distance from the ends of a joint's range that actions keep [rad] (ours)."""
+
+SPEED, ACCELERATION = 2.0, 5.0
+"""Speed [rad/s] and acceleration [rad/s^2] of a joint without a limit (ours)."""
+
+ACCELERATION_SHARE = 0.5
+"""Share of the joints' largest acceleration that is used [-] (ours)."""
+
+
+def read_arm_joints(reach: ArmReach) -> ArmJoints:
+    """Joints of an arm, with the ranges that actions span."""
+    shape, limits = reach.home.shape, reach.limits.position
+    low, high = (np.full(shape, -RANGE), np.full(shape, RANGE)) if limits is None else limits
+    low, high = np.where(np.isfinite(low), low, -RANGE), np.where(np.isfinite(high), high, RANGE)
+    return ArmJoints(low=low + RANGE_MARGIN, high=high - RANGE_MARGIN, T_base=reach.T_base)
+
+
+@final
+class JointFollower:
+    """Set points of the arm's joints; see `control.encoding.next_velocity`."""
+
+    def __init__(self, reach: ArmReach) -> None:
+        limits, shape = reach.limits, reach.home.shape
+        most = ACCELERATION / ACCELERATION_SHARE if limits.acceleration is None else limits.acceleration
+        speed = SPEED / SPEED_SHARE if limits.velocity is None else limits.velocity
+        self._acceleration = np.minimum(np.broadcast_to(ACCELERATION_SHARE * most, shape), 1e3)
+        self._speed = np.minimum(np.broadcast_to(SPEED_SHARE * speed, shape), 1e2)
+        self.restart(reach.home)
+
+    def restart(self, position: np.ndarray) -> None:
+        """The joints are at rest, shape (n_arm,) [rad]."""
+        self.position, self.velocity = position.copy(), np.zeros(position.shape)
+        self._wanted, self._start = position.copy(), position.copy()
+
+    def follow(self, target: np.ndarray, *, period: int = 0, periods: int = 1) -> np.ndarray:
+        """Joint positions of the next control period on the way to a target that holds for several, (n_arm,) [rad]."""
+        if period == 0:
+            self._start = self._wanted
+        wanted = self._start + (period + 1) / periods * (target - self._start)
+        feed = (wanted - self._wanted) / CONTROL_PERIOD
+        behind = self._wanted - self.position
+        columns = (part[:, None] for part in (behind, feed, self.velocity, self._acceleration, self._speed))
+        self.velocity = next_velocity(*columns)[:, 0]
+        self.position, self._wanted = self.position + CONTROL_PERIOD * self.velocity, wanted
+        return self.position
+
+    def get_state(self) -> tuple[np.ndarray, ...]:
+        """Positions, velocities, what is followed, and where that began, four of shape (n_arm,)."""
+        return self.position.copy(), self.velocity.copy(), self._wanted.copy(), self._start.copy()
+
+    def set_state(self, state: tuple[np.ndarray, ...]) -> None:
+        """Restore a state."""
+        self.position, self.velocity, self._wanted, self._start = (part.copy() for part in state)

@@ -1,0 +1,90 @@
+"""Referee of an episode: its moments, its verdict, its progress and what ends it."""
+
+from __future__ import annotations
+
+from typing import final
+
+from spiraltrunk.control.strategy import Milestone
+from spiraltrunk.envs.rewards import PROGRESS, Terms
+from spiraltrunk.sim.ground_truth import Sample
+from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
+from spiraltrunk.workflows.grasp.verdict.faults import PENETRATION_MOST, compute_bend_most
+from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
+from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
+from spiraltrunk.workflows.grasp.verdict.moments import Referee
+
+QUIET = 25
+"""Control periods (0.5 s) for which the object rests untouched before a job counts as ended (ours)."""
+
+FALL = 0.30
+"""Height below its begin at which the object is lost [m] (ours)."""
+
+
+@final
+class Judge:
+    """Follows an episode on a plant that was reset, and says what was achieved.
+
+    Args:
+        plant: the plant.
+        job: "grasp", "kick" or "sweep".
+    """
+
+    def __init__(self, plant: SimPlant, job: str) -> None:
+        self._plant, self._job = plant, job
+        self._progress = PROGRESS[job](plant)
+        self._bend_most = compute_bend_most(plant.design)
+        self.referee = Referee(plant.task)
+        """Finds the moments of the episode."""
+        self.quiet = 0
+        """Control periods for which the object has rested untouched on table or ground."""
+        self.referee.update(plant.trace[0])
+
+    def update(self, sample: Sample) -> None:
+        """Take the next sample into account."""
+        referee = self.referee
+        referee.update(sample)
+        is_quiet = sample.touches_table and sample.grip_force == 0.0 and referee.is_at_rest()
+        self.quiet = self.quiet + 1 if is_quiet else 0
+
+    def has_ended(self) -> bool:
+        """Whether the job has come to an end on which a verdict is due: the object rests where it was brought."""
+        if self.quiet != QUIET:
+            return False
+        if self._job != "kick":
+            return Milestone.RELEASED in self.referee.reached
+        return self.measure()["way"] >= 1.0
+
+    def find_fault(self, sample: Sample) -> str:
+        """What can no longer be made good, in words; empty for nothing."""
+        faults = (
+            (sample.bend_most > self._bend_most, "a joint was bent too far"),
+            (sample.penetration > PENETRATION_MOST, "bodies overlapped"),
+            (sample.touches_robot, "the object touched housing or arm"),
+            (sample.arm_touches_ground, "housing or arm touched the ground"),
+            (sample.object_position[2] < self._plant.trace[0].object_position[2] - FALL, "the object fell"),
+        )
+        return next((text for holds, text in faults if holds), "")
+
+    def verdict(self) -> Verdict:
+        """Verdict of the survey on the episode so far, by the referee's moments."""
+        plant = self._plant
+        evidence = Evidence(
+            trace=plant.trace, task=plant.task, moments=self.referee.moments, gave_up=None, warnings=plant.warnings,
+            limits=plant.arm_limits,
+        )  # fmt: skip
+        return JOBS[self._job](evidence)
+
+    def measure(self) -> Terms:
+        """Terms of the progress at the latest sample."""
+        trace = self._plant.trace
+        return self._progress.measure(trace[0], trace[-1], self.referee)
+
+    def potential(self, terms: Terms) -> float:
+        """Potential of the dense reward [-]."""
+        return self._progress.potential(terms)
+
+    def latest_milestone(self) -> str:
+        """Name of the milestone that was reached last; empty for none."""
+        reached = self.referee.reached
+        return max(reached, key=lambda each: reached[each]).value if reached else ""

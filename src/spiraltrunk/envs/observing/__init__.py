@@ -1,0 +1,1 @@
+"""What environments show: spaces, pictures, and the truth where it is asked for."""

@@ -1,0 +1,83 @@
+"""Spaces of observations and actions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from gymnasium import spaces
+
+from spiraltrunk.checks import check_number
+from spiraltrunk.control.encoding import ControlMode, action_size, agent_bounds, environment_bounds
+from spiraltrunk.control.plant import CONTROL_PERIOD
+from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.envs.observing.privileged import privileged_bounds
+from spiraltrunk.errors import DesignError, UnknownName
+
+
+def read_periods(control_hz: float) -> int:
+    """Control periods of one action, at a rate of actions [1/s].
+
+    Raises:
+        DesignError: for a rate of which 50 Hz is no whole multiple.
+    """
+    check_number("control_hz", control_hz, least=1.0, most=1 / CONTROL_PERIOD)
+    periods = round(1 / (CONTROL_PERIOD * control_hz))
+    if abs(periods * control_hz * CONTROL_PERIOD - 1.0) > 1e-9:
+        raise DesignError("control_hz", got=control_hz, allowed="50 over a whole number, such as 50, 25 or 10")
+    return periods
+
+
+def read_size(size: Sequence[int]) -> tuple[int, int]:
+    """Height and width of pictures [pixels].
+
+    Raises:
+        DesignError: for anything but two numbers.
+    """
+    sides = tuple(size)
+    if len(sides) != 2:
+        raise DesignError("picture_size", got=sides, allowed="height and width in pixels")
+    return sides[0], sides[1]
+
+
+def check_name(kind: str, name: str, known: Iterable[str]) -> str:
+    """The name, where it is known.
+
+    Raises:
+        UnknownName: lists the names.
+    """
+    names = tuple(known)
+    if not isinstance(name, str) or name not in names:
+        raise UnknownName(kind, str(name), names)
+    return name
+
+
+def build_action_space(mode: ControlMode, design: TrunkDesign, n_arm: int) -> spaces.Box:
+    """Box of actions in [-1, 1]."""
+    return spaces.Box(-1.0, 1.0, (action_size(mode, design, n_arm),), np.float32)
+
+
+def build_observation_space(
+    design: TrunkDesign, n_arm: int, *, is_privileged: bool, cameras: tuple[str, ...], size: tuple[int, int]
+) -> spaces.Dict:
+    """Dictionary of finite boxes.
+
+    Args:
+        design: the robot.
+        n_arm: number of the arm's joints.
+        is_privileged: whether the truth is told.
+        cameras: cameras whose pictures are told; one is a box, several are a dictionary of boxes.
+        size: height and width of the pictures [pixels].
+    """
+    boxes = {"agent_pos": agent_bounds(design, n_arm), "environment_state": environment_bounds()}
+    if is_privileged:
+        boxes["privileged"] = privileged_bounds()
+    parts: dict[str, spaces.Space[object]] = {
+        name: spaces.Box(low.copy(), high.copy(), dtype=np.float32) for name, (low, high) in boxes.items()
+    }
+    pictures: dict[str, spaces.Space[object]] = {name: spaces.Box(0, 255, (*size, 3), np.uint8) for name in cameras}
+    if len(cameras) == 1:
+        parts["pixels"] = pictures[cameras[0]]
+    elif cameras:
+        parts["pixels"] = spaces.Dict(pictures)
+    return spaces.Dict(parts)
