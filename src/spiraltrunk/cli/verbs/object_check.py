@@ -32,11 +32,11 @@ def check_object(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
 def warn_infeasible(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec) -> None:
     """Warn where the models rank the strategy as infeasible for the object as it rests."""
     from spiraltrunk.strategies.assessment import assess
-    from spiraltrunk.workflows.grasp.choice.auto import AUTO, Auto, find_orientation
+    from spiraltrunk.workflows.grasp.choice.auto import Auto, find_orientation
     from spiraltrunk.workflows.grasp.choice.ranking import announce_task
 
-    if strategy.job != "grasp" or strategy.name == AUTO:
-        return
+    if strategy.job != "grasp" or strategy.number == 0:
+        return  # A choice and a learned policy have no model of their own.
     resting = Auto(design, strategy.support, find_orientation(shape), ranking=lambda observation, tried: ())
     found = assess(strategy, announce_task(design, shape, resting))
     if not found.feasible:

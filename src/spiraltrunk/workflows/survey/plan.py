@@ -21,6 +21,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.scene.options import TIMESTEP, check_timestep
+from spiraltrunk.strategies.policy.library import describe_policies
 
 MOST_SHARDS = 10_000
 """Largest number of parts of a survey (ours)."""
@@ -109,7 +110,9 @@ class SurveyPlan:
     def settings(self) -> dict[str, Any]:
         """Settings that are equal for equal surveys, ready for JSON."""
         objects = {name: list(names) for name, names in self.objects.items()}
+        policies = describe_policies(tuple(objects))
         return {
+            **({"policies": policies} if policies else {}),
             "trials": self.trials,
             "seed": self.seed,
             "objects": objects,

@@ -26,6 +26,7 @@ from spiraltrunk.sim.objects.presentation import natural_orientation
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.strategies.moves import Move, MoveSequence, advance, begin, command_at, fraction
+from spiraltrunk.strategies.policy.library import PREFIX, get_policy, is_policy
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.sensing import seen_position
 from spiraltrunk.workflows.grasp.choice.choose import Candidate, find_highest_base, list_strategies, rank
@@ -202,9 +203,14 @@ class Auto(Strategy[AutoState]):
 def get_strategy(name: str, design: TrunkDesign, shape: ObjectSpec, stage: str | None = None) -> Strategy[Any]:
     """The strategy called ``name`` for a trunk and an object; "auto", on the ground or hung, among them.
 
+    ``policy:FILE.safetensors`` is a learned policy.
+
     Raises:
         UnknownName: lists the names.
+        DesignError: for the files of a policy that cannot be used.
     """
+    if is_policy(name):
+        return get_policy(name)
     list_objects(name)  # Refuses an unknown name.
     if name != AUTO:
         return strategies.get(name)
@@ -212,13 +218,16 @@ def get_strategy(name: str, design: TrunkDesign, shape: ObjectSpec, stage: str |
 
 
 def list_objects(name: str) -> tuple[str, ...]:
-    """Objects of the catalogue for which a strategy is meant, "auto" among them.
+    """Objects of the catalogue for which a strategy is meant, "auto" and learned policies among them.
 
     Raises:
         UnknownName: lists the names.
+        DesignError: for the files of a policy that cannot be used.
     """
+    if is_policy(name):
+        return get_policy(name).objects
     if name != AUTO and name not in strategies.NAMES:
-        raise UnknownName("strategy", name, (*strategies.NAMES, AUTO))
+        raise UnknownName("strategy", name, (*strategies.NAMES, AUTO, f"{PREFIX}FILE.safetensors"))
     return Auto.objects if name == AUTO else strategies.get(name).objects
 
 
