@@ -149,6 +149,23 @@ def test_a_reload_comes_back_to_what_was_picked(fakes, studio, open_page):
 
 
 @pytest.mark.slow
+def test_a_reload_comes_back_to_the_grasp_until_another_is_picked(fakes, studio, open_page, take_picture):
+    fakes.go.set()
+    page = open_page(studio([GraspTab]))
+    wait_for(page, "predicted chance")
+    click(page, "Run grasp")
+    wait_for(page, "Success.")
+    end = settle(page, take_picture, "end")
+    page.reload()
+    wait_for(page, "Success.")
+    wait_for(page, "predicted chance")
+    assert not differ(settle(page, take_picture, "reloaded"), end)
+    assert json.loads(fetch(page, "Result (JSON)", "result.json"))["success"] is True
+    pick(page, "Object", "box-80")
+    page.get_by_text("Success.").filter(visible=True).wait_for(state="detached", timeout=PATIENCE)
+
+
+@pytest.mark.slow
 def test_a_kick_is_simulated_and_shown(studio, open_page, take_picture, monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", os.environ.get("MUJOCO_GL") or "egl")  # As the command does.
     minutes = 10 * 60_000  # The first run on a computer compiles.

@@ -11,9 +11,11 @@ pytest.importorskip("viser", reason="viser is not installed")
 
 from spiraltrunk.design import presets
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.setup.poses import load_poses
 from spiraltrunk.studio.robot import hub as hub_module
 from spiraltrunk.studio.robot.hub import RobotHub
 from spiraltrunk.studio.robot.tab import RobotTab
+from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
 from spiraltrunk.workflows.drive.remote.requests import Alive, Home, Leave, Stop
 from spiraltrunk.workflows.drive.remote.service import RobotService
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
@@ -51,8 +53,9 @@ def find_mode(hub):
 
 
 @pytest.mark.slow
-def test_connect_home_enable_jog_stop_and_close(hub, studio, open_page, take_picture):
-    running = studio([partial(RobotTab, hub=hub)])
+def test_connect_home_enable_jog_stop_and_close(hub, studio, open_page, take_picture, tmp_path):
+    poses = tmp_path / "poses.json"
+    running = studio([partial(RobotTab, hub=hub, poses=poses)])
     page = open_page(running)
     press(page, "Connect")
     press(page, "Home")
@@ -63,6 +66,21 @@ def test_connect_home_enable_jog_stop_and_close(hub, studio, open_page, take_pic
         page.get_by_role("button", name="wind in").first.click(timeout=PATIENT)
     wait_until(lambda: hub.state.goals[0] is not None and hub.state.snapshot.cables[0].pull > 0.01)
     wait_until(lambda: (np.abs(take_picture(page, "bent") - before) > 30).sum() > 500)
+
+    page.get_by_text("Poses", exact=True).click()
+    press(page, "Save the pose")
+    page.get_by_text("the pose has no name").wait_for(timeout=PATIENT)
+    row = page.locator("div:has(> div label)", has=page.get_by_text("Name", exact=True)).last
+    row.get_by_role("textbox").last.fill("bent")
+    page.wait_for_timeout(500)  # The text has left the box.
+    press(page, "Save the pose")
+    page.get_by_text("the pose 'bent' is saved in poses.json").wait_for(timeout=PATIENT)
+    saved = load_poses(poses, compute_pull_limits(presets.PAPER))["bent"]
+    assert saved.pulls[0] > 0.01
+    press(page, "All cables follow")
+    wait_until(lambda: hub.state.goals[0] is None)
+    press(page, "Move to the pose")
+    wait_until(lambda: hub.state.goals == pytest.approx(saved.pulls))
 
     other = open_page(running, own=True)
     other.get_by_text("In control: page 1").wait_for(timeout=PATIENT)

@@ -127,6 +127,17 @@ def write_poses(path: str | Path, poses: Mapping[str, Pose]) -> None:
         raise OutputError(f"{describe(str(path))} cannot be written: {_explain(error)}; {allowed}") from error
 
 
+def save_pose(path: str | Path, pose: Pose, limits: PullLimits) -> None:
+    """Save a pose in a file of poses; one of the same name is replaced.
+
+    Raises:
+        DriveError: where the pose, or the file, does not fit; nothing is written then.
+        OutputError: where the file cannot be written.
+    """
+    check_pose(pose, limits)
+    write_poses(path, load_poses(path, limits) | {pose.name: pose})
+
+
 def _explain(error: Exception) -> str:
     """Why a file cannot be used; of errors of `check_regular` their own words."""
     return str(getattr(error, "strerror", None) or error)

@@ -110,12 +110,14 @@ class RunPanel:
         self._state.content = START
         self.plots.clear()
 
-    def open(self, meshes: ModelMeshes, frames: Frames) -> None:
-        """Show a grasp that was recorded, with its timeline, the last frame first."""
+    def open(self, meshes: ModelMeshes, frames: Frames, result: dict[str, Any] | None = None) -> None:
+        """Show a grasp that was recorded, with its timeline, the last frame first, and its result."""
         self._meshes = meshes
         with self._page.client.atomic():
             self._view.draw(meshes, frames)
         self._open_timeline(frames)
+        if result is not None:
+            self._show_result(result)
 
     def toggle(self) -> None:
         """Play, or stop playing."""
@@ -162,11 +164,14 @@ class RunPanel:
         if result is None:
             self._tell_end(reason)
             return
-        self._result.content, self._result.visible = describe_result(result), True
-        self._table.content, self._table_folder.visible = format_figures(result), bool(self._frames)
+        self._show_result(result)
         if self._frames is not None and self._meshes is not None:
             title = f"{request.title}: {result['reason']}"
             self._on_result(request, Recording(title=title, meshes=self._meshes, frames=self._frames), result)
+
+    def _show_result(self, result: dict[str, Any]) -> None:
+        self._result.content, self._result.visible = describe_result(result), True
+        self._table.content, self._table_folder.visible = format_figures(result), bool(self._frames)
 
     def _tell_end(self, reason: str | None) -> None:
         if self._frames is None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any, final
 
 from spiraltrunk.files.results import format_json
+from spiraltrunk.studio.grasp.kept import KeptGrasp
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.grasp.works import Progress, draw_film, draw_replay, draw_strip
 from spiraltrunk.studio.page.controls import add_button
@@ -38,10 +39,10 @@ class SavePanel:
             hint = "End what is being made; nothing is saved"
             self._stop: Any = add_button(page, "Stop saving", self.stop, hint=hint, visible=False, color="orange")
 
-    def offer(self, request: GraspRequest, recording: Recording, result: dict[str, Any], command: str) -> None:
+    def offer(self, grasp: KeptGrasp) -> None:
         """Offer the files of a grasp."""
-        self._request, self._recording, self._result = request, recording, result
-        self._command.content = f"The same by a command: `{command} --out DIR --replay FILE.html`"
+        self._request, self._recording, self._result = grasp.request, grasp.recording, grasp.result
+        self._command.content = f"The same by a command: `{grasp.command} --out DIR --replay FILE.html`"
         self._folder.visible = True
 
     def clear(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from dataclasses import replace
 from typing import Any, final
 
@@ -11,6 +12,7 @@ from spiraltrunk import strategies
 from spiraltrunk.design import TrunkDesign, presets
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.studio.drawing.camera import TabCamera
+from spiraltrunk.studio.grasp.kept import KeptGrasp, find_grasp, keep_grasp
 from spiraltrunk.studio.grasp.object_picker import ObjectPicker
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.grasp.run_panel import RunPanel
@@ -58,6 +60,8 @@ class GraspTab:
         self._candidates: tuple[Candidate, ...] = ()
         self._camera = TabCamera(page, np.array(CAMERA), np.array(LOOK_AT), field=FIELD)
         self._asked: tuple[Any, ...] = ()
+        self._done: KeptGrasp | None = None
+        self._is_restored = False
 
     @property
     def panel(self) -> RunPanel:
@@ -101,6 +105,7 @@ class GraspTab:
         return {
             **self._object.read_settings(), "stage": self._stage.value, "strategy": self._strategy.value,
             "friction": self._friction.value, "seed": self._seed.value,
+            "grasp": "" if self._done is None else self._done.name,
         }  # fmt: skip
 
     def apply_settings(self, settings: dict[str, Any]) -> None:
@@ -113,11 +118,18 @@ class GraspTab:
             if isinstance(settings.get(name), int | float):
                 slider.set(settings[name])
         self._is_stale = True
+        self._done = find_grasp(str(settings.get("grasp", "")))
+        if self._done is not None:
+            self._is_restored = True
+            self._run.open(self._done.recording.meshes, self._done.recording.frames, self._done.result)
+            self._save.offer(self._done)
 
     def close(self) -> None:
-        """Stop what runs."""
+        """Stop what runs; a grasp that has ended is kept for a reload."""
         self._run.pause()
         self._run.stop()
+        if self._done is not None:
+            keep_grasp(self._done)
 
     def _read(self) -> GraspRequest:
         """What the person asks for.
@@ -147,7 +159,7 @@ class GraspTab:
 
     def _change(self) -> None:
         """Something was picked: what is shown no longer fits it."""
-        self._is_stale = True
+        self._is_stale, self._is_restored = True, False
         if self._is_shown:
             self._page.later("grasp prepare", self._prepare, REST)
 
@@ -169,7 +181,10 @@ class GraspTab:
         self._preparing = self._page.start(prepare, request, on_report=self._take_scene, on_end=self._take_ranking)
 
     def _take_scene(self, scene: Scene) -> None:
-        if not self._run.is_running and not self._is_stale:
+        if self._is_restored:  # The grasp of before the reload stays in view.
+            self._is_restored = False
+        elif not self._run.is_running and not self._is_stale:
+            self._done = None
             self._save.clear()
             self._run.show_scene(scene)
 
@@ -191,7 +206,11 @@ class GraspTab:
             self._told.content = describe_choice(self._strategy.value, self._candidates)
 
     def _offer(self, request: GraspRequest, recording: Recording, result: dict[str, Any]) -> None:
-        self._save.offer(request, recording, result, self._format_command(request))
+        self._done = KeptGrasp(
+            name=secrets.token_hex(8), request=request, recording=recording, result=result,
+            command=self._format_command(request),
+        )  # fmt: skip
+        self._save.offer(self._done)
 
     def _format_command(self, request: GraspRequest) -> str:
         stage = f" --stage {request.stage}" if request.strategy == AUTO else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -69,7 +70,7 @@ class CompareView:
             )
             self._lines = page.gui.add_html(words.format_lines())
             self._plot: Any = self._add_plot()
-            self._notes = page.gui.add_html(words.format_notes(found.result["notes"]))
+            self._notes = self._add_notes(found.result["notes"])
         self._slider: Slider | None = None
         self._choose(first)
 
@@ -87,6 +88,13 @@ class CompareView:
         )
         for part in parts:
             part.remove()
+
+    def _add_notes(self, notes: Sequence[str]) -> Any:
+        """What was irregular in the recordings, folded."""
+        folder = self._page.gui.add_folder("Notes on the recordings", expand_by_default=False, visible=bool(notes))
+        with folder:
+            self._page.gui.add_html(words.format_notes(notes))
+        return folder
 
     def _choose(self, name: str) -> None:
         self._run, self._take = self._choices[name]

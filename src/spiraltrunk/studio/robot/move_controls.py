@@ -1,17 +1,14 @@
-"""Moves of the cables: steps of each, poses, and the limits of all moves; each value is checked on the server."""
+"""Moves of the cables: steps of each, and the limits of all moves; each value is checked on the server."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import final
 
 from spiraltrunk.design import TrunkDesign
-from spiraltrunk.errors import DriveError, StudioError
-from spiraltrunk.hardware.setup.poses import find_pose, load_poses
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_button
+from spiraltrunk.errors import StudioError
+from spiraltrunk.studio.page.controls import Scale, Slider, add_button
 from spiraltrunk.studio.page.page import Page
-from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
 from spiraltrunk.workflows.drive.remote.requests import SPEED_LEAST, SPEED_MOST, STEP_MOST, Jog, Limit, Move, Request
 from spiraltrunk.workflows.drive.remote.service import SPEED, TENSION
 
@@ -23,16 +20,15 @@ _WAYS = {"let out": -1.0, "wind in": 1.0}
 class MoveControls:
     """Controls of moves; they are open while the robot is armed and this page is in control."""
 
-    def __init__(self, page: Page, design: TrunkDesign, ask: Callable[[Request], None], poses: Path) -> None:
+    def __init__(self, page: Page, design: TrunkDesign, ask: Callable[[Request], None]) -> None:
         """Add them where the page's container is open.
 
         Args:
             page: the page.
             design: design of the robot.
             ask: sends a request.
-            poses: file of poses.
         """
-        self._page, self._design, self._ask, self._poses = page, design, ask, poses
+        self._page, self._design, self._ask = page, design, ask
         self._is_open = False
         self.step = Slider(
             page, Scale(label="Step", unit="mm", least=0.5, most=min(20.0, 1e3 * STEP_MOST), step=0.5,
@@ -41,10 +37,6 @@ class MoveControls:
         for cable in range(design.n_cable):
             self._add_row(cable)
         add_button(page, "All cables follow", self._let_follow, hint="None holds its length any more", color="gray")
-        names = self._read_names()
-        if names:
-            self._pose = Choice(page, "Pose", names, names[0], lambda _: None, hint="Poses of `spiraltrunk drive pose`")
-            add_button(page, "Move to the pose", self._move, hint="Winds all cables to the lengths of the pose")
         with page.gui.add_folder("Limits of moves", expand_by_default=False):
             most = design.cable.tension_max
             scale = Scale(
@@ -88,15 +80,3 @@ class MoveControls:
 
     def _let_follow(self) -> None:
         self._ask(Move((None,) * self._design.n_cable))
-
-    def _read_names(self) -> tuple[str, ...]:
-        """Names of the poses; a file that holds none is told when the page is built, and left."""
-        try:
-            return tuple(sorted(load_poses(self._poses, compute_pull_limits(self._design))))
-        except DriveError as error:
-            self._page.notice(str(error), "warning")
-            return ()
-
-    def _move(self) -> None:
-        poses = load_poses(self._poses, compute_pull_limits(self._design))
-        self._ask(Move(tuple(find_pose(poses, self._pose.value).pulls)))

@@ -8,6 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
+from spiraltrunk.errors import StudioError
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.studio.drawing.camera import aim_at_trunk
 from spiraltrunk.studio.page.controls import Choice, add_button
@@ -16,6 +17,7 @@ from spiraltrunk.studio.robot.gauges import Gauges
 from spiraltrunk.studio.robot.heartbeat import PageHeartbeat
 from spiraltrunk.studio.robot.hub import RobotHub
 from spiraltrunk.studio.robot.move_controls import MoveControls
+from spiraltrunk.studio.robot.pose_controls import PoseControls
 from spiraltrunk.studio.robot.stop_panel import StopPanel
 from spiraltrunk.studio.robot.strategy_controls import StrategyControls
 from spiraltrunk.studio.robot.texts import format_cables, format_faults, format_status
@@ -213,7 +215,19 @@ class RobotTab:
         for child in tuple(self._moves_folder._children.values()):
             child.remove()
         with self._moves_folder:
-            self._moves = MoveControls(self._page, self._design, self._ask, self._poses)
+            self._moves = MoveControls(self._page, self._design, self._ask)
+            PoseControls(self._page, self._design, self._poses, self._ask, self._read_pulls)
+
+    def _read_pulls(self) -> tuple[float, ...]:
+        """Present pull of each cable [m].
+
+        Raises:
+            StudioError: where the robot is not homed.
+        """
+        state = self._hub.state
+        if state is None or not state.snapshot.is_homed:
+            raise StudioError("the lengths of the cables are not known; home the robot first")
+        return tuple(cable.pull for cable in state.snapshot.cables)
 
     def _draw_trunk(self, frames: np.ndarray) -> None:
         if self._picture is None or self._picture.design is not self._design:

@@ -43,9 +43,7 @@ def check_name(arguments: argparse.Namespace, design: TrunkDesign, name: str) ->
 
 def save_pose(arguments: argparse.Namespace, design: TrunkDesign, pulls: Sequence[float], name: str) -> None:
     """Save a pose under a name; one of the same name is replaced."""
-    from spiraltrunk.hardware.setup.poses import Pose, check_pose, write_poses
+    from spiraltrunk.hardware.setup import poses
     from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
 
-    pose = Pose(name, tuple(pulls))
-    check_pose(pose, compute_pull_limits(design))
-    write_poses(arguments.poses, read_poses(arguments, design) | {name: pose})
+    poses.save_pose(arguments.poses, poses.Pose(name, tuple(pulls)), compute_pull_limits(design))
