@@ -89,6 +89,21 @@ def test_stages_keep_their_times_and_order(
     assert list_stages(lazy, observation) == ["up"] * 15 + ["keep"] * 30
 
 
+def test_stages_are_entered_as_often_as_allowed(
+    description: PolicyDescription, observation: Observation, build_constant: Build
+) -> None:
+    up, keep, end = description.stages
+    stages = (replace(up, least=0.1, visits=2), replace(keep, least=0.1), end)
+    n = len(description.inputs)
+    weight = np.zeros((3, n))
+    weight[0, description.inputs.index("stage_is_keep")] = 9.0  # There and back again.
+    stage = replace(build_constant(n, np.array([0.0, 5.0, 1.0])), weights=(weight,))
+    action = build_constant(n, np.zeros(len(description.outputs)))
+    networks = {"stage": stage, "action": action}
+    turning = PolicyStrategy("policy:turning", replace(description, stages=stages), networks)
+    assert list_stages(turning, observation)[:20] == ["up"] * 5 + ["keep"] * 5 + ["up"] * 5 + ["keep"] * 5
+
+
 def list_stages(strategy: PolicyStrategy, observation: Observation) -> list[str]:
     state, told = strategy.init(observation), []
     for i in range(200):

@@ -77,6 +77,8 @@ class Stage:
     """Time after which it is left for the likeliest of the next [s]."""
     after: tuple[str, ...] = ()
     """Names of the stages that may follow it; none for all."""
+    visits: int = 1000
+    """Largest number of times that it is entered in a run: demonstrations do not try without end."""
 
     def __post_init__(self) -> None:
         check_text("policy.stages.name", self.name, most=60)
@@ -85,6 +87,7 @@ class Stage:
             _check_choice("policy.stages.milestone", self.milestone, tuple(each.value for each in Milestone))
         for name, value in (("least", self.least), ("most", self.most)):
             check_number(f"policy.stages.{name}", value, least=0.0, most=290.0)
+        check_count("policy.stages.visits", self.visits, least=1, most=1000)
         check_count("number of policy.stages.after", len(self.after), least=0, most=MOST_NAMES)
 
 

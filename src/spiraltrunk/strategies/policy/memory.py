@@ -50,6 +50,8 @@ class Memory:
     """Time of the latest observation [s]."""
     load: np.ndarray
     """Weight on the base and its lever, smoothed, shape (2,) [N, m]."""
+    visits: tuple[int, ...] = (0,)
+    """Stages entered so far, the first among them, in order."""
     latched: np.ndarray
     """Load and pulls at the begin of the latest stage that latches them, shape (2 + n_cable,) [N, m, m]."""
 
@@ -75,8 +77,9 @@ def enter_stage(memory: Memory, stage: int, observation: Observation, start: np.
     """Memory at the begin of a stage, from the set point at that time."""
     latched = np.concatenate([memory.load, observation.cable_pull]) if latches else memory.latched
     return replace(
-        memory, stage=stage, since=observation.time, start=start, start_pull=observation.cable_pull, latched=latched
-    )
+        memory, stage=stage, since=observation.time, start=start, start_pull=observation.cable_pull, latched=latched,
+        visits=(*memory.visits, stage),
+    )  # fmt: skip
 
 
 def measure_load(observation: Observation) -> np.ndarray:

@@ -126,9 +126,14 @@ class PolicyStrategy(Strategy[PolicyState]):
         )  # fmt: skip
 
     def _choose_stage(self, memory: Memory, score: np.ndarray) -> int:
-        """The stage of the largest score among the present one and those that may follow, within its times."""
-        here, about = memory.stage, self._description.stages[memory.stage]
-        others, spent = [j for j in self._allowed[here] if j != here], memory.time - memory.since
+        """The stage of the largest score among the present one and those that may follow, within its times.
+
+        One that was entered as often as allowed is left out, unless it is the only one.
+        """
+        here, stages = memory.stage, self._description.stages
+        about, spent = stages[here], memory.time - memory.since
+        others = [j for j in self._allowed[here] if j != here]
+        others = [j for j in others if memory.visits.count(j) < stages[j].visits] or others
         if not others or spent < about.least - 1e-9:
             return here
         known = others if spent > about.most else [here, *others]

@@ -1,0 +1,83 @@
+"""A policy cloned from recorded episodes of one strategy: description, networks and losses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+from spiraltrunk.control.encoding import action_names
+from spiraltrunk.control.strategy import Strategy
+from spiraltrunk.design import presets
+from spiraltrunk.errors import DesignError, Unquoted
+from spiraltrunk.files.results import read_versions
+from spiraltrunk.strategies.policy.description import Layers, PolicyDescription
+from spiraltrunk.strategies.policy.memory import MODE, list_inputs
+from spiraltrunk.strategies.policy.network import Network
+from spiraltrunk.workflows.learn.cloning import Clone, CloningOptions, fit_clone
+from spiraltrunk.workflows.learn.episodes import Episode
+from spiraltrunk.workflows.learn.samples import Timing, list_stages, sample_episode
+
+LATCHES = ("put back", "rise on", "lift", "bring")
+"""Actions of a hung wrap at whose begin the load is remembered (ours): what was weighed decides what follows."""
+
+LEAD = 0.03
+"""Lead of one ventral cable before the other, over the stroke [-]: that of the demonstrated strategy, not learned."""
+
+
+@final
+@dataclass(frozen=True, kw_only=True)
+class ClonedPolicy:
+    """A cloned policy, not yet written."""
+
+    description: PolicyDescription
+    """What its networks take and give."""
+    networks: dict[str, Network]
+    """The networks "action" and "stage"."""
+    clone: Clone
+    """Networks with their losses."""
+
+
+def clone_policy(
+    episodes: Sequence[Episode],
+    strategy: Strategy[Any],
+    *,
+    options: CloningOptions | None = None,
+    timing: Timing | None = None,
+    tell: Callable[[str, int, float, float], None] | None = None,
+) -> ClonedPolicy:
+    """Clone the strategy that the episodes show; failed ones are left out.
+
+    Raises:
+        DesignError: where no episode is a success.
+        MissingPackage: without PyTorch.
+    """
+    options, timing = options or CloningOptions(), timing or Timing()
+    shown = [episode for episode in episodes if episode.is_success]
+    if not shown:
+        raise DesignError("episodes", got=Unquoted("none that is a success"), allowed="one success or more")
+    stages = list_stages(shown)
+    latches = tuple(s.name for s in stages if s.name.split(": ")[-1].partition(" (")[0] in LATCHES)
+    names = list_inputs(presets.PAPER, tuple(stage.name for stage in stages))
+    clone = fit_clone([sample_episode(each, stages, latches, timing) for each in shown], names, options, tell=tell)
+    networks = {"action": clone.action.network, "stage": clone.stage.network}
+    description = PolicyDescription(
+        control_mode=MODE.value, inputs=names, outputs=action_names(MODE, presets.PAPER), stages=stages,
+        networks={key: Layers(sizes=network.sizes) for key, network in networks.items()},
+        n_cable=presets.PAPER.n_cable, latches=latches, period=timing.period, smoothing=timing.smoothing,
+        ventral_lead=LEAD, widths=strategy.widths(presets.PAPER), provenance=_tell_provenance(shown, strategy, options),
+        **{key: getattr(strategy, key) for key in _TAKEN},
+    )  # fmt: skip
+    return ClonedPolicy(description=description, networks=networks, clone=clone)
+
+
+_TAKEN = ("job", "support", "orientation", "holds", "needs_camera", "objects", "position", "push")
+"""What a policy takes over from the strategy that it clones."""
+
+
+def _tell_provenance(shown: Sequence[Episode], strategy: Strategy[Any], options: CloningOptions) -> dict[str, Any]:
+    return {
+        "method": "behaviour cloning", "demonstrated": strategy.name, "demonstrations": len(shown),
+        "seeds": [episode.seed for episode in shown], "training_seed": options.seed,
+        "versions": read_versions("mujoco", "numpy", "torch"), "design": presets.PAPER.name,
+    }  # fmt: skip

@@ -1,0 +1,142 @@
+"""Cloning of made-up episodes: stages and their times, samples, and a training that learns, where PyTorch is there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from spiraltrunk import strategies
+from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.strategy import Milestone, Status
+from spiraltrunk.design import presets
+from spiraltrunk.errors import DesignError, MissingPackage
+from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.sim.scene.build import build_task
+from spiraltrunk.strategies.policy.network import forward
+from spiraltrunk.strategies.policy.policy_strategy import END, PolicyStrategy
+from spiraltrunk.workflows.grasp.world import draw_scene
+from spiraltrunk.workflows.learn.clone_policy import clone_policy
+from spiraltrunk.workflows.learn.cloning import CloningOptions, import_torch, split_episodes
+from spiraltrunk.workflows.learn.episodes import Episode, load_episode, write_episode
+from spiraltrunk.workflows.learn.samples import Timing, list_stages, sample_episode
+
+UP, KEEP = ("transport", "lift", "lifted"), ("transport", "hold", "held")
+
+
+def make_episode(seed: int, up: int = 40, keep: int = 30) -> Episode:
+    """The base rises by 0.1 m at constant speed, then rests."""
+    task = build_task(presets.PAPER, draw_scene(parse_object("cylinder-60"), seed))
+    frame = np.eye(4)
+    frame[:3, :3] = [[0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]]
+    frame[:3, 3] = 0.3 + 0.01 * seed, 0.1, 1.0
+    observations, commands = [], []
+    for i in range(up + keep + 1):
+        T = frame.copy()
+        T[2, 3] += 0.1 * min(1.0, i / up)
+        commands.append(Command(T_world_base=T, cable_tension=np.full(3, 10.0 * min(1.0, i / up))))
+        observations.append(Observation(
+            time=0.02 * i, task=task, T_world_base=T, arm_position=np.zeros(7), arm_velocity=np.zeros(7),
+            cable_pull=np.full(3, 1e-4 * i), cable_tension=np.zeros(3), base_force=np.array([0.0, 0.0, -2.0]),
+            base_torque=np.zeros(3),
+        ))  # fmt: skip
+    told = (UP,) * up + (KEEP,) * keep
+    return Episode(
+        task=task, observations=tuple(observations), commands=tuple(commands[:-1]), told=told, is_success=True,
+        object="cylinder-60", seed=seed,
+    )  # fmt: skip
+
+
+def test_stages_with_their_times_and_order() -> None:
+    up, keep, end = list_stages([make_episode(0), make_episode(1, up=50)])
+    assert (up.name, up.milestone, up.least, up.after) == ("transport: lift (lifted)", "lifted", 0.8, (keep.name,))
+    assert up.most == pytest.approx(1.2 * 1.0 + 0.3)
+    assert (up.visits, keep.visits) == (1, 1)
+    assert (keep.after, end.name, end.milestone) == ((END,), END, "held")
+
+
+def test_samples_ask_for_later_set_points_of_the_same_stage() -> None:
+    episode = make_episode(0)
+    stages = list_stages([episode])
+    samples = sample_episode(episode, stages, (), Timing(period=0.1, smoothing=0.1))
+    assert samples.stage.tolist() == [0] * 20 + [1] * 15 + [2]
+    rise = samples.goal[:, 2] - samples.goal[0, 2]
+    assert np.all(np.diff(rise) >= 0.0)
+    lag = Timing().ahead
+    assert lag == 12
+    shared = (samples.goal[1, 2] - samples.goal[0, 2]) / 2
+    assert samples.goal[0, 2] - sample_episode(episode, stages, (), Timing(period=0.02, smoothing=0.01)).goal[0, 2] == (
+        pytest.approx((lag - Timing(period=0.02, smoothing=0.01).ahead) * shared, rel=1e-3)
+    )
+    n_known = samples.now.shape[1] - (3 + 5 + 10 + 3 + 2 + 5)
+    assert samples.now[20, n_known : n_known + 3].tolist() == [0.0, 1.0, 0.0]
+    assert samples.before[20, n_known : n_known + 3].tolist() == [1.0, 0.0, 0.0]  # The stage of the last decision.
+    assert samples.before[20, n_known + 3 + 1] == pytest.approx(0.8)
+
+
+def test_split_is_by_episode_and_seed() -> None:
+    train, valid = split_episodes(20, 0.15, 3)
+    assert sorted([*train, *valid]) == list(range(20))
+    assert len(valid) == 3
+    assert split_episodes(20, 0.15, 3) == (train, valid)
+    assert split_episodes(20, 0.15, 4) != (train, valid)
+    assert split_episodes(1, 0.15, 0) == ([0], [0])
+
+
+def test_written_and_read_episode(tmp_path: Path) -> None:
+    episode = make_episode(2)
+    statuses = [Status(phase=phase, action=action, milestone=Milestone(name)) for phase, action, name in episode.told]
+    log = SimpleNamespace(observations=episode.observations, commands=episode.commands, statuses=statuses)
+    trial = SimpleNamespace(log=log, seed=2, verdict=SimpleNamespace(success=True))
+    write_episode(tmp_path / "a.npz", trial, "cylinder-60")
+    read = load_episode(tmp_path / "a.npz", "wrap-vertical")
+    assert (read.told, read.is_success, read.seed) == (episode.told, True, 2)
+    assert read.task.target.width == episode.task.target.width
+    assert read.commands[30].T_world_base == pytest.approx(episode.commands[30].T_world_base, abs=1e-6)
+    assert read.observations[-1].cable_pull == pytest.approx(episode.observations[-1].cable_pull, abs=1e-6)
+
+
+def test_episode_files_that_are_none(tmp_path: Path) -> None:
+    np.savez(tmp_path / "less.npz", time=np.zeros(3))
+    np.savez(tmp_path / "pickled.npz", time=np.array([{}], dtype=object))
+    for name in ("less.npz", "pickled.npz", "none.npz"):
+        with pytest.raises(DesignError, match=name):
+            load_episode(tmp_path / name, "wrap-vertical")
+
+
+def test_nothing_to_clone() -> None:
+    with pytest.raises(DesignError, match="one success or more"):
+        clone_policy([replace(make_episode(0), is_success=False)], strategies.get("wrap-vertical"))
+
+
+def test_training_reduces_the_loss() -> None:
+    try:
+        import_torch()
+    except MissingPackage as missing:
+        pytest.skip(str(missing))
+    episodes = [make_episode(seed) for seed in range(6)]
+    options = CloningOptions(hidden=(32,), steps=400, batch=64, check=50, seed=1)
+    cloned = clone_policy(episodes, strategies.get("wrap-vertical"), options=options)
+    for fit in (cloned.clone.action, cloned.clone.stage):
+        assert fit.valid[-1] < 0.5 * fit.valid[0]
+    again = clone_policy(episodes, strategies.get("wrap-vertical"), options=options)
+    inputs = np.ones(len(cloned.description.inputs))
+    assert np.array_equal(forward(cloned.networks["action"], inputs), forward(again.networks["action"], inputs))
+    told = follow(PolicyStrategy("policy:small", cloned.description, cloned.networks), episodes[0])
+    assert [told.count(name) for name in dict.fromkeys(told)] == pytest.approx([40, 30], abs=6)
+
+
+def follow(policy: PolicyStrategy, episode: Episode) -> list[str]:
+    """Stages of a policy that sees what the episode's robot saw."""
+    state, told = policy.init(episode.observations[0]), []
+    last = episode.observations[-1]
+    for i in range(200):
+        seen = episode.observations[i] if i < len(episode.observations) else replace(last, time=0.02 * i)
+        state, _ = policy.step(state, seen)
+        if policy.status(state).is_done:
+            break
+        told.append(policy.status(state).action)
+    return told
