@@ -54,6 +54,9 @@ PERIOD = 0.2
 STEPS = 20
 """Steps of a measured call, one control period."""
 
+GOLDEN = (5**0.5 - 1) / 2
+"""Multiples of it modulo 1 are spread evenly, however many there are [-]."""
+
 GPU_WORLDS = (64, 256, 1024, 4096, 8192)
 
 CONTACTS, ROWS = 64, 256
@@ -72,8 +75,8 @@ class Moments:
     contacts: np.ndarray
 
     def repeat(self, count: int) -> Moments:
-        """As many moments as there are worlds, from the beginning again where there are more."""
-        chosen = np.arange(count) * 7 % len(self.qpos)  # Neighbours in time cost alike: worlds are mixed.
+        """As many moments as there are worlds, any number of them spread over the grasp, whose parts cost unlike."""
+        chosen = (len(self.qpos) * ((0.5 + np.arange(count) * GOLDEN) % 1.0)).astype(int)
         return Moments(**{name: values[chosen] for name, values in vars(self).items()})
 
 

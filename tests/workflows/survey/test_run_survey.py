@@ -17,6 +17,7 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.errors import OutputError, SurveyError
 from spiraltrunk.files.output_folder import open_output
+from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.workflows.survey.code_version import compute_code
 from spiraltrunk.workflows.survey.plan import SurveyPlan, derive_seed
 from spiraltrunk.workflows.survey.resume_log import FILES, Log
@@ -133,6 +134,17 @@ def test_a_survey_does_not_go_on_with_other_code(
     monkeypatch.setattr("spiraltrunk.workflows.survey.run_survey.compute_code", lambda: code)
     with pytest.raises(SurveyError, match=r'source "[0-9a-f]{16}", not "0123456789abcdef"'):
         run_survey(plan, folder=whole, work=fakes.work)
+
+
+def test_machines_with_other_code_do_not_join(
+    fakes: ModuleType, plan: SurveyPlan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The processes of an engine compute what they run with; those of this machine's pool are not asked."""
+    code = compute_code() | {"source": "0123456789abcdef"}
+    monkeypatch.setattr("spiraltrunk.workflows.survey.run_survey.compute_code", lambda: code)
+    with pytest.raises(SurveyError, match=r"'.*' has another spiraltrunk or other packages \(source differ"):
+        run_survey(plan, work=fakes.work, engine=run_jobs)
+    assert run_survey(plan, work=fakes.work)["complete"]
 
 
 DEEP = b"[" * 200_000

@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.plant import CONTROL_PERIOD
+from spiraltrunk.errors import DesignError
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.scene.options import EXTREMES_PERIOD, TIMESTEP
@@ -25,9 +26,14 @@ class MachineLoad(CableLoad):
 
     Args:
         machine: a machine that was restored.
+
+    Raises:
+        DesignError: for a scene with another time step than the default, with which the motors' clock ticks.
     """
 
     def __init__(self, machine: SimMachine) -> None:
+        if machine.options.timestep != TIMESTEP:
+            raise DesignError("scene.timestep", got=machine.options.timestep, allowed=f"{TIMESTEP:g} s on the twin")
         self.machine = machine
         self._most = np.full(machine.design.n_cable, STRONGEST * machine.design.cable.tension_max)
         self._steps = 0
