@@ -177,7 +177,7 @@ class Episode:
             reward += potential - self._potential + FAULT * terms["fault"]
         self._potential, self._is_over = potential, is_terminated or is_late
         info: dict[str, Any] = {
-            "is_success": is_success, "success": is_success, "time_s": float(self.observation.time),
+            "is_success": is_success, "success": is_success, "time_s": round(float(self.observation.time), 9),
             "milestone": judge.latest_milestone(), "reward_terms": terms,
         }  # fmt: skip
         if self._is_over:
