@@ -108,6 +108,7 @@ def test_the_truth_is_told_only_when_asked_for():
         ({"object": "unicorn"}, "unknown object 'unicorn'"),
         ({"object": ()}, "object is"),
         ({"control_mode": "mind"}, "unknown control mode 'mind'; known: delta-pose-tension"),
+        ({"timestep": 1.0}, "timestep is 1.0"),
         ({"control_hz": 30.0}, "control_hz is 30.0; allowed: 50 over a whole number"),
         ({"episode_s": 1e6}, "episode_s is 1000000.0"),
         ({"reward_mode": "kind"}, "unknown reward mode 'kind'; known: dense, sparse"),

@@ -63,9 +63,13 @@ def _check_frame(frame: np.ndarray) -> None:
         raise RunError(f"command.T_world_base is at ({x:g}, {y:g}, {z:g}) m; allowed: within {FARTHEST:g} m")
     if frame[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
         raise RunError("command.T_world_base ends in another row than 0, 0, 0, 1; allowed: a frame in the world")
-    with np.errstate(over="ignore", invalid="ignore"):
-        misfit = float(np.abs(rotation.T @ rotation - np.eye(3)).max())
-        is_right_handed = np.linalg.det(rotation) > 0.0
-    if not (misfit <= _SQUARE and is_right_handed):
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    misfits = (
+        a * a + d * d + g * g - 1.0, b * b + e * e + h * h - 1.0, c * c + f * f + i * i - 1.0,
+        a * b + d * e + g * h, a * c + d * f + g * i, b * c + e * f + h * i,
+    )  # fmt: skip
+    is_right_handed = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0.0
+    if not (is_right_handed and all(-_SQUARE <= misfit <= _SQUARE for misfit in misfits)):
+        misfit = max(map(abs, misfits))
         error = f"off by up to {misfit:.2g}" if is_right_handed else "left-handed"
         raise RunError(f"command.T_world_base has axes that are {error}; allowed: a rotation matrix")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -73,7 +74,7 @@ class ObjectProfile:
         """Height of the object [m]."""
         return float(self.height[-1])
 
-    @property
+    @cached_property
     def grip_index(self) -> int:
         """Section of the least width among those that fingers hold: `GRIP_SLOPE`, `GRIP_INSET`.
 

@@ -30,9 +30,10 @@ from spiraltrunk.envs.observing.spaces import (
 from spiraltrunk.envs.randomization import Randomization, parse_randomization
 from spiraltrunk.envs.worlds import World, WorldKey, describe_task, describe_world, draw_key, draw_world, read_objects
 from spiraltrunk.errors import RunError, UnknownName
-from spiraltrunk.sim.mujoco_log import quiet_mujoco
+from spiraltrunk.sim.mujoco_log import quiet_steps
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
+from spiraltrunk.sim.scene.options import TIMESTEP, check_timestep
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
 from spiraltrunk.workflows.grasp.verdict.jobs import JOBS
 
@@ -72,6 +73,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         reward_mode: "dense" for the change of a potential, or "sparse" for 1 at a success.
         ends: whether an episode terminates before its time.
         randomization: how far worlds differ from what is announced: see `randomization.parse_randomization`.
+        timestep: time step of the physics, as surveys take it [s].
         camera: whether a camera observes the object; None leaves it to the strategy, as trials do.
         privileged: whether observations tell the truth of object and world.
         cameras: names of the cameras whose pictures are observed.
@@ -100,6 +102,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         reward_mode: str = "dense",
         ends: bool = True,
         randomization: Randomization = "default",
+        timestep: float = TIMESTEP,
         camera: bool | None = None,
         privileged: bool = False,
         cameras: Sequence[str] = (),
@@ -107,7 +110,8 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         shadows: bool = False,
         render_mode: str | None = None,
     ) -> None:
-        self._job, self._stage = check_name("job", job, JOBS), stage
+        self.job, self._stage = check_name("job", job, JOBS), stage
+        """What counts as success: "grasp", "kick" or "sweep"."""
         if (job, stage) not in STRATEGIES:
             known = [each for known, each in STRATEGIES if known == job]
             raise UnknownName(f"stage of a {job}", stage, known)
@@ -118,7 +122,8 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         mode, periods = parse_control_mode(control_mode), read_periods(control_hz)
         check_number("episode_s", episode_s, least=CONTROL_PERIOD, most=LONGEST)
         self._spread = parse_randomization(randomization)
-        self._has_camera = camera
+        check_timestep("timestep", timestep)
+        self._has_camera, self._timestep = camera, timestep
         self._is_privileged, self._cameras, self._has_shadows = bool(privileged), tuple(cameras), bool(shadows)
         self._size = read_size(picture_size)
         check_cameras(self._cameras, self._size)
@@ -177,8 +182,8 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
     def task_description(self) -> str:
         """The task in words, for policies that read."""
         if self._episode is None:
-            return f"{self._job} the object with the spiral trunk"
-        return describe_task(self.task, self._job)
+            return f"{self.job} the object with the spiral trunk"
+        return describe_task(self.task, self.job)
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
@@ -198,7 +203,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         if self._world is None or self._world.key != key:
             self._build(self._draw(key))
         assert self._plant is not None
-        with quiet_mujoco():
+        with quiet_steps():
             self._episode = Episode(self._plant, self._rules)
         return self._encode(), {"is_success": False, "success": False, "world": self.world, "time_s": 0.0}
 
@@ -260,7 +265,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         if self._world is None or self._world.key != state.world.key:
             self._build(state.world)
         assert self._plant is not None
-        with quiet_mujoco():
+        with quiet_steps():
             self._episode = Episode(self._plant, self._rules)
             self._episode.set_state(state.episode)
         self.np_random.bit_generator.state = state.generator
@@ -271,7 +276,13 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
 
     def _draw(self, key: WorldKey) -> World:
         return draw_world(
-            key, self.design, job=self._job, stage=self._stage, spread=self._spread, has_camera=self._has_camera
+            key,
+            self.design,
+            job=self.job,
+            stage=self._stage,
+            spread=self._spread,
+            has_camera=self._has_camera,
+            timestep=self._timestep,
         )
 
     def _build(self, world: World) -> None:
@@ -281,7 +292,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
     def _advance(
         self, action: np.ndarray | None, command: Command | None
     ) -> tuple[Dictionary, float, bool, bool, Dictionary]:
-        with quiet_mujoco():
+        with quiet_steps():
             outcome = self._present.follow(action, command)
         info = outcome.info
         if outcome.is_terminated or outcome.is_truncated:

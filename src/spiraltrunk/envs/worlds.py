@@ -15,7 +15,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, ModelError, UnknownName
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
 from spiraltrunk.workflows.grasp.choice.auto import get_strategy, list_objects
 from spiraltrunk.workflows.grasp.choice.ranking import set_ground
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
@@ -84,7 +84,14 @@ def draw_key(
 
 
 def draw_world(
-    key: WorldKey, design: TrunkDesign, *, job: str, stage: str, spread: Spread, has_camera: bool | None = None
+    key: WorldKey,
+    design: TrunkDesign,
+    *,
+    job: str,
+    stage: str,
+    spread: Spread,
+    has_camera: bool | None = None,
+    timestep: float = TIMESTEP,
 ) -> World:
     """The world of a key: the same scene as that of the survey's trial, where spread and camera are as in surveys.
 
@@ -98,6 +105,7 @@ def draw_world(
         stage: the environment's, which the strategy must have.
         spread: how far worlds differ.
         has_camera: whether a camera observes the object; None leaves it to the strategy.
+        timestep: time step of the physics [s].
 
     Raises:
         UnknownName: for an object or strategy that does not exist.
@@ -106,7 +114,7 @@ def draw_world(
     shape = parse_object(key.object)
     strategy = get_strategy(key.strategy, design, shape, stage)
     _check_strategy(strategy, job, stage)
-    scene = draw_scene(shape, key.seed_world, strategy=strategy, spread=spread)
+    scene = replace(draw_scene(shape, key.seed_world, strategy=strategy, spread=spread), timestep=timestep)
     if has_camera is not None and has_camera != scene.sensors.has_camera:
         scene = replace(scene, sensors=replace(scene.sensors, has_camera=has_camera))
     with suppress(ModelError):

@@ -9,16 +9,24 @@ from contextlib import contextmanager
 
 import mujoco
 
+_log = logging.getLogger("spiraltrunk.mujoco").debug
+
 
 @contextmanager
 def quiet_mujoco() -> Iterator[None]:
     """Log MuJoCo's warnings at level debug instead of printing and writing them."""
+    with quiet_steps(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # MjSpec.compile warns twice.
+        yield
+
+
+@contextmanager
+def quiet_steps() -> Iterator[None]:
+    """`quiet_mujoco` for what compiles nothing, in a hundredth of a millisecond less."""
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(logging.getLogger("spiraltrunk.mujoco").debug)
+    mujoco.set_mju_user_warning(_log)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # MjSpec.compile warns twice.
-            yield
+        yield
     finally:
         mujoco.set_mju_user_warning(before)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import final
 
 import numpy as np
 
@@ -96,8 +97,37 @@ def encode_environment(observation: Observation) -> np.ndarray:
     else:
         age = (observation.time - camera.time) / LONGEST
         look = (1.0, age, *camera.position.tolist(), *camera.axis.tolist())
-    low, high = environment_bounds()
-    return np.asarray(np.clip(np.array([*_describe_task(task), *look]), low, high), dtype=np.float32)
+    known, (low, high) = _encode_task(_Key(task)), environment_bounds()
+    values = np.empty(low.size, np.float32)
+    values[: known.size] = known
+    values[known.size :] = np.clip(look, low[known.size :], high[known.size :])
+    return values
+
+
+@final
+class _Key:
+    """Key of a task by its identity: it is one object during a run."""
+
+    __slots__ = ("task",)
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+
+    def __hash__(self) -> int:
+        return id(self.task)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self.task is other.task
+
+
+@lru_cache(maxsize=8)
+def _encode_task(key: _Key) -> np.ndarray:
+    """The part of `encode_environment` that is constant in a run, float32 and read-only."""
+    described = _describe_task(key.task)
+    low, high = (bound[: len(described)] for bound in environment_bounds())
+    known = np.clip(described, low, high).astype(np.float32)
+    known.flags.writeable = False
+    return known
 
 
 def _describe_task(task: Task) -> tuple[float, ...]:

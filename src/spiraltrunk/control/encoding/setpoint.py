@@ -7,6 +7,7 @@ rate limiter; the commands of strategies stay below the bounds and pass unchange
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -122,17 +123,24 @@ def next_velocity(
         most: largest accelerations, shape (n, 1) [1/s^2].
         fastest: largest speeds, shape (n, 1) [1/s].
     """
-    wanted, dt = feed, CONTROL_PERIOD
-    if behind.any():
-        size = _norm(behind)
-        wanted = feed + behind * np.minimum(1.0 / dt, BRAKING * np.sqrt(2.0 * most / size))
-    change = wanted * np.minimum(1.0, fastest / _norm(wanted)) - velocity
-    return np.asarray(velocity + change * np.minimum(1.0, most * dt / _norm(change)))
+    rows = zip(
+        behind.tolist(), feed.tolist(), velocity.tolist(), most.ravel().tolist(), fastest.ravel().tolist(), strict=True
+    )  # fmt: skip
+    return np.array([_next_velocity(*row) for row in rows])
 
 
-def _norm(vectors: np.ndarray) -> np.ndarray:
-    """Norm of each vector, not less than 1e-12, shape (n, 1)."""
-    return np.asarray(np.maximum(np.sqrt((vectors**2).sum(axis=1, keepdims=True)), 1e-12))
+def _next_velocity(
+    behind: list[float], feed: list[float], velocity: list[float], most: float, fastest: float
+) -> list[float]:
+    """`next_velocity` of one vector; in plain numbers, as arrays of three take three times as long."""
+    wanted, error = feed, math.hypot(*behind)
+    if error > 0.0:
+        rate = min(1.0 / CONTROL_PERIOD, BRAKING * math.sqrt(2.0 * most / error))
+        wanted = [v + rate * e for v, e in zip(feed, behind, strict=True)]
+    share = min(1.0, fastest / max(math.hypot(*wanted), 1e-12))
+    change = [share * w - v for w, v in zip(wanted, velocity, strict=True)]
+    share = min(1.0, most * CONTROL_PERIOD / max(math.hypot(*change), 1e-12))
+    return [v + share * c for v, c in zip(velocity, change, strict=True)]
 
 
 def _difference(end: np.ndarray, start: np.ndarray) -> np.ndarray:
