@@ -55,8 +55,11 @@ class JointFollower:
         wanted = self._start + (period + 1) / periods * (target - self._start)
         feed = (wanted - self._wanted) / CONTROL_PERIOD
         behind = self._wanted - self.position
-        columns = (part[:, None] for part in (behind, feed, self.velocity, self._acceleration, self._speed))
-        self.velocity = next_velocity(*columns)[:, 0]
+        velocity = next_velocity(
+            behind[:, None].tolist(), feed[:, None].tolist(), self.velocity[:, None].tolist(),
+            self._acceleration.tolist(), self._speed.tolist(),
+        )  # fmt: skip
+        self.velocity = np.array(velocity)[:, 0]
         self.position, self._wanted = self.position + CONTROL_PERIOD * self.velocity, wanted
         return self.position
 

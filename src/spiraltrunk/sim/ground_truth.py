@@ -144,7 +144,9 @@ class TruthRecorder:
         if data.ncon == 0:
             return np.zeros(0, int), np.zeros(0)
         row = data.contact.efc_address
-        contact = np.flatnonzero((self._kind[data.contact.geom].sum(axis=1) == OBJECT + TRUNK) & (row >= 0))
+        geom = data.contact.geom
+        pairs = self._kind[geom[:, 0]] + self._kind[geom[:, 1]]
+        contact = np.flatnonzero((pairs == OBJECT + TRUNK) & (row >= 0))
         return contact, data.efc_force[row[contact]]
 
     def _slip_velocity(self, data: mujoco.MjData, contact: np.ndarray, force: np.ndarray) -> np.ndarray:

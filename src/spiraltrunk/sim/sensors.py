@@ -99,7 +99,8 @@ class Sensors:
 
     def _add_noise(self, truth: np.ndarray, deviation: float | np.ndarray) -> np.ndarray:
         """Gaussian noise added to ``truth``, shape (n,); without deviation a copy, and nothing is drawn."""
-        return np.asarray(truth + deviation * self._rng.normal(size=truth.size)) if np.any(deviation) else truth.copy()
+        is_exact = not deviation if isinstance(deviation, float) else not np.any(deviation)
+        return truth.copy() if is_exact else np.asarray(truth + deviation * self._rng.normal(size=truth.size))
 
 
 def _draw_in_ball(rng: np.random.Generator) -> np.ndarray:

@@ -6,7 +6,8 @@ cables' part (one number a cable for tensions, for pulls or for each) and the gr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -45,6 +46,12 @@ HANGING = np.array([[0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]])
 """Orientation of a hanging trunk's base at which the rotation vector of the absolute modes is 0, shape (3, 3) [-]."""
 
 HANGING.setflags(write=False)
+
+Vectors = Sequence[Sequence[float]]
+"""Vectors, each a row."""
+
+_SAME = 1e-12
+"""Largest difference of two orientations that are equal [-]."""
 
 
 @explain_fields
@@ -119,15 +126,15 @@ def decode_action(
         ModelError: for an action of another size or that is not finite, and for joints without an arm.
     """
     joints = () if arm is None else arm.low
-    given = _read_action(action, action_size(mode, task.design, len(joints)))
+    given = read_action(action, action_size(mode, task.design, len(joints)))
     if mode.sets_joints:
         frame = _require_arm(arm).T_base(decode_joints(given, _require_arm(arm)))
     elif mode.is_relative:
-        frame = _displace(before.T_world_base, given[:6], period, measured)
+        frame = move_frame(before.T_world_base, read_displacement(given, before.T_world_base, period, measured))
     else:
         frame = _place(given[:6], task)
     first = len(joints) if mode.sets_joints else 6
-    tension, pull = _decode_cables(mode, given[first:-1], task.design)
+    tension, pull = decode_cables(mode, given[first:-1], task.design)
     return Command(T_world_base=frame, cable_tension=tension, cable_pull=pull, gripper=float(given[-1]))
 
 
@@ -167,7 +174,8 @@ def encode_command(
         low, high = _require_arm(arm).low, _require_arm(arm).high
         base = 2 * (arm_position - low) / (high - low) - 1
     elif mode.is_relative:
-        base = _measure_displacement(command.T_world_base, before.T_world_base, period)
+        way, turn = measure_displacement(command.T_world_base, before.T_world_base)
+        base = np.array([*way, *turn]) / period / np.repeat([TRANSLATION_SPEED, ROTATION_SPEED], 3)
     else:
         base = _measure_place(command.T_world_base, task)
     exact = np.concatenate([base, _encode_cables(mode, command, task.design), [command.gripper]])
@@ -200,11 +208,16 @@ def interpolate_command(before: Command, after: Command, share: float) -> Comman
     )  # fmt: skip
 
 
-def _read_action(action: np.ndarray, size: int) -> np.ndarray:
+def read_action(action: np.ndarray, size: int) -> np.ndarray:
+    """The action in float64, cut to [-1, 1].
+
+    Raises:
+        ModelError: for an action of another size or that is not finite.
+    """
     given = np.asarray(action, dtype=float)
-    if given.shape != (size,) or not np.isfinite(given).all():
+    if given.shape != (size,) or not all(map(math.isfinite, given.tolist())):
         raise ModelError(f"action is {given.tolist()}; allowed: {size} finite numbers from -1 to 1")
-    return np.clip(given, -1.0, 1.0)
+    return np.minimum(np.maximum(given, -1.0), 1.0)
 
 
 def _require_arm(arm: ArmJoints | None) -> ArmJoints:
@@ -213,24 +226,40 @@ def _require_arm(arm: ArmJoints | None) -> ArmJoints:
     return arm
 
 
-def _displace(start: np.ndarray, action: np.ndarray, period: float, measured: np.ndarray | None) -> np.ndarray:
-    """Frame of the base after a displacement in the world, shape (4, 4)."""
-    T = start.copy()
-    T[:3, 3] += TRANSLATION_SPEED * period * action[:3]
+def read_displacement(given: np.ndarray, start: np.ndarray, period: float, measured: np.ndarray | None) -> Vectors:
+    """Displacement and rotation vector of the base that an action of a relative mode asks for [m, rad].
+
+    The arguments are those of `decode_action`; ``start`` is the frame of the last command.
+    """
+    x, y, z, *turn = given[:6].tolist()
+    way = [TRANSLATION_SPEED * period * part for part in (x, y, z)]
     if measured is not None:
-        lead = T[:3, 3] - measured[:3, 3]
-        T[:3, 3] = measured[:3, 3] + lead * min(1.0, LEAD_MOST / max(float(np.linalg.norm(lead)), 1e-12))
-    if action[3:].any():
-        T[:3, :3] = Rotation.from_rotvec(ROTATION_SPEED * period * action[3:]).as_matrix() @ start[:3, :3]
+        behind = (start[:3, 3] - measured[:3, 3]).tolist()
+        lead = [a + b for a, b in zip(behind, way, strict=True)]
+        if math.hypot(*lead) > LEAD_MOST:
+            share = LEAD_MOST / math.hypot(*lead)
+            way = [share * a - b for a, b in zip(lead, behind, strict=True)]
+    return [way, [ROTATION_SPEED * period * part for part in turn]]
+
+
+def move_frame(start: np.ndarray, moved: Vectors) -> np.ndarray:
+    """The frame after a displacement and a rotation vector in the world [m, rad], shape (4, 4)."""
+    T, (way, turn) = start.copy(), moved
+    T[:3, 3] += way
+    if any(turn):
+        T[:3, :3] = Rotation.from_rotvec(turn).as_matrix() @ start[:3, :3]
     return T
 
 
-def _measure_displacement(end: np.ndarray, start: np.ndarray, period: float) -> np.ndarray:
-    way = (end[:3, 3] - start[:3, 3]) / (TRANSLATION_SPEED * period)
-    if np.array_equal(end[:3, :3], start[:3, :3]):
-        return np.concatenate([way, np.zeros(3)])
-    turn = Rotation.from_matrix(end[:3, :3] @ start[:3, :3].T).as_rotvec()
-    return np.concatenate([way, turn / (ROTATION_SPEED * period)])
+def measure_displacement(end: np.ndarray, start: np.ndarray) -> Vectors:
+    """Displacement and rotation vector in the world from one frame to another [m, rad]: the inverse of `move_frame`.
+
+    Orientations that differ by rounding errors alone are taken as equal.
+    """
+    way = (end[:3, 3] - start[:3, 3]).tolist()
+    if np.abs(end[:3, :3] - start[:3, :3]).max() < _SAME:
+        return [way, [0.0, 0.0, 0.0]]
+    return [way, Rotation.from_matrix(end[:3, :3] @ start[:3, :3].T).as_rotvec().tolist()]
 
 
 def _task_frame(task: Task) -> np.ndarray:
@@ -255,8 +284,8 @@ def _measure_place(T: np.ndarray, task: Task) -> np.ndarray:
     return np.concatenate([frame.T @ (T[:3, 3] - task.target.position) / POSE_RANGE, turn / np.pi])
 
 
-def _decode_cables(mode: ControlMode, given: np.ndarray, design: TrunkDesign) -> tuple[np.ndarray, np.ndarray | None]:
-    """Largest tensions and pulls, each of shape (n_cable,) [N, m]."""
+def decode_cables(mode: ControlMode, given: np.ndarray, design: TrunkDesign) -> tuple[np.ndarray, np.ndarray | None]:
+    """Largest tensions and pulls of an action's numbers for the cables, each of shape (n_cable,) [N, m]."""
     n, most = design.n_cable, design.cable.tension_max
     tension = (given[:n] + 1) / 2 * most if mode.sets_tension else np.full(n, PULL_TENSION * most)
     if not mode.sets_pull:

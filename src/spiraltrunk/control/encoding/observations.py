@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import final
+from typing import Generic, TypeVar, final
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from spiraltrunk.design.trunk import TrunkDesign
 
 KINDS = ("cylinder", "sphere", "box", "cone", "ring", "bottle")
 """Kinds of object with a number of their own; every other is "other"."""
+
+Kept = TypeVar("Kept")
 
 Row = tuple[str, float, float]
 """Name of a number, and its least and its largest value."""
@@ -49,7 +51,7 @@ def agent_names(design: TrunkDesign, n_arm: int = 7) -> tuple[str, ...]:
 
 def agent_bounds(design: TrunkDesign, n_arm: int = 7) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest values of `encode_agent`, two of shape (n,), float32, finite and read-only."""
-    return _agent_bounds(n_arm, *_measure(design))
+    return _find_agent_bounds(_Key(design), n_arm)
 
 
 def encode_agent(observation: Observation, command: Command | None = None) -> np.ndarray:
@@ -70,8 +72,8 @@ def encode_agent(observation: Observation, command: Command | None = None) -> np
         observation.cable_tension, observation.base_force, observation.base_torque, lead,
         (0.0 if command is None else command.gripper, observation.time / LONGEST),
     ])  # fmt: skip
-    low, high = agent_bounds(observation.task.design, len(observation.arm_position))
-    return np.asarray(np.clip(values, low, high), dtype=np.float32)
+    low, high = _find_agent_bounds(_Key(observation.task.design), len(observation.arm_position))
+    return np.asarray(np.minimum(np.maximum(values, low), high), dtype=np.float32)
 
 
 def environment_names() -> tuple[str, ...]:
@@ -100,30 +102,30 @@ def encode_environment(observation: Observation) -> np.ndarray:
     known, (low, high) = _encode_task(_Key(task)), environment_bounds()
     values = np.empty(low.size, np.float32)
     values[: known.size] = known
-    values[known.size :] = np.clip(look, low[known.size :], high[known.size :])
+    values[known.size :] = np.minimum(np.maximum(look, low[known.size :]), high[known.size :])
     return values
 
 
 @final
-class _Key:
-    """Key of a task by its identity: it is one object during a run."""
+class _Key(Generic[Kept]):
+    """Key of a task or a design by its identity: it is one object during a run."""
 
-    __slots__ = ("task",)
+    __slots__ = ("value",)
 
-    def __init__(self, task: Task) -> None:
-        self.task = task
+    def __init__(self, value: Kept) -> None:
+        self.value = value
 
     def __hash__(self) -> int:
-        return id(self.task)
+        return id(self.value)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key) and self.task is other.task
+        return isinstance(other, _Key) and self.value is other.value
 
 
 @lru_cache(maxsize=8)
-def _encode_task(key: _Key) -> np.ndarray:
+def _encode_task(key: _Key[Task]) -> np.ndarray:
     """The part of `encode_environment` that is constant in a run, float32 and read-only."""
-    described = _describe_task(key.task)
+    described = _describe_task(key.value)
     low, high = (bound[: len(described)] for bound in environment_bounds())
     known = np.clip(described, low, high).astype(np.float32)
     known.flags.writeable = False
@@ -157,8 +159,8 @@ def _measure(design: TrunkDesign) -> tuple[int, float, float]:
 
 
 @lru_cache(maxsize=16)
-def _agent_bounds(n_arm: int, n_cable: int, pull: float, tension: float) -> tuple[np.ndarray, np.ndarray]:
-    return _read_bounds(_agent_rows(n_arm, n_cable, pull, tension))
+def _find_agent_bounds(design: _Key[TrunkDesign], n_arm: int) -> tuple[np.ndarray, np.ndarray]:
+    return _read_bounds(_agent_rows(n_arm, *_measure(design.value)))
 
 
 def _agent_rows(n_arm: int, n_cable: int, pull: float, tension: float) -> list[Row]:

@@ -8,17 +8,24 @@ rate limiter; the commands of strategies stay below the bounds and pass unchange
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from spiraltrunk.control.encoding.actions import (
     ROTATION_SPEED,
     TRANSLATION_SPEED,
+    Vectors,
+    action_size,
     decode_action,
+    decode_cables,
     interpolate_command,
+    measure_displacement,
+    move_frame,
+    read_action,
+    read_displacement,
 )
 from spiraltrunk.control.encoding.control_mode import ControlMode
 from spiraltrunk.control.messages import Command, Observation
@@ -33,8 +40,9 @@ which the arm's joints stay below their limits but near the ends of its reach.""
 BRAKING = 0.8
 """Speed towards a set point that was left behind, over that from which it can still stop [-] (ours)."""
 
-_MOST = np.array([[ACCELERATION], [ANGULAR_ACCELERATION]])
-_FASTEST = np.array([[TRANSLATION_SPEED], [ROTATION_SPEED]])
+_MOST, _FASTEST = (ACCELERATION, ANGULAR_ACCELERATION), (TRANSLATION_SPEED, ROTATION_SPEED)
+
+_NONE: Vectors = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 @explain_fields
@@ -48,7 +56,7 @@ class Setpoint:
     velocity: np.ndarray
     """Velocity and angular velocity of the commanded base in the world, shape (2, 3) [m/s, rad/s]."""
     wanted: Command
-    """Command that the action asks for at this time; the base is on its way to it."""
+    """In the absolute modes, command that the action asks for at this time; the base is on its way to it."""
     start: Command
     """The same at the begin of the action."""
 
@@ -91,25 +99,31 @@ def follow_action(
     """
     if mode.sets_joints:
         raise ModelError(f"control mode {mode.value!r} sets joints; allowed: one that sets the base")
-    before, measured = setpoint.command, observation.T_world_base
-    wanted = decode_action(mode, action, before, observation.task, measured=measured)
+    before, task = setpoint.command.T_world_base, observation.task
     start = setpoint.wanted if period == 0 else setpoint.start
     if mode.is_relative:
-        moved = _difference(wanted.T_world_base, before.T_world_base)
-        velocity = next_velocity(np.zeros((2, 3)), moved / CONTROL_PERIOD, setpoint.velocity, _MOST, _FASTEST)
+        given = read_action(action, action_size(mode, task.design))
+        behind, moved = _NONE, read_displacement(given, before, CONTROL_PERIOD, observation.T_world_base)
+        tension, pull = decode_cables(mode, given[6:-1], task.design)
+        wanted = Command(T_world_base=before, cable_tension=tension, cable_pull=pull, gripper=float(given[-1]))
     else:
+        wanted = decode_action(mode, action, setpoint.command, task)
         wanted = interpolate_command(start, wanted, (period + 1) / periods)
-        moved = _difference(wanted.T_world_base, setpoint.wanted.T_world_base)
-        behind = _difference(setpoint.wanted.T_world_base, before.T_world_base)
-        velocity = next_velocity(behind, moved / CONTROL_PERIOD, setpoint.velocity, _MOST, _FASTEST)
-    command = replace(wanted, T_world_base=_move(before.T_world_base, CONTROL_PERIOD * velocity))
-    return Setpoint(command=command, velocity=velocity, wanted=wanted, start=start)
+        moved = measure_displacement(wanted.T_world_base, setpoint.wanted.T_world_base)
+        behind = measure_displacement(setpoint.wanted.T_world_base, before)
+    feed = [[part / CONTROL_PERIOD for part in row] for row in moved]
+    velocity = next_velocity(behind, feed, setpoint.velocity.tolist(), _MOST, _FASTEST)
+    T = move_frame(before, [[CONTROL_PERIOD * part for part in row] for row in velocity])
+    command = Command(
+        T_world_base=T, cable_tension=wanted.cable_tension, cable_pull=wanted.cable_pull, gripper=wanted.gripper
+    )  # fmt: skip
+    return Setpoint(command=command, velocity=np.array(velocity), wanted=wanted, start=start)
 
 
 def next_velocity(
-    behind: np.ndarray, feed: np.ndarray, velocity: np.ndarray, most: np.ndarray, fastest: np.ndarray
-) -> np.ndarray:
-    r"""Velocity of the next period at bounded speed and acceleration, shape (n, k), of n vectors of k numbers.
+    behind: Vectors, feed: Vectors, velocity: Vectors, most: Sequence[float], fastest: Sequence[float]
+) -> list[list[float]]:
+    r"""Velocity of the next period at bounded speed and acceleration, of n vectors of k numbers each.
 
     Wanted is :math:`v_f + e \min(1 / \Delta t, \beta \sqrt{2 a / |e|})`: the velocity :math:`v_f` of what is followed,
     and towards it from the error :math:`e`, with at most the share :math:`\beta` (`BRAKING`) of the speed from which
@@ -117,23 +131,20 @@ def next_velocity(
     most :math:`a \Delta t` in a period.
 
     Args:
-        behind: errors, what is followed less what follows, shape (n, k).
-        feed: velocities of what is followed, shape (n, k) [1/s].
-        velocity: present velocities, shape (n, k) [1/s].
-        most: largest accelerations, shape (n, 1) [1/s^2].
-        fastest: largest speeds, shape (n, 1) [1/s].
+        behind: errors, what is followed less what follows.
+        feed: velocities of what is followed [1/s].
+        velocity: present velocities [1/s].
+        most: largest acceleration of each vector [1/s^2].
+        fastest: largest speed of each vector [1/s].
     """
-    rows = zip(
-        behind.tolist(), feed.tolist(), velocity.tolist(), most.ravel().tolist(), fastest.ravel().tolist(), strict=True
-    )  # fmt: skip
-    return np.array([_next_velocity(*row) for row in rows])
+    return [_next_velocity(*row) for row in zip(behind, feed, velocity, most, fastest, strict=True)]
 
 
 def _next_velocity(
-    behind: list[float], feed: list[float], velocity: list[float], most: float, fastest: float
+    behind: Sequence[float], feed: Sequence[float], velocity: Sequence[float], most: float, fastest: float
 ) -> list[float]:
     """`next_velocity` of one vector; in plain numbers, as arrays of three take three times as long."""
-    wanted, error = feed, math.hypot(*behind)
+    wanted, error = list(feed), math.hypot(*behind)
     if error > 0.0:
         rate = min(1.0 / CONTROL_PERIOD, BRAKING * math.sqrt(2.0 * most / error))
         wanted = [v + rate * e for v, e in zip(feed, behind, strict=True)]
@@ -141,20 +152,3 @@ def _next_velocity(
     change = [share * w - v for w, v in zip(wanted, velocity, strict=True)]
     share = min(1.0, most * CONTROL_PERIOD / max(math.hypot(*change), 1e-12))
     return [v + share * c for v, c in zip(velocity, change, strict=True)]
-
-
-def _difference(end: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Displacement and rotation vector in the world from one frame to another, shape (2, 3) [m, rad]."""
-    moved = np.zeros((2, 3))
-    moved[0] = end[:3, 3] - start[:3, 3]
-    if not np.array_equal(end[:3, :3], start[:3, :3]):
-        moved[1] = Rotation.from_matrix(end[:3, :3] @ start[:3, :3].T).as_rotvec()
-    return moved
-
-
-def _move(start: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    T = start.copy()
-    T[:3, 3] += moved[0]
-    if moved[1].any():
-        T[:3, :3] = Rotation.from_rotvec(moved[1]).as_matrix() @ start[:3, :3]
-    return T
