@@ -33,6 +33,7 @@ class Judge:
     def __init__(self, plant: SimPlant, job: str) -> None:
         self._plant, self._job = plant, job
         self._progress = PROGRESS[job](plant)
+        self._lowest = float(plant.trace[0].object_position[2]) - FALL
         self._bend_most = compute_bend_most(plant.design)
         self.referee = Referee(plant.task)
         """Finds the moments of the episode."""
@@ -57,14 +58,15 @@ class Judge:
 
     def find_fault(self, sample: Sample) -> str:
         """What can no longer be made good, in words; empty for nothing."""
-        faults = (
-            (sample.bend_most > self._bend_most, "a joint was bent too far"),
-            (sample.penetration > PENETRATION_MOST, "bodies overlapped"),
-            (sample.touches_robot, "the object touched housing or arm"),
-            (sample.arm_touches_ground, "housing or arm touched the ground"),
-            (sample.object_position[2] < self._plant.trace[0].object_position[2] - FALL, "the object fell"),
-        )
-        return next((text for holds, text in faults if holds), "")
+        if sample.bend_most > self._bend_most:
+            return "a joint was bent too far"
+        if sample.penetration > PENETRATION_MOST:
+            return "bodies overlapped"
+        if sample.touches_robot:
+            return "the object touched housing or arm"
+        if sample.arm_touches_ground:
+            return "housing or arm touched the ground"
+        return "the object fell" if sample.object_position[2] < self._lowest else ""
 
     def verdict(self) -> Verdict:
         """Verdict of the survey on the episode so far, by the referee's moments."""

@@ -54,7 +54,7 @@ class ArmReach:
         # Excludes positions where the allowed speed is 0: such a joint would stop all others.
         margin = standstill_margin(self.limits)
         self._limit.lower, self._limit.upper = self._limit.lower + margin, self._limit.upper - margin
-        self._jacobian = np.zeros((6, self._model.nv))
+        self._jacobian, self._target = np.zeros((6, self._model.nv)), np.zeros(7)
         self._speed = None if self.limits.velocity is None else SPEED_SHARE * self.limits.velocity
 
         self.joint_names = tuple(self._model.joint(i).name for i in range(self._model.njnt))
@@ -101,10 +101,13 @@ class ArmReach:
 
     def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
         """Joint positions after one period ``dt`` [s] on the way from ``q`` [rad] to a frame of the trunk's base."""
-        if np.array_equal(q, self.arrived[0]) and np.array_equal(T_world_base, self.arrived[1]):
+        if q.tolist() == self.arrived[0].tolist() and np.array_equal(T_world_base, self.arrived[1]):
             return q  # The last call with these arguments did not move.
         self._configuration.update(q)
-        self._task.set_target(mink.SE3.from_matrix(T_world_base))
+        target = self._target
+        mujoco.mju_mat2Quat(target[:4], T_world_base[:3, :3].ravel())
+        target[4:] = T_world_base[:3, 3]
+        self._task.set_target(mink.SE3(wxyz_xyz=target))  # It is copied.
         step = self._free_step(q)
         if not self._is_within_limits(q, step):
             step = self._limited_step(dt)
