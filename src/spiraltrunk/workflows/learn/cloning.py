@@ -13,6 +13,13 @@ from spiraltrunk.errors import MissingPackage
 from spiraltrunk.strategies.policy.network import LARGEST_INPUT, Network
 from spiraltrunk.workflows.learn.samples import Samples
 
+_KNOWN = ("target", "goal", "seen", "latched_")
+"""Inputs of both networks, by the begin of their names: object and goal, and the load at the begin of a stage."""
+
+USED = {"action": (*_KNOWN, "stage_"), "stage": (*_KNOWN, "stage_is", "stage_time", "load_", "cable_")}
+"""Inputs that each network depends on (ours). Set points that depend on the measured motion of the arm or on the
+forces of the moment feed back on themselves: in trials the arm began to swing until it passed its limits."""
+
 LEAST_SCALE = 1e-3
 """Least scale of an input or output [its unit] (ours): what hardly varied in training is all but constant."""
 
@@ -103,11 +110,12 @@ def fit_clone(
     options = CloningOptions() if options is None else options
     train, valid = split_episodes(len(episodes), options.validation, options.seed)
     starts = np.array([name.startswith("stage_start_") and "pull" not in name for name in names])
+    used = {key: np.array([name.startswith(begins) for name in names]) for key, begins in USED.items()}
     sides = tuple([episodes[i] for i in part] for part in (train, valid))
 
     def fit(name: str, inputs: str, wanted: str) -> Fit:
         pairs = [tuple(np.concatenate([getattr(s, key) for s in side]) for key in (inputs, wanted)) for side in sides]
-        data = _prepare(import_torch(), pairs[0], pairs[1], options, starts)
+        data = _prepare(import_torch(), pairs[0], pairs[1], options, starts, used[name])
         return _fit(data, options, lambda step, now, then: tell(name, step, now, then) if tell else None)
 
     action, stage = fit("action", "now", "goal"), fit("stage", "before", "stage")
@@ -146,22 +154,32 @@ class _Data:
     """What is wanted for them."""
     spread: Any
     """Standard deviation of the noise on each input [-]."""
+    used: np.ndarray
+    """Inputs that the network depends on."""
     moments: dict[str, np.ndarray]
     """Means and scales of inputs and outputs."""
 
 
 def _prepare(
-    torch: Any, train: tuple[Any, ...], valid: tuple[Any, ...], options: CloningOptions, starts: np.ndarray
+    torch: Any,
+    train: tuple[Any, ...],
+    valid: tuple[Any, ...],
+    options: CloningOptions,
+    *which: np.ndarray,
 ) -> _Data:
+    """Normalised samples; ``which`` are the inputs with the noise of set points, and those that are used."""
+    starts, used = which
     is_class = train[1].ndim == 1
     mean, scale = _moments(train[0])
     n_out = int(max(train[1].max(), valid[1].max())) + 1 if is_class else train[1].shape[1]
     out_mean, out_scale = (np.zeros(n_out), np.ones(n_out)) if is_class else _moments(train[1])
     noise = options.noise * (train[0].std(axis=0) > LEAST_SCALE)
     noise[starts] = options.start_noise / scale[starts]
+    noise[~used] = 0.0
 
     def normalise(inputs: np.ndarray, wanted: np.ndarray) -> tuple[Any, Any]:
-        x = torch.tensor(np.clip((inputs - mean) / scale, -LARGEST_INPUT, LARGEST_INPUT), dtype=torch.float32)
+        bounded = used * np.clip((inputs - mean) / scale, -LARGEST_INPUT, LARGEST_INPUT)
+        x = torch.tensor(bounded, dtype=torch.float32)
         y = torch.tensor(wanted) if is_class else torch.tensor((wanted - out_mean) / out_scale, dtype=torch.float32)
         return x, y
 
@@ -169,7 +187,7 @@ def _prepare(
     x_valid, y_valid = normalise(*valid)
     moments = {"input_mean": mean, "input_scale": scale, "output_mean": out_mean, "output_scale": out_scale}
     spread = torch.tensor(noise, dtype=torch.float32)
-    return _Data(x=x, y=y, x_valid=x_valid, y_valid=y_valid, spread=spread, moments=moments)
+    return _Data(x=x, y=y, x_valid=x_valid, y_valid=y_valid, spread=spread, used=used, moments=moments)
 
 
 def _fit(data: _Data, options: CloningOptions, tell: Callable[[int, float, float], None]) -> Fit:
@@ -205,6 +223,7 @@ def _fit(data: _Data, options: CloningOptions, tell: Callable[[int, float, float
         best, kept, waited = (now, _copy(model), 0) if now < best else (best, kept, waited + 1)
         if waited >= options.patience:
             break
+    kept[0] = kept[0] * data.used
     return Fit(network=_export(kept, data.moments), **fit)
 
 
