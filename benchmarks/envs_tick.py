@@ -18,9 +18,9 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 
-import spiraltrunk.envs
 from spiraltrunk import strategies
 from spiraltrunk.envs import StrategyAgent, TrunkEnv
+from spiraltrunk.envs.register import IDS
 
 BAR = 1.25
 """Largest time of a tick over that of its physics [-]."""
@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("--ticks", type=int, default=1500)
     parser.add_argument("--episodes", type=int, default=500)
     given = parser.parse_args()
-    for name in spiraltrunk.envs.IDS:
+    for name in IDS:
         physics, whole = time_ticks(make(name), given.ticks)
         print(f"{name}: {1e3 * physics:.2f} ms of physics, {1e3 * whole:.2f} ms a tick, ratio {whole / physics:.3f}")
     print(f"bar of the ratio: {BAR}")

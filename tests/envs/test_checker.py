@@ -9,7 +9,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import spiraltrunk.envs
-from spiraltrunk.envs import IDS
+from spiraltrunk.envs.register import IDS
 
 SHORT = {"episode_s": 0.06}
 
