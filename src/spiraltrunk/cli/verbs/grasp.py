@@ -49,7 +49,8 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument(
         "strategy", type=read_text, nargs="?", default="wrap-vertical", metavar="STRATEGY",
         help="one of the nine (default wrap-vertical), or auto: the model ranks those that lift, the best is tried, "
-        "and after a failed try the next; kick and sweep push along the ground and are not ranked",
+        "and after a failed try the next; kick and sweep push along the ground and are not ranked; "
+        "policy:FILE.safetensors is a learned one",
     )  # fmt: skip
     parser.add_argument(
         "--object", type=read_text, metavar="NAME",

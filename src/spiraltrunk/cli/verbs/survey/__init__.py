@@ -25,7 +25,7 @@ def add_verb(verbs: Any) -> None:
         type=read_text,
         default="all",
         metavar="NAMES",
-        help="all nine (default), or names with commas, auto among them",
+        help="all nine (default), or names with commas, auto and policy:FILE.safetensors among them",
     )
     parser.add_argument(
         "--trials", type=read_count, default=50, metavar="N", help="trials of each strategy (default 50)"
