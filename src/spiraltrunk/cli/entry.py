@@ -17,6 +17,7 @@ from spiraltrunk.cli.verbs import (
     bench,
     calibrate,
     completion,
+    demos,
     design,
     drive,
     export,
@@ -30,7 +31,10 @@ from spiraltrunk.cli.verbs import (
 )
 from spiraltrunk.errors import RunError, SpiralTrunkError
 
-VERBS = (design, shape, object, grasp, survey, optimize, validate, calibrate, export, drive, studio, bench, completion)
+VERBS = (
+    design, shape, object, grasp, survey, demos, optimize, validate, calibrate, export, drive, studio, bench,
+    completion,
+)  # fmt: skip
 """Modules that each add a verb, in the order of the help."""
 
 

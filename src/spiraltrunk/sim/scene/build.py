@@ -45,7 +45,8 @@ def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
     return Task(design=design, target=target, goal=goal)
 
 
-def _build_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
+def build_spec(design: TrunkDesign, options: SceneOptions) -> mujoco.MjSpec:
+    """Spec of the scene; joint limits are tuned after it is compiled."""
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     _set_options(spec, options)
@@ -77,7 +78,7 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
     check_type("design", design, TrunkDesign)
     check_type("options", options, SceneOptions)
     try:
-        model = compile_spec(_build_spec(design, options))
+        model = compile_spec(build_spec(design, options))
     except DesignError:  # Of a file, which is refused before MuJoCo builds anything.
         raise
     except ValueError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import groupby
 
@@ -22,10 +22,17 @@ from spiraltrunk.workflows.survey.plan import Entry
 from spiraltrunk.workflows.survey.row import Row, build_empty_row
 
 
-def compute_row(entry: Entry, design: TrunkDesign = presets.PAPER, timestep: float = TIMESTEP) -> Row:
+def compute_row(
+    entry: Entry,
+    design: TrunkDesign = presets.PAPER,
+    timestep: float = TIMESTEP,
+    *,
+    run: Callable[..., Trial] | None = None,
+) -> Row:
     """Run a trial with a robot, the paper's unless given; an exception in it is a failure with that reason.
 
-    ``spiraltrunk grasp`` runs the same trial for the same design, strategy, object, seed and time step [s].
+    ``spiraltrunk grasp`` runs the same trial for the same design, strategy, object, seed and time step [s]. ``run`` is
+    called as `run_scene`, which it replaces where the trial is recorded.
 
     Raises:
         ImportError: where a package is missing, which is no failure of the strategy.
@@ -38,7 +45,7 @@ def compute_row(entry: Entry, design: TrunkDesign = presets.PAPER, timestep: flo
         scene = replace(draw_scene(shape, entry.seed, strategy=strategy), timestep=timestep)
         row["width_m"], row["mass_kg"], row["friction"] = scene.shape.width, scene.shape.mass, scene.shape.friction
         row["stiffness_factor"] = scene.trunk.stiffness_factor
-        row |= _summarise(run_scene(design, scene, strategy=strategy, seed=entry.seed))
+        row |= _summarise((run or run_scene)(design, scene, strategy=strategy, seed=entry.seed))
     except ImportError:
         raise
     except Exception as error:

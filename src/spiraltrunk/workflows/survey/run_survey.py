@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from spiraltrunk.checks import check_count
-from spiraltrunk.errors import SurveyError
+from spiraltrunk.errors import OutputError, SurveyError
 from spiraltrunk.files.output_folder import OutputFolder, open_output
 from spiraltrunk.processes.pool import Engine, run_jobs
 from spiraltrunk.workflows.survey.code_version import SameCode, compute_code
@@ -94,7 +94,7 @@ def _run_entries(
     watch(rows)
     with closing(engine(work, left, workers)) as outcomes:
         for outcome in outcomes:
-            if isinstance(outcome.error, (ImportError, SurveyError)):
+            if isinstance(outcome.error, (ImportError, OutputError, SurveyError)):
                 raise outcome.error
             keep(build_empty_row(outcome.job, outcome.fault or "") if outcome.result is None else outcome.result)
             watch(rows)

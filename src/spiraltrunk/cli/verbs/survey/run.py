@@ -31,7 +31,7 @@ def run_trials(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.workflows.survey.run_survey import run_survey
     from spiraltrunk.workflows.survey.tables import format_text
 
-    plan, engine = _build_plan(arguments), build_engine(arguments)
+    plan, engine = build_plan(arguments), build_engine(arguments)
     counts = plan.count_trials()
     done = 0
     try:
@@ -57,7 +57,7 @@ def run_trials(arguments: argparse.Namespace) -> Answer:
     return DONE, format_json(result) if arguments.json else add_file_count(format_text(result), result, arguments, "\n")
 
 
-def _build_plan(arguments: argparse.Namespace) -> SurveyPlan:
+def build_plan(arguments: argparse.Namespace) -> SurveyPlan:
     """The survey's plan.
 
     Raises:

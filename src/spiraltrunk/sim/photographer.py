@@ -1,4 +1,4 @@
-"""Pictures of an environment: named cameras round the object, colour and depth."""
+"""Pictures of environments and demonstrations: named cameras round the object, colour and depth."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def check_cameras(cameras: tuple[str, ...], size: tuple[int, int]) -> None:
 
 @final
 class Photographer:
-    """Takes pictures of one machine's present state.
+    """Takes pictures of one machine: of its present state, or of others after `pose`.
 
     Args:
         machine: the machine.
@@ -57,7 +57,7 @@ class Photographer:
     """
 
     def __init__(self, machine: SimMachine, size: tuple[int, int], *, has_shadows: bool = False) -> None:
-        self._data, self._model = machine.data, machine.model
+        self._data, self._model, self._is_posed = machine.data, machine.model, False
         x, y, z = (float(value) for value in machine.task.target.position + np.array(ABOVE))
         self._lookat = (x, y, z)
         self._view = View(height=size[0], width=size[1], has_shadows=has_shadows)
@@ -67,6 +67,13 @@ class Photographer:
         groups = range(len(self._option.geomgroup))
         self._option.geomgroup[:] = [group in VISIBLE_GROUPS for group in groups]
         self._option.tendongroup[4] = 0
+
+    def pose(self, positions: np.ndarray) -> None:
+        """Show other generalised positions than the machine's from now on, shape (n_q,) [m, rad]."""
+        if not self._is_posed:
+            self._data, self._is_posed = mujoco.MjData(self._model), True
+        self._data.qpos[:] = positions
+        mujoco.mj_fwdPosition(self._model, self._data)
 
     def take(self, name: str) -> np.ndarray:
         """Picture of a camera, shape (height, width, 3), uint8."""

@@ -1,0 +1,1 @@
+"""Recording of trials: every message between plant and strategy, the simulator's states and pictures."""
