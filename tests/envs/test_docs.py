@@ -7,9 +7,9 @@ from pathlib import Path
 from spiraltrunk.control.encoding import ControlMode, agent_names, environment_names
 from spiraltrunk.design import presets
 from spiraltrunk.envs import TrunkEnv
-from spiraltrunk.envs.observing.pictures import CAMERAS
 from spiraltrunk.envs.randomization import FACTORS
 from spiraltrunk.envs.register import IDS
+from spiraltrunk.sim.photographer import CAMERAS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "environments.md").read_text(encoding="utf-8")
 

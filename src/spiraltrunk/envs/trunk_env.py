@@ -29,12 +29,8 @@ from spiraltrunk.envs.observing.spaces import (
 from spiraltrunk.envs.randomization import Randomization, parse_randomization
 from spiraltrunk.envs.worlds import World, WorldKey, describe_task, describe_world, draw_key, draw_world, read_objects
 from spiraltrunk.errors import RunError, UnknownName
-<<<<<<< HEAD
 from spiraltrunk.sim.mujoco_log import quiet_steps
-=======
-from spiraltrunk.sim.mujoco_log import quiet_mujoco
 from spiraltrunk.sim.photographer import Photographer, check_cameras
->>>>>>> c87740a (demos: recorded trials as LeRobot, robomimic and Minari data sets, resumable, the same for any workers and interruptions)
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.options import TIMESTEP, check_timestep
