@@ -52,6 +52,7 @@ def _read_arguments() -> argparse.Namespace:
     parser.add_argument("--demos", type=Path, required=True)
     parser.add_argument("--trials", type=int, default=300)
     parser.add_argument("--objects", default="", help="demonstrations of these alone, with commas")
+    parser.add_argument("--timestep-ms", type=float, default=1.0, help="time step of the demonstrations")
     parser.add_argument("--seed-worlds", type=int, default=777)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--steps", type=int, default=4000)
@@ -67,7 +68,8 @@ def _record(arguments: argparse.Namespace) -> None:
             continue
         seed = derive_seed(arguments.seed_worlds, strategy.name, i)
         try:
-            trial = run_trial(presets.PAPER, parse_object(name), strategy=strategy, seed=seed)
+            timestep = 1e-3 * arguments.timestep_ms
+            trial = run_trial(presets.PAPER, parse_object(name), strategy=strategy, seed=seed, timestep=timestep)
         except SpiralTrunkError as error:
             print(f"{i} {name}: {error}", flush=True)
             continue
