@@ -55,16 +55,20 @@ def test_the_largest_tension_is_that_of_the_file(most, seen):
 
 
 def test_the_speed_is_that_of_the_file():
-    fastest = {}
+    """Settled within 5 %; at the start it overshoots while the tension rises, by 3 to 7 mm/s with the encoders' noise."""
+    fastest, settled = {}, math.nan
     for speed in (None, 0.01):
         with open_twin(cables=CableSetup(speed_max=speed)) as robot:
             robot.prepare()
             seen = []
-            robot.watch = lambda driver, seen=seen: seen.append(driver.snapshot().cables[0].speed)
+            robot.watch = lambda driver, seen=seen: seen.append((driver.snapshot().time, driver.snapshot().cables[0]))
             robot.pull_to([0.03, math.nan, math.nan], tension=25.0, speed=0.1, hold=0.5)
-            fastest[speed] = max(seen)
+            fastest[speed] = max(cable.speed for _, cable in seen)
+        (begin, first), (end, last) = seen[-10], seen[-1]
+        settled = (last.pull - first.pull) / (end - begin)
     assert fastest[None] > 0.05
-    assert fastest[0.01] < 0.015
+    assert settled == pytest.approx(0.01, rel=0.05)
+    assert fastest[0.01] < 0.02
 
 
 def test_soft_cables_of_the_file_are_the_twins_and_no_slip():
