@@ -55,7 +55,7 @@ def test_the_largest_tension_is_that_of_the_file(most, seen):
 
 
 def test_the_speed_is_that_of_the_file():
-    """Settled within 5 %; at the start it overshoots while the tension rises, by 3 to 7 mm/s with the encoders' noise."""
+    """Settled within 5 %; it overshoots at first while the tension rises, by 3 to 7 mm/s with the encoders' noise."""
     fastest, settled = {}, math.nan
     for speed in (None, 0.01):
         with open_twin(cables=CableSetup(speed_max=speed)) as robot:
