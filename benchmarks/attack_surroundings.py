@@ -41,7 +41,7 @@ COMMANDS = {
     "export": ["export", "--parts", "horn", "--formats", "step", "stl", "3mf", "--out", "OUT", "--json"],
     "export models": ["export", "--formats", "mjcf", "urdf", "--out", "OUT", "--json"],
     "export pool": ["export", "--parts", "horn", "drums", "--formats", "stl", "--out", "OUT", "--json"],
-    "object": ["object", "sphere-60", "--json"],
+    "object": ["object", "ball-60", "--json"],
     "bench": ["bench", "--help"],
 }
 """Arguments of each command; OUT is the folder to write to, TAKES holds recordings."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes.util
 import fcntl
+import functools
 import os
 from collections.abc import Generator
 from pathlib import Path
@@ -11,7 +13,11 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from spiraltrunk.design import presets
+from spiraltrunk.errors import MissingPackage
 from spiraltrunk.model import inverse, reference, statics
+
+if not os.environ.get("MUJOCO_GL") and not os.environ.get("DISPLAY") and ctypes.util.find_library("EGL"):
+    os.environ["MUJOCO_GL"] = "egl"  # As the commands do; MuJoCo reads it once, when it is imported.
 
 settings.register_profile("spiraltrunk", deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("spiraltrunk")
@@ -56,6 +62,26 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
             os.close(lock)
         item.config.stash[IS_COMPILED] = True
     return (yield)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip what renders, where there is no OpenGL."""
+    if item.get_closest_marker("gl") and (missing := find_missing_opengl()):
+        pytest.skip(missing)
+
+
+@functools.cache
+def find_missing_opengl() -> str:
+    """Why no picture can be rendered here; empty where one can."""
+    import mujoco
+
+    from spiraltrunk.sim.render import View, open_renderer
+
+    try:
+        open_renderer(mujoco.MjModel.from_xml_string("<mujoco/>"), View(width=16, height=16)).close()
+    except MissingPackage as error:
+        return str(error)
+    return ""
 
 
 IS_COMPILED = pytest.StashKey[bool]()

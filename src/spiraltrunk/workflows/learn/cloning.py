@@ -10,6 +10,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.errors import MissingPackage
+from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.strategies.policy.network import LARGEST_INPUT, Network
 from spiraltrunk.workflows.learn.samples import Samples
 
@@ -24,6 +25,7 @@ LEAST_SCALE = 1e-3
 """Least scale of an input or output [its unit] (ours): what hardly varied in training is all but constant."""
 
 
+@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class CloningOptions:
