@@ -1,9 +1,9 @@
-"""Behaviour cloning of a strategy: demonstrations are recorded, networks fitted, and policy and curve written.
+"""Behaviour cloning of a strategy: networks fitted to the episodes of a data set; policy and curve are written.
 
-Backs the figures of docs/howto/policies.md. Recording goes on where it was cut off; worlds of the demonstrations have
-seeds of their own (`derive_seed` of ``--seed-worlds``), which no survey with another seed draws.
+Backs the figures of docs/howto/policies.md. A survey with another seed than the demonstrations' draws other worlds.
 
-    python benchmarks/train_cloning.py --demos out/demos --trials 300 --out out/clone.safetensors
+    spiraltrunk demos wrap-vertical --trials 310 --seed 777 --format robomimic --out out/demos
+    python benchmarks/train_cloning.py --demos out/demos --most 300 --out out/clone.safetensors
     spiraltrunk survey --strategies policy:out/clone.safetensors --trials 100
 """
 
@@ -14,27 +14,21 @@ import time
 from pathlib import Path
 
 from spiraltrunk import strategies
-from spiraltrunk.design import presets
-from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.report.learning_curve import Curve, build_learning_figure
 from spiraltrunk.report.style import write_figure
-from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.strategies.policy.policy_files import write_policy
-from spiraltrunk.workflows.grasp.trial import run_trial
 from spiraltrunk.workflows.learn.clone_policy import ClonedPolicy, clone_policy
 from spiraltrunk.workflows.learn.cloning import CloningOptions
-from spiraltrunk.workflows.learn.episodes import load_episode, write_episode
-from spiraltrunk.workflows.survey.plan import derive_seed
+from spiraltrunk.workflows.learn.episodes import list_episodes, read_episode
 
 
 def main() -> None:
     """Record what is missing, train, and write."""
     arguments = _read_arguments()
-    _record(arguments)
-    files = sorted(arguments.demos.glob("*.npz"))[: arguments.trials]
-    episodes = [load_episode(file, arguments.strategy) for file in files]
+    episodes = [read_episode(file) for file in list_episodes(arguments.demos, arguments.strategy)]
     if arguments.objects:
         episodes = [each for each in episodes if each.object in arguments.objects.split(",")]
+    episodes = episodes[: arguments.most]
     began = time.perf_counter()
     policy = clone_policy(
         episodes, strategies.get(arguments.strategy),
@@ -49,32 +43,13 @@ def main() -> None:
 def _read_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--strategy", default="wrap-vertical")
-    parser.add_argument("--demos", type=Path, required=True)
-    parser.add_argument("--trials", type=int, default=300)
+    parser.add_argument("--demos", type=Path, required=True, help="folder of spiraltrunk demos")
+    parser.add_argument("--most", type=int, default=300, help="episodes to learn from, the first ones (default 300)")
     parser.add_argument("--objects", default="", help="demonstrations of these alone, with commas")
-    parser.add_argument("--timestep-ms", type=float, default=1.0, help="time step of the demonstrations")
-    parser.add_argument("--seed-worlds", type=int, default=777)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--steps", type=int, default=4000)
     parser.add_argument("--out", type=Path, required=True)
     return parser.parse_args()
-
-
-def _record(arguments: argparse.Namespace) -> None:
-    strategy = strategies.get(arguments.strategy)
-    for i in range(arguments.trials):
-        file, name = arguments.demos / f"{i:04d}.npz", strategy.objects[i % len(strategy.objects)]
-        if file.exists():
-            continue
-        seed = derive_seed(arguments.seed_worlds, strategy.name, i)
-        try:
-            timestep = 1e-3 * arguments.timestep_ms
-            trial = run_trial(presets.PAPER, parse_object(name), strategy=strategy, seed=seed, timestep=timestep)
-        except SpiralTrunkError as error:
-            print(f"{i} {name}: {error}", flush=True)
-            continue
-        write_episode(file, trial, name)
-        print(f"{i} {name}: {trial.verdict.reason}", flush=True)
 
 
 def _tell(network: str, step: int, train: float, valid: float) -> None:

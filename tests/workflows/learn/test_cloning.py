@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from spiraltrunk import strategies
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.strategy import Milestone, Status
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError, MissingPackage
 from spiraltrunk.sim.objects.catalogue import parse_object
@@ -21,7 +18,7 @@ from spiraltrunk.strategies.policy.policy_strategy import END, PolicyStrategy
 from spiraltrunk.workflows.grasp.world import draw_scene
 from spiraltrunk.workflows.learn.clone_policy import clone_policy
 from spiraltrunk.workflows.learn.cloning import CloningOptions, import_torch, split_episodes
-from spiraltrunk.workflows.learn.episodes import Episode, load_episode, write_episode
+from spiraltrunk.workflows.learn.episodes import Episode
 from spiraltrunk.workflows.learn.samples import Timing, list_stages, sample_episode
 
 UP, KEEP = ("transport", "lift", "lifted"), ("transport", "hold", "held")
@@ -84,27 +81,6 @@ def test_split_is_by_episode_and_seed() -> None:
     assert split_episodes(20, 0.15, 3) == (train, valid)
     assert split_episodes(20, 0.15, 4) != (train, valid)
     assert split_episodes(1, 0.15, 0) == ([0], [0])
-
-
-def test_written_and_read_episode(tmp_path: Path) -> None:
-    episode = make_episode(2)
-    statuses = [Status(phase=phase, action=action, milestone=Milestone(name)) for phase, action, name in episode.told]
-    log = SimpleNamespace(observations=episode.observations, commands=episode.commands, statuses=statuses)
-    trial = SimpleNamespace(log=log, seed=2, verdict=SimpleNamespace(success=True))
-    write_episode(tmp_path / "a.npz", trial, "cylinder-60")
-    read = load_episode(tmp_path / "a.npz", "wrap-vertical")
-    assert (read.told, read.is_success, read.seed) == (episode.told, True, 2)
-    assert read.task.target.width == episode.task.target.width
-    assert read.commands[30].T_world_base == pytest.approx(episode.commands[30].T_world_base, abs=1e-6)
-    assert read.observations[-1].cable_pull == pytest.approx(episode.observations[-1].cable_pull, abs=1e-6)
-
-
-def test_episode_files_that_are_none(tmp_path: Path) -> None:
-    np.savez(tmp_path / "less.npz", time=np.zeros(3))
-    np.savez(tmp_path / "pickled.npz", time=np.array([{}], dtype=object))
-    for name in ("less.npz", "pickled.npz", "none.npz"):
-        with pytest.raises(DesignError, match=name):
-            load_episode(tmp_path / name, "wrap-vertical")
 
 
 def test_nothing_to_clone() -> None:

@@ -86,7 +86,7 @@ def build_episode(
     led = [rng.uniform(-1, 1, N_ARM) for _ in commands]
     shown = len(choose_steps(count, recording.stride))
     about = {
-        "schema": 1, "strategy": strategy, "object": name, "seed": seed, "success": success,
+        "schema": 2, "strategy": strategy, "object": name, "seed": seed, "success": success,
         "reason": "success" if success else "lifted 2 cm", "cause": None, "index": index,
         "world": {"support": "ground", "orientation": "upright", "friction": 0.8}, "versions": {"mujoco": "4"},
         "verdict": {"lift_m": 0.2}, "design": format_design(presets.PAPER), "task": describe_task(seen[0].task),
@@ -99,6 +99,7 @@ def build_episode(
         command_arm_position=np.stack(led),
         phase=rng.integers(len(PHASE_NAMES), size=count).astype(np.int8),
         milestone=rng.integers(len(MILESTONE_NAMES), size=count).astype(np.int8),
+        action=np.array([("lift", "hold it")[k % 2] for k in range(count)]),
         state=rng.normal(size=(count + 1, N_STATE)),
         frames=encode_frames(seen, commands, led, mode=parse_control_mode(recording.mode), stride=recording.stride),
         scene="<mujoco/>",

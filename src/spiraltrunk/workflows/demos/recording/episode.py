@@ -71,6 +71,8 @@ class Episode:
     """Phase at each command, a number in PHASE_NAMES, shape (n,)."""
     milestone: np.ndarray
     """What each command works towards, a number in MILESTONE_NAMES, shape (n,)."""
+    action: np.ndarray
+    """What the strategy says that it does at each command, shape (n,)."""
     state: np.ndarray
     """MuJoCo's time, generalised positions and velocities, shape (n + 1, 1 + n_q + n_v)."""
     frames: Frames
@@ -97,7 +99,7 @@ OF_OBSERVATIONS = (
 
 OF_COMMANDS = (
     "T_world_base_command", "command_arm_position", "command_tension", "command_pull", "command_gripper", "phase",
-    "milestone",
+    "milestone", "action",
 )  # fmt: skip
 """Arrays with a row for each command."""
 

@@ -29,7 +29,7 @@ from spiraltrunk.workflows.demos.recording.pictures import record_videos
 from spiraltrunk.workflows.grasp.artifacts import compute_result
 from spiraltrunk.workflows.grasp.trial import Trial, build_plant, run_plant
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the content of an episode's file."""
 
 _UNTOLD = ("files", "world", "versions", "real_time_factor")
@@ -92,6 +92,7 @@ def build_episode(
         ),
         phase=np.array([PHASE_NAMES.index(each.phase) for each in log.statuses], np.int8),
         milestone=_number_milestones(log),
+        action=np.array([each.action for each in log.statuses]),
         state=np.column_stack([times, np.stack(positions), moving]),
         scene=format_scene(trial.plant.design, trial.options),
         videos=record_videos(trial.plant, positions, recording),
