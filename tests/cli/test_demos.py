@@ -89,6 +89,8 @@ def test_the_answer_is_the_result(tmp_path: Path, capsys: pytest.CaptureFixture[
         (["pinch", "--object", "cylinder-120"], "mm wide where the fingers grip; allowed: 0 to 40 mm"),
         (["kick", "--timestep-ms", "3"], "such as 0.5, 1 or 2"),
         (["kick", "--address", "auto"], "allowed: with --engine ray"),
+        (["kick", "--shard", "5/4"], "allowed: I/N, as 2/16"),
+        (["kick", "--merge", "a", "b"], "STRATEGIES are of no use with --merge"),
         (["kick", "extra"], "unrecognized"),
     ],
 )
@@ -108,6 +110,30 @@ def test_what_is_required_is_told(missing: str, tmp_path: Path, capsys: pytest.C
     argv = [word for option, value in given.items() if option != missing for word in (option, value)]
     assert cli.main(["demos", "kick", *argv]) == 2
     assert missing in capsys.readouterr().err
+
+
+def test_what_does_not_go_with_merge_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    merge = ["demos", "--merge", "a", "b", "--out", str(tmp_path / "new")]
+    for more, told in (
+        (["--trials", "3"], "--trials is of no use with --merge"),
+        (["--format", "minari"], "--format is of no use with --merge"),
+        (["--all"], "--all is of no use with --merge"),
+        ([], "'a' cannot be read"),
+    ):
+        assert cli.main([*merge, *more]) == 2
+        assert told in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.usefixtures("fakes")
+def test_shards_are_merged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main([*ARGV, "--shard", "1/1", "--format", "minari", "--out", str(tmp_path / "out")]) == 0
+    capsys.readouterr()
+    assert cli.main(["demos", "--merge", str(tmp_path / "out"), "--out", str(tmp_path / "all"), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["settings"]["shard"] is None
+    assert result["complete"]
+    assert result["demonstrations"] == len(list((tmp_path / "all" / "episodes").iterdir()))
 
 
 def test_a_missing_package_names_its_extra(

@@ -50,9 +50,7 @@ def test_failed_episodes_are_told(fakes: ModuleType, tmp_path: Path) -> None:
 
 
 def test_folders_and_files_that_hold_none(tmp_path: Path) -> None:
-    with pytest.raises(
-        DesignError, match=r"without episodes of wrap-vertical; allowed: a folder of `spiraltrunk"
-    ):
+    with pytest.raises(DesignError, match=r"without episodes of wrap-vertical; allowed: a folder of `spiraltrunk"):
         list_episodes(tmp_path, "wrap-vertical")
     np.savez(tmp_path / "pickled.npz", time=np.array([{}], dtype=object))
     for name in ("pickled.npz", "none.npz"):

@@ -12,7 +12,8 @@ from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_te
 from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, UsageError, complain, format_json, open_out
 from spiraltrunk.cli.progress import print_progress
 from spiraltrunk.cli.verbs.design_options import add_design, add_timestep
-from spiraltrunk.cli.verbs.engine_options import add_engine, add_workers, build_engine, count_workers
+from spiraltrunk.cli.verbs.engine_options import add_engine, add_shard, add_workers, build_engine, count_workers
+from spiraltrunk.cli.verbs.survey.folders import OF_TRIALS, refuse_others
 from spiraltrunk.cli.verbs.survey.progress import show_survey
 from spiraltrunk.cli.verbs.survey.run import build_plan
 
@@ -22,22 +23,23 @@ if TYPE_CHECKING:
 
 _FORMATS = ("lerobot", "robomimic", "minari")
 
+_OF_TRIALS = (*(name for name in OF_TRIALS if name != "strategies"), "format", "cameras", "size", "fps", "mode", "all")
+"""Options of what is run and recorded."""
+
 
 def add_verb(verbs: Any) -> None:
     """Add the verb and its arguments."""
     parser = add_parser(verbs, "demos", _run, "record trials and write them as a data set for learning")
     parser.add_argument(
-        "strategies", type=read_text, metavar="STRATEGIES", help="names with commas, auto among them, or all"
+        "strategies", type=read_text, nargs="?", metavar="STRATEGIES", help="names with commas, auto among them, or all"
     )
-    parser.add_argument(
-        "--trials", type=read_count, required=True, metavar="N", help="trials of each strategy, as in survey"
-    )
+    parser.add_argument("--trials", type=read_count, metavar="N", help="trials of each strategy, as in survey")
     parser.add_argument(
         "--out", type=read_text, required=True, metavar="DIR",
         help="write the data set there; the same command resumes what was interrupted",
     )  # fmt: skip
     parser.add_argument(
-        "--format", choices=_FORMATS, required=True,
+        "--format", choices=_FORMATS,
         help="lerobot (LeRobotDataset v3.0), robomimic (HDF5) or minari (extra demos)",
     )  # fmt: skip
     parser.add_argument("--seed", type=read_seed, default=0, help="seed of all trials (default 0)")
@@ -48,9 +50,14 @@ def add_verb(verbs: Any) -> None:
     )  # fmt: skip
     add_design(parser)
     add_timestep(parser)
+    add_shard(parser)
     add_engine(parser)
     _add_recording(parser)
-    parser.set_defaults(shard=None)
+    parser.set_defaults(defaults={name: parser.get_default(name) for name in _OF_TRIALS})
+    parser.add_argument(
+        "--merge", type=read_text, nargs="+", metavar="DIR",
+        help="run nothing: merge all N shards in these folders into the data set in --out",
+    )  # fmt: skip
 
 
 def _add_recording(parser: argparse.ArgumentParser) -> None:
@@ -74,6 +81,43 @@ def _add_recording(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
+    if arguments.merge is not None:
+        return _merge(arguments)
+    needed = {"STRATEGIES": arguments.strategies, "--trials": arguments.trials, "--format": arguments.format}
+    missing = [name for name, given in needed.items() if given is None]
+    if missing:
+        raise UsageError(
+            f"{', '.join(missing)} missing; allowed: STRATEGIES --trials N --format F --out DIR, or --merge"
+        )
+    return _record(arguments)
+
+
+def _merge(arguments: argparse.Namespace) -> Answer:
+    """Merge shards into one data set.
+
+    Raises:
+        UsageError: with an option of trials.
+        SurveyError: where the folders are not all shards of one command.
+    """
+    from spiraltrunk.workflows.demos.merge_demos import merge_demos, read_plan
+    from spiraltrunk.workflows.demos.run_demos import WRITER, list_files
+
+    if arguments.strategies is not None:
+        raise UsageError("STRATEGIES are of no use with --merge, which runs nothing; allowed: --out alone")
+    refuse_others(arguments, _OF_TRIALS, "--merge", "--out alone")
+    plan = read_plan(arguments.merge)
+    with open_out(arguments.out, WRITER, list_files(plan.format)) as output:
+        assert output is not None
+        result = merge_demos(arguments.merge, output, progress=_tell_begin)
+    return DONE, format_json(result) if arguments.json else _format_text(result, arguments.out)
+
+
+def _tell_begin(step: str, count: int, total: int) -> None:
+    if count == 0:
+        print_progress(step, sys.stderr)
+
+
+def _record(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.workflows.demos.run_demos import WRITER, list_files, run_demos
 
     plan = _build_plan(arguments)
@@ -90,12 +134,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
                 done = len(rows)
                 show(rows)
 
-            def tell(step: str, count: int, total: int) -> None:
-                if count == 0:
-                    print_progress(step, sys.stderr)
-
             result = run_demos(
-                plan, folder=output, workers=count_workers(arguments), engine=engine, watch=watch, progress=tell
+                plan, folder=output, workers=count_workers(arguments), engine=engine, watch=watch, progress=_tell_begin
             )
     except KeyboardInterrupt:
         kept = f"are in {arguments.out}; the same command goes on with the rest"

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 
 from spiraltrunk.cli.arguments import read_count, read_text
 from spiraltrunk.cli.output import UsageError, quote
+from spiraltrunk.errors import DesignError
 
 if TYPE_CHECKING:
     from spiraltrunk.processes.pool import Engine
+    from spiraltrunk.workflows.survey.plan import Shard
 
 
 def add_engine(parser: argparse.ArgumentParser) -> None:
@@ -31,6 +33,24 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--workers", type=read_count, metavar="N", help="processes that share the trials (default: the processors)"
     )
+
+
+def add_shard(parser: argparse.ArgumentParser) -> None:
+    """Add ``--shard``."""
+    parser.add_argument(
+        "--shard", type=_read_shard, metavar="I/N",
+        help="run part I of N alone, from 1/N to N/N, on one of N machines; --merge puts them together",
+    )  # fmt: skip
+
+
+def _read_shard(text: str) -> Shard:
+    """A shard, as an argument's type."""
+    from spiraltrunk.workflows.survey.plan import parse_shard
+
+    try:
+        return parse_shard(text)
+    except DesignError as error:
+        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: {error.allowed}") from None
 
 
 def build_engine(arguments: argparse.Namespace) -> Engine | None:

@@ -111,11 +111,10 @@ def run_demos(
     check_count("survey.workers", workers, least=1, most=MOST_WORKERS)
     get_format(plan.format).check_packages()
     with open_output(folder, WRITER, list_files(plan.format)) as output:
-        held = _read_result(output.path, plan)
-        if held is not None and held["complete"] and all((output.path / name).exists() for name in held["files"]):
+        held = begin_demos(output, plan)
+        if held is not None:
             return held
         run = _Run(output, plan, work, engine or run_jobs, progress)
-        run.write_result()
         try:
             with open_output(output.path / TRIALS, WRITER, FILES) as trials:
                 run_survey(
@@ -126,6 +125,20 @@ def run_demos(
             raise
         run.record_missing(workers)
         return run.write_dataset()
+
+
+def begin_demos(output: OutputFolder, plan: DemosPlan) -> dict[str, Any] | None:
+    """Make a folder one of the plan's demonstrations; their result, where they are complete.
+
+    Raises:
+        SurveyError: where the folder holds other demonstrations, or other things.
+        OutputError: where the folder cannot be written.
+    """
+    held = _read_result(output.path, plan)
+    if held is not None and held["complete"] and all((output.path / name).exists() for name in held["files"]):
+        return held
+    _Run(output, plan, None, run_jobs, ignore_progress).write_result()
+    return None
 
 
 @final
@@ -207,7 +220,7 @@ class _Run:
 
     def _compute_result(self, files: Sequence[Path], names: Sequence[str]) -> dict[str, Any]:
         plan, rows = self._plan, sort_rows(self._plan.survey, self._rows or ())
-        asked = plan.survey.trials * len(plan.survey.objects)
+        asked = sum(plan.survey.count_trials().values())
         episodes = [row for row in rows if self._find_episode(row) in files]
         keys = ("strategy", "object", "index", "seed", "success", "reason", "simulated_s")
         return {

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
-from spiraltrunk.cli.output import Answer, quote
+from spiraltrunk.cli.output import Answer
 from spiraltrunk.cli.verbs.design_options import add_design, add_timestep
-from spiraltrunk.cli.verbs.engine_options import add_engine, add_workers
+from spiraltrunk.cli.verbs.engine_options import add_engine, add_shard, add_workers
 from spiraltrunk.cli.verbs.survey.folders import OF_TRIALS, compare, merge
 from spiraltrunk.cli.verbs.survey.run import run_trials
-from spiraltrunk.errors import DesignError
-
-if TYPE_CHECKING:
-    from spiraltrunk.workflows.survey.plan import Shard
 
 
 def add_verb(verbs: Any) -> None:
@@ -42,18 +38,10 @@ def add_verb(verbs: Any) -> None:
         "--out", type=read_text, metavar="DIR",
         help="write trials, table and plots there; the same command resumes an interrupted survey",
     )  # fmt: skip
-    _add_machines(parser)
+    add_shard(parser)
+    add_engine(parser)
     parser.set_defaults(defaults={name: parser.get_default(name) for name in OF_TRIALS})
     _add_folders(parser)
-
-
-def _add_machines(parser: argparse.ArgumentParser) -> None:
-    """Add the options that spread trials over machines."""
-    parser.add_argument(
-        "--shard", type=read_shard, metavar="I/N",
-        help="run part I of N alone, from 1/N to N/N, on one of N machines; --merge puts them together",
-    )  # fmt: skip
-    add_engine(parser)
 
 
 def _add_folders(parser: argparse.ArgumentParser) -> None:
@@ -66,16 +54,6 @@ def _add_folders(parser: argparse.ArgumentParser) -> None:
         "--compare", type=read_text, nargs=2, metavar="DIR",
         help="run nothing: tell in which strategies two surveys of the same worlds differ significantly",
     )  # fmt: skip
-
-
-def read_shard(text: str) -> Shard:
-    """A shard, as an argument's type."""
-    from spiraltrunk.workflows.survey.plan import parse_shard
-
-    try:
-        return parse_shard(text)
-    except DesignError as error:
-        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: {error.allowed}") from None
 
 
 def _run(arguments: argparse.Namespace) -> Answer:

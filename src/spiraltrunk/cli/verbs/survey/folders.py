@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 
 from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, format_json, open_out
 
@@ -33,7 +34,7 @@ def merge(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.workflows.survey.resume_log import FILES, WRITER
     from spiraltrunk.workflows.survey.tables import format_text
 
-    _refuse_others(arguments, "--merge", "--out alone")
+    refuse_others(arguments, OF_TRIALS, "--merge", "--out alone")
     with open_out(arguments.out, WRITER, FILES) as output:
         if output is None:
             raise UsageError("--merge needs --out; allowed: --merge DIR... --out DIR, where the survey is written")
@@ -51,7 +52,7 @@ def compare(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.workflows.survey.compare.compare_surveys import compare_surveys
     from spiraltrunk.workflows.survey.compare.comparison_text import format_comparison
 
-    _refuse_others(arguments, "--compare", "nothing but --json")
+    refuse_others(arguments, OF_TRIALS, "--compare", "nothing but --json")
     for name in ("merge", "out"):
         if getattr(arguments, name) is not None:
             raise UsageError(f"--compare and --{name} exclude each other; allowed: --compare DIR DIR alone")
@@ -59,13 +60,19 @@ def compare(arguments: argparse.Namespace) -> Answer:
     return DONE, format_json(result) if arguments.json else format_comparison(result)
 
 
-def _refuse_others(arguments: argparse.Namespace, option: str, allowed: str) -> None:
+def refuse_others(arguments: argparse.Namespace, names: Iterable[str], option: str, allowed: str) -> None:
     """Refuse options of trials, which a folder's own settings answer.
+
+    Args:
+        arguments: what was given, with the ``defaults`` of the options.
+        names: the options to refuse, as attributes of the arguments.
+        option: the option that they do not go with.
+        allowed: what goes with it, in words.
 
     Raises:
         UsageError: with the first that was given.
     """
-    for name in OF_TRIALS:
+    for name in names:
         if getattr(arguments, name) != arguments.defaults[name]:
-            given = "timestep-ms" if name == "timestep" else name
+            given = {"timestep": "timestep-ms"}.get(name, name)
             raise UsageError(f"--{given} is of no use with {option}, which runs nothing; allowed: {allowed}")
