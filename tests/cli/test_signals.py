@@ -118,6 +118,24 @@ def test_bench(out: Path) -> None:
     assert_ended(running, signal.SIGTERM, out)
 
 
+LOST_IN_C = """
+import functools, signal, sys
+import mujoco
+from spiraltrunk.cli.signals import run_interruptibly
+class Number:
+    __float__ = functools.partial(signal.raise_signal, signal.SIGTERM)
+def work():
+    mujoco.MjSpec().visual.headlight.ambient = [Number()] * 3
+    return 0
+sys.exit(run_interruptibly(work))
+"""
+"""A signal while MuJoCo converts an argument: it replaces the exception by a TypeError of its own."""
+
+
+def test_an_exception_that_c_code_replaces(out: Path) -> None:
+    assert_ended(start(sys.executable, "-c", LOST_IN_C), signal.SIGTERM, out)
+
+
 def test_design(out: Path) -> None:
     running = start(sys.executable, "-c", SLOW_WRITE, str(out))
     wait_for(running, "writing")

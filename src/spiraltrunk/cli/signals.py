@@ -130,9 +130,9 @@ class _Interruption:
             os._exit(128 + number)
         self._stop, self._time = Terminated(number), time.monotonic()
         leaving = self._find_leaving(frame)
+        _trace(leaving, self._leave)  # Also where it is raised here: code in C may call this, and lose the exception.
         if leaving is frame:
             raise self._stop
-        _trace(leaving, self._leave)
 
     def recover(self, unraisable: sys.UnraisableHookArgs) -> None:
         """Raise the exception once more where it was lost, as in a destructor; other lost exceptions are printed."""
