@@ -355,6 +355,20 @@ def test_files_are_found_where_mujoco_finds_them(parts, put, name, where):
     assert model.nmesh == model.ntex == 1
 
 
+@pytest.mark.parametrize("place", ["../p.png", "../outside/p.png", "missing.png", "/etc/hostname"])
+def test_a_texture_that_may_not_be_read_is_left_out(parts, put, place):
+    """As in published objects, whose textures lie beside the folder of the objects."""
+    (parts.parent / "p.png").write_bytes((parts / "p.png").read_bytes())
+    named = f"<texture name='t' type='2d' file='{place}'/><texture type='2d' file='gone.png'/>"
+    materials = "<material name='m' texture='t'/><material name='n'><layer texture='t' role='rgb'/></material>"
+    text = f"<mujoco><asset>{MESH.format('o.obj')}{named}{materials}</asset>{BODY}</mujoco>"
+    path = put(text)
+    model = load_mjcf_spec(Path(path).read_bytes(), Path(path), "it").compile()
+    assert (model.nmesh, model.ntex, model.nmat) == (1, 0, 2)
+    bare = put(f"<mujoco><asset>{MESH.format('o.obj')}<material name='m'/></asset>{BODY}</mujoco>")
+    assert load_mjcf(bare).mass == load_mjcf(put(text)).mass > 0
+
+
 def test_an_include_is_sought_beside_the_main_file_first(folder, put):
     (folder / "sub").mkdir()
     for place, count in ((folder / "inner.xml", 1), (folder / "sub" / "inner.xml", 2)):

@@ -89,7 +89,7 @@ SOLIDS = {kind: measures for kind, measures in MEASURES.items() if not _WORDS.ke
 _OPTIONS = {
     "stl": ("unit", "axis", "collide"),
     "obj": ("unit", "axis", "collide"),
-    "mjcf": ("axis",),
+    "mjcf": ("mass_g", "axis"),
     "everyday": ("kind",),
 }
 """Optional measures of each kind, besides the pose."""
@@ -135,7 +135,7 @@ def _build(kind: str, words: dict[str, str], values: dict[str, float]) -> Object
     if kind == "everyday":
         return parse_everyday(_parse_seed(words["seed"]), words.get("kind"))
     if kind == "mjcf":
-        return load_mjcf(**words)
+        return load_mjcf(**words, mass=values.get("mass_g"))
     mass = values["mass_g"]
     if kind in {"stl", "obj"}:
         if words.get("unit") == "":
@@ -183,7 +183,7 @@ def _split_measures(kind: str, text: str) -> dict[str, str]:
         if equals and name not in allowed:
             raise UnknownName(f"measure of {kind}", name, allowed)
         if not equals or name in given:
-            more = "".join(f"[,{name}={_WORDS[name]}]" for name in options)
+            more = "".join(f"[,{name}={_WORDS.get(name, '')}]" for name in options)
             got = part.strip() or Unquoted("empty, between or after commas")
             raise DesignError("measure of the object", got=got, allowed=f"each measure once: {_form(kind)}{more}")
         given[name] = value

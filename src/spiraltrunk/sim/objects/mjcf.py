@@ -21,11 +21,12 @@ GEOMS_MOST = 200
 """Largest number of geoms of a body."""
 
 
-def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
+def load_mjcf(path: str, *, axis: str = "longest", mass: float | None = None) -> ObjectSpec:
     """The one rigid body of an MJCF file, with the mass and inertia of the file.
 
-    Geoms of the world, such as a floor, and lights are left out. Friction, contact constants and colours are those of
-    every object. Geoms that collide with nothing are only drawn.
+    With a ``mass`` [kg] of its own, the inertia changes in the same proportion. Geoms of the world, such as a floor, and
+    lights are left out. Friction, contact constants and colours are those of every object. Geoms that collide with
+    nothing are only drawn.
 
     Raises:
         DesignError: for a file that exceeds a limit of `load_mjcf_spec` or that MuJoCo does not load, or that is not
@@ -42,16 +43,17 @@ def load_mjcf(path: str, *, axis: str = "longest") -> ObjectSpec:
     is_colliding = any(geom.collides for geom in geoms)
     if not is_colliding or sum(0 if geom.faces is None else len(geom.faces) for geom in geoms) > FACES_MOST:
         raise refusal(what, "without a geom that collides, or too fine", f"a geom, {FACES_MOST} triangles")
-    mass = float(model.body_subtreemass[1])
-    if not mass > 0:
-        raise refusal(what, f"of {1e3 * mass:g} g", "some mass: give it a density or an inertial")
-    xx, yy, zz, xy, xz, yz = data.crb[1, :6] / mass  # About the centre of mass, along the world's axes.
+    stated = float(model.body_subtreemass[1])
+    if not stated > 0:
+        raise refusal(what, f"of {1e3 * stated:g} g", "some mass: give it a density or an inertial")
+    xx, yy, zz, xy, xz, yz = data.crb[1, :6] / stated  # About the centre of mass, along the world's axes.
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     solid = Solid(geoms=geoms, centroid=data.subtree_com[1].copy(), inertia=inertia)
     up = axis_rotation(axis, solid.extents())[:, 2]
     solid = solid.aligned(axis)
     _check_inertia(solid, what)
-    shape = check_builds(ObjectSpec(kind="mjcf", size=solid.extents(), mass=mass, loaded=solid), path)
+    shape = ObjectSpec(kind="mjcf", size=solid.extents(), mass=stated if mass is None else mass, loaded=solid)
+    shape = check_builds(shape, path)
     return settle(shape, up) if axis == "longest" else shape
 
 

@@ -54,7 +54,8 @@ def _compute(solid: Solid) -> tuple[StablePose, ...]:
     away = np.einsum("ij,ij->i", solid.centroid - hull.triangles_center, hull.face_normals)
     if not (away < -1e-9).all():
         return ()
-    transforms, probabilities = search(hull, center_mass=solid.centroid, seed=0)
+    with np.errstate(invalid="ignore"):  # Rounding makes a cosine exceed 1.
+        transforms, probabilities = search(hull, center_mass=solid.centroid, seed=0)
     ups = transforms[:, 2, :3]
     lows = np.array([float((hull.vertices @ up).min()) for up in ups])
     heights = ups @ solid.centroid - lows

@@ -87,7 +87,9 @@ class _Reader:
         if root.tag != "mujoco":
             raise self._refuse(f"no MJCF but XML with the root {describe(root.tag, 40)}", "<mujoco>")
         self._splice(root, Path())
-        assets = self._take_assets(root)
+        folders = _take_folders(root)
+        self._leave_out_textures(root, folders)
+        assets = self._take_assets(root, folders)
         check_counts(root, self._what, sum(map(_count_pixels, assets.values())))
         return MjcfDocument(what=self._what, text=ElementTree.tostring(root, encoding="unicode"), assets=assets)
 
@@ -129,20 +131,37 @@ class _Reader:
         self._splice(root, Path(place).parent)
         return list(root)
 
-    def _take_assets(self, root: Element) -> dict[str, bytes]:
+    def _leave_out_textures(self, root: Element, folders: dict[str, str]) -> None:
+        """Leave out textures whose files may not be read, or are missing: they change how things look, and no more."""
+        missing = set()
+        for parent in list(root.iter()):
+            for texture in [child for child in parent if child.tag == "texture"]:
+                try:
+                    for _, given in _iterate_files(texture):
+                        self._find_asset(texture, given, folders)
+                except DesignError:
+                    parent.remove(texture)
+                    missing.add(texture.get("name") or Path(texture.get("file", "")).stem)
+        for parent in list(root.iter()):
+            if parent.tag == "material" and parent.get("texture") in missing:
+                parent.attrib.pop("texture")
+            parent[:] = [child for child in parent if child.tag != "layer" or child.get("texture") not in missing]
+
+    def _take_assets(self, root: Element, folders: dict[str, str]) -> dict[str, bytes]:
         """Content of the files of all assets, which are named anew: a number, and the old name as MuJoCo's default."""
-        folders = _take_folders(root)
         assets, keys = {}, dict[str, str]()
         for element in root.iter():
-            folder = Path(folders["texturedir" if element.tag == "texture" else "meshdir"])
-            for attribute, given in element.items():
-                if attribute.startswith("file") and given:
-                    name = Path(given).name if folders["strippath"] == "true" else given
-                    place = self._read(folder / name, name, self._homes[element])
-                    key = keys.setdefault(place, f"{len(keys)}/{Path(place).name}")
-                    element.set(attribute, key)
-                    assets[key] = self._files[place]
+            for attribute, given in _iterate_files(element):
+                place = self._find_asset(element, given, folders)
+                key = keys.setdefault(place, f"{len(keys)}/{Path(place).name}")
+                element.set(attribute, key)
+                assets[key] = self._files[place]
         return assets
+
+    def _find_asset(self, element: Element, given: str, folders: dict[str, str]) -> str:
+        folder = Path(folders["texturedir" if element.tag == "texture" else "meshdir"])
+        name = Path(given).name if folders["strippath"] == "true" else given
+        return self._read(folder / name, name, self._homes[element])
 
     def _read(self, first: Path, name: str, home: Path) -> str:
         """Read the file at ``first`` from the main file's folder, else at ``name`` from ``home``; the place found."""
@@ -164,6 +183,11 @@ class _Reader:
 
     def _refuse(self, reason: str, allowed: str) -> DesignError:
         return refusal(self._what, reason, allowed)
+
+
+def _iterate_files(element: Element) -> list[tuple[str, str]]:
+    """Attributes of an element that name files, with their values."""
+    return [(attribute, given) for attribute, given in element.items() if attribute.startswith("file") and given]
 
 
 def _take_folders(root: Element) -> dict[str, str]:

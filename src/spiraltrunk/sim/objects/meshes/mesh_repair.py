@@ -29,6 +29,9 @@ MERGE_SHARES = (1e-6, 1e-5, 1e-4)
 BOUNDARY_MOST = 5000
 """Largest number of edges round holes that are filled (ours)."""
 
+BODIES_MOST = 200
+"""Largest number of closed bodies that are united (ours)."""
+
 
 @final
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,8 +51,9 @@ class Repaired:
 def repair(mesh: Trimesh, what: str) -> Repaired:
     """The surface as it is, else repaired, else its convex hull.
 
-    Repairs are: merging close vertices, leaving out doubled triangles and internal walls, turning triangles outwards,
-    and filling holes. They count where hull and volume change by less than `CHANGE_MOST`.
+    Closed bodies that overlap, such as a cup and its handle, are united, which changes nothing. Repairs are: merging
+    close vertices, leaving out doubled triangles and internal walls, turning triangles outwards, and filling holes.
+    They count where hull and volume change by less than `CHANGE_MOST`.
 
     Args:
         mesh: the surface, which is cleaned in place [m].
@@ -62,6 +66,8 @@ def repair(mesh: Trimesh, what: str) -> Repaired:
     fault = find_fault(mesh) if len(mesh.faces) else "without volume"
     if not fault:
         return Repaired(mesh=mesh, volume=float(mesh.volume))
+    if (union := _unite(mesh)) is not None:
+        return union
     hull = _hull(mesh, what)
     best = mesh
     for share in MERGE_SHARES:
@@ -74,7 +80,24 @@ def repair(mesh: Trimesh, what: str) -> Repaired:
                 note = f"the surface is {fault}: it is repaired, which changes its volume by {_percent(change)}"
                 return Repaired(mesh=candidate, volume=float(candidate.volume), note=note)
             break
+        if change < CHANGE_MOST and (union := _unite(candidate)) is not None:
+            return union
     return _take_hull(hull, estimate_volume(best), fault, what)
+
+
+def _unite(mesh: Trimesh) -> Repaired | None:
+    """The union of closed bodies that overlap; None where one of them has a fault, or they do not touch."""
+    import trimesh
+
+    bodies = mesh.split(only_watertight=False)
+    if not 2 <= len(bodies) <= BODIES_MOST or any(find_fault(body) for body in bodies):
+        return None
+    union: Trimesh = trimesh.boolean.union(list(bodies), engine="manifold")
+    clean(union)
+    if not len(union.faces) or find_fault(union):
+        return None
+    note = f"the surface is {len(bodies)} closed bodies that overlap: they are united"
+    return Repaired(mesh=union, volume=float(union.volume), note=note)
 
 
 def clean(mesh: Trimesh) -> None:
