@@ -24,8 +24,8 @@ GEOMS_MOST = 200
 def load_mjcf(path: str, *, axis: str = "longest", mass: float | None = None) -> ObjectSpec:
     """The one rigid body of an MJCF file, with the mass and inertia of the file.
 
-    With a ``mass`` [kg] of its own, the inertia changes in the same proportion. Geoms of the world, such as a floor, and
-    lights are left out. Friction, contact constants and colours are those of every object. Geoms that collide with
+    With a ``mass`` [kg] of its own, the inertia changes in the same proportion. Geoms of the world, such as a floor,
+    and lights are left out. Friction, contact constants and colours are those of every object. Geoms that collide with
     nothing are only drawn.
 
     Raises:
