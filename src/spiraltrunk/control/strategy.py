@@ -85,6 +85,8 @@ class Strategy(ABC, Generic[State]):
     """What supports its objects: "hung" for strings, or "ground"."""
     orientation: str = "lying"
     """Orientation of its objects: "lying", their axis horizontal, or "upright"."""
+    has_fixed_orientation: bool = False
+    """Whether that was chosen for the object; else a long object that lies is announced to fingers as lying."""
     needs_camera: bool = False
     """Whether it needs a camera; otherwise it works with the announced position."""
     holds: str = "trunk"

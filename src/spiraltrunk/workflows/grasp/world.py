@@ -131,7 +131,7 @@ def _find_orientation(strategy: Strategy[Any], shape: ObjectSpec) -> str:
     Its axis is then announced and seen, across which they grip.
     """
     is_long = shape.up == "z" and shape.size[0] > LONG * shape.size[1]
-    takes_it = strategy.job == "grasp" and strategy.holds == "fingers"
+    takes_it = strategy.job == "grasp" and strategy.holds == "fingers" and not strategy.has_fixed_orientation
     return "lying" if takes_it and is_long else strategy.orientation
 
 

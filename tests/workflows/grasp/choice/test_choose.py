@@ -50,6 +50,12 @@ def test_a_standing_cylinder_is_for_the_wraps(reach):
     assert "too wide for the fingers by 50 mm" in next(each.reason for each in found if each.strategy == "pinch")
 
 
+def test_a_standing_thing_with_a_handle_is_for_the_wraps():
+    """A mug is wider across its handle than it is tall, and stands all the same."""
+    found = rank_object(PAPER, parse_object("box:x_mm=112,y_mm=80,z_mm=95,mass_g=300"))
+    assert {each.strategy for each in found if each.feasible} == {"wrap-oblique-low", "wrap-oblique", "wrap-horizontal"}
+
+
 def test_what_was_tried_is_left_out(reach):
     found = rank(_observe("cube-28"), reach, but=("tip-grip",))
     assert found[0].strategy == "pinch"

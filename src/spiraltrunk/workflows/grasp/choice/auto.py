@@ -121,6 +121,7 @@ class Auto(Strategy[AutoState]):
     name = AUTO
     number = 0
     needs_camera = True
+    has_fixed_orientation = True
     holds = "fingers"
     job = "grasp"
     objects = (
