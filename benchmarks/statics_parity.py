@@ -43,7 +43,7 @@ from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.kinematics.shape import Forces, History, Shape, Status
 from spiraltrunk.model.statics import equilibrium
 from spiraltrunk.model.statics.kernels.batch import find_ends
-from spiraltrunk.model.statics.kernels.energy import (
+from spiraltrunk.model.statics.kernels.laws.energy import (
     Case,
     Control,
     Friction,
@@ -54,7 +54,7 @@ from spiraltrunk.model.statics.kernels.energy import (
     place,
     room_for_work,
 )
-from spiraltrunk.model.statics.kernels.joint_limits import reduce
+from spiraltrunk.model.statics.kernels.laws.joint_limits import reduce
 from spiraltrunk.model.statics.kernels.projected_newton import descend, guarded_factor, room_for_steps
 from spiraltrunk.model.statics.loads import read_forces
 from spiraltrunk.sim.relaxation.relax import LoadStep, RelaxationOptions, RelaxationRig, Relaxed

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiraltrunk.model.statics.kernels.capstan_law import ratio, slip_forces, tension_ratio
+from spiraltrunk.model.statics.kernels.laws.capstan_law import ratio, slip_forces, tension_ratio
 
 COEFFICIENT = st.floats(0.0, 1.0)
 TURN = st.floats(0.0, 2 * math.pi)

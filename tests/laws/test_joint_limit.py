@@ -1,6 +1,6 @@
 """Joint limit: the same cone in every place that has it.
 
-These are `model.kinematics.joint_limits` (arrays), `model.statics.kernels.joint_limits` (active set in space),
+These are `model.kinematics.joint_limits` (arrays), `model.statics.kernels.laws.joint_limits` (active set in space),
 `model.reference.gravity_rest` (active set in the plane) and `sim.ground_truth` (hinges of the simulation).
 """
 
@@ -13,8 +13,8 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.model import reference, statics
 from spiraltrunk.model.kinematics.joint_limits import clip_bend, joint_angle
 from spiraltrunk.model.statics.equilibrium import StaticsOptions, build_trunk
-from spiraltrunk.model.statics.kernels import joint_limits
-from spiraltrunk.model.statics.kernels.joint_rotation import bend_size, rotate
+from spiraltrunk.model.statics.kernels.laws import joint_limits
+from spiraltrunk.model.statics.kernels.laws.joint_rotation import bend_size, rotate
 from spiraltrunk.sim.ground_truth import joint_bends
 
 LIMIT = PAPER.joint_limit

@@ -13,7 +13,7 @@ from spiraltrunk.model.kinematics.frames import bend_rotation
 from spiraltrunk.model.kinematics.shape import Status
 from spiraltrunk.model.statics import equilibrium
 from spiraltrunk.model.statics.equilibrium import Loads, StaticsOptions
-from spiraltrunk.model.statics.kernels.cable_gaps import NARROW
+from spiraltrunk.model.statics.kernels.laws.cable_gaps import NARROW
 
 FREE = -PAPER.cable_stroke
 STRICT = StaticsOptions(tolerance=1e-12)

@@ -10,8 +10,8 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.model.kinematics.cables import gap_vectors
 from spiraltrunk.model.statics.equilibrium import StaticsOptions, build_trunk
-from spiraltrunk.model.statics.kernels.cable_gaps import NARROW, measure_turns
-from spiraltrunk.model.statics.kernels.energy import room_for_work
+from spiraltrunk.model.statics.kernels.laws.cable_gaps import NARROW, measure_turns
+from spiraltrunk.model.statics.kernels.laws.energy import room_for_work
 from spiraltrunk.sim import TrunkOptions, trunk_spec
 from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.cable_friction_kernel import measure_gaps

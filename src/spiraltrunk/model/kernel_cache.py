@@ -14,7 +14,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvid
 
 
 @functools.cache
-def _tell(message: str) -> None:
+def _log_once(message: str) -> None:
     """Log a message once per process."""
     logging.getLogger("spiraltrunk").info(message)
 
@@ -42,7 +42,7 @@ class _TemporaryFolder(UserProvidedCacheLocator):
         if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or stat.S_IMODE(found.st_mode) & 0o077:
             raise PermissionError(f"{self._folder} is open to other users")
         super().ensure_cache_path()  # type: ignore[no-untyped-call]
-        _tell(f"compiled models are kept in {self._folder}: neither the package nor the home folder can be written")
+        _log_once(f"compiled models are kept in {self._folder}: neither the package nor the home folder can be written")
 
     @classmethod
     def from_function(cls, function: Any, file: str) -> _TemporaryFolder | None:
@@ -89,14 +89,14 @@ class KernelCache(FunctionCache):
         try:
             return super()._load_overload(signature, target)  # type: ignore[no-untyped-call]
         except Exception as error:  # A damaged pickle raises anything.
-            _tell(f"compiled models in {self.cache_path} cannot be read ({error!r}): they are compiled again")
+            _log_once(f"compiled models in {self.cache_path} cannot be read ({error!r}): they are compiled again")
             return None
 
     def _save_overload(self, signature: Any, compiled: Any) -> None:
         try:
             super()._save_overload(signature, compiled)  # type: ignore[no-untyped-call]
         except Exception as error:  # As above: the index is read before it is written.
-            _tell(f"compiled models cannot be kept in {self.cache_path} ({error}): the next process compiles again")
+            _log_once(f"compiled models cannot be kept in {self.cache_path} ({error}): the next process compiles again")
             self.disable()  # type: ignore[no-untyped-call]
 
 
@@ -105,7 +105,7 @@ def keep(kernel: Any, stamp: str) -> None:
     try:
         kernel._cache = KernelCache(kernel.py_func, stamp)
     except RuntimeError:
-        _tell(
+        _log_once(
             "every process compiles the models (up to 15 s a model), since no folder can be written to keep them: "
             "set NUMBA_CACHE_DIR to one that can"
         )

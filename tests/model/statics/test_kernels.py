@@ -11,8 +11,9 @@ from spiraltrunk.model.jit import hash_files
 from spiraltrunk.model.kinematics.cables import hole_positions
 from spiraltrunk.model.kinematics.frames import bend_rotation
 from spiraltrunk.model.statics import kernels
-from spiraltrunk.model.statics.kernels import batch, cable_gaps, energy, gravity_load, joint_rotation
-from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Trunk, room_for_work
+from spiraltrunk.model.statics.kernels import batch
+from spiraltrunk.model.statics.kernels.laws import cable_gaps, energy, gravity_load, joint_rotation
+from spiraltrunk.model.statics.kernels.laws.energy import Case, Control, Friction, Trunk, room_for_work
 
 KINDS = [
     pytest.param(joint_rotation.VECTOR, 2, id="vector"), pytest.param(joint_rotation.VECTOR, 3, id="vector-torsion"),
@@ -276,4 +277,4 @@ def test_the_stamp_follows_every_source(tmp_path):
     assert hash_files(reversed(files)) == stamp
     files[1].write_text("three")
     assert hash_files(files) != stamp
-    assert hash_files(Path(kernels.__file__).parent.glob("*.py")) == kernels.STAMP
+    assert hash_files(Path(kernels.__file__).parent.rglob("*.py")) == kernels.STAMP

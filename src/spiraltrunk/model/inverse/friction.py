@@ -1,4 +1,8 @@
-"""Inverse with friction: loading paths for many targets, each searched on its own."""
+"""Inverse with friction: an equilibrium and its loading path for each target, each searched on its own.
+
+`staged_loading` is the forward model, `friction_starts` the table of starts, `path_search` the search; the path found
+is replayed by `load_along` of `model.statics`.
+"""
 
 from __future__ import annotations
 

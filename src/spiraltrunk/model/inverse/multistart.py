@@ -28,11 +28,11 @@ from spiraltrunk.model.inverse.start_table import (
 from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.kinematics.shape import Shape
-from spiraltrunk.model.statics import equilibrium
 from spiraltrunk.model.statics.equilibrium import StaticsOptions
 from spiraltrunk.model.statics.kernels.batch import Problem
-from spiraltrunk.model.statics.kernels.energy import Trunk
+from spiraltrunk.model.statics.kernels.laws.energy import Trunk
 from spiraltrunk.model.statics.loads import MOST_TURNED, Loads, read_angle, read_forces
+from spiraltrunk.model.statics.solutions import allocate, build_shape
 
 _CLOSE = 0.02
 """Distance over the trunk's length beyond which a start's tension does not affect its rank [-]."""
@@ -153,12 +153,12 @@ def solve_targets(
     posed, trunk = _keep_posed(key, options) if count == 1 else pose_tensions(design, count, options.statics)
     forces = _build_forces(design, load_cases)
     problem = Problem(*forces, *posed)
-    solution = equilibrium.allocate(trunk, count)
+    solution = allocate(trunk, count)
     for case, members in _group_rows(load_cases.cases).items():
         table, limits = _keep_start_table(key, round_case(case), options)
         rows, turn = np.array(members), np.dot(forces[0][members[0]], table.base.T)
         _seek(rows, limits, (case.loads is None, trunk, problem, targets, table.starts, turn, solution))
-    return equilibrium.build_shape(solution, batch)
+    return build_shape(solution, batch)
 
 
 @lru_cache(maxsize=64)

@@ -18,8 +18,9 @@ from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.model.statics import equilibrium
 from spiraltrunk.model.statics.equilibrium import StaticsOptions
 from spiraltrunk.model.statics.kernels.batch import Problem
-from spiraltrunk.model.statics.kernels.energy import Trunk
+from spiraltrunk.model.statics.kernels.laws.energy import Trunk
 from spiraltrunk.model.statics.loads import Loads, read_forces
+from spiraltrunk.model.statics.solutions import allocate
 
 CHUNK = 8
 """Targets that a core searches in a row; between two such rows a batch can be stopped."""
@@ -83,7 +84,7 @@ def compute_start_table(design: TrunkDesign, case: LoadCase, count: int, options
     forces, (posed, trunk) = read_forces(design, case.loads), pose_tensions(design, count, options)
     parts = (base, forces.direction, forces.factor, forces.moment)
     problem = Problem(*(np.repeat(part[None], count, axis=0) for part in parts), *posed)
-    solution, rows = equilibrium.allocate(trunk, count), np.arange(count)
+    solution, rows = allocate(trunk, count), np.arange(count)
     solution.tension[:] = tension
     effort = _CROSSED * (tension / design.cable.tension_max).mean(axis=1)
     starts = Starts(tension, effort, solution.bend, solution.points, np.zeros_like(solution.points))

@@ -32,7 +32,7 @@ class Propagation:
     """Front of the curl and order of the joints; None where a phase is missing or too few joints moved."""
 
     prehension_start: float | None
-    """Front at the begin of prehension, over the trunk's length [-]."""
+    """Front at the start of prehension, over the trunk's length [-]."""
     transport_max: float | None
     """Largest front in prehension and transport, over the trunk's length [-]."""
     release_end: float | None
@@ -113,7 +113,7 @@ def compute_propagation(
     Args:
         time: instants, shape (n,) [s].
         joint_bend: bend of each joint, base to tip, shape (n, n_joint) [rad].
-        phase_spans: name, begin and end of each phase [-, s, s].
+        phase_spans: name, start and end of each phase [-, s, s].
         section_length: length of each section, base to tip, shape (n_joint + 1,) [m].
         joint_limit: bend at which neighbouring sections touch [rad].
     """

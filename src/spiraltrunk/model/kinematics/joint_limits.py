@@ -1,6 +1,6 @@
 """Joint limit for arrays: neighbouring sections bend until their faces touch, by the same angle in any direction.
 
-In an equilibrium the limit is an active set: `model.statics.kernels.joint_limits` in space and
+In an equilibrium the limit is an active set: `model.statics.kernels.laws.joint_limits` in space and
 `model.reference.gravity_rest` in the plane. `tests/laws/test_joint_limit.py` compares them.
 """
 

@@ -1,4 +1,7 @@
-"""Compiled: the trunk at rest under gravity, the minimum of elastic energy and weight within the joint limits."""
+"""Compiled: the trunk at rest under gravity, the minimum of elastic energy and weight within the joint limits.
+
+The gravity moments of the joints are `constants.gravity_moment_term`.
+"""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ from spiraltrunk.model.identity_cache import IdentityKey
 from spiraltrunk.model.jit import share
 from spiraltrunk.model.kinematics.cables import hole_positions
 from spiraltrunk.model.kinematics.frames import base_orientation
-from spiraltrunk.model.kinematics.shape import Forces, History, Shape, Status, build
+from spiraltrunk.model.kinematics.shape import Shape, Status
 from spiraltrunk.model.statics.kernels.batch import (
     NUDGE,
     Problem,
@@ -36,8 +36,8 @@ from spiraltrunk.model.statics.kernels.batch import (
     quasi_static_rows,
     solve_rows,
 )
-from spiraltrunk.model.statics.kernels.energy import Trunk
-from spiraltrunk.model.statics.kernels.joint_rotation import VECTOR, Y_FIRST, Z_FIRST
+from spiraltrunk.model.statics.kernels.laws.energy import Trunk
+from spiraltrunk.model.statics.kernels.laws.joint_rotation import VECTOR, Y_FIRST, Z_FIRST
 from spiraltrunk.model.statics.loads import (
     BodyForces,
     CableInput,
@@ -48,6 +48,7 @@ from spiraltrunk.model.statics.loads import (
     read_cables,
     read_forces,
 )
+from spiraltrunk.model.statics.solutions import allocate, build_shape, to_rows
 
 __all__ = ["Loads", "QuasiStatic", "StaticsOptions", "solve"]
 
@@ -271,15 +272,15 @@ def _build_problem(arguments: _Arguments, straight: np.ndarray) -> Problem:
     """Inputs of the kernels, with lengths and tensions at the start and the increments from there."""
     cables, forces, base, batch, start, mu, options = arguments
     rows, count = math.prod(batch), cables.by_tension.size
-    length = _to_rows(straight - cables.pull, batch, 1)
-    tension = _to_rows(cables.tension, batch, 1)
+    length = to_rows(straight - cables.pull, batch, 1)
+    tension = to_rows(cables.tension, batch, 1)
     begin = np.empty((rows, 2, count))
     if start is None or start.forces is None:
         begin[:, 0], begin[:, 1] = length, np.where(cables.by_tension, tension, 0.0)
     else:
-        begin[:, 1] = _to_rows(start.forces.cable_tension, batch, 1)
+        begin[:, 1] = to_rows(start.forces.cable_tension, batch, 1)
         stretch = begin[:, 1] / options.cable_stiffness
-        begin[:, 0] = _to_rows(start.gap.sum(axis=-2), batch, 1) - stretch
+        begin[:, 0] = to_rows(start.gap.sum(axis=-2), batch, 1) - stretch
     far = np.where(cables.by_tension, 0.0, np.abs(length - begin[:, 0])).max(axis=1)
     hard = np.where(cables.by_tension, np.abs(tension - begin[:, 1]), 0.0).max(axis=1)
     increments, motion, slow = np.ones(rows, np.int64), np.zeros((rows, 2)), options.quasi_static
@@ -290,8 +291,8 @@ def _build_problem(arguments: _Arguments, straight: np.ndarray) -> Problem:
         motion[:, 0] = np.maximum(far / slow.pull_speed, hard / slow.tension_speed)
         motion[:, 1] = slow.damping_time
     return Problem(
-        _to_rows(base, batch, 2), _to_rows(forces.direction, batch, 2), _to_rows(forces.factor, batch, 2),
-        _to_rows(forces.moment, batch, 2), length, begin, increments, tension, motion, cables.by_tension,
+        to_rows(base, batch, 2), to_rows(forces.direction, batch, 2), to_rows(forces.factor, batch, 2),
+        to_rows(forces.moment, batch, 2), length, begin, increments, tension, motion, cables.by_tension,
         np.full(count, 1 / options.cable_stiffness),
         np.array((mu, options.hole_stiffness, options.tolerance, float(options.steps_most))), straight,
     )  # fmt: skip
@@ -304,50 +305,11 @@ def _start(arguments: _Arguments, trunk: Trunk) -> Solution:
     if start is None or start.history is None:
         solution.bend[..., :2] = NUDGE
         if start is not None:
-            solution.anchor[:] = _to_rows(np.cumsum(start.gap[..., ::-1, :], axis=-2)[..., ::-1, :], batch, 2)
+            solution.anchor[:] = to_rows(np.cumsum(start.gap[..., ::-1, :], axis=-2)[..., ::-1, :], batch, 2)
     else:
-        solution.bend[:] = _to_rows(start.history.bend, batch, 2)
-        solution.anchor[:] = _to_rows(start.history.anchor, batch, 2)
+        solution.bend[:] = to_rows(start.history.bend, batch, 2)
+        solution.anchor[:] = to_rows(start.history.anchor, batch, 2)
         if start.forces is not None:
-            solution.tension[:] = _to_rows(start.forces.cable_tension, batch, 1)
-    np.copyto(solution.tension, _to_rows(cables.tension, batch, 1), where=cables.by_tension)
+            solution.tension[:] = to_rows(start.forces.cable_tension, batch, 1)
+    np.copyto(solution.tension, to_rows(cables.tension, batch, 1), where=cables.by_tension)
     return solution
-
-
-def allocate(trunk: Trunk, rows: int) -> Solution:
-    """Arrays for solutions, bends and tensions 0."""
-    joints, count = trunk.before.shape[:2]
-    return Solution(
-        np.zeros((rows, joints, 3)), np.zeros((rows, count)), np.zeros((rows, joints, count)),
-        np.empty((rows, joints, 3, 3)), np.empty((rows, joints + 1, 3)), np.empty((rows, joints, count)),
-        np.empty((rows, joints, count)), np.empty((rows, joints)), np.empty((rows, 3, 3)), np.empty((rows, 3)),
-        np.empty((rows, joints)), np.empty((rows, count)), np.empty((rows, joints), np.bool_), np.empty(rows, np.int64),
-    )  # fmt: skip
-
-
-def build_shape(solution: Solution, batch: tuple[int, ...]) -> Shape:
-    """Shapes of the solutions, their rows along the batch axes."""
-    residual, status = solution.figures[:, 0].reshape(batch), solution.status.reshape(batch)
-    each = [array.reshape((*batch, *array.shape[1:])) if batch else array[0] for array in solution]
-    solution = Solution(*each)
-    forces = {
-        "cable_tension": solution.tension, "gap_tension": solution.gap_tension, "limit_reaction": solution.reaction,
-        "tip_compliance": solution.compliance, "residual": residual,
-    }  # fmt: skip
-    return build(
-        Shape,
-        {
-            "points": solution.points, "joint_rotation": solution.rotation, "joint_angle": solution.angle,
-            "gap": solution.gap, "cable_change": solution.change, "is_shut": solution.shut, "status": status,
-            "forces": build(Forces, forces),
-            "history": build(History, {"bend": solution.bend, "anchor": solution.anchor}),
-        },
-    )  # fmt: skip
-
-
-def _to_rows(array: np.ndarray, batch: tuple[int, ...], own: int) -> np.ndarray:
-    """An array whose last ``own`` axes are its own, copied over the batch: shape (rows, own axes)."""
-    if not batch:
-        return array.copy()[None]
-    tail = array.shape[array.ndim - own :]
-    return np.array(np.broadcast_to(array, (*batch, *tail)), order="C").reshape(math.prod(batch), *tail)

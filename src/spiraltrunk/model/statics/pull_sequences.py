@@ -27,7 +27,7 @@ from spiraltrunk.model.kinematics.cables import PULL_MARGIN, pull_range
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.reference.constants import check_ventral, prepare, rest_mass
 from spiraltrunk.model.statics import equilibrium
-from spiraltrunk.model.statics.kernels.joint_limits import NEARLY
+from spiraltrunk.model.statics.kernels.laws.joint_limits import NEARLY
 
 LENGTH_TOLERANCE = 1e-6
 """Tolerance of the length of cable 1 in a ventral pull [m]."""

@@ -6,9 +6,9 @@ At an equilibrium the moments about every free bend q vanish, and a taut cable h
 
 with K the joints' stiffness, V the potential of weight and loads, L_k the length of gap k and T_k its tension, l the
 length that the winder leaves, c the compliance of winder and cable, and T_0 the tension at the winder. Where the cable
-slides, T_k follows from T_(k-1) by `kernels.capstan_law`; where it sticks, it is T_(k-1) less a constant, or, with a
-stiffness of sticking holes, changes with the cable beyond the hole. By the implicit function theorem a parameter p
-moves bends and tensions by
+slides, T_k follows from T_(k-1) by `kernels.laws.capstan_law`; where it sticks, it is T_(k-1) less a constant, or,
+with a stiffness of sticking holes, changes with the cable beyond the hole. By the implicit function theorem a
+parameter p moves bends and tensions by
 
     [ dG/dq   dG/dT_0 ] [ dq/dp   ]     [ dG/dp           ]
     [ dL/dq   -c      ] [ dT_0/dp ] = - [ d(L - l - cT)/dp ].
@@ -32,9 +32,9 @@ from spiraltrunk.model.kinematics.cables import hole_positions
 from spiraltrunk.model.kinematics.frames import base_orientation, bend_rotation
 from spiraltrunk.model.kinematics.shape import Shape
 from spiraltrunk.model.statics.equilibrium import SHUT, StaticsOptions, get_trunk
-from spiraltrunk.model.statics.kernels.cable_gaps import find_hole_turns
-from spiraltrunk.model.statics.kernels.capstan_law import tension_ratio
-from spiraltrunk.model.statics.kernels.energy import Case, Control, Friction, Work, linearise, room_for_work
+from spiraltrunk.model.statics.kernels.laws.cable_gaps import find_hole_turns
+from spiraltrunk.model.statics.kernels.laws.capstan_law import tension_ratio
+from spiraltrunk.model.statics.kernels.laws.energy import Case, Control, Friction, Work, linearise, room_for_work
 from spiraltrunk.model.statics.loads import Loads, read_angle, read_forces
 
 __all__ = ["ByCables", "Equilibrium", "Gaps", "by_cables"]

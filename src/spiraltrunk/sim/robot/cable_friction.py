@@ -2,10 +2,10 @@
 
 Section k turns a cable by the wrap angle w_k: at its proximal hole between the direction of gap k - 1 and its axis (0
 for k = 1), and at its distal hole between its axis and the direction of gap k. The tensions T_(k-1) and T_k obey
-`model.statics.kernels.capstan_law`. The generalised force -sum T_k grad L_k of the gaps L_k equals that of the motor's
-T_0 on the whole cable and of F_k = T_(k-1) - T_k on S_k, the cable beyond hole k. Each F_k is elastic, with the largest
-stiffness that the time step allows, and yields at the slip forces of the law. It holds at rest without creep; the dry
-friction of MuJoCo's solver, one row per hole, creeps and costs three times as much.
+`model.statics.kernels.laws.capstan_law`. The generalised force -sum T_k grad L_k of the gaps L_k equals that of the
+motor's T_0 on the whole cable and of F_k = T_(k-1) - T_k on S_k, the cable beyond hole k. Each F_k is elastic, with the
+largest stiffness that the time step allows, and yields at the slip forces of the law. It holds at rest without creep;
+the dry friction of MuJoCo's solver, one row per hole, creeps and costs three times as much.
 
 Wrap angles are those at the true holes. Lengths and their gradients are those of the simulated holes, which are set
 back (`TrunkOptions`): a gap that is exactly shut has no direction.

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from spiraltrunk.model.jit import compiler, hash_files
-from spiraltrunk.model.statics.kernels import capstan_law
-from spiraltrunk.model.statics.kernels.capstan_law import ratio, slip_forces
+from spiraltrunk.model.statics.kernels.laws import capstan_law
+from spiraltrunk.model.statics.kernels.laws.capstan_law import ratio, slip_forces
 
 _compiled = compiler(hash_files([Path(__file__), Path(capstan_law.__file__)]))
 

@@ -8,7 +8,7 @@ from spiraltrunk.model.statics.kernels.newton_calls import SHARED
 
 _MODEL = Path(__file__).parents[2]
 
-STAMP = hash_files([*_MODEL.glob("statics/kernels/*.py"), *_MODEL.glob("inverse/kernels/*.py")])
+STAMP = hash_files([*_MODEL.glob("statics/kernels/**/*.py"), *_MODEL.glob("inverse/kernels/*.py")])
 """Digest of the sources that the machine code on disc was compiled from: these kernels and those they call."""
 
 compiled: Any = compiler(STAMP, owns_arrays=False)

@@ -14,7 +14,7 @@ from spiraltrunk.model.inverse.kernels.target_residual import evaluate_residual,
 from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.batch import NUDGE, build_case, room_for_rows, write_row
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows
-from spiraltrunk.model.statics.kernels.energy import Work
+from spiraltrunk.model.statics.kernels.laws.energy import Work
 from spiraltrunk.model.statics.kernels.newton_calls import converges_to, solve_safely
 from spiraltrunk.model.statics.kernels.projected_newton import System
 from spiraltrunk.model.statics.kernels.zeros import counts, flags, zeros

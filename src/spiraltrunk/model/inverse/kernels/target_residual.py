@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spiraltrunk.model.inverse.kernels import compiled
-from spiraltrunk.model.statics.kernels.gravity_load import spin
+from spiraltrunk.model.statics.kernels.laws.gravity_load import spin
 from spiraltrunk.model.statics.kernels.newton_calls import solve_slopes
 
 FLAT = 3.0

@@ -5,7 +5,7 @@ from typing import Any
 
 from spiraltrunk.model.jit import compiler, hash_files
 
-STAMP = hash_files(Path(__file__).parent.glob("*.py"))
+STAMP = hash_files(Path(__file__).parent.rglob("*.py"))
 """Digest of the sources that the machine code on disc was compiled from."""
 
 compiled: Any = compiler(STAMP, owns_arrays=False)

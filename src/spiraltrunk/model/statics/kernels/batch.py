@@ -10,7 +10,7 @@ import numpy as np
 from spiraltrunk.model.statics.kernels import compiled, owning
 from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows
-from spiraltrunk.model.statics.kernels.energy import (
+from spiraltrunk.model.statics.kernels.laws.energy import (
     Case,
     Control,
     Friction,
@@ -18,7 +18,7 @@ from spiraltrunk.model.statics.kernels.energy import (
     replace_trunk,
     room_for_work,
 )
-from spiraltrunk.model.statics.kernels.joint_limits import is_shut
+from spiraltrunk.model.statics.kernels.laws.joint_limits import is_shut
 from spiraltrunk.model.statics.kernels.loading import (
     COARSER,
     load_at_once,

@@ -22,10 +22,10 @@ import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
 from spiraltrunk.model.statics.kernels.address import by_address
-from spiraltrunk.model.statics.kernels.cable_gaps import measure_turns
-from spiraltrunk.model.statics.kernels.capstan_law import ratio, slip_forces
 from spiraltrunk.model.statics.kernels.cholesky import column_sum, copy, copy_rows, factorise
-from spiraltrunk.model.statics.kernels.energy import add_penalty, hole_force, replace_parts
+from spiraltrunk.model.statics.kernels.laws.cable_gaps import measure_turns
+from spiraltrunk.model.statics.kernels.laws.capstan_law import ratio, slip_forces
+from spiraltrunk.model.statics.kernels.laws.energy import add_penalty, hole_force, replace_parts
 from spiraltrunk.model.statics.kernels.newton_calls import place_trunk, solve_safely
 from spiraltrunk.model.statics.kernels.projected_newton import STIFFEST, TIGHT
 from spiraltrunk.model.statics.kernels.zeros import zeros

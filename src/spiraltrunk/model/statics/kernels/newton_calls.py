@@ -18,7 +18,7 @@ from spiraltrunk.model.shared_kernel import SharedKernel
 from spiraltrunk.model.statics.kernels import STAMP, compiled, projected_newton
 from spiraltrunk.model.statics.kernels.address import address_of
 from spiraltrunk.model.statics.kernels.cholesky import factorise, solve_factored
-from spiraltrunk.model.statics.kernels.energy import (
+from spiraltrunk.model.statics.kernels.laws.energy import (
     Case,
     Control,
     Friction,
@@ -29,7 +29,7 @@ from spiraltrunk.model.statics.kernels.energy import (
     place,
     room_for_work,
 )
-from spiraltrunk.model.statics.kernels.joint_limits import activate_outward_limits, move, reduce
+from spiraltrunk.model.statics.kernels.laws.joint_limits import activate_outward_limits, move, reduce
 from spiraltrunk.model.statics.kernels.projected_newton import (
     NONE,
     PENALTY,

@@ -15,7 +15,7 @@ import numpy as np
 from spiraltrunk.model.statics.kernels import compiled, owning
 from spiraltrunk.model.statics.kernels.address import by_address
 from spiraltrunk.model.statics.kernels.cholesky import copy, copy_rows, dot, factorise, solve_factored, solve_small
-from spiraltrunk.model.statics.kernels.energy import (
+from spiraltrunk.model.statics.kernels.laws.energy import (
     add_penalty,
     find_excess,
     linearise_placed,
@@ -26,7 +26,7 @@ from spiraltrunk.model.statics.kernels.energy import (
     replace_trunk,
     update_tensions,
 )
-from spiraltrunk.model.statics.kernels.joint_limits import activate_outward_limits, move, project_to_limits, reduce
+from spiraltrunk.model.statics.kernels.laws.joint_limits import activate_outward_limits, move, project_to_limits, reduce
 from spiraltrunk.model.statics.kernels.zeros import counts, flags, zeros
 
 STEP = 0.35

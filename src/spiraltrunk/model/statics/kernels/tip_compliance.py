@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from spiraltrunk.model.statics.kernels import compiled
 from spiraltrunk.model.statics.kernels.cholesky import copy_rows, dot, solve_columns, solve_small
-from spiraltrunk.model.statics.kernels.gravity_load import spin
+from spiraltrunk.model.statics.kernels.laws.gravity_load import spin
 from spiraltrunk.model.statics.kernels.newton_calls import complement, factorise_held, linearise_stuck
 
 HELD = 1e4

@@ -14,10 +14,10 @@ import numpy as np
 
 from spiraltrunk.model.statics.kernels import compiled, owning
 from spiraltrunk.model.statics.kernels.address import by_address
-from spiraltrunk.model.statics.kernels.cable_gaps import differentiate_gap, gap_length
 from spiraltrunk.model.statics.kernels.cholesky import column_sum
-from spiraltrunk.model.statics.kernels.gravity_load import add_weight, chain, weight_energy
-from spiraltrunk.model.statics.kernels.joint_rotation import differentiate, rotate
+from spiraltrunk.model.statics.kernels.laws.cable_gaps import differentiate_gap, gap_length
+from spiraltrunk.model.statics.kernels.laws.gravity_load import add_weight, chain, weight_energy
+from spiraltrunk.model.statics.kernels.laws.joint_rotation import differentiate, rotate
 from spiraltrunk.model.statics.kernels.zeros import zeros
 
 

@@ -9,8 +9,8 @@ the second derivative by a bend of joint i and one of a joint j beyond it is -(f
 from __future__ import annotations
 
 from spiraltrunk.model.statics.kernels import compiled
-from spiraltrunk.model.statics.kernels.cable_gaps import product
 from spiraltrunk.model.statics.kernels.cholesky import copy_rows
+from spiraltrunk.model.statics.kernels.laws.cable_gaps import product
 
 
 @compiled

@@ -11,7 +11,7 @@ import math
 
 from spiraltrunk.model.statics.kernels import compiled
 from spiraltrunk.model.statics.kernels.address import by_address
-from spiraltrunk.model.statics.kernels.joint_rotation import bend_size
+from spiraltrunk.model.statics.kernels.laws.joint_rotation import bend_size
 
 NEARLY = 5e-4
 """Angle short of the limit at which faces count as touching [rad]: the smoothing of the gaps keeps joints that open."""
