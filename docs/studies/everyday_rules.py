@@ -18,7 +18,7 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.fingertip.assess import grip_force
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.wrap.assess import FLAT, TOUCH_FORCE, TOUCH_HEIGHT, held_mass, wrapped_range
-from spiraltrunk.workflows.grasp.choice.choose import REACH_SLACK, follow_frames
+from spiraltrunk.workflows.grasp.choice.candidates import REACH_SLACK, follow_frames
 from spiraltrunk.workflows.grasp.choice.ground import MARGIN
 
 WRAPS = ("wrap-oblique-low", "wrap-oblique", "wrap-horizontal")

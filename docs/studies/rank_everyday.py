@@ -23,7 +23,7 @@ from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.sensors import SensorOptions
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.workflows.grasp.choice.auto import get_strategy
-from spiraltrunk.workflows.grasp.choice.choose import rank
+from spiraltrunk.workflows.grasp.choice.candidates import rank
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 RESULT = Path(__file__).parent / "everyday_ranking.json"

@@ -11,7 +11,7 @@ from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.envs import StrategyAgent, drive
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.workflows.grasp.choice.ranking import set_ground
+from spiraltrunk.workflows.grasp.choice.ground import set_ground
 from spiraltrunk.workflows.grasp.trial import run_trial
 from spiraltrunk.workflows.grasp.world import draw_scene
 

@@ -124,9 +124,14 @@ def test_tabs_that_cannot_be_loaded_are_a_notice(studio, browser):
     def load():
         raise StudioError("a package is missing")
 
+    one = studio(load)
     page = browser.new_page()
-    page.goto(studio(load).address)
-    page.get_by_text("a package is missing").wait_for()
+    page.goto(one.address)
+    notice = page.get_by_text("a package is missing")
+    notice.wait_for()
+    assert notice.count() == 1
+    assert page.get_by_role("button", pressed=True).count() == 0, "there is no tab to show"
+    assert one.n_pages == 1, "the page itself stays open"
     page.close()
 
 
@@ -246,8 +251,13 @@ def test_a_page_with_the_token_keeps_it(studio, open_page):
     token = one.address.partition("?token=")[2]
     bare = f"http://127.0.0.1:{one.address.split(':')[2].split('/')[0]}/"
     page = open_page(one, own=True, address=f"{bare}?token={token}")
-    page.goto(bare)  # The cookie knows the token now.
-    page.get_by_role("button", name="Ball", pressed=True).wait_for()
+    page.goto(bare)  # The cookie has the token now.
+    tab = page.get_by_role("button", name="Ball", pressed=True)
+    tab.wait_for()
+    assert tab.is_visible()
+    assert page.url == bare, "the token is not in the address"
+    (cookie,) = page.context.cookies()
+    assert (cookie["value"], cookie["httpOnly"], cookie["sameSite"]) == (token, True, "Strict")
 
 
 def test_a_busy_or_wrong_address_is_one_line(studio):

@@ -17,7 +17,7 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
 from spiraltrunk.workflows.grasp.choice.auto import get_strategy, list_objects
-from spiraltrunk.workflows.grasp.choice.ranking import set_ground
+from spiraltrunk.workflows.grasp.choice.ground import set_ground
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 
 EVERYDAY = "everyday"
@@ -61,7 +61,9 @@ class World:
 def draw_key(
     generator: np.random.Generator, objects: Sequence[str], strategy: str, options: Mapping[str, Any] | None
 ) -> WorldKey:
-    """What the next world is drawn from; ``options`` of `reset` take precedence, and the same numbers are drawn.
+    """Draw the key of the next world; values in ``options`` of `reset` take precedence.
+
+    The random generator advances alike with and without them.
 
     Raises:
         UnknownName: for an option that does not exist.
@@ -93,10 +95,11 @@ def draw_world(
     has_camera: bool | None = None,
     timestep: float = TIMESTEP,
 ) -> World:
-    """The world of a key: the same scene as that of the survey's trial, where spread and camera are as in surveys.
+    """The world of a key.
 
-    Where a strategy has no plan for the object, or the arm reaches high enough over no ground, the ground is the usual
-    one.
+    With the survey's spread and camera, it is the scene of the survey's trial with the same object, seed and strategy.
+    The ground is the usual one where the strategy has no plan for the object, or where the arm reaches high enough over
+    no ground.
 
     Args:
         key: object, seed and strategy.

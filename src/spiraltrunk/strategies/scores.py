@@ -26,13 +26,13 @@ def accept(rate: float, factors: dict[str, float], reason: str) -> Assessment:
         factors: factor of each margin, as of `margin_factor`, under what limits it [-].
         reason: what decides, in words and numbers; the rate and the factors below 1 are told after it.
     """
-    score, told = rate, "".join(tell_factor(name, factor) for name, factor in factors.items())
+    score, told = rate, "".join(format_factor(name, factor) for name, factor in factors.items())
     for factor in factors.values():
         score *= factor
     return Assessment(feasible=True, score=score, reason=f"{reason}; rate {rate:g}{told}")
 
 
-def tell_factor(name: str, factor: float) -> str:
+def format_factor(name: str, factor: float) -> str:
     """A factor of a score as it follows in a reason; empty for one that is 1 to two digits."""
     return "" if round(factor, 2) == 1.0 else f", times {factor:.2f} for {name}"
 

@@ -13,10 +13,10 @@ pytest.importorskip("viser", reason="viser is not installed")
 import trimesh
 
 from spiraltrunk.sim.body_meshes import BodyMesh, ModelMeshes
-from spiraltrunk.studio.grasp.works import Scene
+from spiraltrunk.studio.grasp.jobs import Scene
 from spiraltrunk.studio.page.job import STOPPED
 from spiraltrunk.studio.page.page import Page
-from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.recording import RATE, Frames, Recording
 
 SECONDS = 3

@@ -3,7 +3,7 @@
 import pytest
 
 from spiraltrunk.design import presets
-from spiraltrunk.studio.measure import work
+from spiraltrunk.studio.measure import jobs
 
 RUN = "rest-045"
 
@@ -12,7 +12,7 @@ RUN = "rest-045"
 def virtual(tmp_path_factory):
     """Folder of a virtual session: ``rest-045_1.csv``, ``rest-045_2.csv`` and ``protocol.toml``."""
     folder = tmp_path_factory.mktemp("virtual") / "session"
-    work.record_virtual(lambda _: None, presets.PAPER, RUN, 0, str(folder))
+    jobs.record_virtual(lambda _: None, presets.PAPER, RUN, 0, str(folder))
     return folder
 
 
@@ -20,7 +20,7 @@ def virtual(tmp_path_factory):
 def question(virtual):
     """Comparison of that session with the paper's model."""
     files = sorted(str(file) for file in virtual.glob("*.csv"))
-    return work.Question(
+    return jobs.Question(
         design=presets.PAPER, protocol=str(virtual / "protocol.toml"), takes={RUN: files}, axes="y-up",
         model="reference", alignment="base",
     )  # fmt: skip

@@ -47,7 +47,7 @@ class FakePage:
 
     def __init__(self, hub, name):
         self.hub, self.name, self.answers = hub, name, True
-        self.told, self.n_update = [], 0
+        self.shown, self.n_update = [], 0
         hub.enter(self)
 
     def ask_beat(self):
@@ -57,8 +57,8 @@ class FakePage:
     def update(self):
         self.n_update += 1
 
-    def tell(self, text):
-        self.told.append(text)
+    def show_message(self, text):
+        self.shown.append(text)
 
 
 @pytest.fixture
@@ -133,8 +133,8 @@ def test_a_refusal_is_told_to_the_page_that_asked(hub):
     first, second = FakePage(hub, "page 1"), FakePage(hub, "page 2")
     hub.connect(first, "twin", DESIGN)
     hub._link.on_refusal("page 1", "no")
-    assert first.told == ["no"]
-    assert second.told == []
+    assert first.shown == ["no"]
+    assert second.shown == []
 
 
 def test_a_process_that_ends_is_told_to_all(hub):
@@ -143,7 +143,7 @@ def test_a_process_that_ends_is_told_to_all(hub):
     hub._link.on_end("the bus is gone")
     assert not hub.is_connected
     assert hub.owner == ""
-    assert [page.told for page in (first, second)] == [["the robot is disconnected: the bus is gone"]] * 2
+    assert [page.shown for page in (first, second)] == [["the robot is disconnected: the bus is gone"]] * 2
     with pytest.raises(RunError):
         hub.stop()
     with pytest.raises(RunError):

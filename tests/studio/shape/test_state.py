@@ -8,7 +8,7 @@ import pytest
 
 from spiraltrunk.design import presets
 from spiraltrunk.model.statics.pull_sequences import wind_cables
-from spiraltrunk.studio.shape import words
+from spiraltrunk.studio.shape import texts
 from spiraltrunk.studio.shape.compile_models import compile_models
 from spiraltrunk.studio.shape.state import TrunkState
 
@@ -42,7 +42,7 @@ def test_out_of_reach_is_told_in_millimetres(state):
     left = state.reach(target, is_final=True)
     assert left == pytest.approx(np.linalg.norm(state.tip - target))
     state.compare()
-    text = words.format_state(state, (left, True))
+    text = texts.format_state(state, (left, True))
     assert f"Out of reach: the tip stays {1e3 * left:.1f} mm away" in text
 
 
@@ -59,7 +59,7 @@ def test_the_words_name_status_shut_joints_tensions_and_the_paper(state):
     state.pull = np.array([0.09, -0.12, -0.12])
     state.solve()
     state.compare()
-    text = words.format_state(state, None)
+    text = texts.format_state(state, None)
     assert "<b>Converged</b>" in text
     assert "7 to 17 of 17" in text
     assert "2: slack, 3: slack" in text
@@ -67,8 +67,8 @@ def test_the_words_name_status_shut_joints_tensions_and_the_paper(state):
 
 
 def test_runs_of_joints_are_joined():
-    assert words.format_runs(np.array([True, False, True, True])) == "1, 3 to 4 of 4"
-    assert words.format_runs(np.zeros(17, bool)) == "none of 17"
+    assert texts.format_runs(np.array([True, False, True, True])) == "1, 3 to 4 of 4"
+    assert texts.format_runs(np.zeros(17, bool)) == "none of 17"
 
 
 def test_compilation_calls_every_model_and_says_which():

@@ -17,7 +17,7 @@ _UNITS = {
     "mm": "mm", "deg": "deg", "mpa": "MPa", "nm_per_rad": "N m/rad", "n": "N", "g": "g", "kg": "kg", "s": "s",
     "kg_per_m3": "kg/m³", "": "",
 }  # fmt: skip
-"""Unit by what ends the key of a file."""
+"""Unit by the suffix of a key of the design file."""
 
 _LABELS = {
     "spiral.a": "Radius a", "spiral.b": "Growth b", "k": "Ratio k",
@@ -33,7 +33,7 @@ _LABELS = {
 """Labels of fields whose name does not say enough; others are labelled by their name."""
 
 _STEPS = 200
-"""Steps of a slider at least [-]."""
+"""Least number of steps of a slider [-]."""
 
 
 @final

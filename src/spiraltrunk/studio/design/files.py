@@ -15,7 +15,7 @@ from spiraltrunk.studio.page.controls import Choice, add_button, add_upload
 from spiraltrunk.studio.page.page import Page
 
 OWN = "own design"
-"""Entry of the list of presets for a design that is none of them."""
+"""Entry of the list of presets for a design that is no preset."""
 
 FILE = "trunk.toml"
 """Name of the file that is offered."""
@@ -84,7 +84,7 @@ def find_preset(design: TrunkDesign) -> str:
 
 
 def rename(design: TrunkDesign) -> TrunkDesign:
-    """The design, under another name where it has a preset's and is not that preset."""
+    """The design; one that has the name of a preset and differs from it gets another name."""
     if design.name in presets.NAMES and design != presets.get(design.name):
         return replace(design, name=f"my-{design.name}")
     return design

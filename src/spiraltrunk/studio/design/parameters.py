@@ -38,7 +38,7 @@ _FOLLOWING: dict[str, Callable[[TrunkDesign], float]] = {
     "housing.mass": lambda design: design.housing.total_mass,
     "housing.neck_mass": lambda design: design.housing.total_neck_mass,
 }
-"""Value of an optional number that follows where the design gives none."""
+"""Value that a rule gives an optional number where the design has none."""
 
 
 @final
@@ -123,7 +123,7 @@ class Parameters:
         self._writers.append(write)
 
     def _add_given(self, field: ShownField, design: TrunkDesign) -> Switch:
-        """A switch between a value as measured and one that follows."""
+        """A switch of an optional value: on for a measured value, off for the value by its rule."""
 
         def take(is_given: bool) -> None:
             self._change(lambda old: change_field(old, field.name, _FOLLOWING[field.name](old) if is_given else None))

@@ -11,7 +11,7 @@ from spiraltrunk.cad.output.catalogue import GROUPS
 from spiraltrunk.cad.output.make_part import FORMATS
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.studio.design.files import name_file
-from spiraltrunk.studio.design.works import ALL, make_archive
+from spiraltrunk.studio.design.jobs import ALL, make_archive
 from spiraltrunk.studio.page.controls import Choice, add_button
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
@@ -83,10 +83,10 @@ class PartExport:
         self._bar.value = 0.0
         self._job = self._page.start(
             make_archive, self._design, self._group.value, self._format.value, str(self._folder),
-            on_report=self._tell, on_end=self._end,
+            on_report=self._show_progress, on_end=self._end,
         )  # fmt: skip
 
-    def _tell(self, step: tuple[str, int, int]) -> None:
+    def _show_progress(self, step: tuple[str, int, int]) -> None:
         what, done, total = step
         if what in ("pictures", "models", "archive"):
             self._bar.value = 95.0

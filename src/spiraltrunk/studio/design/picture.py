@@ -72,7 +72,7 @@ class DesignPicture:
         self._shown = ("", False)
 
     def draw(self, design: TrunkDesign, view: View, with_construction: bool) -> None:
-        """Draw a design; the camera moves where another view or much another size needs it."""
+        """Draw a design; the camera moves where the view changes, or the size by more than `_GROWN`."""
         is_curled = view == "curled"
         surfaces = build_trunk_surfaces(design, curl_frames(design, 1.0 if is_curled else 0.0))
         pose = _PAPER_TO_SCENE @ curled_pose(design) if is_curled else _BASE_TO_SCENE
@@ -164,7 +164,7 @@ class DesignPicture:
     def _put(
         self, name: str, surface: Surface, pose: np.ndarray, color: tuple[int, int, int], opacity: float | None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Draw a surface; gives its bounds."""
+        """Draw a surface, and return its bounds."""
         vertices = _transform(surface.vertices, pose)
         drawn = self._drawn.get(name)
         if drawn is not None and np.array_equal(drawn.faces, surface.faces):

@@ -89,7 +89,7 @@ class DesignTab:
         self._parts.close()
 
     def _change(self, vary: Vary) -> None:
-        """Change the design; a refusal is told in the units of the controls."""
+        """Change the design; a refusal is shown in the units of the controls."""
         try:
             design = rename(vary(self._page.design))
         except DesignError as error:
@@ -115,7 +115,7 @@ class DesignTab:
             self._legend.visible = self._construction.value
 
     def _check(self) -> None:
-        """Look for faults beside the page's thread, once at a time."""
+        """Look for faults in a thread of its own, one check at a time."""
         design = self._page.design
         if self._is_checking or not self._is_shown or (self._checked is not None and self._checked[0] == design):
             return

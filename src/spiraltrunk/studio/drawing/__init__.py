@@ -1,1 +1,1 @@
-"""What tabs draw in the scene."""
+"""Drawings in the scene that several tabs share."""

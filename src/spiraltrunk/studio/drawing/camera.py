@@ -16,7 +16,7 @@ FIELD = math.radians(75.0)
 
 @final
 class TabCamera:
-    """View of one tab, which comes back when the tab does."""
+    """View of one tab, restored when the tab is shown again."""
 
     def __init__(self, page: Page, position: np.ndarray, look_at: np.ndarray, *, field: float = FIELD) -> None:
         """Set the first view, positions in the scene's frame, z up, shape (3,) [m], and its vertical field [rad]."""
@@ -25,7 +25,7 @@ class TabCamera:
         self._position, self._look_at = np.asarray(position, float), np.asarray(look_at, float)
 
     def show(self) -> None:
-        """Take the view."""
+        """Move the page's camera to this tab's view."""
         camera = self._page.client.camera
         with self._page.client.atomic():
             camera.up_direction = np.array([0.0, 0.0, 1.0])
@@ -34,7 +34,7 @@ class TabCamera:
             camera.fov = self._field
 
     def keep(self) -> None:
-        """Remember the view that the person has now."""
+        """Store the present view as this tab's."""
         camera = self._page.client.camera
         self._position, self._look_at = np.array(camera.position), np.array(camera.look_at)
 

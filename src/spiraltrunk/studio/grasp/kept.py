@@ -44,6 +44,6 @@ def keep_grasp(grasp: KeptGrasp) -> None:
 
 
 def find_grasp(name: str) -> KeptGrasp | None:
-    """The grasp of a page that was reloaded, which is its own again; None where it is gone."""
+    """Take the grasp that was kept for a reloaded page; None where it is no longer kept."""
     with _lock:
         return _kept.pop(name, None)

@@ -9,7 +9,7 @@ from typing import Any, final
 from spiraltrunk.errors import ModelError, StudioError
 from spiraltrunk.sim.objects.catalogue import CATALOGUE, DEFAULT_OBJECT, SOLIDS, ObjectSpec, parse_object
 from spiraltrunk.sim.objects.meshes.mesh_file import AXES, COLLIDES, UNITS
-from spiraltrunk.studio.grasp.works import read_upload
+from spiraltrunk.studio.grasp.jobs import read_upload
 from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_upload
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
@@ -20,7 +20,7 @@ FORMS = ("stl", "obj")
 """Endings of files that can be read."""
 
 GUESS = "guess"
-"""Unit of a file that does not tell it."""
+"""Unit of a file that does not state it."""
 
 
 def _scale(label: str, hint: str) -> Scale:

@@ -29,5 +29,5 @@ class GraspRequest:
 
     @property
     def title(self) -> str:
-        """What it is, in a line."""
+        """Strategy, object and seed, in one line."""
         return f"{self.strategy}, {self.name}, seed {self.seed}"

@@ -8,11 +8,11 @@ from typing import Any, final
 from spiraltrunk.sim.body_meshes import ModelMeshes
 from spiraltrunk.strategies.moves import PHASES
 from spiraltrunk.studio.grasp.course_plots import CoursePlots
+from spiraltrunk.studio.grasp.jobs import Scene, run_grasp
 from spiraltrunk.studio.grasp.player import Player
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.grasp.stage_view import StageView
 from spiraltrunk.studio.grasp.texts import START, describe_frame, describe_phases, describe_result, format_figures
-from spiraltrunk.studio.grasp.works import Scene, run_grasp
 from spiraltrunk.studio.page.controls import Scale, Slider, add_button
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
@@ -142,13 +142,13 @@ class RunPanel:
             if len(self._parts) == 1:
                 self._view.draw(self._meshes, report)
             self._view.show(report, last)
-            self._tell(report)
+            self._show_progress(report)
         if len(self._parts) % LATE == 0:
             frames = join_frames(self._parts)
             self._parts = [frames]
             self.plots.draw(frames, len(frames) - 1)
 
-    def _tell(self, frames: Frames) -> None:
+    def _show_progress(self, frames: Frames) -> None:
         last = len(frames) - 1
         self._state.content = f"Computing. {describe_frame(frames, last)}"
         phase = frames.phase[last]
@@ -162,7 +162,7 @@ class RunPanel:
             self._open_timeline(join_frames(self._parts))
         self._parts = []
         if result is None:
-            self._tell_end(reason)
+            self._show_end(reason)
             return
         self._show_result(result)
         if self._frames is not None and self._meshes is not None:
@@ -173,7 +173,7 @@ class RunPanel:
         self._result.content, self._result.visible = describe_result(result), True
         self._table.content, self._table_folder.visible = format_figures(result), bool(self._frames)
 
-    def _tell_end(self, reason: str | None) -> None:
+    def _show_end(self, reason: str | None) -> None:
         if self._frames is None:
             self._state.content = START
         if reason == STOPPED:
@@ -203,7 +203,7 @@ class RunPanel:
             self._show_frame(min(round(time * RATE), len(self._frames) - 1))
 
     def _play_to(self, index: int) -> None:
-        """Show a frame while it plays: the picture each time, the rest at times."""
+        """Show a frame while it plays; timeline, text and plots follow every `SLOW` frames."""
         assert self._frames is not None
         if index % SLOW == 0 or index == len(self._frames) - 1:
             self._show_frame(index)

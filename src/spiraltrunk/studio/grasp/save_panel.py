@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any, final
 
 from spiraltrunk.files.results import format_json
+from spiraltrunk.studio.grasp.jobs import Progress, draw_film, draw_replay, draw_strip
 from spiraltrunk.studio.grasp.kept import KeptGrasp
 from spiraltrunk.studio.grasp.request import GraspRequest
-from spiraltrunk.studio.grasp.works import Progress, draw_film, draw_replay, draw_strip
 from spiraltrunk.studio.page.controls import add_button
 from spiraltrunk.studio.page.job import STOPPED, Job, Work
 from spiraltrunk.studio.page.page import Page
@@ -81,11 +81,11 @@ class SavePanel:
             return
         self._show(f"Making *{name}* ...", 0.0)
         self._job = self._page.start(
-            work, *arguments, on_report=lambda progress: self._tell(name, progress),
+            work, *arguments, on_report=lambda progress: self._show_progress(name, progress),
             on_end=lambda content, reason: self._end(name, content, reason),
         )  # fmt: skip
 
-    def _tell(self, name: str, progress: Progress) -> None:
+    def _show_progress(self, name: str, progress: Progress) -> None:
         done = f" {progress.done} of {progress.total}" if progress.total else ""
         self._show(f"Making *{name}*: {progress.step}{done} ...", 100.0 * progress.done / max(1, progress.total))
 

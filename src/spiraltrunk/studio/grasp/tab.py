@@ -12,6 +12,7 @@ from spiraltrunk import strategies
 from spiraltrunk.design import TrunkDesign, presets
 from spiraltrunk.errors import SpiralTrunkError
 from spiraltrunk.studio.drawing.camera import TabCamera
+from spiraltrunk.studio.grasp.jobs import Scene, prepare
 from spiraltrunk.studio.grasp.kept import KeptGrasp, find_grasp, keep_grasp
 from spiraltrunk.studio.grasp.object_picker import ObjectPicker
 from spiraltrunk.studio.grasp.request import GraspRequest
@@ -19,12 +20,11 @@ from spiraltrunk.studio.grasp.run_panel import RunPanel
 from spiraltrunk.studio.grasp.save_panel import SavePanel
 from spiraltrunk.studio.grasp.stage_view import CAMERA, FIELD, LOOK_AT, StageView
 from spiraltrunk.studio.grasp.texts import RANKING, describe_choice, format_ranking
-from spiraltrunk.studio.grasp.works import Scene, prepare
 from spiraltrunk.studio.page.controls import Choice, Scale, Slider
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.workflows.grasp.choice.auto import AUTO
-from spiraltrunk.workflows.grasp.choice.choose import STAGES, Candidate
+from spiraltrunk.workflows.grasp.choice.candidates import STAGES, Candidate
 from spiraltrunk.workflows.grasp.recording import Recording
 
 FIRST = "wrap-vertical"
@@ -88,7 +88,7 @@ class GraspTab:
         page.on_design(self._take_design)
 
     def show(self) -> None:
-        """Ask the models where something has changed, and look where the person looked last."""
+        """Ask the models where something has changed, and restore the view."""
         self._is_shown = True
         self._camera.show()
         if self._is_stale:
@@ -150,7 +150,7 @@ class GraspTab:
         self._change()
 
     def _change_strategy(self, _: str) -> None:
-        self._tell()
+        self._show_choice()
         self._change()
 
     def _take_design(self, design: TrunkDesign) -> None:
@@ -196,12 +196,12 @@ class GraspTab:
         elif candidates is not None:
             self._candidates = candidates
             self._ranking.content = format_ranking(candidates)
-            self._tell()
+            self._show_choice()
         elif reason != STOPPED:
             self._candidates = ()
             self._told.content = f"The models cannot tell: {reason}"
 
-    def _tell(self) -> None:
+    def _show_choice(self) -> None:
         if self._candidates:
             self._told.content = describe_choice(self._strategy.value, self._candidates)
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from spiraltrunk.workflows.grasp.choice.auto import AUTO
-from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.recording import Frames
 
 START = "Pick an object and press **Run grasp**. The grasp is simulated and shown as it is computed."

@@ -1,4 +1,4 @@
-"""What the tab draws: the modelled trunk in the colours of its error, and the measured points."""
+"""Picture of the tab: the modelled trunk in the colours of its error, and the measured points."""
 
 from __future__ import annotations
 

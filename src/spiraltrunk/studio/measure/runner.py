@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, final
 
-from spiraltrunk.studio.measure import words
+from spiraltrunk.studio.measure import texts
 from spiraltrunk.studio.page.controls import add_button
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
@@ -18,7 +18,7 @@ class Runner:
     def __init__(self, page: Page) -> None:
         """Add status, progress and stop button where the page's container is open."""
         self._page = page
-        self._status: Any = page.gui.add_html(words.EMPTY)
+        self._status: Any = page.gui.add_html(texts.EMPTY)
         self._bar: Any = page.gui.add_progress_bar(0.0, visible=False)
         self._stop: Any = add_button(page, "Stop", self.stop, hint="Stop the work that runs", visible=False)
         self._job: Job | None = None
@@ -52,7 +52,7 @@ class Runner:
             failed: called with the reason where it failed.
         """
         self.stop()
-        self.say(words.format_working("starting"))
+        self.say(texts.format_working("starting"))
         self._bar.value, self._bar.visible, self._stop.visible = 0.0, True, True
 
         def end(result: Any, reason: str | None) -> None:
@@ -63,14 +63,14 @@ class Runner:
                 self.say("")
                 done(result)
             elif reason != STOPPED:
-                self.say(words.format_failed(reason))
+                self.say(texts.format_failed(reason))
                 failed(reason)
             self.on_idle()
 
         def tell(report: tuple[str, int, int]) -> None:
             if self._job is job:
                 step, count, total = report
-                self.say(words.format_working(step))
+                self.say(texts.format_working(step))
                 self._bar.value = 100.0 * count / total if total > 0 else 0.0
 
         job = self._page.start(work, *arguments, on_report=tell, on_end=end)
@@ -81,7 +81,7 @@ class Runner:
         if self._job is not None:
             self._job.stop()
             self._finish()
-            self.say(words.STOPPED)
+            self.say(texts.STOPPED)
 
     def _finish(self) -> None:
         self._job = None

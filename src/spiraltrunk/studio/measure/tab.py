@@ -13,7 +13,7 @@ from spiraltrunk.mocap.recordings.axes import NAMED
 from spiraltrunk.mocap.session.prediction import MODELS
 from spiraltrunk.mocap.signal.registration import KINDS
 from spiraltrunk.studio.drawing.camera import aim_at_trunk
-from spiraltrunk.studio.measure import words, work
+from spiraltrunk.studio.measure import jobs, texts
 from spiraltrunk.studio.measure.picture import MeasurePicture
 from spiraltrunk.studio.measure.runner import Runner
 from spiraltrunk.studio.measure.take_folder import TakeFolder, find_folder, keep_folder
@@ -60,7 +60,7 @@ class MeasureTab:
         self._page.on_design(self._change_design)
 
     def show(self) -> None:
-        """Draw what was put off."""
+        """Run the comparison that was deferred while the tab was hidden, and restore the view."""
         self._is_shown = True
         self._camera.show()
         self._catch_up()
@@ -83,7 +83,7 @@ class MeasureTab:
         if found is not None:
             self._takes.close()
             self._takes = found
-            self._tell_takes()
+            self._show_takes()
             self._compare()
 
     def close(self) -> None:
@@ -96,14 +96,14 @@ class MeasureTab:
     def _build_takes(self) -> None:
         page = self._page
         hint = "Run of the packaged protocol that the virtual session has two takes of"
-        runs = tuple(work.list_virtual_runs())
+        runs = tuple(jobs.list_virtual_runs())
         self._virtual = Choice(page, "Virtual run", runs, runs[0], lambda _: None, hint=hint)
-        add_button(page, "Take the virtual session", self._record, hint="A printed trunk by simulated cameras")
+        add_button(page, "Take the virtual session", self._record_virtual, hint="A printed trunk by simulated cameras")
         hint = "Run of the protocol that the next upload is a take of"
         self._run = Choice(page, "Upload's run", self._list_runs(), _BY_NAME, lambda _: None, hint=hint)
         hint = "A take that Motive exported"
         add_upload(page, "Upload a take (CSV, C3D)", self._take_upload, hint=hint, most=MOST_UPLOAD, kinds=".csv,.c3d")
-        self._list: Any = page.gui.add_html(words.format_takes(()))
+        self._list: Any = page.gui.add_html(texts.format_takes(()))
 
     def _build_session(self) -> None:
         page = self._page
@@ -133,7 +133,7 @@ class MeasureTab:
         add_button(
             page, "Calibrate", self._calibrate, hint="Fit stiffness, mass, friction, slack and holes to the takes"
         )
-        self._fit: Any = page.gui.add_html(words.CALIBRATE)
+        self._fit: Any = page.gui.add_html(texts.CALIBRATE)
         self._use: Any = add_button(
             page, "Use the calibrated design", self._use_design, hint="All tabs then show the calibrated trunk",
             visible=False,
@@ -159,48 +159,48 @@ class MeasureTab:
     def _list_runs(self) -> tuple[str, ...]:
         return (_BY_NAME, *(run.name for run in self._takes.protocol.runs))
 
-    def _tell_takes(self) -> None:
-        self._list.content = words.format_takes(self._takes.takes)
+    def _show_takes(self) -> None:
+        self._list.content = texts.format_takes(self._takes.takes)
         self._run.set_options(self._list_runs())
 
     def _take_upload(self, name: str, content: bytes) -> None:
         self._takes.add(name, content, None if self._run.value == _BY_NAME else self._run.value)
-        self._tell_takes()
+        self._show_takes()
         self._compare()
 
     def _take_protocol(self, _: str, content: bytes) -> None:
         self._takes.set_protocol(content)
-        self._tell_takes()
+        self._show_takes()
         self._compare()
         self._page.notice(f"protocol {self._takes.protocol.name!r}: {len(self._takes.protocol.runs)} runs", "done")
 
     def _clear(self) -> None:
         self._runner.stop()
         self._takes.clear()
-        self._tell_takes()
+        self._show_takes()
         self._compare()
 
-    def _record(self) -> None:
+    def _record_virtual(self) -> None:
         run, folder = self._virtual.value, self._takes.next_file("")
 
         def done(files: list[str]) -> None:
             self._takes.set_virtual(folder, run, files)
-            self._tell_takes()
+            self._show_takes()
             self._compare()
 
         self._runner.start(
-            work.record_virtual, self._page.design, run, _SEED, str(folder), done=done, failed=self._page.notice
+            jobs.record_virtual, self._page.design, run, _SEED, str(folder), done=done, failed=self._page.notice
         )
 
-    def _ask(self) -> work.Question:
-        return work.Question(
+    def _ask(self) -> jobs.Question:
+        return jobs.Question(
             design=self._page.design, protocol=self._takes.protocol_file, takes=self._takes.list_by_run(),
             axes=self._axes.value, model=self._model.value, alignment=self._alignment.value,
         )  # fmt: skip
 
     def _compare(self) -> None:
         """Compare all takes with the model, or wait until the tab is shown."""
-        waits = self._runner.is_busy and not self._runner.is_running(work.compare_takes)
+        waits = self._runner.is_busy and not self._runner.is_running(jobs.compare_takes)
         if waits:
             self._page.notice("compared anew once the work that runs has ended", "warning")
         self._is_due = waits or not self._is_shown
@@ -208,25 +208,25 @@ class MeasureTab:
             return
         if not self._takes.takes:
             self._drop_view()
-            self._runner.say(words.EMPTY)
+            self._runner.say(texts.EMPTY)
             return
-        self._runner.start(work.compare_takes, self._ask(), done=self._draw, failed=self._refuse)
+        self._runner.start(jobs.compare_takes, self._ask(), done=self._draw, failed=self._refuse)
 
     def _catch_up(self) -> None:
-        """Compare where that was put off."""
+        """Run a comparison that was deferred."""
         if self._is_due and self._is_shown and not self._runner.is_busy:
             self._compare()
 
     def _refuse(self, reason: str) -> None:
-        """Tell why, and forget the take that cannot be read."""
+        """Show the reason, and remove the take that cannot be read."""
         guilty = [take for take in self._takes.takes if take.file in reason]
         told = self._takes.name_files(reason)
-        self._runner.say(words.format_failed(told))
+        self._runner.say(texts.format_failed(told))
         if guilty:
             self._page.notice(told)
         if len(guilty) == 1 and guilty[0].file.startswith(str(self._takes.folder / "upload")):
             self._takes.remove(guilty[0])
-            self._tell_takes()
+            self._show_takes()
         self._drop_view()
 
     def _draw(self, found: tuple[tuple[RunOverlay, ...], dict[str, Any]]) -> None:
@@ -260,7 +260,7 @@ class MeasureTab:
             self._page.download("validation.zip", Path(file).read_bytes())
 
         self._runner.start(
-            work.write_report, self._ask(), str(self._takes.next_file("")), done=done, failed=self._page.notice
+            jobs.write_report, self._ask(), str(self._takes.next_file("")), done=done, failed=self._page.notice
         )
 
     def _calibrate(self) -> None:
@@ -270,12 +270,12 @@ class MeasureTab:
         def done(found: tuple[dict[str, Any], str, str]) -> None:
             result, design, packed = found
             self._calibrated = (design, packed)
-            self._fit.content = words.format_calibration(result)
+            self._fit.content = texts.format_calibration(result)
             self._use.visible = self._save.visible = True
 
         place = str(self._takes.next_file(""))
         self._runner.start(
-            work.calibrate_takes, self._ask(), self._mass.value, place, done=done, failed=self._page.notice
+            jobs.calibrate_takes, self._ask(), self._mass.value, place, done=done, failed=self._page.notice
         )
 
     def _use_design(self) -> None:

@@ -127,7 +127,7 @@ class TakeFolder:
         return {run: files for run, files in found.items() if files}
 
     def name_files(self, text: str) -> str:
-        """A text in which the files are called as the person calls them."""
+        """A text in which paths are replaced by the names of the uploaded files."""
         for take in self.takes:
             text = text.replace(take.file, take.name)
         return text.replace(self.protocol_file, "the protocol") if self.protocol_file != PACKAGED else text
@@ -152,5 +152,5 @@ def keep_folder(folder: TakeFolder) -> None:
 
 
 def find_folder(name: str) -> TakeFolder | None:
-    """The folder of a page that was reloaded, which is its own again; None where it is gone."""
+    """Take the folder that was kept for a reloaded page; None where it is no longer kept."""
     return _kept.pop(name, None)

@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.studio.drawing.axis_end import round_up
-from spiraltrunk.studio.measure import words
+from spiraltrunk.studio.measure import texts
 from spiraltrunk.studio.measure.picture import MeasurePicture
 from spiraltrunk.studio.measure.take_map import draw_map, mark_moment
 from spiraltrunk.studio.page.controls import Choice, Scale, Slider
@@ -68,7 +68,7 @@ class CompareView:
             self._map: Any = page.gui.add_image(
                 np.zeros((10, 10, 3), np.uint8), label="Error by time (across) and section (tip above)", format="png"
             )
-            self._lines = page.gui.add_html(words.format_lines())
+            self._lines = page.gui.add_html(texts.format_lines())
             self._plot: Any = self._add_plot()
             self._notes = self._add_notes(found.result["notes"])
         self._slider: Slider | None = None
@@ -93,7 +93,7 @@ class CompareView:
         """What was irregular in the recordings, folded."""
         folder = self._page.gui.add_folder("Notes on the recordings", expand_by_default=False, visible=bool(notes))
         with folder:
-            self._page.gui.add_html(words.format_notes(notes))
+            self._page.gui.add_html(texts.format_notes(notes))
         return folder
 
     def _choose(self, name: str) -> None:
@@ -113,7 +113,7 @@ class CompareView:
         start = float(one.time[last[len(last) // 2]]) if len(last) else end
         with self._slot:
             self._slider = Slider(self._page, scale, round(start, 2), self._draw)
-        self._legend.content = words.format_scale(self._most)
+        self._legend.content = texts.format_scale(self._most)
         self._draw(self._slider.value)
 
     def _draw(self, time: float) -> None:
@@ -122,7 +122,7 @@ class CompareView:
         moment = int(np.abs(one.time - time).argmin())
         with self._page.client.atomic():
             self._picture.draw(self._run, self._take, moment, self._most)
-            self._words.content = words.format_moment(self._run, self._take, moment, self._result)
+            self._words.content = texts.format_moment(self._run, self._take, moment, self._result)
             self._map.image = mark_moment(self._base_map, moment / max(1, len(one.time) - 1))
             self._plot_moment(moment)
 

@@ -1,4 +1,4 @@
-"""Acts of a page, run one after the other in a thread of its own."""
+"""Queue of a page's acts: callbacks that run one after the other in the page's thread."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Act = Callable[[], None]
 
 @final
 class ActQueue:
-    """Acts in the order of their arrival; of those under one key the last alone, at the place of the first."""
+    """Acts in the order of their arrival; a newer act replaces an older one of the same key, in its place."""
 
     def __init__(self, run: Callable[[Act], None]) -> None:
         """Start the thread, which runs each act by ``run``."""

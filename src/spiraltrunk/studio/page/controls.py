@@ -52,9 +52,10 @@ class Scale:
 
 @final
 class Slider:
-    """A slider with a number box; a value off its scale, or one that is refused, is told and taken back.
+    """A slider with a number box; a value off its scale, or one that is refused, is reported and taken back.
 
-    Nothing is told, and nothing is written into the box, before the person rests: on the way to "60" they type a "6".
+    Nothing is reported, and nothing is written into the box, while the person types: on the way to "60" they type a
+    "6".
     """
 
     def __init__(self, page: Page, scale: Scale, value: float, on_change: Callable[[float], None]) -> None:
@@ -187,7 +188,7 @@ class Switch:
 
 @final
 class TextBox:
-    """A text of limited length, taken when the person rests; one that is refused is told and taken back."""
+    """A text of limited length, taken when the person rests; one that is refused is reported and taken back."""
 
     def __init__(
         self, page: Page, label: str, value: str, on_change: Callable[[str], None], *, hint: str, most: int = 2000
@@ -237,7 +238,7 @@ class TextBox:
 
 @final
 class Choice:
-    """A drop-down list; a value that is not in it is told and taken back."""
+    """A drop-down list; a value that is not in it is reported and taken back."""
 
     def __init__(
         self, page: Page, label: str, options: Sequence[str], value: str, on_change: Callable[[str], None], *, hint: str

@@ -67,8 +67,8 @@ class Frame:
             self._add(tab)
         self._add_commands(tabs)
         self._dark: Any = page.gui.add_checkbox("Dark", initial_value=False, hint="Light figures on a dark ground")
-        self._dark.on_update(lambda _: page.later("dark", self._dress))
-        self._dress()
+        self._dark.on_update(lambda _: page.later("dark", self._set_theme))
+        self._set_theme()
         page.on_close(self.close)
 
     def show(self, title: str) -> None:
@@ -97,7 +97,7 @@ class Frame:
                 self._page.try_act(lambda tab=tab, kept=kept: tab.apply_settings(kept))  # type: ignore[misc]
         if settings.get("dark") is True:
             self._dark.value = True
-            self._dress()
+            self._set_theme()
         shown = settings.get("shown")
         titles = [title for title in (shown, first, *self._tabs) if title in self._tabs]
         self.show(titles[0])
@@ -117,7 +117,7 @@ class Frame:
             if title not in self._unbuilt:
                 self._page.try_act(tab.close)
 
-    def _dress(self) -> None:
+    def _set_theme(self) -> None:
         set_theme(self._page.client, is_dark=bool(self._dark.value))
 
     def _add_commands(self, tabs: Sequence[Tab]) -> None:

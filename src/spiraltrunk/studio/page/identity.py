@@ -1,4 +1,4 @@
-"""Which page of a browser this is, so that a reload comes back where it was and two pages stay apart."""
+"""Identity of a browser's page: a reload restores its settings, and two pages have settings of their own."""
 
 from __future__ import annotations
 

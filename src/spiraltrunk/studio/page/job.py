@@ -1,4 +1,4 @@
-"""Long work in a process of its own, which can be stopped at any moment and never makes the page wait."""
+"""A long computation in a process of its own; it can be stopped at any moment, and the page never waits for it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Work = Callable[..., Any]
 """``work(report, *arguments)``, a function of a module."""
 
 STOPPED = "stopped"
-"""Reason of an end that the person wished for."""
+"""Reason of a job that the user stopped."""
 
 _PATIENCE = 3.0
 """Time that the process has to end by itself [s]."""
@@ -28,7 +28,7 @@ _PATIENCE = 3.0
 
 @final
 class Job:
-    """One piece of work."""
+    """A function that runs in a process of its own."""
 
     def __init__(self, work: Work, arguments: tuple[Any, ...]) -> None:
         context = get_context("spawn")
@@ -44,7 +44,7 @@ class Job:
         return self._process.is_alive()
 
     def start(self, on_report: Callable[[Any], None], on_end: Callable[[Any, str | None], None]) -> None:
-        """Start the process, and a thread that hands on what it says."""
+        """Start the process, and a thread that passes on its reports."""
 
         def listen() -> None:
             on_end(*self._listen(on_report))

@@ -56,7 +56,7 @@ class Page:
         return self._design
 
     def set_design(self, design: TrunkDesign) -> None:
-        """Change the design; every tab that listens is told."""
+        """Change the design; every listener is called."""
         self._design = design
         for listener in self._listeners:
             listener(design)
@@ -146,7 +146,7 @@ class Page:
         self._listeners.clear()
 
     def try_act(self, act: Callable[[], None]) -> None:
-        """Run an act; what goes wrong is told on the page."""
+        """Run an act; its error becomes a notice on the page."""
         try:
             act()
         except (SpiralTrunkError, OSError) as error:

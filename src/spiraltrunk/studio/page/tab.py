@@ -1,4 +1,4 @@
-"""What a tab of the page is."""
+"""Interface of a tab of the page."""
 
 from __future__ import annotations
 

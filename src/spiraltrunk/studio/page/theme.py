@@ -13,7 +13,7 @@ ground, 8 on dark ground, 4 for letters on dark ground."""
 
 
 def set_theme(client: ClientHandle, *, is_dark: bool) -> None:
-    """Dress a page; viser's own function makes a palette whose buttons have black letters."""
+    """Set the theme of a page; the palette of viser's own function has black letters on its buttons."""
     client.gui._websock_interface.queue_message(
         _messages.ThemeConfigurationMessage(
             titlebar_content=None,

@@ -29,7 +29,7 @@ MOST_STATES = 300
 
 
 class Watcher(Protocol):
-    """A page, as the robot sees it; its methods are called from any thread and return at once."""
+    """A page, as the hub calls it; its methods are called from any thread and return at once."""
 
     name: str
     """What other pages call it."""
@@ -40,7 +40,7 @@ class Watcher(Protocol):
     def update(self) -> None:
         """Show what is new."""
 
-    def tell(self, text: str) -> None:
+    def show_message(self, text: str) -> None:
         """Show a message."""
 
 
@@ -103,7 +103,7 @@ class RobotHub:
 
     @property
     def silence(self) -> float:
-        """Time since its process told a state [s]; 0 before the first."""
+        """Time since its process reported a state [s]; 0 before the first."""
         return 0.0 if self._state is None else time.monotonic() - self._heard
 
     @property
@@ -270,7 +270,7 @@ class RobotHub:
         self._notify()
 
     def _refuse(self, asker: str, text: str) -> None:
-        self._call(lambda one: one.tell(text) if one.name == asker else None)
+        self._call(lambda one: one.show_message(text) if one.name == asker else None)
 
     def _end(self, link: RobotLink, reason: str | None) -> None:
         with self._lock:
@@ -278,7 +278,7 @@ class RobotHub:
                 return
             self._link = self._owner = self._state = None
         if reason is not None:
-            self._call(lambda one: one.tell(f"the robot is disconnected: {reason}"))
+            self._call(lambda one: one.show_message(f"the robot is disconnected: {reason}"))
         self._notify()
 
     def _notify(self) -> None:

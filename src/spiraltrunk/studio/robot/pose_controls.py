@@ -52,7 +52,7 @@ class PoseControls:
         self._list()
 
     def _list(self, shown: str = "") -> None:
-        """Show the names of the poses; a file that holds none is told, and left."""
+        """Show the names of the poses; a file that is no file of poses is reported, and left as it is."""
         try:
             names = tuple(sorted(load_poses(self._file, self._limits)))
         except DriveError as error:

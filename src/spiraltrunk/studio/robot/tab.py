@@ -118,7 +118,7 @@ class RobotTab:
         """Ask the browser to answer."""
         self._heartbeat.ask()
 
-    def tell(self, text: str) -> None:
+    def show_message(self, text: str) -> None:
         """Show a message."""
         self._page.notice(text)
 
@@ -253,9 +253,9 @@ class _PageWatcher:
         """See `Watcher.update`."""
         self._tab.update()
 
-    def tell(self, text: str) -> None:
-        """See `Watcher.tell`."""
-        self._tab.tell(text)
+    def show_message(self, text: str) -> None:
+        """See `Watcher.show_message`."""
+        self._tab.show_message(text)
 
 
 def _write(handle: Any, content: str) -> None:

@@ -1,6 +1,6 @@
 """Gate of the server: which requests are answered at all.
 
-A page in any other tab of the same browser can send requests to this computer. They are told by their headers: ``Host``
+A page in any other tab of the same browser can send requests to this computer. Their headers show it: ``Host``
 (a foreign name that was made to point here) and ``Origin`` (the page that opens a WebSocket).
 """
 
@@ -51,8 +51,8 @@ class Gate:
         """Name of the cookie that holds the token."""
         return f"{COOKIE}_{self.port}"
 
-    def judge(self, path: str, headers: Mapping[str, str]) -> Refusal | None:
-        """Refusal of a request, or None.
+    def check(self, path: str, headers: Mapping[str, str]) -> Refusal | None:
+        """Refusal of a request; None where it is allowed.
 
         Args:
             path: path of the request, with its query.

@@ -1,4 +1,4 @@
-"""What the page has beside viser's client, at the head of its HTML."""
+"""HTML head of the page: what is added to that of viser's client."""
 
 from __future__ import annotations
 

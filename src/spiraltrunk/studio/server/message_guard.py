@@ -1,4 +1,4 @@
-"""What may arrive from a page: values alone, and files of limited size. Viser itself checks neither."""
+"""Checks of messages from a page: values alone, and files of limited size. Viser itself checks neither."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ MOST_TEXT = 20_000
 
 
 def refuse_tunnels(server: ViserServer) -> None:
-    """No page may open a tunnel from the internet to this server, as a message of viser's asks for."""
+    """Refuse viser's message by which a page opens a tunnel from the internet to this server."""
     for kind in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
         server._websock_server.unregister_handler(kind)
 
 
 def guard_client(client: ClientHandle, complain: Callable[[str], None]) -> None:
-    """Check the messages of a page before viser acts on them; what is refused is told and changes nothing."""
+    """Check the messages of a page before viser acts on them; what is refused is reported and changes nothing."""
     _Guard(client, complain).install()
 
 

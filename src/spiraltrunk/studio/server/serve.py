@@ -86,7 +86,7 @@ def _guard(gate: Gate, theirs: Callable[..., Response | None]) -> Callable[..., 
 
     def process(connection: ServerConnection, request: Request) -> Response | None:
         headers = dict(request.headers.raw_items())
-        refusal = gate.judge(request.path, headers)
+        refusal = gate.check(request.path, headers)
         if refusal is not None:
             return _answer(refusal)
         if "Accept-Encoding" in request.headers:

@@ -1,4 +1,4 @@
-"""What the tab draws: the equilibrium as a solid, the paper's model as a ghost, and the tip's handle."""
+"""Picture of the tab: the equilibrium as a solid, the paper's model as a ghost, and the tip's handle."""
 
 from __future__ import annotations
 

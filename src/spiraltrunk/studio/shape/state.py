@@ -49,7 +49,7 @@ class TrunkState:
         self.rest = None
 
     def solve(self) -> None:
-        """Wind the cables on from the present shape to the pulls; from rest where that does not converge."""
+        """Solve for the pulls from the present shape on; from rest where that does not converge."""
         from spiraltrunk.model.kinematics.shape import Status
         from spiraltrunk.model.statics.pull_sequences import wind_cables
 

@@ -11,7 +11,7 @@ from spiraltrunk.design import TrunkDesign
 from spiraltrunk.studio.drawing.camera import aim_at_trunk
 from spiraltrunk.studio.page.controls import Scale, Slider, Switch
 from spiraltrunk.studio.page.page import Page
-from spiraltrunk.studio.shape import words
+from spiraltrunk.studio.shape import texts
 from spiraltrunk.studio.shape.cable_controls import CableControls
 from spiraltrunk.studio.shape.compile_models import compile_models
 from spiraltrunk.studio.shape.picture import ShapePicture
@@ -109,7 +109,7 @@ class ShapeTab:
         state = self._state
         self._controls = CableControls(self._page, self._folders, state.design, state.pull, self._pull)
         with self._below:
-            self._legend = self._page.gui.add_html(words.format_legend(state.design))
+            self._legend = self._page.gui.add_html(texts.format_legend(state.design))
             self._plots = ShapePlots(self._page, state.design)
         self._picture = ShapePicture(self._page, state.design, self._drag)
         self._camera = aim_at_trunk(self._page, state.design)
@@ -153,7 +153,7 @@ class ShapeTab:
         self._target = (distance, is_let_go)
         self._controls.show(state.pull)
         self._draw()
-        self._picture.mark_missed(state.tip, target, is_missed=distance > words.OUT_OF_REACH)
+        self._picture.mark_missed(state.tip, target, is_missed=distance > texts.OUT_OF_REACH)
 
     def _update(self) -> None:
         """Solve and draw, or draw the straight trunk until the models are there."""
@@ -183,7 +183,7 @@ class ShapeTab:
             self._picture.draw(state.shape.joint_rotation, shut, state.theta_0, state.roll)
             self._picture.draw_ghost(None if ghost is None else ghost.joint_rotation, state.theta_0)
             self._plots.draw(state.shape, ghost)
-            self._words.content = words.format_state(state, self._target)
+            self._words.content = texts.format_state(state, self._target)
 
     def _redraw(self) -> None:
         if self._is_shown and self._state.shape is not None:
@@ -200,12 +200,12 @@ class ShapeTab:
         has_friction = self._state.design.cable.friction > 0
 
         def tell(what: str) -> None:
-            self._words.content = words.format_compiling(what)
+            self._words.content = texts.format_compiling(what)
 
         def end(_: Any, reason: str | None) -> None:
             self._is_compiling = False
             if reason is not None:
-                self._words.content = words.format_failed(reason)
+                self._words.content = texts.format_failed(reason)
                 return
             _compiled.add(has_friction)
             self._update()

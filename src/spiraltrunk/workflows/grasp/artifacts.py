@@ -18,7 +18,7 @@ from spiraltrunk.files.results import Progress, format_json, ignore_progress, re
 from spiraltrunk.model.kinematics.curl_front import compute_propagation
 from spiraltrunk.report import Series, write_plots
 from spiraltrunk.strategies.moves import PHASES
-from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.choice.last_try import is_refused, list_attempts, list_candidates
 from spiraltrunk.workflows.grasp.pictures import write_failure, write_film, write_strip
 from spiraltrunk.workflows.grasp.trial import Trial
@@ -121,7 +121,7 @@ def _compute_front_figures(trial: Trial) -> dict[str, float | bool | None]:
 
 
 def compute_phase_spans(log: RunLog) -> tuple[tuple[str, float, float], ...]:
-    """Name, begin and end of each phase that came, each lasting until the next begins [-, s, s]."""
+    """Name, start and end of each phase that came, each lasting until the next begins [-, s, s]."""
     begins = [(phase, span[0]) for phase in PHASES if (span := log.span(phase)) is not None]
     ends = [*(begin for _, begin in begins[1:]), log.observations[-1].time]
     return tuple((phase, begin, end) for (phase, begin), end in zip(begins, ends, strict=False))

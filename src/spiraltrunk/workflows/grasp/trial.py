@@ -18,8 +18,8 @@ from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import TIMESTEP, SceneOptions
 from spiraltrunk.workflows.grasp.choice.auto import get_strategy
+from spiraltrunk.workflows.grasp.choice.ground import set_ground
 from spiraltrunk.workflows.grasp.choice.last_try import evaluate
-from spiraltrunk.workflows.grasp.choice.ranking import set_ground
 from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
 from spiraltrunk.workflows.grasp.world import Spread, draw_scene
 

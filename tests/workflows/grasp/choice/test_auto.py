@@ -16,8 +16,9 @@ from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.objects.everyday import draw_everyday
 from spiraltrunk.sim.objects.profile import compute_profile
-from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, get_strategy, list_objects, task_as_seen
-from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, get_strategy, list_objects
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
+from spiraltrunk.workflows.grasp.choice.seen_task import task_as_seen
 from spiraltrunk.workflows.grasp.trial import run_trial
 
 DT, GROUND = 0.02, 0.60

@@ -15,8 +15,8 @@ from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.workflows.grasp.choice import place
 from spiraltrunk.workflows.grasp.choice.auto import Auto
-from spiraltrunk.workflows.grasp.choice.ground import GROUNDS, choose_ground
-from spiraltrunk.workflows.grasp.choice.ranking import announce_task, set_ground
+from spiraltrunk.workflows.grasp.choice.ground import GROUNDS, choose_ground, set_ground
+from spiraltrunk.workflows.grasp.choice.ranking import announce_task
 from spiraltrunk.workflows.grasp.world import draw_scene
 
 LARGE = presets.get("paper-large-grip")

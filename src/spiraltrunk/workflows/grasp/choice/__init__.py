@@ -1,1 +1,1 @@
-"""Choice of a strategy: what each candidate says of a task, the ranking, and further tries after a failed one."""
+"""Choice of a strategy: candidates with their predictions, the ranking, and further tries after a failed one."""

@@ -1,8 +1,9 @@
 """A strategy that chooses: the best candidate is tried, and after a failed try the next, in the same world.
 
 A try has failed where its strategy gives up, where the camera sees the object low during the hold, or away from its
-place at the end. Then the trunk lets go and the arm goes back to where it began. The camera looks once more: an object
-that has fallen over is another one to the models. The candidates that were not tried yet are ranked for it.
+place at the end. Then the trunk lets go and the arm goes back to where it began. The camera observes the object again,
+since one that has fallen over needs another plan. The candidates that were not tried yet are ranked for it
+(`candidates.rank`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk import strategies
-from spiraltrunk.control.messages import Command, Observation, Target, Task
+from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.control.strategy import Milestone, Status, Strategy
 from spiraltrunk.design.trunk import TrunkDesign
@@ -29,7 +30,8 @@ from spiraltrunk.strategies.moves import Move, MoveSequence, advance, begin, com
 from spiraltrunk.strategies.policy.library import PREFIX, get_policy, is_policy
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.sensing import seen_position
-from spiraltrunk.workflows.grasp.choice.choose import Candidate, find_highest_base, list_strategies, rank
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate, find_highest_base, list_strategies, rank
+from spiraltrunk.workflows.grasp.choice.seen_task import task_as_seen
 
 AUTO = "auto"
 """Name of the strategy that chooses."""
@@ -39,7 +41,7 @@ MOST_TRIES = 3
 LATEST = 170.0
 """Time after which no further try begins [s] (ours): a run ends at 300 s."""
 RISEN = 0.5
-"""Part of the lift below which an object that is seen during the hold was dropped [-]."""
+"""Share of the lift below which an object that is seen during the hold counts as dropped [-]."""
 LET_GO_TIME = 1.5
 """Time in which the trunk lets go [s] (ours)."""
 BACK_SPEED = 0.15
@@ -53,9 +55,6 @@ STANDS = math.radians(5.0)
 TALL, COMPACT = 0.06, 1.5
 """Least height [m], and largest ratio of the widths seen from above [-], of an object on its side that counts as
 standing (ours): a wrap may take it, and fingers need not turn across it."""
-
-_FALLEN = 0.7
-"""Cosine of the angle between seen and announced axis below which an object has fallen over [-]."""
 
 
 @explain_fields
@@ -104,7 +103,7 @@ class AutoState:
 
 
 Ranking = Callable[[Observation, tuple[str, ...]], tuple[Candidate, ...]]
-"""The ranking of an observed task without the strategies that were tried."""
+"""Function that ranks the strategies for an observed task, without the names of those that were tried."""
 
 
 @final
@@ -143,7 +142,7 @@ class Auto(Strategy[AutoState]):
         return 0.0, math.inf
 
     def highest_base(self, task: Task) -> float | None:
-        """The largest height of the base that any strategy plans that can do the task [m]; None where none tells."""
+        """Largest height of the base that a strategy able to do the task plans [m]; None where none plans one."""
         return find_highest_base(task)
 
     def init(self, observation: Observation) -> AutoState:
@@ -235,49 +234,14 @@ def list_objects(name: str) -> tuple[str, ...]:
 def find_orientation(shape: ObjectSpec) -> str:
     """How an object on the ground is described: "upright" by its vertical axis, or "lying" by its level one.
 
-    It rests as its measures or its file say, whatever the description. Only what would hardly stand is laid down,
-    unless a pose was asked for.
+    The object itself rests as its measures or its file state. An object that would hardly stand is laid down, unless a
+    pose was given.
     """
     if natural_orientation(shape) == "upright":
         would_fall = shape.kind != "sphere" and compute_profile(shape).topple_angle < STANDS
         return "lying" if would_fall and not shape.pose else "upright"
     length, across, height = shape.size
     return "upright" if height >= TALL and length <= COMPACT * across else "lying"
-
-
-def task_as_seen(observation: Observation) -> Task:
-    """The task with the object where and as it is seen, its place kept.
-
-    The axis has no sign. An object that neither stands nor lies as announced is taken as it leans, by its length and
-    width: the profile is of how it stood. One that has come nearer to its place is carried back as far, and not on out
-    of the arm's reach, before it is brought there.
-    """
-    task, camera = observation.task, observation.camera
-    if camera is None:
-        return task
-    target, goal = _target_as_seen(task, camera.axis, camera.position), task.goal
-    rise = float(target.position[2] - task.target.position[2]) if goal.ground is not None else 0.0
-    place = goal.place + np.array([0.0, 0.0, rise])
-    off = (target.position - (goal.place - goal.aside / 2)) * [1.0, 1.0, 0.0]
-    aside = min(goal.aside, -goal.aside, key=lambda way: float(np.linalg.norm(off + way)))
-    return replace(task, target=target, goal=replace(goal, aside=aside, place=place))
-
-
-def _target_as_seen(task: Task, axis: np.ndarray, position: np.ndarray) -> Target:
-    target, ground = task.target, task.goal.ground
-    along = float(np.dot(axis, target.axis))
-    stood = abs(float(target.axis[2])) > _FALLEN
-    if ground is None or target.kind == "sphere":
-        return replace(target, position=position)
-    if stood and abs(along) > _FALLEN:
-        return replace(target, position=np.array([*position[:2], target.position[2]]))
-    if stood:
-        flat = axis * [1.0, 1.0, 0.0]
-        axis, height = flat / np.linalg.norm(flat), target.width / 2
-    else:
-        is_up = abs(float(axis[2])) > _FALLEN
-        axis, height = (np.array([0.0, 0.0, 1.0]), target.length / 2) if is_up else (axis, target.width / 2)
-    return replace(target, position=np.array([*position[:2], ground + height]), axis=axis, profile=None)
 
 
 def _rank_with(reach: ArmReach) -> Ranking:

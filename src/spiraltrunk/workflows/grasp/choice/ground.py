@@ -1,6 +1,6 @@
 """Height of the ground of a trial: the usual one, or a lower one.
 
-It is lower where the trunk that hangs at the start would touch it, or the arm would not reach high enough over it.
+It is lower where the hanging trunk would touch it at the start, or where the arm would not reach high enough over it.
 """
 
 from __future__ import annotations
@@ -13,9 +13,11 @@ import numpy as np
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
+from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.workflows.grasp.choice.auto import Auto
 from spiraltrunk.workflows.grasp.choice.place import choose_place
 
 GROUNDS = (0.60, 0.45, 0.30)
@@ -32,11 +34,31 @@ _REACHED, _STEP, _STEPS = 0.002, 0.1, 150
 """Distance at which a frame counts as reached [m]; period [s] and number of the steps of the inverse kinematics."""
 
 
-def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:
-    """The scene with the first of `list_grounds` over which the arm carries as high as the strategy plans.
+def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:
+    """The scene with the ground for a strategy (`choose_ground`), or for a choice among strategies.
 
-    For a strategy that tells no height it is the first of all, and the object stands where `choose_place` finds. A
-    scene without a ground, or with another than the usual one, stays as it is.
+    A choice among strategies takes the ground on which its best candidate scores highest: a lower ground brings tall
+    objects into reach of the fingers, and takes the standing wraps out of the arm's reach.
+
+    Raises:
+        ModelError: where the arm reaches high enough over no ground, or the strategy cannot plan for the object.
+    """
+    if not isinstance(strategy, Auto):
+        return choose_ground(design, options, strategy)
+    try:
+        if choose_ground(design, options, strategy) is options:
+            return options  # All candidates reach over the usual ground, or the scene has its own.
+    except ModelError:
+        pass  # Over no ground does the arm reach high enough for all candidates; the ranking finds for which it does.
+    scenes = (_with_ground(options, ground) for ground in list_grounds(design, ArmReach(design)))
+    return max(scenes, key=lambda scene: _best_score(design, scene, strategy))
+
+
+def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:
+    """The scene with the first of `list_grounds` over which the arm reaches the strategy's highest base.
+
+    A strategy that plans no height of the base gets the first of all, and `choose_place` chooses the object's place. A
+    scene without a ground, or with another ground than the usual one, is returned as it is.
 
     Raises:
         ModelError: where the arm reaches high enough over none of them, or the strategy cannot plan for the object.
@@ -46,7 +68,7 @@ def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy
     arm, tops = ArmReach(design), []
     grounds = list_grounds(design, arm)
     for ground in grounds:
-        tried = options if ground == options.ground else replace(options, ground=ground)
+        tried = _with_ground(options, ground)
         task = build_task(design, tried)
         top = strategy.highest_base(task)
         if top is None:
@@ -63,7 +85,7 @@ def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy
 
 
 def list_grounds(design: TrunkDesign, arm: ArmReach) -> tuple[float, ...]:
-    """`GROUNDS`, none higher than what the trunk clears that hangs at the arm's start [m]."""
+    """`GROUNDS`, each lowered where the trunk that hangs at the start would touch it [m]."""
     finger = 0.0 if design.gripper is None else design.gripper.finger_length
     most = float(arm.T_base(arm.home)[2, 3]) - design.length - finger - START_GAP
     return tuple(dict.fromkeys(min(ground, most) for ground in GROUNDS))
@@ -79,3 +101,13 @@ def _find_reach(arm: ArmReach, place: np.ndarray, height: float) -> float:
         if np.array_equal(q, before):
             break
     return height - float(np.linalg.norm(arm.T_base(q)[:3, 3] - frame[:3, 3]))
+
+
+def _with_ground(options: SceneOptions, ground: float) -> SceneOptions:
+    return options if ground == options.ground else replace(options, ground=ground)
+
+
+def _best_score(design: TrunkDesign, options: SceneOptions, auto: Auto) -> tuple[float, int]:
+    """Highest score of the candidates in a scene, and the number of feasible ones [-]."""
+    candidates = auto.init(SimPlant(design, options).reset()).candidates
+    return max((each.score for each in candidates), default=0.0), sum(each.feasible for each in candidates)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from spiraltrunk.control.loop import RunLog
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.workflows.grasp.choice.auto import Attempt, AutoState
-from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.verdict.arm_conditions import arm_conditions
 from spiraltrunk.workflows.grasp.verdict.cause import Cause, Failure
 from spiraltrunk.workflows.grasp.verdict.evidence import Evidence
@@ -38,7 +38,7 @@ def evaluate(plant: SimMachine, log: RunLog, job: str) -> Verdict:
 
 
 def _last_try(evidence: Evidence, log: RunLog, last: Attempt) -> Evidence:
-    """Trace, moments and task from the begin of the last try on."""
+    """Trace, moments and task from the start of the last try on."""
     first = next((i for i, seen in enumerate(log.observations) if seen.time >= last.began - 1e-9), 0)
     own = replace(log, observations=log.observations[first:], statuses=log.statuses[first:])
     trace = evidence.between((last.began, math.inf))

@@ -1,4 +1,4 @@
-"""Why a strategy cannot take an object at all, in words, without a trial."""
+"""Reasons, in words, for which a strategy cannot take an object, found without a trial."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from spiraltrunk.errors import describe
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.strategies.assessment import measure_width
 from spiraltrunk.workflows.grasp.choice.auto import AUTO
-from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.choice.ranking import announce_task, rank_object
 
 PUSHES = "pushes the object along the ground; it is not ranked"
@@ -30,7 +30,9 @@ def find_refusal(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec
     if not smallest <= width <= largest:
         low, high = math.ceil(1e4 * smallest) / 10, math.floor(1e4 * largest) / 10
         allowed = f"{low:g} to {high:g} mm, what {strategy.name} can take with the trunk {describe(design.name)}"
-        return f"{describe(name)} is {1e3 * width:.4g} mm wide{_tell_where(strategy, width, task)}; allowed: {allowed}"
+        return (
+            f"{describe(name)} is {1e3 * width:.4g} mm wide{_format_where(strategy, width, task)}; allowed: {allowed}"
+        )
     if strategy.job != "grasp":
         return None  # What is pushed along the ground is not carried.
     most = payload(design, width)
@@ -51,21 +53,21 @@ def explain_choice(design: TrunkDesign, shape: ObjectSpec, stage: str, name: str
     """
     ranked = rank_object(design, shape, stage)
     known = (strategies.get(each) for each in strategies.NAMES)
-    return (*ranked, *(_judge_push(each, design, shape, name) for each in known if _pushes_on(each, stage)))
+    return (*ranked, *(_assess_push(each, design, shape, name) for each in known if _pushes_on(each, stage)))
 
 
 def _pushes_on(strategy: Strategy[Any], stage: str) -> bool:
     return strategy.job != "grasp" and strategy.support == stage
 
 
-def _judge_push(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> Candidate:
+def _assess_push(strategy: Strategy[Any], design: TrunkDesign, shape: ObjectSpec, name: str) -> Candidate:
     refusal = find_refusal(strategy, design, shape, name)
     return Candidate(
         strategy=strategy.name, feasible=refusal is None, score=0.0, reason=PUSHES if refusal is None else refusal
     )
 
 
-def _tell_where(strategy: Strategy[Any], width: float, task: Task) -> str:
+def _format_where(strategy: Strategy[Any], width: float, task: Task) -> str:
     """Where the width is measured; empty where it is the announced one, to a tenth of a millimetre."""
     if abs(width - task.target.width) < 1e-4:
         return ""

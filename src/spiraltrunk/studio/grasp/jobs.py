@@ -1,4 +1,4 @@
-"""Long work of the tab; each function runs in a process of its own and is called as ``work(report, ...)``."""
+"""Jobs of the tab; each function runs in a process of its own and is called as ``work(report, ...)``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.workflows.grasp.artifacts import compute_result
 from spiraltrunk.workflows.grasp.choice.auto import get_strategy
-from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.choice.refusal import explain_choice, find_refusal
 from spiraltrunk.workflows.grasp.pictures import write_film, write_strip
 from spiraltrunk.workflows.grasp.recording import START, Frames, Recorder, Recording
@@ -48,10 +48,10 @@ class Scene:
 @final
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """How far a work is."""
+    """Progress of a job."""
 
     step: str
-    """What it does."""
+    """Present step."""
     done: int
     """Parts that are done."""
     total: int
@@ -65,7 +65,7 @@ def prepare(report: Report, request: GraspRequest) -> tuple[Candidate, ...]:
 
 
 def build_scene(request: GraspRequest) -> Scene:
-    """The scene of a trial, over the usual ground where the strategy cannot plan for the object."""
+    """The scene of a trial; where the strategy has no plan for the object, the ground is the usual one."""
     strategy = get_strategy(request.strategy, request.design, request.shape, request.stage)
     options = draw_scene(request.shape, request.seed, strategy=strategy)
     try:

@@ -10,11 +10,11 @@ from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError, ModelError
 from spiraltrunk.sim.body_meshes import ModelMeshes
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.studio.grasp.jobs import build_scene, read_upload, run_grasp
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.grasp.tab import list_strategies
 from spiraltrunk.studio.grasp.texts import describe_choice, describe_result, format_ranking
-from spiraltrunk.studio.grasp.works import build_scene, read_upload, run_grasp
-from spiraltrunk.workflows.grasp.choice.choose import Candidate
+from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.recording import RATE, join_frames
 from spiraltrunk.workflows.grasp.trial import run_trial
 

@@ -1,4 +1,4 @@
-"""Long work of the tab, run in a process of its own."""
+"""Jobs of the tab, each run in a process of its own."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import pytest
 from spiraltrunk.design import load_design
 from spiraltrunk.errors import TakeError
 from spiraltrunk.studio.drawing.axis_end import round_up
-from spiraltrunk.studio.measure import words, work
+from spiraltrunk.studio.measure import jobs, texts
 from spiraltrunk.studio.measure.error_scale import GAP, color_distances
 from spiraltrunk.studio.measure.take_folder import StoredTake
 from spiraltrunk.studio.measure.take_map import draw_map, mark_moment
@@ -21,10 +21,10 @@ def ignore(_):
 
 
 def test_a_virtual_session_is_reproducible_and_compared(virtual, question, tmp_path):
-    again = work.record_virtual(ignore, question.design, "rest-045", 0, str(tmp_path / "again"))
+    again = jobs.record_virtual(ignore, question.design, "rest-045", 0, str(tmp_path / "again"))
     assert pathlib.Path(again[0]).read_bytes() == (virtual / "rest-045_1.csv").read_bytes()
     told = []
-    (run,), result = work.compare_takes(told.append, question)
+    (run,), result = jobs.compare_takes(told.append, question)
     assert run.name == "rest-045"
     assert len(run.takes) == 2
     assert result["is_made_up"]
@@ -36,30 +36,30 @@ def test_a_bad_file_gives_the_reader_s_own_line(question, tmp_path):
     bad = tmp_path / "upload_1.csv"
     bad.write_text("no,take\n")
     with pytest.raises(TakeError, match=r"upload_1\.csv") as raised:
-        work.compare_takes(ignore, replace(question, takes={"rest-045": [str(bad)]}))
+        jobs.compare_takes(ignore, replace(question, takes={"rest-045": [str(bad)]}))
     assert "\n" not in str(raised.value)
 
 
 def test_the_report_is_that_of_the_command(question, tmp_path):
-    with zipfile.ZipFile(work.write_report(ignore, question, str(tmp_path))) as packed:
+    with zipfile.ZipFile(jobs.write_report(ignore, question, str(tmp_path))) as packed:
         names = set(packed.namelist())
     assert {"report.html", "result.json", "deviations.csv", "overlay-rest.png"} <= names
 
 
 @pytest.mark.slow
 def test_a_calibration_returns_design_and_files(question, tmp_path):
-    result, design, packed = work.calibrate_takes(ignore, question, 200.0, str(tmp_path))
+    result, design, packed = jobs.calibrate_takes(ignore, question, 200.0, str(tmp_path))
     assert load_design(design).name == "paper, calibrated"
     with zipfile.ZipFile(packed) as files:
         assert "calibration.png" in files.namelist()
     held = result["held_out"]["all"]
     assert held["calibrated_mean_rmse_m"] < held["uncalibrated_mean_rmse_m"]
-    assert f"{1e3 * held['calibrated_mean_rmse_m']:.2f} mm calibrated" in words.format_calibration(result)
+    assert f"{1e3 * held['calibrated_mean_rmse_m']:.2f} mm calibrated" in texts.format_calibration(result)
 
 
 def test_the_words_name_run_shape_and_gaps(question):
-    (run,), result = work.compare_takes(ignore, question)
-    text = words.format_moment(run, 0, 0, result)
+    (run,), result = jobs.compare_takes(ignore, question)
+    text = texts.format_moment(run, 0, 0, result)
     assert f"mean RMSE {1e3 * run.deviation.mean_rmse:.1f} mm" in text
     assert "rest, tilt 45 deg" in text
     gaps = run.takes[0].list_gaps(0)
@@ -68,7 +68,7 @@ def test_the_words_name_run_shape_and_gaps(question):
 
 
 def test_names_from_the_page_are_escaped():
-    text = words.format_takes([StoredTake(run="twist", file="f", name="<script>")])
+    text = texts.format_takes([StoredTake(run="twist", file="f", name="<script>")])
     assert "<script>" not in text
 
 

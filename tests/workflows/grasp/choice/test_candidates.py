@@ -12,7 +12,7 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.workflows.grasp.choice.choose import follow_frames, list_strategies, rank
+from spiraltrunk.workflows.grasp.choice.candidates import follow_frames, list_strategies, rank
 from spiraltrunk.workflows.grasp.choice.ranking import find_able, rank_object
 
 ON_GROUND = {"pinch", "tip-grip", "flip-grip", "wrap-oblique-low", "wrap-oblique", "wrap-horizontal"}

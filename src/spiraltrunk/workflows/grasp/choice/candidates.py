@@ -1,8 +1,9 @@
-"""Choice of a strategy: all that fit a stage, ranked by the model before anything moves.
+"""Candidates for a task: all strategies of its stage, ranked by the models before anything moves.
 
-A strategy first assesses the task by itself: widths, friction, payload, the push that topples the object. Then it plans
-its moves, which fails where the housing would touch the ground, say. Last, the arm's inverse kinematics follow the
-plan: a frame of the base that they do not reach, or reach with the arm all but straight, makes it infeasible.
+Each strategy first assesses the task: widths, friction, payload, the push that topples the object. Then it plans its
+moves; a plan fails, for example, where the housing would touch the ground. Last, the arm's inverse kinematics follow
+the plan. A frame of the base out of the arm's reach makes the candidate infeasible; the nearer the arm comes to being
+straight, the lower is its score.
 """
 
 from __future__ import annotations
@@ -22,17 +23,17 @@ from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.options import SUPPORTS
 from spiraltrunk.strategies.assessment import assess, plan_frames
-from spiraltrunk.strategies.scores import margin_factor, refuse, tell_factor
+from spiraltrunk.strategies.scores import format_factor, margin_factor, refuse
 
 STAGES = SUPPORTS
 """What may support the object: strings, or the ground."""
 
 REACH_SLACK = 0.005
-"""Distance from a frame of the base at which it counts as reached [m] (ours)."""
+"""Distance from a frame of the base within which it counts as reached [m] (ours)."""
 TURN_SLACK = math.radians(3.0)
-"""Angle from it at which it counts as reached [rad] (ours)."""
+"""Angle from a frame of the base within which it counts as reached [rad] (ours)."""
 AMPLE_REACH = 0.05
-"""Distance upwards at which the arm still reaches, with an ample margin [m] (ours)."""
+"""Height above the highest frame from which, if the arm reaches it, the score is not reduced [m] (ours)."""
 
 _IK_STEP, _IK_STEPS, _IK_STILL = 0.1, 150, 1e-5
 """Period [s], largest number and least size [rad] of the steps of the inverse kinematics."""
@@ -74,7 +75,7 @@ def stage_of(task: Task) -> str:
 
 
 def find_highest_base(task: Task) -> float | None:
-    """Largest height of the base planned by any strategy that can do a task by itself [m]; None where none tells."""
+    """Largest height of the base that any strategy able to do the task plans [m]; None where no strategy plans one."""
     heights = []
     for name in list_strategies(stage_of(task)):
         strategy = strategies.get(name)
@@ -89,25 +90,25 @@ def rank(observation: Observation, reach: ArmReach, *, but: Iterable[str] = ()) 
     Args:
         observation: the task and the robot at rest.
         reach: the arm's inverse kinematics.
-        but: names of strategies that are left out.
+        but: names of strategies to leave out.
     """
     names = [name for name in list_strategies(stage_of(observation.task)) if name not in tuple(but)]
-    found = [judge_candidate(strategies.get(name), observation, reach) for name in names]
+    found = [assess_candidate(strategies.get(name), observation, reach) for name in names]
     return tuple(sorted(found, key=lambda each: -each.score))
 
 
-def judge_candidate(strategy: Strategy[Any], observation: Observation, reach: ArmReach) -> Candidate:
+def assess_candidate(strategy: Strategy[Any], observation: Observation, reach: ArmReach) -> Candidate:
     """What the models of strategy, plan and arm predict for an observed task."""
     assessment = assess(strategy, observation.task)
     if assessment.feasible:
-        assessment = _judge_plan(strategy, observation, reach, assessment)
+        assessment = _assess_plan(strategy, observation, reach, assessment)
     return Candidate(
         strategy=strategy.name, feasible=assessment.feasible, score=round(assessment.score, 3),
         reason=assessment.reason,
     )  # fmt: skip
 
 
-def _judge_plan(
+def _assess_plan(
     strategy: Strategy[Any], observation: Observation, reach: ArmReach, assessment: Assessment
 ) -> Assessment:
     try:
@@ -121,13 +122,15 @@ def _judge_plan(
         return refuse(f"base beyond the arm's reach: it ends {math.degrees(turn):.0f} deg askew")
     room = _room_above(reach, observation.arm_position, max(frames, key=lambda frame: float(frame[2, 3])))
     factor = margin_factor(room, AMPLE_REACH)
-    reason = assessment.reason + tell_factor("reach", factor)
+    reason = assessment.reason + format_factor("reach", factor)
     return Assessment(feasible=True, score=assessment.score * factor, reason=reason)
 
 
 def follow_frames(reach: ArmReach, q: np.ndarray, frames: Iterable[np.ndarray]) -> tuple[float, float]:
-    """Largest distances from frames of the base, each of shape (4, 4), that the arm ends at on a way from ``q`` through
-    all of them [m], [rad]."""
+    """Largest error of position [m] and of orientation [rad] with which the arm follows frames of the base.
+
+    The arm starts at ``q`` [rad] and moves through all frames, each of shape (4, 4).
+    """
     short = turn = 0.0
     for frame in frames:
         q = _approach(reach, q, frame)

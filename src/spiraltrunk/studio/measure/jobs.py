@@ -1,4 +1,4 @@
-"""Long work of the tab, each a function that runs in a process of its own."""
+"""Jobs of the tab; each function runs in a process of its own."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Report = Callable[[tuple[str, int, int]], None]
 @final
 @dataclass(frozen=True, kw_only=True)
 class Question:
-    """What is compared with what."""
+    """Recordings, and the model that they are compared with."""
 
     design: TrunkDesign
     """The trunk."""
