@@ -32,7 +32,7 @@ def main() -> None:
     began = time.perf_counter()
     policy = clone_policy(
         episodes, strategies.get(arguments.strategy),
-        options=CloningOptions(seed=arguments.seed, steps=arguments.steps), tell=_tell,
+        options=CloningOptions(seed=arguments.seed, steps=arguments.steps), on_check=_print_check,
     )  # fmt: skip
     write_policy(arguments.out, policy.description, policy.networks)
     write_figure(_draw(policy), arguments.out.with_suffix(".png"), dpi=100)
@@ -52,7 +52,7 @@ def _read_arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _tell(network: str, step: int, train: float, valid: float) -> None:
+def _print_check(network: str, step: int, train: float, valid: float) -> None:
     print(f"{network} {step}: {train:.5f} {valid:.5f}", flush=True)
 
 

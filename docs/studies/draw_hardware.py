@@ -46,7 +46,7 @@ class Drawing:
     def line(
         self, points: Sequence[tuple[float, float]], color: str, *, is_dashed: bool = False, ends: str = ""
     ) -> None:
-        """A line through points; ``ends`` has "a" for an arrow at its end and "b" for one at its begin."""
+        """A line through points; ``ends`` has "a" for an arrow at its end and "b" for one at its start."""
         way = " ".join(f"{x:g},{y:g}" for x, y in points)
         name = {POWER: "power", DATA: "data", INK: "ink"}[color]
         marks = (f' marker-end="url(#{name})"' * ("a" in ends)) + (f' marker-start="url(#{name})"' * ("b" in ends))

@@ -37,7 +37,7 @@ def read_command(command: Command, n_cable: int, tension_max: float) -> Command:
 
 
 def _check_motors(tension: np.ndarray, gripper: float, tension_max: float) -> None:
-    """Refuse what no motor does; a ramp's rounding beyond the ends is let through, and cut off by the plant."""
+    """Refuse tensions and gripper values out of range; rounding errors of a ramp pass, and the plant clips them."""
     rounding = _ROUNDING * tension_max
     if not all(-rounding <= one <= tension_max + rounding for one in tension.tolist()):
         wrong = max(tension.tolist(), key=lambda one: abs(one - tension_max / 2))

@@ -42,7 +42,7 @@ class RunLog:
         return self._span([s.phase == phase and action in (None, s.action) for s in self.statuses])
 
     def milestone_span(self, milestone: Milestone) -> tuple[float, float] | None:
-        """Begin of the first attempt at a milestone and end of the last one [s]; None where none was reported."""
+        """Start of the first attempt at a milestone and end of the last one [s]; None where none was reported."""
         return self._span([s.milestone is milestone for s in self.statuses])
 
     def _span(self, is_part: list[bool]) -> tuple[float, float] | None:

@@ -22,7 +22,7 @@ class Milestone(Enum):
     """What a strategy achieves with the object; the value is its name in reports.
 
     Every step of an attempt carries the milestone that it works towards: the first and the last step that carry LIFTED
-    are the begin and the end of the lift. The verdict on a grasp needs LIFTED, CARRIED and HELD; on a sweep also
+    are the start and the end of the lift. The verdict on a grasp needs LIFTED, CARRIED and HELD; on a sweep also
     PUSHED.
     """
 
@@ -106,7 +106,7 @@ class Strategy(ABC, Generic[State]):
         return graspable_range(design)
 
     def highest_base(self, task: Task) -> float | None:
-        """Largest height of the trunk's base, hanging over the object, that it plans [m]; None where it tells none.
+        """Largest height of the trunk's base, hanging over the object, that it plans [m]; None where it plans none.
 
         Raises:
             ModelError: where the robot cannot do what the task asks.

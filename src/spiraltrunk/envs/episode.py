@@ -22,8 +22,8 @@ from spiraltrunk.control.encoding import (
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.envs.env_state import EpisodeState
+from spiraltrunk.envs.evaluator import EpisodeEvaluator
 from spiraltrunk.envs.joint_follower import JointFollower
-from spiraltrunk.envs.judge import Judge
 from spiraltrunk.envs.rewards import FAULT, SUCCESS
 from spiraltrunk.errors import RunError
 from spiraltrunk.field_docs import explain_fields
@@ -35,7 +35,7 @@ from spiraltrunk.workflows.grasp.verdict.grasp_verdict import Verdict
 @final
 @dataclass(frozen=True, kw_only=True)
 class EpisodeRules:
-    """What an episode goes by."""
+    """Rules of an episode."""
 
     job: str
     """"grasp", "kick" or "sweep"."""
@@ -86,8 +86,8 @@ class Episode:
         """The last command, from which actions displace the base."""
         self._joints = JointFollower(plant.reach)
         self._joints.restart(self.observation.arm_position)
-        self._judge = Judge(plant, rules.job)
-        self._potential = self._judge.potential(self._judge.measure())
+        self._evaluator = EpisodeEvaluator(plant, rules.job)
+        self._potential = self._evaluator.potential(self._evaluator.measure())
         self._steps, self._is_over = 0, False
 
     def follow(self, action: np.ndarray | None, command: Command | None) -> Outcome:
@@ -99,7 +99,7 @@ class Episode:
         """
         if self._is_over:
             raise RunError("the episode has ended; allowed: reset, then step")
-        plant, judge, fault = self.plant, self._judge, ""
+        plant, evaluator, fault = self.plant, self._evaluator, ""
         for period in range(self._rules.periods):
             try:
                 self.observation = self._step_plant(action, command, period)
@@ -108,13 +108,13 @@ class Episode:
                     raise
                 fault = "the simulation diverged"
                 break
-            judge.update(plant.trace[-1])
-            fault = fault or judge.find_fault(plant.trace[-1])
+            evaluator.update(plant.trace[-1])
+            fault = fault or evaluator.find_fault(plant.trace[-1])
         self._steps += 1
         return self._finish(fault)
 
     def encode_command(self, command: Command) -> EncodedAction:
-        """The action that leads to a command next, and what it leaves out."""
+        """The action whose next command is the given one, and what it leaves out."""
         rules, period = self._rules, CONTROL_PERIOD * self._rules.periods
         joints = None
         if rules.mode.sets_joints:
@@ -127,20 +127,20 @@ class Episode:
 
     def verdict(self) -> Verdict:
         """The survey's verdict so far."""
-        return self._judge.verdict()
+        return self._evaluator.verdict()
 
     def get_state(self) -> EpisodeState:
         """Everything that its next steps depend on."""
         return EpisodeState(
             plant=self.plant.get_state(), observation=self.observation, setpoint=self.setpoint,
-            joints=self._joints.get_state(), referee=self._judge.referee.copy(), quiet=self._judge.quiet,
+            joints=self._joints.get_state(), referee=self._evaluator.referee.copy(), quiet=self._evaluator.quiet,
             potential=self._potential, steps=self._steps, is_over=self._is_over,
         )  # fmt: skip
 
     def set_state(self, state: EpisodeState) -> None:
         """Go on from a state of an episode in the same world, by the same rules."""
         self.plant.set_state(state.plant)
-        self._judge.referee, self._judge.quiet = state.referee.copy(), state.quiet
+        self._evaluator.referee, self._evaluator.quiet = state.referee.copy(), state.quiet
         self._joints.set_state(state.joints)
         self.observation, self.setpoint = state.observation, state.setpoint
         self._potential, self._steps, self._is_over = state.potential, state.steps, state.is_over
@@ -164,13 +164,13 @@ class Episode:
 
     def _finish(self, fault: str) -> Outcome:
         """Reward, end and info of a step."""
-        judge, rules = self._judge, self._rules
+        evaluator, rules = self._evaluator, self._rules
         is_late = self._steps >= rules.most_steps
-        verdict = judge.verdict() if (judge.has_ended() or is_late) and not fault else None
+        verdict = evaluator.verdict() if (evaluator.has_ended() or is_late) and not fault else None
         is_success = verdict is not None and verdict.success
         is_terminated = rules.ends and (bool(fault) or is_success)
-        terms = judge.measure()
-        potential = judge.potential(terms)
+        terms = evaluator.measure()
+        potential = evaluator.potential(terms)
         terms["success"], terms["fault"] = float(is_success), float(bool(fault) and is_terminated)
         reward = SUCCESS * terms["success"]
         if rules.is_dense:
@@ -178,7 +178,7 @@ class Episode:
         self._potential, self._is_over = potential, is_terminated or is_late
         info: dict[str, Any] = {
             "is_success": is_success, "success": is_success, "time_s": round(float(self.observation.time), 9),
-            "milestone": judge.latest_milestone(), "reward_terms": terms,
+            "milestone": evaluator.latest_milestone(), "reward_terms": terms,
         }  # fmt: skip
         if self._is_over:
             info["reason"] = fault or ("" if verdict is None else verdict.reason)

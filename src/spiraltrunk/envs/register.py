@@ -19,7 +19,7 @@ IDS: Mapping[str, Mapping[str, Any]] = {
 
 
 def register_envs() -> None:
-    """Register every environment once; its specification tells all arguments."""
+    """Register every environment once; its specification has all arguments."""
     for name, given in IDS.items():
         if name not in gymnasium.registry:
             gymnasium.register(

@@ -36,7 +36,7 @@ class StrategyAgent:
         self.clipped = 0.0
         """Largest amount by which a command was beyond the range of actions [-]."""
         self.dropped: set[str] = set()
-        """Parts of its commands that the control mode cannot tell."""
+        """Parts of its commands that the control mode cannot express."""
 
     def reset(self) -> None:
         """Plan from the first observation, after a reset of the environment.

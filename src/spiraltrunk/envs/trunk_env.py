@@ -225,7 +225,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         return self._advance(None, command)
 
     def encode_command(self, command: Command) -> EncodedAction:
-        """The action that leads to a command next, and what it leaves out."""
+        """The action whose next command is the given one, and what it leaves out."""
         return self._present.encode_command(command)
 
     def verdict(self) -> Verdict:

@@ -1,4 +1,4 @@
-"""The real robot: motors, servo and arm behind ports, with twins that answer, behave and fail like the devices."""
+"""The real robot: motors, servo and arm behind ports, and simulated twins of these devices."""
 
 from spiraltrunk.hardware.plant import HardwarePlant
 

@@ -1,4 +1,4 @@
-"""The real robot, or its twin, as a plant: a strategy cannot tell it from the simulated one."""
+"""The real robot, or its twin, as a plant with the interface of the simulated one."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ REST = 0.2
 """Time for which commands must not have changed for that [s] (ours)."""
 
 _STILL = (2e-3, 0.5, 1e-3, 0.02)
-"""Changes of a command that are none: joints [rad], tension [N], pull [m], gripper [-] (ours)."""
+"""Changes up to which a command counts as unchanged: joints [rad], tension [N], pull [m], gripper [-] (ours)."""
 
 
 class ArmReader(Protocol):

@@ -35,7 +35,7 @@ class Measured:
     time: np.ndarray
     """Instants, increasing, shape (n,) with n >= 2 [s]."""
     phase_spans: tuple[tuple[str, float, float], ...]
-    """Name, begin and end of each phase of the strategy; empty without one [-, s, s]."""
+    """Name, start and end of each phase of the strategy; empty without one [-, s, s]."""
     pull: np.ndarray
     """Cable pulled in since the straight trunk, shape (n, n_cable) [m]."""
     tension: np.ndarray

@@ -22,7 +22,7 @@ class SensorState:
     """State of the sensors' errors."""
 
     generator: dict[str, Any]
-    """State of the random generator, as NumPy tells it."""
+    """State of the random generator, as NumPy gives it."""
     bias: np.ndarray
     """Constant part of the camera's error, shape (3,) [m]."""
     bias_turn: float

@@ -45,7 +45,7 @@ class ActionState:
 
 @final
 class ActionPolicy(Strategy[ActionState]):
-    """A policy of an environment, on any plant and in surveys; it commands what it would command there.
+    """A policy of an environment as a strategy, for any plant and for surveys; it commands as in the environment.
 
     It reports no milestones: in simulation the verdict's referee finds them. It ends when its time is over.
 
@@ -110,7 +110,7 @@ class ActionPolicy(Strategy[ActionState]):
         return ActionState(setpoint=begin_setpoint(observation), action=np.zeros(0))
 
     def step(self, state: ActionState, observation: Observation) -> tuple[ActionState, Command]:
-        """The set point on the way to the present action; a new action at the begin of each."""
+        """The set point on the way to the present action; a new action at the start of each."""
         if observation.time >= self._duration - 1e-9:
             return replace(state, is_done=True), state.setpoint.command
         period, action = state.count % self._periods, state.action

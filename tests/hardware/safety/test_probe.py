@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from spiraltrunk.hardware.safety.fault import FaultKind
-from spiraltrunk.hardware.safety.probe import PERIOD, TORQUE, ProbeState, judge_answers, probe_torques, step_probe
+from spiraltrunk.hardware.safety.probe import PERIOD, TORQUE, ProbeState, check_answers, probe_torques, step_probe
 
 DT = 0.002
 
@@ -59,11 +59,11 @@ def test_a_dead_motor_is_found():
 
 
 def test_an_answer_counts_from_its_part_of_the_pulse():
-    assert judge_answers(0, [0.0121, 0.0119]) is None
-    assert "was answered by motor 2" in judge_answers(0, [0.04, -0.0121]).text
-    assert "answered a pulse" in judge_answers(0, [0.0119, 0.0]).text
-    assert "answered a pulse" in judge_answers(0, [-0.0119, 0.0]).text
-    assert "wrong way" in judge_answers(0, [-0.0121, 0.0]).text
+    assert check_answers(0, [0.0121, 0.0119]) is None
+    assert "was answered by motor 2" in check_answers(0, [0.04, -0.0121]).text
+    assert "answered a pulse" in check_answers(0, [0.0119, 0.0]).text
+    assert "answered a pulse" in check_answers(0, [-0.0119, 0.0]).text
+    assert "wrong way" in check_answers(0, [-0.0121, 0.0]).text
 
 
 def test_what_comes_in_the_settling_time_is_not_averaged():

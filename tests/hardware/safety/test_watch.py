@@ -80,9 +80,9 @@ def test_what_is_known_of_the_noise_is_kept_when_torque_is_switched_on_again(wat
         readings = tuple(rest(number * DT, cable, read(number * DT, cable)) for cable in range(3))
         state, _, _ = watch(watches, state, readings, number * DT, DT)
     again = watches.start(state)
-    assert [motor.frozen.noise.is_lively for motor in again.motors] == [True] * 3
+    assert [motor.frozen.noise.is_fluctuating for motor in again.motors] == [True] * 3
     assert again.motors[0].frozen.frame is None
-    assert not watches.start().motors[0].frozen.noise.is_lively
+    assert not watches.start().motors[0].frozen.noise.is_fluctuating
 
 
 @pytest.mark.slow

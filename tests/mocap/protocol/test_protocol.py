@@ -128,7 +128,7 @@ WRONG = {
     "a section": (RUN + '[sections]\nx = "a"\n', "sections.x is 'a'"),
     "a still": (RUN + "[still]\nhold_s = -1\n", "still.hold_s is -1.0"),
     "a schema": ("schema = 2\n" + RUN, "schema is 2, not 1; allowed: a protocol in TOML"),
-    "an end before the begin": (RUN + "begin_s = 3\nend_s = 2\n", "after begin_s, 3"),
+    "an end before the start": (RUN + "begin_s = 3\nend_s = 2\n", "after begin_s, 3"),
     "a period without begin": (RUN + "period_s = 3\n", "with begin_s"),
     "deep": ("x = " + "[" * 4000, "allowed: a protocol in TOML"),
     "a long key": ("a." * 5000 + "b = 1", "more than 250 dots; allowed: a protocol in TOML"),

@@ -40,9 +40,9 @@ def make_episode(seed: int, up: int = 40, keep: int = 30) -> Episode:
             cable_pull=np.full(3, 1e-4 * i), cable_tension=np.zeros(3), base_force=np.array([0.0, 0.0, -2.0]),
             base_torque=np.zeros(3),
         ))  # fmt: skip
-    told = (UP,) * up + (KEEP,) * keep
+    reported = (UP,) * up + (KEEP,) * keep
     return Episode(
-        task=task, observations=tuple(observations), commands=tuple(commands[:-1]), told=told, is_success=True,
+        task=task, observations=tuple(observations), commands=tuple(commands[:-1]), reported=reported, is_success=True,
         object="cylinder-60", seed=seed,
     )  # fmt: skip
 

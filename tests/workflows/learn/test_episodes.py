@@ -32,19 +32,19 @@ def test_a_recorded_episode_is_read_whole(fakes: ModuleType, tmp_path: Path) -> 
     (file,) = list_episodes(tmp_path, "wrap-vertical")
     episode = read_episode(file)
     seen, commands = fakes.draw_messages(5, 23)
-    assert (len(episode.observations), len(episode.commands), len(episode.told)) == (24, 23, 23)
+    assert (len(episode.observations), len(episode.commands), len(episode.reported)) == (24, 23, 23)
     assert (episode.is_success, episode.object, episode.seed) == (True, "cylinder-60", 5)
     assert np.array_equal(episode.observations[7].cable_pull, seen[7].cable_pull)
     assert np.array_equal(episode.commands[22].T_world_base, commands[22].T_world_base)
     assert episode.task.target.width == seen[0].task.target.width
-    for told, phase, milestone, action in zip(
-        episode.told, recorded.phase, recorded.milestone, recorded.action, strict=True
+    for reported, phase, milestone, action in zip(
+        episode.reported, recorded.phase, recorded.milestone, recorded.action, strict=True
     ):
         name = MILESTONE_NAMES[milestone]
-        assert told == (PHASE_NAMES[phase], action, "" if name == "none" else name)
+        assert reported == (PHASE_NAMES[phase], action, "" if name == "none" else name)
 
 
-def test_failed_episodes_are_told(fakes: ModuleType, tmp_path: Path) -> None:
+def test_failed_episodes_are_marked(fakes: ModuleType, tmp_path: Path) -> None:
     write_episode(fakes.build_episode(5, success=False), tmp_path / "one.npz")
     assert not read_episode(tmp_path / "one.npz").is_success
 

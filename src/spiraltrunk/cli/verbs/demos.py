@@ -108,11 +108,11 @@ def _merge(arguments: argparse.Namespace) -> Answer:
     plan = read_plan(arguments.merge)
     with open_out(arguments.out, WRITER, list_files(plan.format)) as output:
         assert output is not None
-        result = merge_demos(arguments.merge, output, progress=_tell_begin)
+        result = merge_demos(arguments.merge, output, progress=_print_begin)
     return DONE, format_json(result) if arguments.json else _format_text(result, arguments.out)
 
 
-def _tell_begin(step: str, count: int, total: int) -> None:
+def _print_begin(step: str, count: int, total: int) -> None:
     if count == 0:
         print_progress(step, sys.stderr)
 
@@ -135,7 +135,7 @@ def _record(arguments: argparse.Namespace) -> Answer:
                 show(rows)
 
             result = run_demos(
-                plan, folder=output, workers=count_workers(arguments), engine=engine, watch=watch, progress=_tell_begin
+                plan, folder=output, workers=count_workers(arguments), engine=engine, watch=watch, progress=_print_begin
             )
     except KeyboardInterrupt:
         kept = f"are in {arguments.out}; the same command goes on with the rest"
@@ -145,7 +145,7 @@ def _record(arguments: argparse.Namespace) -> Answer:
 
 
 def _build_plan(arguments: argparse.Namespace) -> DemosPlan:
-    """The trials, and what to make of them.
+    """The trials, and the data set to write from them.
 
     Raises:
         UnknownName: for a strategy, object, camera or control mode that does not exist.

@@ -108,7 +108,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     if missing is not None:
         complain(f"no film strip and no video: {missing}", DONE)
     if result.get("attempts") == []:
-        _tell_alternatives(design, shape, strategy.support)
+        _name_alternatives(design, shape, strategy.support)
     code = DONE if result["success"] else FAILED
     if arguments.json:
         return code, format_json(result)
@@ -144,8 +144,8 @@ def _write_replay(trial: Trial, title: str, file: Path) -> None:
         write_output_file(file, format_replay(record(trial, title)).encode(), "html")
 
 
-def _tell_alternatives(design: TrunkDesign, shape: ObjectSpec, stage: str) -> None:
-    """Tell with which options another strategy can take an object that a choice refused."""
+def _name_alternatives(design: TrunkDesign, shape: ObjectSpec, stage: str) -> None:
+    """Print the options with which another strategy can take an object that `auto` refused."""
     from spiraltrunk.workflows.grasp.choice.ranking import find_alternatives
 
     for option, name in find_alternatives(design, shape, stage).items():

@@ -21,10 +21,14 @@ def add_verb(verbs: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--trials", type=read_count, default=40, metavar="N",
-        help="trunks to judge (default 40); a larger number goes on with a search that is complete",
+        help="trunks to evaluate (default 40); a larger number goes on with a search that is complete",
     )  # fmt: skip
     parser.add_argument(
-        "--objects", type=read_count, default=20, metavar="N", help="drawn objects of each judgement (default 20)"
+        "--objects",
+        type=read_count,
+        default=20,
+        metavar="N",
+        help="drawn objects that each trunk is evaluated with (default 20)",
     )
     parser.add_argument(
         "--unseen", type=read_count, default=40, metavar="N",

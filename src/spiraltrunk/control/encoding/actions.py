@@ -79,8 +79,8 @@ class EncodedAction:
     clipped: float
     """Largest amount by which a number was beyond -1 or 1 before it was clipped [-]."""
     dropped: tuple[str, ...]
-    """Parts of the command that the control mode cannot tell: "cable_pull" where pulls were limited and the mode sets
-    tensions alone, "cable_tension" the other way round, "T_world_base" where the mode sets joints."""
+    """Parts of the command that the control mode cannot express: "cable_pull" where pulls were limited and the mode
+    sets tensions alone, "cable_tension" the other way round, "T_world_base" where the mode sets joints."""
 
 
 def action_names(mode: ControlMode, design: TrunkDesign, n_arm: int = 7) -> tuple[str, ...]:

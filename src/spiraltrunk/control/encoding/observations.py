@@ -23,22 +23,22 @@ Row = tuple[str, float, float]
 _XYZ = ("x", "y", "z")
 
 _WIDE = 5.0
-"""Largest coordinate of a place in the world that is told [m] (ours)."""
+"""Bound of the coordinates of places in the world [m] (ours)."""
 
 _POSITION = 10.0
-"""Largest position of a joint of the arm that is told [rad] (ours)."""
+"""Bound of the arm's joint positions [rad] (ours)."""
 
 _SPEED = 10.0
-"""Largest speed of a joint of the arm that is told [rad/s] (ours)."""
+"""Bound of the arm's joint speeds [rad/s] (ours)."""
 
 _FORCE, _TORQUE = 200.0, 100.0
-"""Largest force [N] and torque [N m] on the base, along one axis, that are told (ours)."""
+"""Bounds of force [N] and torque [N m] on the base along one axis (ours)."""
 
 _PULL = 1.5
-"""Largest measured pull over the cable stroke that is told [-] (ours)."""
+"""Bound of measured pulls over the cable stroke [-] (ours)."""
 
 _TENSION = 2.0
-"""Largest measured tension over the design's largest that is told [-] (ours): estimates are noisy."""
+"""Bound of measured tensions over the design's largest [-] (ours): estimates are noisy."""
 
 _EXTENT, _MASS = 1.0, 20.0
 """Largest extent [m] and mass [kg] of an object."""
@@ -108,7 +108,7 @@ def encode_environment(observation: Observation) -> np.ndarray:
 
 @final
 class _Key(Generic[Kept]):
-    """Key of a task or a design by its identity: it is one object during a run."""
+    """Cache key of a task or a design by identity: during a run it is the same object."""
 
     __slots__ = ("value",)
 
@@ -154,7 +154,7 @@ def _rows(name: str, parts: Sequence[str | int], least: float, most: float) -> l
 
 
 def _measure(design: TrunkDesign) -> tuple[int, float, float]:
-    """Count of the cables, and the largest pull [m] and tension [N] that are told."""
+    """Number of cables, and the bounds of pull [m] and tension [N]."""
     return design.n_cable, _PULL * design.cable_stroke, _TENSION * design.cable.tension_max
 
 

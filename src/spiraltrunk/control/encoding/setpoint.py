@@ -38,7 +38,7 @@ ACCELERATION, ANGULAR_ACCELERATION = 1.0, 3.5
 which the arm's joints stay below their limits but near the ends of its reach."""
 
 BRAKING = 0.8
-"""Speed towards a set point that was left behind, over that from which it can still stop [-] (ours)."""
+"""Largest speed towards a set point, over the speed from which the base can still stop there [-] (ours)."""
 
 _MOST, _FASTEST = (ACCELERATION, ANGULAR_ACCELERATION), (TRANSLATION_SPEED, ROTATION_SPEED)
 
@@ -58,7 +58,7 @@ class Setpoint:
     wanted: Command
     """In the absolute modes, command that the action asks for at this time; the base is on its way to it."""
     start: Command
-    """The same at the begin of the action."""
+    """The command that was asked for at the start of the action."""
 
 
 def begin_setpoint(observation: Observation) -> Setpoint:

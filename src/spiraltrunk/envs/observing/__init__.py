@@ -1,1 +1,4 @@
-"""What environments show: spaces, pictures, and the truth where it is asked for."""
+"""Observations of environments: their spaces, and the privileged true state.
+
+`trunk_env.TrunkEnv` assembles an observation from these and from the vectors of `control.encoding`.
+"""

@@ -1,4 +1,4 @@
-"""The true state of object and world, for critics and teachers; a robot does not know it."""
+"""Privileged observation: the true state of object and world, for critics and teachers; a robot does not know it."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def read_periods(control_hz: float) -> int:
 
 
 def read_size(size: Sequence[int]) -> tuple[int, int]:
-    """Height and width of pictures [pixels].
+    """Height and width of pictures, checked to be two numbers [pixels].
 
     Raises:
         DesignError: for anything but two numbers.
@@ -41,7 +41,7 @@ def read_size(size: Sequence[int]) -> tuple[int, int]:
 
 
 def check_name(kind: str, name: str, known: Iterable[str]) -> str:
-    """The name, where it is known.
+    """The name, checked to be one of those that are known.
 
     Raises:
         UnknownName: lists the names.
@@ -65,8 +65,8 @@ def build_observation_space(
     Args:
         design: the robot.
         n_arm: number of the arm's joints.
-        is_privileged: whether the truth is told.
-        cameras: cameras whose pictures are told; one is a box, several are a dictionary of boxes.
+        is_privileged: whether the true state is part of it.
+        cameras: cameras whose pictures are part of it; one is a box, several are a dictionary of boxes.
         size: height and width of the pictures [pixels].
     """
     boxes = {"agent_pos": agent_bounds(design, n_arm), "environment_state": environment_bounds()}

@@ -28,7 +28,7 @@ class ArmState:
     velocity: np.ndarray
     """Joint velocities, shape (n_arm,) [rad/s]."""
     acceleration: np.ndarray
-    """Joint accelerations, shape (n_arm,) [rad/s^2]; zeros where the driver does not tell them."""
+    """Joint accelerations, shape (n_arm,) [rad/s^2]; zeros where the driver does not give them."""
     torque: np.ndarray
     """Joint torques, shape (n_arm,) [N m]."""
     error: str | None = None

@@ -1,4 +1,4 @@
-"""What is checked before an arm gets anything: limits, targets, collision thresholds, load. Nothing is clamped."""
+"""Checks before anything is sent to an arm: limits, targets, collision thresholds, load. Nothing is clamped."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class CollisionThresholds:
 
 
 def intersect_limits(first: ArmLimits, second: ArmLimits) -> ArmLimits:
-    """The limits that keep both; a quantity that one does not know is the other's.
+    """The tighter of two limits for each quantity; where one of them is unknown, the other.
 
     Raises:
         DriveError: where they are of arms with different numbers of joints.
@@ -295,7 +295,7 @@ def _refuse_wider(name: str, configured: np.ndarray, own: np.ndarray) -> None:
 
 
 def _count_joints(limits: ArmLimits) -> set[int]:
-    """Numbers of joints that the known limits are for: one."""
+    """Numbers of joints of the known limits; one number where the limits agree."""
     known = [getattr(limits, name) for name in QUANTITIES]
     return {int(np.shape(limit)[-1]) for limit in known if limit is not None}
 

@@ -86,7 +86,7 @@ class GuardedArm(ArmPort):
 
     @final
     def send(self, position: np.ndarray) -> None:
-        """Command joint positions, shape (n_arm,) [rad]; not sent where the arm reports an error, which `read` tells.
+        """Command joint positions, shape (n_arm,) [rad]; not sent where the arm reports an error, which `read` returns.
 
         Raises:
             DriveError: after `close`, and for a target that is not finite, of another shape, beyond a limit, faster

@@ -1,4 +1,4 @@
-"""What both libraries over libfranka tell of an arm: its state, its mode and its errors."""
+"""State, mode and errors of an arm, as both libraries over libfranka give them."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ WRITE_TIMEOUT = 0.01
 """Longest wait for a line that does not take what is written (ours) [s]."""
 
 PULSE_PERIOD = 0.02
-"""Time after which the servo's pulse is told again: that of its 50 Hz [s]."""
+"""Period at which the servo's pulse is sent again: that of its 50 Hz [s]."""
 
 MOST_BYTES = 4096
 """Most bytes that one `BoardBus.receive` takes (ours), so that a flood cannot hold the loop."""
@@ -37,7 +37,7 @@ MOST_BYTES = 4096
 @final
 @dataclass(frozen=True, kw_only=True)
 class BoardCounts:
-    """What was received from the board and not believed."""
+    """Received data that were discarded."""
 
     skipped_bytes: int
     """Bytes that belonged to no message [-]."""
@@ -73,7 +73,7 @@ class BoardBus(FrameBus):
 
     @property
     def counts(self) -> BoardCounts:
-        """What was received so far and not believed."""
+        """Received data that were discarded so far."""
         parser = self._parser
         return BoardCounts(
             skipped_bytes=parser.skipped,

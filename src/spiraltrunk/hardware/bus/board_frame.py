@@ -16,7 +16,7 @@ START = 0xA5
 """First byte of a frame."""
 
 LONGEST = 256
-"""Most data bytes of a frame (ours): a length beyond is not believed [bytes]."""
+"""Most data bytes of a frame (ours): a longer one is rejected [bytes]."""
 
 _HEADER = struct.Struct("<BHB")
 _NUMBER = struct.Struct("<H")
@@ -30,7 +30,7 @@ AROUND_DATA = BEFORE_DATA + _NUMBER.size
 
 @final
 class BoardMessage(NamedTuple):
-    """What one frame says."""
+    """Content of one frame."""
 
     command: int
     """What it is about, 0 to 0xFFFF."""
@@ -55,7 +55,7 @@ def encode_message(message: BoardMessage) -> bytes:
 
 @final
 class MessageParser:
-    """Finds messages in a stream of bytes, and finds back to them after garbage."""
+    """Finds messages in a stream of bytes; resynchronises after bytes that are no message."""
 
     def __init__(self) -> None:
         self.skipped = 0

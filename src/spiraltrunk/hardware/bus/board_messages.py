@@ -1,4 +1,4 @@
-"""What host and board say to each other in the board's serial frame. The commands and their layout are ours.
+"""Messages between host and board in the board's serial frame. The commands and their layout are ours.
 
 The board's firmware is written to this page; its twin is, too. All numbers are little endian.
 

@@ -11,7 +11,7 @@ from spiraltrunk.hardware.bus.can_address import INTERFACES, parse_can_address
 
 @final
 class BusKind(Enum):
-    """What is at the other end."""
+    """Kind of a bus."""
 
     CAN = "can"
     """A CAN adapter, see `can_address.INTERFACES`."""

@@ -80,7 +80,7 @@ class ControlLoop:
         self.targets = self._hold_floor(-math.inf)
         """What is aimed at when armed."""
         self.has_new_position = False
-        """Whether the arm has not been told its target yet."""
+        """Whether the target was not sent to the arm yet."""
         self.refusal = ""
         """Why the last targets were refused; empty where they were not."""
         self.ramp: Ramp | None = None
@@ -157,7 +157,7 @@ class ControlLoop:
         try:
             self.feedback = self.motors.read()
         except DriveError as error:
-            return (*faults, _blame_bus(error, now))
+            return (*faults, _build_bus_fault(error, now))
         if any(motor and motor.is_count_lost for motor in self.feedback):
             self.state = states.lose_count(self.state)
         return faults
@@ -186,14 +186,14 @@ class ControlLoop:
     def _control(
         self, motors: tuple[MotorState, ...], now: float, dt: float
     ) -> tuple[tuple[float, ...], tuple[Fault, ...]]:
-        """Torques with torque on, and what is wrong."""
+        """Torques while armed, and the faults that were found."""
         if self.state.mode is Mode.HOMING:
             return self._home(motors, now, dt)
         faults = (*self._find_unwatched(now), *self._find_old(now))
         try:
             self.readings, torques = self.winding.step(self.targets, motors, self.sent, dt)
         except DriveError as error:
-            return self.sent, (*faults, _blame(FaultKind.IMPLAUSIBLE_FEEDBACK, str(error), now))
+            return self.sent, (*faults, _build_fault(FaultKind.IMPLAUSIBLE_FEEDBACK, str(error), now))
         self.seen, found, self.warnings = watch(self.watches, self.seen, self.readings, now, dt)
         faults = (*faults, *found)
         return torques, faults or self._command_sides(now)
@@ -201,7 +201,7 @@ class ControlLoop:
     def _home(
         self, motors: tuple[MotorState, ...], now: float, dt: float
     ) -> tuple[tuple[float, ...], tuple[Fault, ...]]:
-        """Torques of homing, and what is wrong; it ends safe, without torque."""
+        """Torques of homing, and the faults that were found; homing ends safe, without torque."""
         self.readings = tuple(
             CableReading(motor=motor, torque=torque) for motor, torque in zip(motors, self.sent, strict=True)
         )
@@ -218,7 +218,7 @@ class ControlLoop:
         """A watchdog that is gone or has tripped."""
         if self.options.without_watchdog or self.watchdog.is_present():
             return ()
-        return (_blame(FaultKind.WATCHDOG, "the watchdog is gone or has tripped", now),)
+        return (_build_fault(FaultKind.WATCHDOG, "the watchdog is gone or has tripped", now),)
 
     def _find_old(self, now: float) -> tuple[Fault, ...]:
         """Targets that were not renewed in time, or whose successors were refused."""
@@ -226,12 +226,12 @@ class ControlLoop:
         if age < allowed:
             return ()
         if self.refusal:
-            return (_blame(FaultKind.BAD_COMMAND, f"every command since was refused: {self.refusal}", now),)
+            return (_build_fault(FaultKind.BAD_COMMAND, f"every command since was refused: {self.refusal}", now),)
         text = f"the command ended {1e3 * age:.1f} ms ago; allowed: below {1e3 * allowed:g} ms"
-        return (_blame(FaultKind.STALE_COMMAND, text, now),)
+        return (_build_fault(FaultKind.STALE_COMMAND, text, now),)
 
     def _command_sides(self, now: float) -> tuple[Fault, ...]:
-        """Tell arm and servo what is new."""
+        """Send new targets to arm and servo."""
         faults: tuple[Fault, ...] = ()
         if self.has_new_position and self.targets.arm_position is not None:
             faults = self.arm.send(self.targets.arm_position, now)
@@ -246,12 +246,12 @@ class ControlLoop:
             try:
                 self.watchdog.feed()
             except DriveError as error:
-                faults = (_blame(FaultKind.WATCHDOG, str(error), now),)
+                faults = (_build_fault(FaultKind.WATCHDOG, str(error), now),)
         try:
             self.motors.send(torques)
             self.sent = torques
         except DriveError as error:
-            faults = (*faults, _blame_bus(error, now))
+            faults = (*faults, _build_bus_fault(error, now))
         if has_torque:
             self.latch(faults, now)
         elif faults:
@@ -263,9 +263,9 @@ class ControlLoop:
         return not (is_unheard and self.is_released(now))
 
 
-def _blame(kind: FaultKind, text: str, now: float) -> Fault:
+def _build_fault(kind: FaultKind, text: str, now: float) -> Fault:
     return Fault(kind=kind, time=now, cable=None, text=text)
 
 
-def _blame_bus(error: DriveError, now: float) -> Fault:
-    return _blame(FaultKind.BUS, str(error), now)
+def _build_bus_fault(error: DriveError, now: float) -> Fault:
+    return _build_fault(FaultKind.BUS, str(error), now)

@@ -17,7 +17,7 @@ from spiraltrunk.hardware.safety.limits import SafetyLimits
 
 @final
 class ArmSide:
-    """The arm: told each new position once, watched, and held on a fault."""
+    """The arm: gets each new position once, is watched, and is held on a fault."""
 
     def __init__(self, arm: ArmPort | None, limits: SafetyLimits) -> None:
         self._arm, self._limits = arm, limits
@@ -25,20 +25,20 @@ class ArmSide:
         """Latest measured state; None without an arm."""
 
     def watch(self, now: float) -> tuple[Fault, ...]:
-        """Read the arm, and say what is wrong with it."""
+        """Read the arm, and return the faults that were found."""
         if self._arm is None:
             return ()
         try:
             state = self.state = self._arm.read()
         except DriveError as error:
-            return (_blame_arm(str(error), now),)
+            return (_build_fault(str(error), now),)
         if state.error is not None:
-            return (_blame_arm(f"the arm's controller reports {state.error}", now),)
+            return (_build_fault(f"the arm's controller reports {state.error}", now),)
         if not np.isfinite(state.position).all():
-            return (_blame_arm("the arm's measured position is not finite", now),)
+            return (_build_fault("the arm's measured position is not finite", now),)
         if not now - state.time < self._limits.feedback_age:
             allowed = f"allowed: below {1e3 * self._limits.feedback_age:g} ms"
-            return (_blame_arm(f"the arm's state is {1e3 * (now - state.time):.1f} ms old; {allowed}", now),)
+            return (_build_fault(f"the arm's state is {1e3 * (now - state.time):.1f} ms old; {allowed}", now),)
         return ()
 
     def send(self, position: np.ndarray, now: float) -> tuple[Fault, ...]:
@@ -48,7 +48,7 @@ class ArmSide:
         try:
             self._arm.send(position)
         except DriveError as error:
-            return (_blame_arm(str(error), now),)
+            return (_build_fault(str(error), now),)
         return ()
 
     def hold(self, now: float) -> tuple[Fault, ...]:
@@ -58,7 +58,7 @@ class ArmSide:
         try:
             self._arm.hold()
         except DriveError as error:
-            return (_blame_arm(str(error), now),)
+            return (_build_fault(str(error), now),)
         return ()
 
     def close(self) -> None:
@@ -67,13 +67,13 @@ class ArmSide:
             self._arm.close()
 
 
-def _blame_arm(text: str, now: float) -> Fault:
+def _build_fault(text: str, now: float) -> Fault:
     return Fault(kind=FaultKind.ARM, time=now, cable=None, text=text)
 
 
 @final
 class GripperSide:
-    """The servo: told each new pulse once, and limp without torque."""
+    """The servo: gets each new pulse once, and goes limp while the torque is off."""
 
     def __init__(self, servo: ServoPort | None, calibration: ServoCalibration) -> None:
         self._servo, self._calibration = servo, calibration

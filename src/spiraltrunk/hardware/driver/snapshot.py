@@ -37,7 +37,7 @@ class CableSnapshot:
     temperature: float
     """Temperature of the motor [degC]; NaN before the first feedback."""
     voltage: float | None
-    """Supply voltage [V]; None where the motor does not tell it."""
+    """Supply voltage [V]; None where the motor does not measure it."""
     feedback_age: float
     """Age of the motor's feedback [s]; infinite before the first."""
 

@@ -183,7 +183,7 @@ class TrunkDriver:
         self._loop.let_go()
 
     def stop(self) -> None:
-        """Stop as on a fault, because a person wants it; never refused."""
+        """Stop as on a fault, on a person's request; never refused."""
         now = self._clock.now()
         fault = Fault(kind=FaultKind.STOPPED, time=now, cable=None, text="a person stopped the robot")
         self._loop.latch((fault,), now)

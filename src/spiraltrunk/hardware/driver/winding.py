@@ -13,7 +13,7 @@ from spiraltrunk.hardware.winder.limits import FRICTION_SHARE
 from spiraltrunk.hardware.winder.winder import Winder, WinderState, WinderTarget, step
 
 _LEAST_PART = 0.1
-"""Least nominal load over the floor of tension, where the friction leaves less [-] (ours)."""
+"""Least nominal load over the floor of tension [-] (ours), for motors whose friction would leave less."""
 
 
 @final

@@ -53,13 +53,13 @@ class MotorLog:
     temperature: Vector
     """Temperature, shape (n, n_cable) [degC]."""
     voltage: Vector
-    """Supply voltage, shape (n, n_cable) [V]; NaN where the motor does not tell it."""
+    """Supply voltage, shape (n, n_cable) [V]; NaN where the motor does not measure it."""
     pull: Vector
     """Cable pulled in since the straight trunk, shape (n, n_cable) [m]."""
     tension: Vector
     """Estimated tension, shape (n, n_cable) [N]."""
     target: Vector
-    """Tension that the winder is told to hold, shape (n, n_cable) [N]."""
+    """Set tension of the winder, shape (n, n_cable) [N]."""
 
 
 @explain_fields

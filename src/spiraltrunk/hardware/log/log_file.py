@@ -82,7 +82,7 @@ class PendingStream:
         """Nothing: `commit` writes."""
 
     def tell(self) -> int:
-        """Offset in the file behind all bytes that were kept."""
+        """Offset in the file after all bytes that were kept."""
         return self._offset + len(self._pending)
 
     def take(self) -> bytes:

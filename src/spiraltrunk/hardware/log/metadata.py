@@ -54,7 +54,7 @@ def format_end(*, is_last: bool) -> dict[str, str]:
 
 
 def parse_end(texts: Mapping[str, str]) -> bool | None:
-    """Whether a file ends its log; None where the record does not tell."""
+    """Whether a file ends its log; None where the record does not say."""
     return {"true": True, "false": False}.get(texts.get("is_last", ""))
 
 

@@ -1,4 +1,4 @@
-"""Replay: the run that a log tells, as the control loop would have returned it."""
+"""Replay: the run of a log, as the control loop would have returned it."""
 
 from __future__ import annotations
 

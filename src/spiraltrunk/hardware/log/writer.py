@@ -32,17 +32,17 @@ from spiraltrunk.hardware.log.part import LogPart, name_part
 CHUNK_PERIOD = 0.3
 """Time after which a chunk is closed and written [s] (ours): a third of the 1 s that may be lost."""
 
-_NAP = 0.05
+_POLL = 0.05
 """Longest time between two looks at the queue [s] (ours). A message wakes the thread sooner: it then works while the
 control loop, which shares the interpreter, sleeps until its next tick."""
 
-_SLICE = 50
+_BATCH = 50
 """Messages encoded at once (ours): about half a millisecond."""
 
-_TURN = 1000
+_CHUNK_CHECK = 1000
 """Messages after which the thread sees whether a chunk is due (ours): some 50 ms."""
 
-_BREATH = 0.0002
+_PAUSE = 0.0002
 """Pause between two of these [s] (ours)."""
 
 _SLOW = 0.5
@@ -91,7 +91,7 @@ class LogWriter:
         self._fields = {channel: list_columns(channel).keys() - {"time"} for channel in CHANNELS}
         self._queue: SimpleQueue[_Message] = SimpleQueue()
         self._refused = 0  # Counted by the caller's thread,
-        self._failed, self._told, self._unwritten, self._sequence = 0, 0, 0, 0  # these by the log's.
+        self._failed, self._n_loss_logged, self._unwritten, self._sequence = 0, 0, 0, 0  # these by the log's.
         self._time = origin
         self._has_warned = self._is_closing = self._is_dead = False
         self._thread = threading.Thread(target=self._run, name="spiraltrunk log", daemon=True)
@@ -117,7 +117,7 @@ class LogWriter:
             allowed = "a log that is open" if channel in CHANNELS else ", ".join(CHANNELS)
             raise DriveError(f"channel of the log is {describe(channel)}; allowed: {allowed}")
         while self._waits and not self._is_dead and self._queue.qsize() >= MOST_QUEUED:
-            wall.sleep(_NAP)
+            wall.sleep(_POLL)
         if self._is_dead or self._queue.qsize() >= MOST_QUEUED:
             self._refused += 1
             self._warn("the disc is too slow, and messages are lost")
@@ -147,7 +147,7 @@ class LogWriter:
         try:
             self._write_chunks()
             self._drain(self._queue.qsize())
-            self._tell_loss()
+            self._log_loss()
             self._part.finish(is_last=True)
             self._commit()
         except Exception as error:  # Control goes on, whatever it is.
@@ -162,11 +162,11 @@ class LogWriter:
         while not self._is_closing:
             if self._part.pending < _MOST_PENDING:
                 self._await_message()
-                self._drain(_TURN)
+                self._drain(_CHUNK_CHECK)
             else:
-                wall.sleep(_NAP)
+                wall.sleep(_POLL)
             if wall.monotonic() >= due:
-                self._tell_loss()
+                self._log_loss()
                 self._part.flush()
                 self._commit()
                 if self._part.is_full and not self._part.pending:
@@ -185,7 +185,7 @@ class LogWriter:
                     break
             except OutputError as error:
                 self._warn(str(error))
-            wall.sleep(_NAP)
+            wall.sleep(_POLL)
             self._commit()
         else:
             raise OutputError("the disc takes no further file")
@@ -193,21 +193,21 @@ class LogWriter:
         self._part, self._n_part = after, self._n_part + 1
 
     def _refuse_part(self, number: int) -> None:
-        """Refuse to go on where a part is there already: read back, it would be taken for one of this log."""
+        """Refuse to continue where the file of a part exists: a reader would take it for a part of this log."""
         if (path := name_part(self._path, number)).exists():
             raise OutputError(f"the log {str(path)!r} exists; allowed: a new file, as no log is replaced")
 
     def _await_message(self) -> None:
-        """Wait until there is a message, at most `_NAP`, and encode it."""
+        """Wait for a message, at most `_POLL`, and encode it."""
         with suppress(Empty):
-            self._encode(*self._queue.get(timeout=_NAP))
+            self._encode(*self._queue.get(timeout=_POLL))
 
     def _drain(self, most: int) -> None:
         """Encode at most so many messages, in slices between which the control loop has the interpreter."""
         for i in range(1, min(self._queue.qsize(), most) + 1):
             self._encode(*self._queue.get_nowait())
-            if i % _SLICE == 0:
-                wall.sleep(_BREATH)
+            if i % _BATCH == 0:
+                wall.sleep(_PAUSE)
 
     def _encode(self, channel: str, time: float, values: Mapping[str, Any]) -> None:
         try:
@@ -226,10 +226,10 @@ class LogWriter:
         self._sequence = (self._sequence + 1) % (1 << 32)
         self._part.add(channel, moment, data, self._sequence)
 
-    def _tell_loss(self) -> None:
-        """Say in the log that messages were lost."""
-        if (lost := self.n_lost) > self._told:
-            self._told = lost
+    def _log_loss(self) -> None:
+        """Log that messages were lost."""
+        if (lost := self.n_lost) > self._n_loss_logged:
+            self._n_loss_logged = lost
             self._encode("/warning", self._time, {"text": f"{lost} messages of the log are lost so far"})
 
     def _commit(self) -> None:

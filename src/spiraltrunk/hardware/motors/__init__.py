@@ -1,1 +1,1 @@
-"""Motors and servo: what they are told and what they answer."""
+"""Motors and servo: their commands and their feedback."""

@@ -82,7 +82,7 @@ _FEEDBACK = struct.Struct(">HhhBB")
 
 @final
 class CommandMode(Enum):
-    """What the motors of a bus are told; its value is the identifier of the frame for motors 1 to 4."""
+    """Quantity that commands set; its value is the identifier of the frame for motors 1 to 4."""
 
     VOLTAGE = 0x1FF
     CURRENT = 0x1FE

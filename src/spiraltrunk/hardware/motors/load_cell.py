@@ -22,7 +22,7 @@ _MARK = b"\xaa\x55"
 _GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
 _LENGTH_MAX = 1e4
-"""Largest length that is believed [mm] (ours)."""
+"""Largest plausible length [mm] (ours)."""
 _RECEIVED_MAX = 8192
 """Most bytes that are kept [bytes] (ours): older ones are dropped."""
 
@@ -54,7 +54,7 @@ class LoadCellSettings:
     scales: tuple[float, ...]
     """Tension per newton of reading, per cell [-]; -1 where a cell is mounted the other way round."""
     tension_max: float = 200.0
-    """Largest magnitude of a reading that is believed [N] (ours)."""
+    """Largest plausible magnitude of a reading [N] (ours)."""
     age_max: float = 0.05
     """Age from which a reading no longer counts [s] (ours)."""
     baud: int = 115_200
@@ -146,7 +146,7 @@ class LoadCells:
         del self._received[: max(0, len(self._received) - 1)]
 
     def _is_taken(self, frame: bytes) -> bool:
-        """Take in a frame; whether its values can be a frame's. One with an old time is one, but counts for nothing."""
+        """Take in a frame, unless its time is old; whether its values are plausible."""
         board_time, *values = self._frame.unpack(frame)
         n = len(self.settings.cables)
         readings, lengths = values[:n], values[n:]

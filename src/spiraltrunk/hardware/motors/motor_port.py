@@ -59,7 +59,7 @@ class MotorState:
     temperature: float
     """Temperature [degC]."""
     voltage: float | None = None
-    """Supply voltage [V]; None where the motor does not tell it."""
+    """Supply voltage [V]; None where the motor does not measure it."""
     is_count_lost: bool = False
     """Whether turns may have been missed since the driver's start: a silence too long, or a jump of the angle."""
     n_frame: int | None = None

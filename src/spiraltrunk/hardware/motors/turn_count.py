@@ -1,4 +1,4 @@
-"""Multi-turn angle from an encoder that tells the angle within one turn."""
+"""Multi-turn angle from an encoder that measures the angle within one turn."""
 
 from __future__ import annotations
 

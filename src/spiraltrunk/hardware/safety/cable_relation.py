@@ -1,4 +1,4 @@
-"""What the lengths of a trunk's cables have to do with each other, whatever its shape.
+"""Relation between the lengths of a trunk's cables that holds for every shape.
 
 A joint i that is bent by q_i shortens its gap at a cable, whose direction makes the angle psi_i with the bend, by
 
@@ -66,10 +66,10 @@ class CableRelation:
         return self.size * math.sin(self.half_gap) * (1.0 - math.sqrt(1.0 - sine * sine))
 
     def compute_excess(self, lengths: tuple[float, ...]) -> tuple[float, ...]:
-        """Length of each cable beyond what the others tell of it [m]; ``lengths`` are taken in since straight [m].
+        """Excess of each cable over the length that follows from the others [m]; ``lengths``: taken in [m].
 
-        The others tell a by least squares, of least norm where they do not span the plane. Of three cables all are
-        beyond by the same, nearly: their sum less 3 A. It is 0 for bends alike but for the taper, at most
+        The others give a by least squares, of least norm where they do not span the plane. Three cables have nearly
+        the same excess: their sum less 3 A. It is 0 for bends alike but for the taper, at most
         3 C sin(delta / 2) (1 - cos(delta / 2)) for other shapes, less where a cable is slack, and grows by the length
         by which a cable slips.
         """

@@ -1,4 +1,4 @@
-"""Numbers of the watches: when what is measured is a fault."""
+"""Limits of the watches: from when on a measurement is a fault."""
 
 from __future__ import annotations
 
@@ -96,16 +96,16 @@ class SafetyLimits:
     slack_time: float = 0.04
     """Least time without load of a cable that counts as slack or broken when lengths do not fit [s]."""
     step_length: float = 0.003
-    """Length that no bend explains, by which cables come in within `settle_time`, that is a slip or a break [m]."""
+    """Length that no bend explains, wound in within `settle_time`, that counts as a slip or a break [m]."""
     settle_time: float = 0.5
-    """Time constant with which the lengths of taut cables are followed, against which a slip is a step [s]; longer for
+    """Time constant of the low-pass of the taut cables' lengths [s]: a slip is a step against it. It is longer for
     winders that take in slack slowly, see `adapt_to_slack_speed`."""
     settle_least: float = 0.001
-    """Length by which they may be followed below that of an even bend [m]: the error of homing; less is slack."""
+    """Largest length below that of an even bend that counts as an error of homing [m]; more counts as slack."""
     untaken_length: float = 0.01
-    """Length below that of an even bend that is slack which a drum must take in within `stall_time` [m]."""
+    """Slack, as length below that of an even bend, that a drum must take in within `stall_time` [m]."""
     untaken_speed: float = 0.001
-    """Speed of winding in above which a drum does so [m/s]; a GM6020 resolves 1.9 mm/s on a drum of 18 mm."""
+    """Speed of winding in above which a drum takes in slack [m/s]; a GM6020 resolves 1.9 mm/s on a drum of 18 mm."""
     compliance: float = 5e-5
     """Cable wound in over the tension that is elastic [m/N]: that of a winder's cable of 20 kN/m. From none to twice as
     much is allowed for, because a trunk shortens, too."""

@@ -71,12 +71,12 @@ def step_probe(
     if elapsed < 2.0 * PERIOD:
         return after, None
     answers = [p / max(1, n_pulse) - r / max(1, n_rest) for p, r in zip(pulse, rest, strict=True)]
-    finding = judge_answers(state.motor, answers)
+    finding = check_answers(state.motor, answers)
     return ProbeState(motor=state.motor + 1), None if finding is None else (state.motor, finding)
 
 
-def judge_answers(motor: int, answers: Sequence[float]) -> Finding | None:
-    """What the answers of all motors [N m] to the pulse of one mean."""
+def check_answers(motor: int, answers: Sequence[float]) -> Finding | None:
+    """Check the answers of all motors [N m] to the pulse of one of them."""
     least = ANSWER * TORQUE
     strangers = [other for other, answer in enumerate(answers) if other != motor and abs(answer) > least]
     if strangers:

@@ -1,4 +1,4 @@
-"""What the watches see of one cable in one period of control."""
+"""Inputs of the watches for one cable in one period of control."""
 
 from __future__ import annotations
 

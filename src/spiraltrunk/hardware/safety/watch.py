@@ -116,7 +116,7 @@ class Watches:
     ranges: tuple[CableRange, ...]
     """What each cable may do."""
     relation: CableRelation
-    """What the lengths of the cables have to do with each other."""
+    """Relation between the lengths of the cables."""
     is_homed: bool = True
     """Whether pull and load of the cables are known; False while the drums are homed."""
 

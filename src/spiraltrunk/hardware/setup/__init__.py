@@ -1,1 +1,1 @@
-"""What a robot is set up with: its file, its ports, the relay in its supply, and poses of its user."""
+"""Setup of a robot: its robot file, its ports, the relay in its supply, and saved poses."""

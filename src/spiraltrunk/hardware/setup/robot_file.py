@@ -1,4 +1,4 @@
-"""Robot files: one TOML file tells how a robot of some design is wired, beside what the design says.
+"""Robot files: one TOML file describes the wiring of a robot, whose design is a file of its own.
 
 It names ports, but opens none. It can lower limits of the design and of the motors' data sheet, and raises none: see
 `robot_limits`. Nothing of it was tried on a real robot.

@@ -1,1 +1,1 @@
-"""Twins of the devices: they answer on the same buses, behave, and fail on request."""
+"""Twins: simulated motors, servo and board on the same buses as the devices, with faults on request."""

@@ -1,4 +1,4 @@
-"""A twin put together: bus, motors, trunk, watchdog and faults, and the driver's end of the bus."""
+"""Assembly of a twin: bus, motors, trunk, watchdog and faults, and the driver's end of the bus."""
 
 from __future__ import annotations
 

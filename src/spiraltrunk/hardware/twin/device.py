@@ -1,4 +1,4 @@
-"""What a twin consists of: devices that a clock advances in steps."""
+"""Devices of a twin, which a clock advances in steps."""
 
 from __future__ import annotations
 

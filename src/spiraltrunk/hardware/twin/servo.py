@@ -1,4 +1,4 @@
-"""Servo that moves nothing and remembers what it was told, for the twin and for tests."""
+"""Servo that moves nothing and records its pulses, for the twin and for tests."""
 
 from __future__ import annotations
 

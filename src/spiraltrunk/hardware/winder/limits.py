@@ -59,7 +59,7 @@ class WinderLimits:
 def build_limits(
     design: TrunkDesign, drum: DrumGeometry, motor: MotorDataSheet, tension_floor: float | None = None
 ) -> WinderLimits:
-    """Limits of one winder; the soft limits of length are the drum's travel with its spare.
+    """Limits of one winder; those of pull are the drum's travel, extended by the share `SPARE` on both sides.
 
     The floor is `TENSION_FLOOR` by default, or what a slack cable needs to be wound in: `FLOOR_MARGIN` times the
     friction over the radius that is not compensated. A cable that the trunk pulls off a drum which stands still carries

@@ -49,7 +49,7 @@ class Run:
     takes: int = 1
     """Number of recordings, which are averaged."""
     begin: float | None = None
-    """Begin of the evaluated part of the recording [s]."""
+    """Start of the evaluated part of the recording [s]."""
     end: float | None = None
     """End of the evaluated part [s]."""
     period: float | None = None

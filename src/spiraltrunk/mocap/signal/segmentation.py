@@ -95,7 +95,7 @@ def find_timed(
 ) -> list[np.ndarray]:
     """The longest still of each period, as `find_stills`.
 
-    ``schedule`` is the begin of the first period [s], the length of a period [s] and the number of periods.
+    ``schedule`` is the start of the first period [s], the length of a period [s] and the number of periods.
 
     Raises:
         TakeError: for a period without a still long enough.
@@ -156,7 +156,7 @@ def compute_middle(points: np.ndarray, least: int = 1) -> np.ndarray:
 
 
 def find_gaps(is_seen: np.ndarray, time: np.ndarray, longest: float = LONG) -> list[tuple[float, float]]:
-    """Begin and end of each gap longer than ``longest``, from the last frame seen to the next [s].
+    """Start and end of each gap longer than ``longest``, from the last frame seen to the next [s].
 
     A gap at an end of the recording begins or ends with it.
     """

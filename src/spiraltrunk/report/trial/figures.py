@@ -38,7 +38,7 @@ class Series:
     time: np.ndarray
     """Instants, increasing, shape (n,) with n >= 2 [s]."""
     phase_spans: tuple[tuple[str, float, float], ...]
-    """Name, begin and end of each phase [-, s, s]."""
+    """Name, start and end of each phase [-, s, s]."""
     cable_pull: np.ndarray
     """Cable pulled in since the straight trunk, shape (n, n_cable) [m]."""
     cable_tension: np.ndarray

@@ -84,7 +84,7 @@ _WORDS = {
 """Measures that are words, and their allowed values."""
 
 SOLIDS = {kind: measures for kind, measures in MEASURES.items() if not _WORDS.keys() & set(measures)}
-"""Measures of the kinds that are told by numbers alone."""
+"""Measures of the kinds that numbers alone describe."""
 
 _OPTIONS = {
     "stl": ("unit", "axis", "collide"),

@@ -66,7 +66,7 @@ def draw_object(
     height: tuple[float, float] = HEIGHTS,
     mass: tuple[float, float] = GRAMS,
 ) -> ObjectSpec:
-    """An object of everyday size, shape and density (`draw_everyday` tells its name, too)."""
+    """An object of everyday size, shape and density (`draw_everyday` gives its name, too)."""
     return draw_everyday(rng, kind=kind, width=width, height=height, mass=mass).shape
 
 

@@ -84,16 +84,16 @@ def build_model(design: TrunkDesign | None = None, options: SceneOptions | None 
     except ValueError as error:
         allowed = f"sizes, masses and places that it builds; it says: {first_line(error)}"
         raise DesignError("world", got=Unquoted("one that MuJoCo refuses"), allowed=allowed) from None
-    _soften(model)
+    _limit_time_constants(model)
     tune_joint_limits(model, design)
     return model
 
 
-def _soften(model: mujoco.MjModel) -> None:
-    """Raise time constants of contacts and limits to two time steps, where they are shorter.
+def _limit_time_constants(model: mujoco.MjModel) -> None:
+    """Raise the time constants of contacts and limits to two time steps, where they are shorter.
 
-    MuJoCo does so too as it steps (flag ``refsafe``), but with the mean of two contacting bodies; here the model says
-    what is simulated. Negative values are stiffness and damping, and stay.
+    MuJoCo does so too as it steps (flag ``refsafe``), but with the mean of two contacting bodies; here the model holds
+    the values that are simulated. Negative values are stiffness and damping, and stay.
     """
     least = 2 * model.opt.timestep
     for field in ("geom_solref", "jnt_solref", "tendon_solref_lim"):

@@ -1,4 +1,4 @@
-"""Description of a policy: what its networks take and give, and what it was trained for; a JSON file beside them."""
+"""Description of a policy: inputs and outputs of its networks, and what it was trained for; a JSON file beside them."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Layers:
 @final
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """A stage of the task that a policy tells apart: its memory, and what it reports."""
+    """A stage of the task, as a policy distinguishes and reports it."""
 
     name: str
     """Name of the action, in the words of the demonstrated strategy."""
@@ -72,13 +72,13 @@ class Stage:
     milestone: str | None = None
     """What it works towards, by the value of `Milestone`; None between milestones."""
     least: float = 0.0
-    """Shortest time that demonstrations stayed in it [s]: before, it is not left."""
+    """Shortest time that demonstrations stayed in it [s]; it is not left earlier."""
     most: float = 290.0
-    """Time after which it is left for the likeliest of the next [s]."""
+    """Time after which it is left for the most likely next stage [s]."""
     after: tuple[str, ...] = ()
     """Names of the stages that may follow it; none for all."""
     visits: int = 1000
-    """Largest number of times that it is entered in a run: demonstrations do not try without end."""
+    """Largest number of times that it is entered in a run, that of the demonstrations."""
 
     def __post_init__(self) -> None:
         check_text("policy.stages.name", self.name, most=60)
@@ -95,7 +95,7 @@ class Stage:
 @final
 @dataclass(frozen=True, kw_only=True)
 class PolicyDescription:
-    """What a policy's networks take and give, and what it was trained for."""
+    """Inputs and outputs of a policy's networks, and what it was trained for."""
 
     control_mode: str
     """One of CONTROL_MODES."""
@@ -128,7 +128,7 @@ class PolicyDescription:
     stages: tuple[Stage, ...] = ()
     """Stages of its task; none where it has no memory of a stage."""
     latches: tuple[str, ...] = ()
-    """Stages at whose begin the load is remembered."""
+    """Stages at whose start the load is remembered."""
     period: float = 0.1
     """Time between two decisions [s]."""
     smoothing: float = 0.1

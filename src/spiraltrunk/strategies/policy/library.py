@@ -1,4 +1,4 @@
-"""Policies by the name ``policy:FILE.safetensors``, which stands wherever a strategy's name does."""
+"""Policies by the name ``policy:FILE.safetensors``, which is accepted wherever a strategy's name is."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from spiraltrunk.strategies.policy.policy_strategy import PolicyStrategy
 from spiraltrunk.strategies.policy.stroke_strategy import StrokeStrategy
 
 PREFIX = "policy:"
-"""Begin of a policy's name."""
+"""Prefix of a policy's name."""
 
 _NAME_MOST = 60
-"""Longest part of a file's name that a policy is called by."""
+"""Length to which the name of a file is cut in the name of its policy."""
 
 
 def is_policy(name: str) -> bool:

@@ -1,7 +1,7 @@
 """Memory of a policy with stages, and the numbers that its networks take: observation, task and memory.
 
 A network without memory cannot wait, nor can it know which load it has weighed. So a policy remembers the stage that it
-is in, when and from where that stage began, and the load at the begin of some stages.
+is in, when and from where that stage began, and the load at the start of some stages.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ class Memory:
     since: float
     """Time at which it began [s]."""
     start: np.ndarray
-    """Set point at its begin, encoded, shape (n_action,) [-]."""
+    """Set point at its start, encoded, shape (n_action,) [-]."""
     start_pull: np.ndarray
-    """Measured pulls at its begin, shape (n_cable,) [m]."""
+    """Measured pulls at its start, shape (n_cable,) [m]."""
     time: float
     """Time of the latest observation [s]."""
     load: np.ndarray
@@ -53,7 +53,7 @@ class Memory:
     visits: tuple[int, ...] = (0,)
     """Stages entered so far, the first among them, in order."""
     latched: np.ndarray
-    """Load and pulls at the begin of the latest stage that latches them, shape (2 + n_cable,) [N, m, m]."""
+    """Load and pulls at the start of the latest stage that latches them, shape (2 + n_cable,) [N, m, m]."""
 
 
 def begin_memory(observation: Observation, start: np.ndarray) -> Memory:
@@ -74,7 +74,7 @@ def observe(memory: Memory, observation: Observation) -> Memory:
 
 
 def enter_stage(memory: Memory, stage: int, observation: Observation, start: np.ndarray, *, latches: bool) -> Memory:
-    """Memory at the begin of a stage, from the set point at that time."""
+    """Memory at the start of a stage, from the set point at that time."""
     latched = np.concatenate([memory.load, observation.cable_pull]) if latches else memory.latched
     return replace(
         memory, stage=stage, since=observation.time, start=start, start_pull=observation.cable_pull, latched=latched,

@@ -98,7 +98,7 @@ def _list_shapes(key: str, layers: Layers) -> dict[str, tuple[int, ...]]:
 
 
 def _parse_tensors(place: Path, data: bytes) -> dict[str, np.ndarray]:
-    """Tensors in the bytes of a file; its header is looked at first, which may claim any size."""
+    """Tensors in the bytes of a file; the header, which may claim any size, is checked first."""
     from safetensors import SafetensorError
     from safetensors.numpy import load
 

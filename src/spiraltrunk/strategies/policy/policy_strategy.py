@@ -27,7 +27,7 @@ from spiraltrunk.strategies.policy.smoothing import Filtered, follow
 from spiraltrunk.strategies.sensing import limit_ventral_lead
 
 END = "end"
-"""Name of the stage at whose begin a policy ends."""
+"""Name of the stage at whose start a policy ends."""
 
 
 @final
@@ -168,7 +168,7 @@ def describe_difference(given: tuple[str, ...], known: tuple[str, ...]) -> str:
 
 
 def take_over(strategy: Strategy[Any], name: str, description: PolicyDescription) -> None:
-    """Set what a strategy tells of its task to what a policy was trained for."""
+    """Set the name of a strategy, and its job, support and objects to those that a policy was trained for."""
     strategy.name = name
     for key in ("job", "support", "orientation", "holds", "needs_camera", "objects", "position", "push"):
         setattr(strategy, key, getattr(description, key))

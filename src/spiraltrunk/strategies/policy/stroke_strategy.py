@@ -30,11 +30,11 @@ INPUTS = (
     "is_sphere", "is_box", "is_upright", "width", "length", "mass", "height", "goal_distance", "seen_along",
     "seen_across", "seen_turn_cosine", "seen_turn_sine",
 )  # fmt: skip
-"""What the network takes: the announced object [m, kg], how far it is seen off its place along and across the way [m],
+"""Inputs of the network: the announced object [m, kg], how far it is seen off its place along and across the way [m],
 and twice the angle of its axis seen from above to the way, as cosine and sine [-]."""
 
 OUTPUTS = ("gap", "across", "height", "angle", "follow", "speed")
-"""What the network gives, each from -1 to 1 over its range in RANGES."""
+"""Outputs of the network, each from -1 to 1 over its range in RANGES."""
 
 RANGES = {
     "gap": (0.01, 0.12), "across": (-0.06, 0.06), "height": (0.0, 0.06), "angle": (-0.4, 0.4), "follow": (0.0, 0.25),
@@ -59,7 +59,7 @@ class Stroke:
     """A stroke of the rolled trunk."""
 
     start: np.ndarray
-    """Position of the base at the begin, shape (3,) [m]."""
+    """Position of the base at the start, shape (3,) [m]."""
     end: np.ndarray
     """Position of the base at the end, shape (3,) [m]."""
     duration: float
@@ -119,7 +119,7 @@ class StrokeStrategy(PushStrategy[PushState]):
 
 
 def describe_scene(pose: ApproachPose, observation: Observation) -> np.ndarray:
-    """What the network takes, in SI units, shape (12,): INPUTS."""
+    """Inputs of the network, in SI units, shape (12,): INPUTS."""
     task: Task = observation.task
     target, seen = task.target, seen_position(observation) - task.target.position
     axis = target.axis if observation.camera is None else observation.camera.axis
@@ -135,7 +135,7 @@ def describe_scene(pose: ApproachPose, observation: Observation) -> np.ndarray:
 
 
 def plan_stroke(chosen: np.ndarray, pose: ApproachPose, observation: Observation) -> Stroke:
-    """The stroke of numbers from -1 to 1, shape (6,), at an object as seen."""
+    """The stroke at an object as seen, from outputs of the network, shape (6,), each from -1 to 1."""
     share = (np.clip(chosen, -1.0, 1.0) + 1) / 2
     value = {name: low + part * (high - low) for (name, (low, high)), part in zip(RANGES.items(), share, strict=True)}
     behind = pose.base_behind(seen_position(observation), reach_of(observation.task.target) + value["gap"])

@@ -50,7 +50,7 @@ Work = Callable[[Entry], Row]
 @final
 @dataclass(frozen=True, kw_only=True)
 class DemosPlan:
-    """Trials to record, and what to make of them."""
+    """Trials to record, and the data set to write from them."""
 
     survey: SurveyPlan
     """The trials, those of the survey with the same plan."""
@@ -64,7 +64,7 @@ class DemosPlan:
 
 
 def list_files(name: str) -> tuple[str, ...]:
-    """Files that demonstrations in the format called ``name`` surely leave.
+    """Files that demonstrations in the format called ``name`` always write.
 
     Raises:
         UnknownName: lists the formats.
@@ -128,7 +128,7 @@ def run_demos(
 
 
 def begin_demos(output: OutputFolder, plan: DemosPlan) -> dict[str, Any] | None:
-    """Make a folder one of the plan's demonstrations; their result, where they are complete.
+    """Prepare a folder for the plan's demonstrations, and return their result where they are complete.
 
     Raises:
         SurveyError: where the folder holds other demonstrations, or other things.
@@ -286,7 +286,7 @@ def _read_result(folder: Path, plan: DemosPlan) -> dict[str, Any] | None:
 
 
 def _check_empty(folder: Path) -> None:
-    """Refuse episodes that no result tells of."""
+    """Refuse a folder that has episodes and no result."""
     with suppress(FileNotFoundError, NotADirectoryError):
         for path in (folder / FOLDER).iterdir():
             raise SurveyError(f"--out: {str(path)!r} is there, but no {RESULT} of demonstrations; {_ALLOWED}")

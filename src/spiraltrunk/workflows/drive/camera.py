@@ -1,4 +1,4 @@
-"""A camera of the user: any function that tells where the object is, checked and given the run's time."""
+"""A camera of the user: any function that returns the position of the object, checked and given the run's time."""
 
 from __future__ import annotations
 

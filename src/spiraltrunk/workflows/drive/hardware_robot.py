@@ -158,7 +158,7 @@ class HardwareRobot(Robot):
         return FrankyArm(host, settings, self.clock)
 
     def prepare(self) -> None:
-        """See `Robot.prepare`; the arm is told its load before."""
+        """See `Robot.prepare`; the load of the arm is set before."""
         if self.arm is not None:
             self.arm.set_load(trunk_load(self.design))
         super().prepare()

@@ -41,7 +41,7 @@ class HardwareTrial:
     homing: float
     """Time that homing took [s]."""
     warnings: tuple[str, ...]
-    """Warnings that were told on the way."""
+    """Warnings of the driver during the run."""
 
 
 def build_announced_task(design: TrunkDesign, shape: ObjectSpec, strategy: Strategy[Any]) -> Task:

@@ -24,7 +24,7 @@ PLOT = "drive.png"
 @final
 @dataclass(frozen=True, kw_only=True)
 class Replay:
-    """What a log tells."""
+    """Content of a log."""
 
     result: dict[str, Any]
     """Figures, ready for JSON."""
@@ -57,7 +57,7 @@ def read_replay(path: str | Path, *, intact: bool = False) -> Replay:
         advice = "allowed: a whole or a cut-off log, or --intact for what stands before the damage"
         raise DriveError(f"log {describe(str(path))} is {span} ({log.damage}); {read}; {advice}")
     if motors.size < 2:
-        cut = "" if log.is_complete else ", being cut off at its begin"
+        cut = "" if log.is_complete else ", being cut off at its start"
         what = "messages on the motors"
         raise DriveError(f"log {describe(str(path))} holds {motors.size} {what}{cut}; allowed: 2 or more")
     return Replay(result=_compute_result(log), measured=_build_measured(log, Path(path).name))
@@ -176,7 +176,7 @@ def _build_measured(log: Log, title: str) -> Measured:
 
 
 def _find_phases(log: Log, began: float) -> tuple[tuple[str, float, float], ...]:
-    """Name, begin and end of each phase [-, s, s], each lasting until the next begins."""
+    """Name, start and end of each phase [-, s, s], each lasting until the next begins."""
     status = log[StatusLog]
     begins: dict[str, float] = {}
     for time, phase in zip(status.time, status.phase, strict=True):

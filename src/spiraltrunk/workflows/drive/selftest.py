@@ -59,7 +59,7 @@ class Scenario:
     may_stop: bool = False
     """Whether the driver may stop where it need not, which must then be safe."""
     is_warned: bool = False
-    """Whether a warning must be told."""
+    """Whether a warning must be given."""
     bar: float = DEVICE_BAR
     """Largest time [s]: until the robot is safe where the link or the host failed, else until it is noticed."""
     is_safe_bar: bool = False
@@ -124,7 +124,7 @@ class FaultResult:
     wound: float
     """Cable wound in from the beginning until it was noticed, of the cable concerned [m]."""
     warnings: tuple[str, ...]
-    """Warnings that were told."""
+    """Warnings that were given."""
 
 
 @final
@@ -213,7 +213,7 @@ def run_scenario(design: TrunkDesign, scenario: Scenario, *, seed: int, nominal:
         robot.faults.inject(build_fault(scenario.fault, scenario.settings))
     injected = robot.clock.now()
     if not _prepare(robot):
-        return _judge(scenario, exercise, injected, _wait_until_off(exercise), nominal)
+        return _evaluate(scenario, exercise, injected, _wait_until_off(exercise), nominal)
     began = robot.clock.now()
     for _ in exercise.run(_BEFORE, began):
         pass
@@ -232,7 +232,7 @@ def run_scenario(design: TrunkDesign, scenario: Scenario, *, seed: int, nominal:
         elif exercise.is_off():
             safe = now
             break
-    return _judge(scenario, exercise, injected, safe, nominal)
+    return _evaluate(scenario, exercise, injected, safe, nominal)
 
 
 def _prepare(robot: TwinRobot) -> bool:
@@ -266,7 +266,7 @@ def _kill_host(scenario: Scenario, exercise: _Exercise) -> FaultResult:
     )  # fmt: skip
 
 
-def _judge(
+def _evaluate(
     scenario: Scenario, exercise: _Exercise, injected: float, safe_at: float | None, nominal: float
 ) -> FaultResult:
     faults = exercise.robot.driver.faults

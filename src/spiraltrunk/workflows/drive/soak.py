@@ -273,7 +273,7 @@ class _Soak:
 
 
 def _read_memory() -> float:
-    """Resident memory of this process [bytes]; NaN where the system does not tell it."""
+    """Resident memory of this process [bytes]; NaN where the system does not report it."""
     try:
         fields = Path("/proc/self/statm").read_text(encoding="ascii").split()
     except OSError:

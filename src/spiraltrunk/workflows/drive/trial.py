@@ -1,4 +1,4 @@
-"""One trial of a strategy on the twin, through motors, bus and driver, judged by the verdict of the simulation."""
+"""One trial of a strategy on the twin, through motors, bus and driver, evaluated by the verdict of the simulation."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class DriveTrial:
     homing: float
     """Simulated time that homing took [s]."""
     warnings: tuple[str, ...]
-    """Warnings that were told on the way."""
+    """Warnings of the driver during the run."""
 
 
 @final

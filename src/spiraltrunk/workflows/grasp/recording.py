@@ -47,7 +47,7 @@ class Frames:
         return len(self.time)
 
     def spans(self) -> tuple[tuple[str, float, float], ...]:
-        """Name, begin and end of each stretch of one phase [-, s, s]."""
+        """Name, start and end of each stretch of one phase [-, s, s]."""
         first = [i for i, phase in enumerate(self.phase) if i == 0 or phase != self.phase[i - 1]]
         ends = [*first[1:], len(self) - 1]
         return tuple(

@@ -19,7 +19,7 @@ from spiraltrunk.workflows.learn.episodes import Episode
 from spiraltrunk.workflows.learn.samples import Timing, list_stages, sample_episode
 
 LATCHES = ("put back", "rise on", "lift", "bring")
-"""Actions of a hung wrap at whose begin the load is remembered (ours): what was weighed decides what follows."""
+"""Actions of a hung wrap at whose start the load is remembered (ours): what was weighed decides what follows."""
 
 LEAD = 0.03
 """Lead of one ventral cable before the other, over the stroke [-]: that of the demonstrated strategy, not learned."""
@@ -44,7 +44,7 @@ def clone_policy(
     *,
     options: CloningOptions | None = None,
     timing: Timing | None = None,
-    tell: Callable[[str, int, float, float], None] | None = None,
+    on_check: Callable[[str, int, float, float], None] | None = None,
 ) -> ClonedPolicy:
     """Clone the strategy that the episodes show; failed ones are left out.
 
@@ -59,13 +59,16 @@ def clone_policy(
     stages = list_stages(shown)
     latches = tuple(s.name for s in stages if s.name.split(": ")[-1].partition(" (")[0] in LATCHES)
     names = list_inputs(presets.PAPER, tuple(stage.name for stage in stages))
-    clone = fit_clone([sample_episode(each, stages, latches, timing) for each in shown], names, options, tell=tell)
+    clone = fit_clone(
+        [sample_episode(each, stages, latches, timing) for each in shown], names, options, on_check=on_check
+    )
     networks = {"action": clone.action.network, "stage": clone.stage.network}
     description = PolicyDescription(
         control_mode=MODE.value, inputs=names, outputs=action_names(MODE, presets.PAPER), stages=stages,
         networks={key: Layers(sizes=network.sizes) for key, network in networks.items()},
         n_cable=presets.PAPER.n_cable, latches=latches, period=timing.period, smoothing=timing.smoothing,
-        ventral_lead=LEAD, widths=strategy.widths(presets.PAPER), provenance=_tell_provenance(shown, strategy, options),
+        ventral_lead=LEAD, widths=strategy.widths(presets.PAPER),
+        provenance=_describe_provenance(shown, strategy, options),
         **{key: getattr(strategy, key) for key in _TAKEN},
     )  # fmt: skip
     return ClonedPolicy(description=description, networks=networks, clone=clone)
@@ -75,7 +78,7 @@ _TAKEN = ("job", "support", "orientation", "holds", "needs_camera", "objects", "
 """What a policy takes over from the strategy that it clones."""
 
 
-def _tell_provenance(shown: Sequence[Episode], strategy: Strategy[Any], options: CloningOptions) -> dict[str, Any]:
+def _describe_provenance(shown: Sequence[Episode], strategy: Strategy[Any], options: CloningOptions) -> dict[str, Any]:
     return {
         "method": "behaviour cloning", "demonstrated": strategy.name, "demonstrations": len(shown),
         "seeds": [episode.seed for episode in shown], "training_seed": options.seed,

@@ -15,14 +15,14 @@ from spiraltrunk.strategies.policy.network import LARGEST_INPUT, Network
 from spiraltrunk.workflows.learn.samples import Samples
 
 _KNOWN = ("target", "goal", "seen", "latched_")
-"""Inputs of both networks, by the begin of their names: object and goal, and the load at the begin of a stage."""
+"""Inputs of both networks, by their prefix: object and goal, and the load at the start of a stage."""
 
 USED = {"action": (*_KNOWN, "stage_"), "stage": (*_KNOWN, "stage_is", "stage_time", "load_", "cable_")}
 """Inputs that each network depends on (ours). Set points that depend on the measured motion of the arm or on the
 forces of the moment feed back on themselves: in trials the arm began to swing until it passed its limits."""
 
 LEAST_SCALE = 1e-3
-"""Least scale of an input or output [its unit] (ours): what hardly varied in training is all but constant."""
+"""Least scale of an input or output [its unit] (ours), for numbers that were all but constant in training."""
 
 
 @explain_fields
@@ -38,7 +38,7 @@ class CloningOptions:
     batch: int = 256
     """Samples of an update."""
     rate: float = 2e-3
-    """Learning rate at the begin, which falls to 0 as a cosine."""
+    """Learning rate at the start, which falls to 0 as a cosine."""
     decay: float = 1e-5
     """Weight decay (AdamW)."""
     check: int = 250
@@ -96,7 +96,7 @@ def fit_clone(
     names: Sequence[str],
     options: CloningOptions | None = None,
     *,
-    tell: Callable[[str, int, float, float], None] | None = None,
+    on_check: Callable[[str, int, float, float], None] | None = None,
 ) -> Clone:
     """Fit the networks "action" and "stage" to episodes; equal seeds give equal networks on one machine.
 
@@ -104,7 +104,7 @@ def fit_clone(
         episodes: samples by episode; the split into training and validation is by episode.
         names: names of the inputs.
         options: options of the training.
-        tell: called at each check with the network's name, the update, and both losses.
+        on_check: called at each check with the network's name, the update, and both losses.
 
     Raises:
         MissingPackage: without PyTorch.
@@ -118,7 +118,7 @@ def fit_clone(
     def fit(name: str, inputs: str, wanted: str) -> Fit:
         pairs = [tuple(np.concatenate([getattr(s, key) for s in side]) for key in (inputs, wanted)) for side in sides]
         data = _prepare(import_torch(), pairs[0], pairs[1], options, starts, used[name])
-        return _fit(data, options, lambda step, now, then: tell(name, step, now, then) if tell else None)
+        return _fit(data, options, lambda step, now, then: on_check(name, step, now, then) if on_check else None)
 
     action, stage = fit("action", "now", "goal"), fit("stage", "before", "stage")
     return Clone(action=action, stage=stage, validated=tuple(valid))
@@ -192,7 +192,7 @@ def _prepare(
     return _Data(x=x, y=y, x_valid=x_valid, y_valid=y_valid, spread=spread, used=used, moments=moments)
 
 
-def _fit(data: _Data, options: CloningOptions, tell: Callable[[int, float, float], None]) -> Fit:
+def _fit(data: _Data, options: CloningOptions, on_check: Callable[[int, float, float], None]) -> Fit:
     """Fit one network: AdamW with a cosine schedule, stopped early by the validation loss."""
     torch = import_torch()
     torch.manual_seed(options.seed)
@@ -220,7 +220,7 @@ def _fit(data: _Data, options: CloningOptions, tell: Callable[[int, float, float
             now = float(compute_loss(model(data.x_valid), data.y_valid))
         for key, value in (("steps", step), ("train", float(np.mean(recent))), ("valid", now)):
             fit[key].append(value)
-        tell(step, fit["train"][-1], now)
+        on_check(step, fit["train"][-1], now)
         recent.clear()
         best, kept, waited = (now, _copy(model), 0) if now < best else (best, kept, waited + 1)
         if waited >= options.patience:

@@ -1,4 +1,4 @@
-"""Recorded episodes as a policy is cloned from: observations, commands and what the strategy said that it did."""
+"""Recorded episodes for cloning: observations, commands, and the actions and milestones that the strategy reported."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Episode:
     """Observations, one more than commands."""
     commands: tuple[Command, ...]
     """Commands."""
-    told: tuple[tuple[str, str, str], ...]
+    reported: tuple[tuple[str, str, str], ...]
     """Phase, action and milestone of each step; an empty milestone between milestones."""
     is_success: bool
     """Whether the verdict was a success."""
@@ -59,7 +59,7 @@ def read_episode(path: Path) -> Episode:
         task=recording.restore_task(recorded),
         observations=tuple(recording.restore_observations(recorded)),
         commands=tuple(recording.restore_commands(recorded)),
-        told=tuple(zip(phases, recorded.action.tolist(), milestones, strict=True)),
+        reported=tuple(zip(phases, recorded.action.tolist(), milestones, strict=True)),
         is_success=bool(recorded.about["success"]),
         object=str(recorded.about["object"]),
         seed=int(recorded.about["seed"]),

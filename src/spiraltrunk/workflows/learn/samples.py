@@ -1,4 +1,4 @@
-"""Samples of recorded episodes for behaviour cloning: what a policy would take at each step, and what it should give.
+"""Samples of recorded episodes for behaviour cloning: inputs of a policy at each step, and its wanted outputs.
 
 The policy's own code makes the inputs, step by step, so that training and use agree. A sample at a step has the stage
 of the last decision, one period before, and asks for the stage now and the encoded set point a little later in the same
@@ -25,8 +25,7 @@ EVERY = 2
 """Steps from one sample to the next (ours): neighbours differ little."""
 
 LONGER, LATER = 1.2, 0.3
-"""A stage is left at the latest after the longest time that demonstrations stayed in it times this, and so much later
-[-, s] (ours)."""
+"""Longest time in a stage: that of the demonstrations times the first, plus the second [-, s] (ours)."""
 
 
 @final
@@ -46,7 +45,7 @@ class Timing:
 
     @property
     def ahead(self) -> int:
-        """Steps by which the wanted set point is ahead."""
+        """Steps from a sample to the set point that it asks for: the lag of the filter and of a held decision."""
         return round((2 * self.smoothing + self.period / 2) / CONTROL_PERIOD)
 
 
@@ -70,31 +69,31 @@ def list_stages(episodes: Sequence[Episode]) -> tuple[Stage, ...]:
 
     Each has the times that the episodes stayed in it, those that came next, and how often it came at most.
     """
-    told: dict[str, tuple[str, str, str]] = {}
+    reported: dict[str, tuple[str, str, str]] = {}
     times: dict[str, list[float]] = {}
     after: dict[str, dict[str, None]] = {}
     visits: dict[str, int] = {}
     for episode in episodes:
-        runs = [(each, sum(1 for _ in steps)) for each, steps in groupby(episode.told)]
+        runs = [(each, sum(1 for _ in steps)) for each, steps in groupby(episode.reported)]
         names = [name_stage(*each) for each, _ in runs]
         for (each, steps), name, following in zip(runs, names, [*names[1:], END], strict=True):
-            told.setdefault(name, each)
+            reported.setdefault(name, each)
             times.setdefault(name, []).append(steps * CONTROL_PERIOD)
             after.setdefault(name, {})[following] = None
             visits[name] = max(visits.get(name, 0), names.count(name))
-    last = episodes[0].told[-1]
+    last = episodes[0].reported[-1]
     return (
         *(
-            replace(_build_stage(name, told[name], times[name], tuple(after[name])), visits=visits[name])
-            for name in told
+            replace(_build_stage(name, reported[name], times[name], tuple(after[name])), visits=visits[name])
+            for name in reported
         ),
         Stage(name=END, phase=last[0], milestone=last[2] or None),
     )
 
 
-def _build_stage(name: str, told: tuple[str, str, str], times: Sequence[float], after: tuple[str, ...]) -> Stage:
+def _build_stage(name: str, reported: tuple[str, str, str], times: Sequence[float], after: tuple[str, ...]) -> Stage:
     return Stage(
-        name=name, phase=told[0], milestone=told[2] or None, least=round(min(times), 3),
+        name=name, phase=reported[0], milestone=reported[2] or None, least=round(min(times), 3),
         most=round(LONGER * max(times) + LATER, 3), after=after,
     )  # fmt: skip
 
@@ -107,7 +106,7 @@ def name_stage(phase: str, action: str, milestone: str) -> str:
 def sample_episode(episode: Episode, stages: Sequence[Stage], latches: Sequence[str], timing: Timing) -> Samples:
     """Samples of an episode, one of EVERY steps."""
     place = {stage.name: i for i, stage in enumerate(stages)}
-    index = np.array([place[name_stage(*each)] for each in episode.told] + [len(stages) - 1])
+    index = np.array([place[name_stage(*each)] for each in episode.reported] + [len(stages) - 1])
     goals = _encode_commands(episode)
     latching = {place[name] for name in latches}
     memories = _remember(episode, index, goals, latching)
@@ -134,7 +133,7 @@ def _encode_commands(episode: Episode) -> np.ndarray:
 
 
 def _remember(episode: Episode, index: np.ndarray, goals: np.ndarray, latching: set[int]) -> list[Memory]:
-    """What the policy would remember at each step had it decided as the episode did."""
+    """Memory of the policy at each step, if it had decided as the episode did."""
     memory = begin_memory(episode.observations[0], goals[0].astype(float))
     memory = replace(memory, stage=int(index[0]))
     memories = []

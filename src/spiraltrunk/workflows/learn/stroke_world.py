@@ -1,4 +1,4 @@
-"""Worlds in which a stroke is learned by trial: up to the choice, then one stroke, judged by the verdict on a kick.
+"""Worlds in which a stroke is learned: up to its choice, then one stroke, evaluated by the verdict on a kick.
 
 A world is simulated up to the moment of the choice once. Every try of a stroke is then made by a copy of the process,
 so that the state before it stays as it was.

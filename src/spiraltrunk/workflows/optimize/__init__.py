@@ -1,4 +1,4 @@
-"""The search for the trunk that grasps best: candidates by the design rules, each judged by trials in simulation."""
+"""The search for the trunk that grasps best: candidates by the design rules, each evaluated by trials in simulation."""
 
 from spiraltrunk.workflows.optimize.optimize import run_search
 from spiraltrunk.workflows.optimize.search_space import SPACE, build_candidate

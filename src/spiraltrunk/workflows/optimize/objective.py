@@ -1,4 +1,4 @@
-"""What a candidate is judged by: success over the objects, payload and graspable range; it must be printable."""
+"""Evaluation of a candidate: success over the objects, payload and graspable range; it must be printable."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OBJECTIVES = ("success", "payload", "range")
 """Names of what is maximised, in this order."""
 
 RunSurvey = Callable[[SurveyPlan, Path], Mapping[str, Any]]
-"""Runs a survey in a folder, and gives its result."""
+"""Function that runs a survey in a folder and returns its result."""
 
 
 class Trials(Protocol):
@@ -33,14 +33,14 @@ class Trials(Protocol):
         """Result of a survey; trials that its folder holds are not run again."""
 
     def compare(self, a: Path, b: Path) -> Mapping[str, Any]:
-        """Paired comparison of two surveys, as `compare_surveys` gives it."""
+        """Paired comparison of two surveys, as of `compare_surveys`."""
 
 
 @explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class Evaluation:
-    """A candidate that was judged."""
+    """A candidate and its figures."""
 
     number: int
     """Its number, from 0."""
@@ -84,7 +84,7 @@ def plan_trials(settings: SearchSettings, design: TrunkDesign, *, are_unseen: bo
 def evaluate(
     number: int, values: Mapping[str, float], settings: SearchSettings, folder: Path, run_survey: RunSurvey
 ) -> Evaluation:
-    """Judge a point of the search space; trials that its folder holds already are not run again.
+    """Evaluate a point of the search space; trials that its folder holds already are not run again.
 
     A point without a trunk, and one whose parts cannot be made (`find_faults`), has faults instead of trials.
 

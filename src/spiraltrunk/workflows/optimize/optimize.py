@@ -1,4 +1,4 @@
-"""The search: point by point, each judged by a survey in a folder of its own, then the best against the paper's."""
+"""The search: point by point, each evaluated by a survey in a folder of its own, then the best against the paper's."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def run_search(
     progress: Progress = ignore_progress,
     trials: Trials | None = None,
 ) -> dict[str, Any]:
-    """Judge candidates until there are as many as asked for; those that the folder holds are not judged again.
+    """Evaluate candidates until there are as many as asked for; those that the folder holds are not evaluated again.
 
     The result depends on the settings alone, not on workers and interruptions.
 
@@ -82,18 +82,18 @@ def run_search(
     with open_output(folder, WRITER, FILES) as output:
         _check_folder(output, settings)
         sampler = Sampler(output.add_log("study.log"), settings.seed)
-        judge = _Judge(settings, output, trials, progress)
-        done = [judge.evaluate(number, values) for number, values in sampler.list_judged()]
+        evaluator = _Evaluator(settings, output, trials, progress)
+        done = [evaluator.evaluate(number, values) for number, values in sampler.list_evaluated()]
         result = _summarise(settings, done, {})
         try:
             _write(output, result)
             while len(done) < settings.candidates:
                 number, values = sampler.ask()
-                done.append(judge.evaluate(number, values))
+                done.append(evaluator.evaluate(number, values))
                 sampler.tell(done[-1])
                 result = _summarise(settings, done, {})
                 _write(output, result)
-            result = _summarise(settings, done, judge.compare(choose_best(done)))
+            result = _summarise(settings, done, evaluator.compare(choose_best(done)))
         finally:
             _write(output, result)
             _write_pictures(output, done)
@@ -120,7 +120,7 @@ class LocalTrials:
 
 
 @final
-class _Judge:
+class _Evaluator:
     """Evaluates candidates in folders of their own."""
 
     def __init__(self, settings: SearchSettings, output: OutputFolder, trials: Trials, progress: Progress) -> None:

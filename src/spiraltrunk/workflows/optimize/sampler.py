@@ -1,4 +1,4 @@
-"""Optuna's part: which point comes next, and the journal of all points.
+"""Optuna's sampler: proposes the next point, and keeps the journal of all points.
 
 The sampler is made anew for each candidate, with a seed of its own, so that it depends on the journal alone: an
 interrupted search goes on as if it had not been interrupted.
@@ -21,7 +21,7 @@ STUDY = "trunk"
 """Name of the study in the journal."""
 
 _RANDOM = 10
-"""Candidates after which the search learns from the earlier ones [-] (Optuna's default)."""
+"""Candidates drawn at random before the sampler uses the results of earlier ones [-] (Optuna's default)."""
 
 
 @final
@@ -55,7 +55,7 @@ class Sampler:
             raise OutputError(f"{str(journal)!r} is no journal of a search: {describe(error)}; {allowed}") from error
 
     def ask(self) -> tuple[int, dict[str, float]]:
-        """The next point and its number: one that was begun and not judged, or a new one."""
+        """The next point and its number: one that was begun and not evaluated, or a new one."""
         from optuna.trial import TrialState
 
         for trial in self._trials():
@@ -78,18 +78,18 @@ class Sampler:
         return trial.number, _read(trial.params)
 
     def tell(self, evaluation: Evaluation) -> None:
-        """Keep a judged point."""
+        """Store an evaluated point."""
         self._study.sampler = self._build(evaluation.number, n_fault=len(evaluation.faults))
         self._study.tell(evaluation.number, list(evaluation.objectives))
 
-    def list_judged(self) -> list[tuple[int, dict[str, float]]]:
-        """Numbers and points of the candidates that were judged."""
+    def list_evaluated(self) -> list[tuple[int, dict[str, float]]]:
+        """Numbers and points of the candidates that were evaluated."""
         from optuna.trial import TrialState
 
         return [(trial.number, _read(trial.params)) for trial in self._trials() if trial.state == TrialState.COMPLETE]
 
     def _build(self, number: int, n_fault: int = 0) -> Any:
-        """The sampler of one candidate, which keeps the number of its faults as what must not be above 0."""
+        """The sampler of one candidate; the number of its faults is a constraint, feasible at 0."""
         from optuna.samplers import TPESampler
 
         with warnings.catch_warnings():

@@ -22,7 +22,7 @@ class SearchSettings:
     """What is searched, how long, and on which objects."""
 
     candidates: int = 40
-    """Trunks that are judged, the authors' proportions first."""
+    """Trunks that are evaluated, the authors' proportions first."""
     objects: int = 20
     """Objects of the search: each candidate is tried once with each, in the same worlds."""
     unseen: int = 40

@@ -1,4 +1,4 @@
-"""Code and versions that a survey's trials are run with, and work that refuses others."""
+"""Digest of the code and versions of the packages with which a survey's trials are run; other ones are refused."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def merge_surveys(folders: Sequence[str | Path], out: str | Path | OutputFolder)
 
 
 def _check_same(shards: Sequence[StoredSurvey]) -> dict[str, Any]:
-    """Settings of the whole survey.
+    """Refuse shards of different surveys; returns the settings of the whole survey.
 
     Raises:
         SurveyError: for shards of different surveys.

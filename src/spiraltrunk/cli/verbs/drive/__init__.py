@@ -23,7 +23,7 @@ ACTIONS = {
     "selftest": selftest.add_selftest,
     "ports": poses.add_ports,
 }
-"""What the robot can be told, in the order of the help."""
+"""Actions, in the order of the help."""
 
 
 def add_verb(verbs: Any) -> None:

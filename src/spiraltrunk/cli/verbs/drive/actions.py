@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import Parser, read_count, read_number, read_seed, read_text
 from spiraltrunk.cli.output import DONE, Answer, UsageError, complain, format_json
-from spiraltrunk.cli.verbs.drive.move_check import check_jog, check_lengths, check_move, tell_short
+from spiraltrunk.cli.verbs.drive.move_check import check_jog, check_lengths, check_move, warn_short
 from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, check_name, save_pose
 from spiraltrunk.cli.verbs.drive.robot import compute_state, open_robot
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from spiraltrunk.workflows.drive.robot import Robot
 
 _TENSION = 20.0
-"""Largest tension of a move, unless told otherwise [N] (ours): curls the paper's trunk half."""
+"""Largest tension of a move, unless given [N] (ours): curls the paper's trunk half."""
 
 
 def add_action(actions: Any, name: str, run: Callable[[argparse.Namespace], Answer], what: str) -> Parser:
@@ -112,7 +112,7 @@ def _pull(arguments: argparse.Namespace) -> Answer:
         robot.prepare()
         pulls = [1e-3 * pull for pull in arguments.pulls_mm]
         move(arguments, robot, pulls)
-        tell_short(robot, pulls)
+        warn_short(robot, pulls)
         return answer(arguments, robot)
 
 
@@ -133,7 +133,7 @@ def _jog(arguments: argparse.Namespace) -> Answer:
         pulls = robot.read_pulls()
         pulls[arguments.cable - 1] += 1e-3 * arguments.way_mm
         move(arguments, robot, pulls)
-        tell_short(robot, pulls)
+        warn_short(robot, pulls)
         _save(arguments, robot)
         return answer(arguments, robot)
 

@@ -1,4 +1,4 @@
-"""Arguments of moves, checked before a port is opened or a motor turns, and what is told of a move that ends short."""
+"""Arguments of moves, checked before a port is opened or a motor turns, and the warning of a move that ends short."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HOLD_MOST = 3600.0
 """Longest time at the end of a move [s] (ours)."""
 
 SHORT = 0.5
-"""Way that is left at the end of a move from which that is told [mm] (ours)."""
+"""Distance from the target at the end of a move above which there is a warning [mm] (ours)."""
 
 
 def check_move(arguments: argparse.Namespace, design: TrunkDesign) -> None:
@@ -76,8 +76,8 @@ def check_jog(design: TrunkDesign, cable: int, way_mm: float) -> None:
         )
 
 
-def tell_short(robot: Robot, pulls: Sequence[float]) -> None:
-    """Say of each cable how far it ended from its target [m]: its largest tension, or friction, held it."""
+def warn_short(robot: Robot, pulls: Sequence[float]) -> None:
+    """Warn of each cable that ended away from its target [m], held by its largest tension or by friction."""
     for number, (is_, wanted) in enumerate(zip(robot.read_pulls(), pulls, strict=True), start=1):
         left = 1e3 * (wanted - is_)
         if not math.isnan(left) and abs(left) > SHORT:

@@ -8,7 +8,7 @@ from typing import Any
 from spiraltrunk.cli.arguments import read_number, read_text
 from spiraltrunk.cli.output import DONE, Answer, UsageError, format_json
 from spiraltrunk.cli.verbs.drive.actions import add_action, add_move, answer, move
-from spiraltrunk.cli.verbs.drive.move_check import check_move, tell_short
+from spiraltrunk.cli.verbs.drive.move_check import check_move, warn_short
 from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, read_poses, save_pose
 from spiraltrunk.cli.verbs.drive.robot import open_robot
 
@@ -46,7 +46,7 @@ def _pose(arguments: argparse.Namespace) -> Answer:
     with open_robot(arguments) as robot:
         robot.prepare()
         move(arguments, robot, list(pose.pulls))
-        tell_short(robot, list(pose.pulls))
+        warn_short(robot, list(pose.pulls))
         return answer(arguments, robot)
 
 

@@ -37,7 +37,7 @@ def add_run(actions: Any, name: str) -> None:
 
 
 def add_replay(actions: Any, name: str) -> None:
-    """Add the action that tells of a log."""
+    """Add the action that summarises a log."""
     parser = add_action(actions, name, _replay, "read the log of a run, and draw its plots")
     parser.add_argument("log", type=read_text, metavar="LOG", help="an MCAP file that `drive run --out` wrote")
     parser.add_argument("--intact", action="store_true", help="of a damaged log, tell what stands before the damage")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def run_trials(arguments: argparse.Namespace) -> Answer:
-    """Run the trials that are not there yet, and tell the rates."""
+    """Run the trials that are missing, and print the rates."""
     from spiraltrunk.workflows.survey.resume_log import FILES, WRITER
     from spiraltrunk.workflows.survey.run_survey import run_survey
     from spiraltrunk.workflows.survey.tables import format_text

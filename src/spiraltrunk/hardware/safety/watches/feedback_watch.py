@@ -1,4 +1,4 @@
-"""Watches of the feedback: how old it is, whether it is alive, and whether it can be true.
+"""Watches of the feedback: whether it is stale, frozen or implausible.
 
 Each is a pure function from a state, the readings and the limits to the next state and what was found.
 """
@@ -43,7 +43,7 @@ def find_impossible(motor: MotorState, sheet: MotorDataSheet, limits: SafetyLimi
 
 
 class _Frame(NamedTuple):
-    """What a new frame must change, sooner or later."""
+    """Values of a frame; on a working motor, one of them changes sooner or later."""
 
     angle: float
     speed: float
@@ -61,8 +61,8 @@ class Noise(NamedTuple):
     """Of those, frames whose torque differs from that of the frame before [-]."""
 
     @property
-    def is_lively(self) -> bool:
-        """Whether the last digit of the torque is known to fluctuate."""
+    def is_fluctuating(self) -> bool:
+        """Whether the last digit of the torque is known to fluctuate at rest."""
         return self.n_frame >= LEAST_FRAMES and self.n_changed >= LEAST_CHANGED * self.n_frame
 
 
@@ -72,7 +72,7 @@ _SETTLING = 10
 """Frames without commanded torque before a motor is at rest [-] (ours): 20 ms at 500 Hz."""
 
 LEAST_FRAMES = 40
-"""Frames that tell whether a motor's feedback fluctuates [-] (ours); the probe of homing gives 80 at 500 Hz."""
+"""Frames that show whether a motor's feedback fluctuates [-] (ours); the probe of homing gives 80 at 500 Hz."""
 
 LEAST_CHANGED = 0.5
 """Part of them that must differ from the frame before [-] (ours)."""
@@ -82,37 +82,37 @@ LEAST_CHANGED = 0.5
 @final
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FrozenState:
-    """Since when a motor says the same."""
+    """How long the feedback of a motor has been equal."""
 
     time: float = -math.inf
     """Arrival of the latest feedback [s]."""
     frame: _Frame | None = None
-    """What it said; None before the first."""
+    """Its values; None before the first."""
     least: float = math.inf
-    """Least torque commanded since it says so [N m]."""
+    """Least torque commanded since these values came [N m]."""
     most: float = -math.inf
-    """Largest torque commanded since it says so [N m]."""
+    """Largest torque commanded since these values came [N m]."""
     equal: int = 0
-    """New frames that said the same [-]."""
+    """New frames with the same values [-]."""
     repeated: int = 0
-    """New frames that said the same although they should not [-]."""
+    """New frames with the same values although a change was due [-]."""
     noise: Noise = _SILENT
     """How much the feedback fluctuates at rest."""
 
 
 def watch_frozen(state: FrozenState, reading: CableReading, limits: SafetyLimits) -> tuple[FrozenState, Finding | None]:
-    """Frames that come and never change although they have to.
+    """Frozen feedback: new frames arrive, but their values do not change although they must.
 
     A motor cannot send equal frames while it says that it turns at `stall_speed`, nor after its commanded torque has
-    changed by `frozen_torque`, which its own estimate must follow. Under a constant torque the last digit of the
-    estimate fluctuates, of some motors; which do so is learnt while no torque is commanded, in the probe of homing,
-    and of those `frozen_still` equal frames in a row are a fault, too. Where q is the part of frames that repeat the
-    one before, q <= 1 - `LEAST_CHANGED`, that happens by chance with q^`frozen_still` = 8e-31 at each frame.
+    changed by `frozen_torque`, which its own estimate must follow. Under a constant torque the last digit of some
+    motors' estimates fluctuates. Which motors do so is learnt while no torque is commanded, in the probe of homing. For
+    these, `frozen_still` equal frames in a row are a fault, too. Where q is the share of frames that repeat the one
+    before, q <= 1 - `LEAST_CHANGED`, that happens by chance with q^`frozen_still` = 8e-31 at each frame.
     """
     motor = reading.motor
     if motor.time == state.time:
         return state, None
-    frame, noise = _Frame(motor.angle, motor.speed, motor.torque), _listen(state, reading)
+    frame, noise = _Frame(motor.angle, motor.speed, motor.torque), _update_noise(state, reading)
     if frame != state.frame:
         torque = reading.torque
         return FrozenState(time=motor.time, frame=frame, least=torque, most=torque, noise=noise), None
@@ -125,14 +125,14 @@ def watch_frozen(state: FrozenState, reading: CableReading, limits: SafetyLimits
     if repeated >= limits.frozen_frames:
         text = f"{repeated} frames are equal while the commanded torque went from {least:.3f} to {most:.3f} N m"
         return after, Finding(FaultKind.FROZEN_FEEDBACK, f"{text} and the speed is {motor.speed:.2f} rad/s")
-    if noise.is_lively and equal >= limits.frozen_still:
+    if noise.is_fluctuating and equal >= limits.frozen_still:
         text = f"{equal} frames in a row are equal; at rest {noise.n_changed} of {noise.n_frame} differed from the last"
         return after, Finding(FaultKind.FROZEN_FEEDBACK, text)
     return after, None
 
 
-def _listen(state: FrozenState, reading: CableReading) -> Noise:
-    """The noise with one new frame more, which counts where no torque was commanded for some frames."""
+def _update_noise(state: FrozenState, reading: CableReading) -> Noise:
+    """The noise after a new frame, which counts once `_SETTLING` frames came without commanded torque."""
     noise = state.noise
     if reading.torque != 0.0 or state.frame is None:
         return noise._replace(n_quiet=0)
@@ -165,7 +165,7 @@ class MotionState:
 def watch_motion(
     state: MotionState, motor: MotorState, sheet: MotorDataSheet, limits: SafetyLimits
 ) -> tuple[MotionState, Finding | None]:
-    """An angle that jumps, which loses the count of turns, or that does not move as the speed says."""
+    """An angle that jumps, which loses the count of turns, or whose change differs from the integrated speed."""
     if motor.is_count_lost:
         text = "turns may have been missed in a silence or at a jump; home the drums again"
         return MotionState(), Finding(FaultKind.COUNT_LOST, text)
@@ -202,7 +202,7 @@ def _compare_motion(
 def watch_swap(
     state: tuple[float, ...], readings: tuple[CableReading, ...], dt: float, limits: SafetyLimits
 ) -> tuple[tuple[float, ...], tuple[int, Finding] | None]:
-    """Feedback of two motors exchanged: each reports the torque that the other was told.
+    """Feedback of two motors exchanged: each reports the torque that was commanded to the other.
 
     For each pair (i, j) of motors with reported torques m and commanded torques c, the sum of
     |m_i - c_i| + |m_j - c_j| - |m_i - c_j| - |m_j - c_i| - `swap_torque` over time, kept at 0 or above. By the

@@ -27,7 +27,7 @@ _SILENCE = 1.5
 
 
 class _Heard(NamedTuple):
-    """What tells new feedback of a motor from old."""
+    """What distinguishes new feedback of a motor from old."""
 
     time: float
     """Its arrival [s]."""
@@ -120,7 +120,7 @@ def watch_loss(
         count = _count_frames(state, came, max(motor.time for motor in motors), period, limits)
     evidence, loss = _weigh(state, heard, count, limits)
     after = LossState(heard=heard, owed=count.owed, evidence=evidence, loss=loss)
-    return after, _judge_loss(after, limits)
+    return after, _find_loss(after, limits)
 
 
 def _count_arrived(motors: tuple[MotorState, ...], heard: tuple[_Heard, ...]) -> tuple[int, ...] | None:
@@ -164,8 +164,8 @@ def _weigh(state: LossState, heard: tuple[_Heard, ...], count: _Count, limits: S
     return max(0.0, state.evidence + ratio), min(1.0, max(0.0, loss))
 
 
-def _judge_loss(state: LossState, limits: SafetyLimits) -> tuple[tuple[int | None, Finding], ...]:
-    """What the state of the loss means."""
+def _find_loss(state: LossState, limits: SafetyLimits) -> tuple[tuple[int | None, Finding], ...]:
+    """Faults that the state of the loss amounts to, each with its motor; None for all motors."""
     found: list[tuple[int | None, Finding]] = []
     for motor, heard in enumerate(state.heard):
         if heard.missed >= limits.missed_cycles:

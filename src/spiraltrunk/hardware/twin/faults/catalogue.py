@@ -36,7 +36,7 @@ FAULTS: Mapping[str, type[FrameFault] | type[DeviceFault]] = {
         IdSwap, EncoderWrap, PowerCycle, OverTemperature, Stall, CableBreak, CableSlip, TangledDrum,
     )
 }  # fmt: skip
-"""Every fault that a twin can have; the docstring of each tells what it does, those of its fields its settings."""
+"""Every fault that a twin can have; the docstring of each describes the fault, those of its fields its settings."""
 
 
 def build_fault(name: str, settings: Mapping[str, Any] | None = None) -> FrameFault | DeviceFault:

@@ -181,7 +181,7 @@ class CableBreak(DeviceFault):
 @final
 @dataclass(frozen=True, kw_only=True)
 class CableSlip(DeviceFault):
-    """A cable slips on its drum, once: there is less of it on the drum than the motor's angle tells."""
+    """A cable slips on its drum, once: there is less of it on the drum than by the motor's angle."""
 
     name: ClassVar[str] = "cable_slip"
     cable: int = 0
@@ -198,7 +198,7 @@ class CableSlip(DeviceFault):
         _find(motors, self.cable).wound -= self.length
 
     def end(self, motors: MotorTwins) -> None:
-        """See `DeviceFault.end`; homing alone tells where the cable is."""
+        """See `DeviceFault.end`; homing alone finds where the cable is."""
 
 
 @final

@@ -107,7 +107,7 @@ class FaultInjector(TwinDevice):
         else:
             entry.fault.begin(self._motors)
         entry.is_begun, entry.at = True, self._time
-        self._tell(entry)
+        self._report(entry)
 
     def _end(self, entry: _Entry) -> None:
         self._entries = [other for other in self._entries if other is not entry]
@@ -118,8 +118,8 @@ class FaultInjector(TwinDevice):
         else:
             entry.fault.end(self._motors)
         entry.is_begun = False
-        self._tell(entry)
+        self._report(entry)
 
-    def _tell(self, entry: _Entry) -> None:
+    def _report(self, entry: _Entry) -> None:
         if self._on_change is not None:
             self._on_change(self._time, entry.fault.name, entry.is_begun)

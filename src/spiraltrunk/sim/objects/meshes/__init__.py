@@ -1,1 +1,1 @@
-"""Mesh files: read, repaired and judged."""
+"""Mesh files: read, checked and repaired."""

@@ -1,4 +1,4 @@
-"""What all formats take from an episode: rewards, ends, numbers of phases, and its provenance as text."""
+"""Columns of an episode that all formats have: rewards, ends, numbers of phases, and its provenance as text."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Formats of data sets: how each is written, which files it surely has, and the packages that it needs."""
+"""Formats of data sets: how each is written, which files it always has, and the packages that it needs."""
 
 from __future__ import annotations
 

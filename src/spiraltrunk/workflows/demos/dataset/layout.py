@@ -28,7 +28,7 @@ from spiraltrunk.workflows.demos.recording.episode_file import load_episode
 @final
 @dataclass(frozen=True)
 class Episodes:
-    """Episodes in files, read one at a time and as often as they are gone through."""
+    """Episodes in files; each iteration reads them, one at a time."""
 
     files: tuple[Path, ...]
     """Their files, in the order of the data set."""
@@ -65,7 +65,7 @@ class Layout:
 
     @staticmethod
     def from_episode(episode: Episode) -> Layout:
-        """The layout of the data set that an episode is of."""
+        """The layout of the data set that an episode belongs to."""
         recording = episode.about["recording"]
         return Layout(
             design=parse_design(episode.about["design"].encode(), "design"), n_arm=episode.arm_position.shape[1],

@@ -1,4 +1,4 @@
-"""The task of an episode as a sentence, for policies that are told what to do."""
+"""The task of an episode as a sentence, for policies that take language."""
 
 from __future__ import annotations
 

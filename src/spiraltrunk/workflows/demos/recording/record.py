@@ -33,7 +33,7 @@ SCHEMA = 2
 """Version of the content of an episode's file."""
 
 _UNTOLD = ("files", "world", "versions", "real_time_factor")
-"""Parts of a trial's result that its verdict is told without: the last is different each time."""
+"""Parts of a trial's result that are not stored with its verdict; the last differs from run to run."""
 
 
 @final

@@ -18,7 +18,7 @@ from spiraltrunk.workflows.survey.run_entry import compute_row
 def record_entry(
     entry: Entry, *, design: TrunkDesign, timestep: float = TIMESTEP, recording: RecordingOptions, folder: Path
 ) -> Row:
-    """Run a trial and write its episode, where it is one to keep, before its row is known.
+    """Run a trial, write its episode where `is_kept`, and return its row.
 
     Raises:
         ImportError: where a package is missing, OpenGL among them.
@@ -34,5 +34,5 @@ def record_entry(
 
 
 def is_kept(row: Row, recording: RecordingOptions) -> bool:
-    """Whether a trial with this row has an episode: one in which nothing moved has none."""
+    """Whether a trial with this row has an episode; a trial in which nothing moved has none."""
     return bool(row["simulated_s"]) and (row["success"] or recording.keeps_failures)

@@ -1,1 +1,1 @@
-"""A robot in a process of its own, told what to do over a pipe, and safe when whoever tells it is gone."""
+"""A robot in a process of its own that gets requests over a pipe; it becomes safe when the sender is gone."""

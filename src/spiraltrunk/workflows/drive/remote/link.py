@@ -49,7 +49,7 @@ class RobotLink:
         self._thread = threading.Thread(target=self._listen, name="robot link", daemon=True)
 
     def start(self) -> None:
-        """Start the process; its first state tells that the robot is there."""
+        """Start the process; its first state shows that the robot is there."""
         self._thread.start()
 
     def ask(self, request: Request, asker: str = "") -> None:

@@ -24,7 +24,7 @@ from spiraltrunk.workflows.drive.robot import RENEWAL
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 
 REPORT_PERIOD = 0.1
-"""Time between two states that are told [s] (ours)."""
+"""Time between two states that are reported [s] (ours)."""
 
 _SETTINGS = (Alive, Stop, Disarm, Leave, Limit, Close)
 """What is carried out while a strategy runs."""
@@ -104,7 +104,7 @@ class RobotServer:
                 self._carry_out(self._run)
 
     def attend(self) -> None:
-        """Wait until the next cycle of the twin is due, carry out what was asked meanwhile, and tell the state."""
+        """Wait until the next cycle of the twin is due, carry out what was asked meanwhile, and report the state."""
         self._receive(self._pace.wait(time.monotonic()) if self._is_twin else 0.0)
         now = time.monotonic()
         self._pace.begin(now)

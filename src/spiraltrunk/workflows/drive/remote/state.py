@@ -1,4 +1,4 @@
-"""State of the robot as its process tells it."""
+"""State of the robot as its process reports it."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ Attend = Callable[[TwinRobot, str | None], None]
 
 
 def run_strategy(design: TrunkDesign, request: Run, attend: Attend) -> str:
-    """Home, arm and run, as ``spiraltrunk drive run`` does, and tell the end in one line.
+    """Home, arm and run, as ``spiraltrunk drive run`` does, and describe the end in one line.
 
     Raises:
         ModelError: where the strategy cannot plan for the object.

@@ -33,7 +33,7 @@ class MachineArm(GuardedArm):
         )  # fmt: skip
         super().__init__(settings, clock)
         self.load: ArmLoad | None = None
-        """What it was told to carry."""
+        """Load that was set."""
         self._machine = machine
         self._lock = nullcontext() if lock is None else lock
 

@@ -154,7 +154,7 @@ class TwinRobot(Robot):
         )  # fmt: skip
 
     def prepare(self) -> None:
-        """See `Robot.prepare`; the arm is told its load before."""
+        """See `Robot.prepare`; the load of the arm is set before."""
         if self.arm is not None and self.arm.load is None:
             self.arm.set_load(trunk_load(self.design))
         super().prepare()

@@ -32,7 +32,7 @@ class Course:
     time: np.ndarray
     """Time, shape (n_sample,) [s]."""
     rise: np.ndarray
-    """Height above that at the begin, shape (n_sample,) [m]."""
+    """Height above that at the start, shape (n_sample,) [m]."""
     shift: np.ndarray
     """Horizontal distance from where it began, shape (n_sample,) [m]."""
     tilt: np.ndarray
@@ -50,7 +50,7 @@ class Course:
     width: float
     """Extent across its axis [m]."""
     stands: bool
-    """Whether its axis was vertical at the begin."""
+    """Whether its axis was vertical at the start."""
     topple_angle: float
     r"""Tilt at which it falls over, :math:`\arctan(d / h)` of a solid of width d and height h [rad]."""
 

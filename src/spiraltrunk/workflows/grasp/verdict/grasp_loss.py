@@ -102,7 +102,7 @@ def _lasts(course: Course, run: tuple[int, int]) -> bool:
 
 
 def _lifting_time(course: Course, moments: Moments) -> tuple[int, int]:
-    """Samples from the begin of the lift to the end of the last of lift, carry and hold; none where none was tried."""
+    """Samples from the start of the lift to the end of the last of lift, carry and hold; none where none was tried."""
     if moments.lift is None:
         return len(course.time) - 1, len(course.time) - 1
     ends = [span[1] for span in (moments.lift, moments.carry, moments.hold) if span is not None]

@@ -52,13 +52,13 @@ class Verdict:
     bend: float
     """Largest joint bend [rad]."""
     unjudged: tuple[str, ...] = ()
-    """Quantities of the arm of which no limit is known, so that none was judged."""
+    """Quantities of the arm without a known limit, which were not checked."""
     failure: Failure | None = None
     """What went wrong first, and when; None for a success."""
     is_held: bool = False
     """Whether the trunk alone held the object for as long as asked."""
     tilt: float | None = None
-    """Change of the angle between the object's axis and the vertical from begin to end [rad]; None for a sphere."""
+    """Change of the angle between the object's axis and the vertical from start to end [rad]; None for a sphere."""
 
     @property
     def is_upright(self) -> bool | None:

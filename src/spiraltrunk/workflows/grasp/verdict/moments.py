@@ -54,7 +54,7 @@ class Moments:
     """Begin and end of what the strategy reported by its milestones [s]; None for what it did not report."""
 
     push: Span | None = None
-    """From the begin of the push until the trunk has withdrawn."""
+    """From the start of the push until the trunk has withdrawn."""
     lift: Span | None = None
     """The lift."""
     carry: Span | None = None

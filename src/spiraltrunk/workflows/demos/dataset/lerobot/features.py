@@ -30,7 +30,7 @@ ROBOT = "spiraltrunk"
 
 
 def name_camera(camera: str) -> str:
-    """The feature of a camera."""
+    """Name of the feature of a camera."""
     return f"observation.images.{camera}"
 
 

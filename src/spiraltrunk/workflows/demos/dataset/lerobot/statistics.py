@@ -60,10 +60,10 @@ class Total:
 
     def compute(self) -> dict[str, Statistics]:
         """The statistics by feature."""
-        return {key: _divide(sums) for key, sums in self._sums.items()}
+        return {key: _average(sums) for key, sums in self._sums.items()}
 
 
-def _divide(sums: dict[str, np.ndarray]) -> Statistics:
+def _average(sums: dict[str, np.ndarray]) -> Statistics:
     n = float(sums["n"][0])
     mean = sums["mean"] / n
     std = np.sqrt(np.maximum(sums["square"] / n - mean**2, 0.0))

@@ -36,7 +36,7 @@ class TableFiles:
         return chunk, file
 
     def add(self, columns: dict[str, Any]) -> None:
-        """Append rows to the file that `place` told.
+        """Append rows to the file of `place`.
 
         Raises:
             OSError: where it cannot be written.

@@ -33,7 +33,7 @@ class VideoFiles:
         self._close()
 
     def add(self, pictures: Iterable[np.ndarray]) -> dict[str, float]:
-        """Append an episode's pictures, and return where they are: the file, begin and end in it [s].
+        """Append an episode's pictures, and return where they are: the file, start and end in it [s].
 
         Raises:
             MissingPackage: where PyAV has no H.264 encoder.

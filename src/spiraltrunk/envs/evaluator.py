@@ -1,4 +1,4 @@
-"""Referee of an episode: its moments, its verdict, its progress and what ends it."""
+"""Evaluation of an episode by the true state: its moments, verdict and progress, and what ends it."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ QUIET = 25
 """Control periods (0.5 s) for which the object rests untouched before a job counts as ended (ours)."""
 
 FALL = 0.30
-"""Height below its begin at which the object is lost [m] (ours)."""
+"""Height below its start at which the object is lost [m] (ours)."""
 
 
 @final
-class Judge:
-    """Follows an episode on a plant that was reset, and says what was achieved.
+class EpisodeEvaluator:
+    """Evaluates an episode on a plant, from the reset on.
 
     Args:
         plant: the plant.
@@ -49,7 +49,7 @@ class Judge:
         self.quiet = self.quiet + 1 if is_quiet else 0
 
     def has_ended(self) -> bool:
-        """Whether the job has come to an end on which a verdict is due: the object rests where it was brought."""
+        """Whether the job has ended, so that the verdict is final: the object rests where it was brought."""
         if self.quiet != QUIET:
             return False
         if self._job != "kick":
@@ -57,7 +57,7 @@ class Judge:
         return self.measure()["way"] >= 1.0
 
     def find_fault(self, sample: Sample) -> str:
-        """What can no longer be made good, in words; empty for nothing."""
+        """The fault that ends the episode, in words; empty where there is none."""
         if sample.bend_most > self._bend_most:
             return "a joint was bent too far"
         if sample.penetration > PENETRATION_MOST:
