@@ -240,8 +240,8 @@ def test_messages_say_what_is_allowed(capsys: pytest.CaptureFixture[str]) -> Non
 def test_a_bottle_is_measured_where_the_strategy_takes_it() -> None:
     """A neck of 28 mm is within the fingers' 40 mm, a body of 65 mm is not."""
     from spiraltrunk import strategies
+    from spiraltrunk.cli.object_check import check_object
     from spiraltrunk.cli.output import UsageError
-    from spiraltrunk.cli.verbs.object_check import check_object
     from spiraltrunk.design.presets import PAPER
     from spiraltrunk.sim.objects.catalogue import parse_object
 
@@ -256,7 +256,7 @@ def test_a_bottle_is_measured_where_the_strategy_takes_it() -> None:
 
 def test_what_the_model_holds_impossible_is_told_before_it_is_tried(capsys: pytest.CaptureFixture[str]) -> None:
     from spiraltrunk import strategies
-    from spiraltrunk.cli.verbs.object_check import warn_infeasible
+    from spiraltrunk.cli.object_check import warn_infeasible
     from spiraltrunk.design.presets import PAPER
     from spiraltrunk.sim.objects.catalogue import parse_object
 

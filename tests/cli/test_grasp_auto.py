@@ -38,7 +38,7 @@ def test_a_refusal_of_all_is_no_trial(
 
 
 def test_a_thing_that_would_hardly_stand_is_told_as_laid_down(capsys: pytest.CaptureFixture[str]) -> None:
-    from spiraltrunk.cli.verbs.object_check import warn_laid
+    from spiraltrunk.cli.object_check import warn_laid
     from spiraltrunk.design.presets import PAPER
     from spiraltrunk.sim.objects.catalogue import parse_object
     from spiraltrunk.workflows.grasp.choice.auto import get_strategy

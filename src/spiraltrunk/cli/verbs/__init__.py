@@ -1,1 +1,1 @@
-"""One module a verb: its arguments, and what it does."""
+"""One module or folder a verb: its arguments, and what it does."""

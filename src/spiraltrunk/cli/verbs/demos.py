@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
+from spiraltrunk.cli.options.design import add_design, add_timestep
+from spiraltrunk.cli.options.engine import add_engine, add_shard, add_workers, build_engine, count_workers
 from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, UsageError, complain, format_json, open_out
 from spiraltrunk.cli.progress import print_progress
-from spiraltrunk.cli.verbs.design_options import add_design, add_timestep
-from spiraltrunk.cli.verbs.engine_options import add_engine, add_shard, add_workers, build_engine, count_workers
 from spiraltrunk.cli.verbs.survey.folders import OF_TRIALS, refuse_others
 from spiraltrunk.cli.verbs.survey.progress import show_survey
 from spiraltrunk.cli.verbs.survey.run import build_plan

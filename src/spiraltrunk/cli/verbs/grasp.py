@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import add_parser, read_seed, read_text
+from spiraltrunk.cli.object_check import check_object, name_able, warn_infeasible, warn_laid
+from spiraltrunk.cli.options.design import add_design, add_timestep, choose_timestep, load_robot
 from spiraltrunk.cli.output import (
     DONE,
     FAILED,
@@ -22,8 +24,6 @@ from spiraltrunk.cli.output import (
     quote,
 )
 from spiraltrunk.cli.progress import show_progress
-from spiraltrunk.cli.verbs.design_options import add_design, add_timestep, choose_timestep, load_robot
-from spiraltrunk.cli.verbs.object_check import check_object, name_able, warn_infeasible, warn_laid
 
 if TYPE_CHECKING:
     from spiraltrunk.control.strategy import Strategy

@@ -7,9 +7,9 @@ import sys
 from typing import Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_number, read_seed, read_text
+from spiraltrunk.cli.options.engine import add_engine, add_workers, build_engine, count_workers
 from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, add_file_count, complain, format_json
 from spiraltrunk.cli.progress import show_progress
-from spiraltrunk.cli.verbs.engine_options import add_engine, add_workers, build_engine, count_workers
 
 
 def add_verb(verbs: Any) -> None:

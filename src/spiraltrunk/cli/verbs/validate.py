@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from spiraltrunk.cli.arguments import add_parser, read_number, read_text
 from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, complain, format_json, open_out, quote
 from spiraltrunk.cli.progress import show_progress
-from spiraltrunk.cli.verbs.shape_load import MODELS
+from spiraltrunk.cli.verbs.shape.load import MODELS
 
 if TYPE_CHECKING:
     from spiraltrunk.mocap.protocol.protocol import Protocol

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import read_text
+from spiraltrunk.cli.object_check import check_object
 from spiraltrunk.cli.output import DONE, FAILED, Answer, add_file_count, complain, format_json, open_out
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.drive.actions import add_action
 from spiraltrunk.cli.verbs.drive.robot import compute_state, load_wiring, read_robot_file
 from spiraltrunk.cli.verbs.drive.run_hardware import LOG, run_on_robot
 from spiraltrunk.cli.verbs.grasp import format_verdict
-from spiraltrunk.cli.verbs.object_check import check_object
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.drive.trial import DriveTrial

@@ -6,9 +6,9 @@ import argparse
 from typing import Any
 
 from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
+from spiraltrunk.cli.options.design import add_design, add_timestep
+from spiraltrunk.cli.options.engine import add_engine, add_shard, add_workers
 from spiraltrunk.cli.output import Answer
-from spiraltrunk.cli.verbs.design_options import add_design, add_timestep
-from spiraltrunk.cli.verbs.engine_options import add_engine, add_shard, add_workers
 from spiraltrunk.cli.verbs.survey.folders import OF_TRIALS, compare, merge
 from spiraltrunk.cli.verbs.survey.run import run_trials
 

@@ -7,6 +7,9 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from spiraltrunk.cli.object_check import check_object
+from spiraltrunk.cli.options.design import choose_timestep, load_robot
+from spiraltrunk.cli.options.engine import build_engine, count_workers
 from spiraltrunk.cli.output import (
     DONE,
     INTERRUPTED,
@@ -16,9 +19,6 @@ from spiraltrunk.cli.output import (
     format_json,
     open_out,
 )
-from spiraltrunk.cli.verbs.design_options import choose_timestep, load_robot
-from spiraltrunk.cli.verbs.engine_options import build_engine, count_workers
-from spiraltrunk.cli.verbs.object_check import check_object
 from spiraltrunk.cli.verbs.survey.progress import show_survey
 
 if TYPE_CHECKING:

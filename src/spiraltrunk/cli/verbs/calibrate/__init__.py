@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from spiraltrunk.cli.arguments import add_parser, read_number, read_seed, read_text
 from spiraltrunk.cli.output import DONE, Answer, UsageError, add_file_count, complain, format_json, open_out
 from spiraltrunk.cli.progress import show_progress
-from spiraltrunk.cli.verbs import calibrate_bench
+from spiraltrunk.cli.verbs.calibrate import joint_bench
 
 if TYPE_CHECKING:
     from spiraltrunk.calibration.calibrate import Settings
@@ -51,7 +51,7 @@ def add_verb(verbs: Any) -> None:
     )  # fmt: skip
     parser.add_argument("--seed", type=read_seed, help="seed of the simulated trunk (default 0)")
     parser.add_argument("--out", type=read_text, metavar="DIR", help="write the new design and the figures there")
-    calibrate_bench.add_bench_arguments(parser)
+    joint_bench.add_bench_arguments(parser)
 
 
 def _run(arguments: argparse.Namespace) -> Answer:
@@ -61,8 +61,8 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
     protocol = load_protocol(arguments.protocol)
     design = load_design(arguments.design or protocol.design)
-    if calibrate_bench.has_bench(arguments) and not arguments.takes:
-        return calibrate_bench.run_bench(arguments, design)
+    if joint_bench.has_bench(arguments) and not arguments.takes:
+        return joint_bench.run_bench(arguments, design)
     if arguments.virtual is not None:
         return _simulate(arguments, design, protocol)
     return _fit(arguments, design, protocol)
@@ -71,7 +71,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse arguments that cannot be combined, before any work is done."""
     is_virtual, has_takes = arguments.virtual is not None, bool(arguments.takes)
-    has_bench = calibrate_bench.has_bench(arguments)
+    has_bench = joint_bench.has_bench(arguments)
     modes = "one TAKE or more, --bench FILE or --ring-down alone or with takes, or --virtual DIR alone"
     rules = {
         f"takes given with --virtual; allowed: {modes}": is_virtual and has_takes,
@@ -90,7 +90,7 @@ def _check(arguments: argparse.Namespace) -> None:
     for message, applies in rules.items():
         if applies:
             raise UsageError(message)
-    calibrate_bench.read_ring_downs(arguments)
+    joint_bench.read_ring_downs(arguments)
 
 
 def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settings:
@@ -144,7 +144,7 @@ def _fit(arguments: argparse.Namespace, design: TrunkDesign, protocol: Any) -> A
     given, held_out = sort_takes(protocol, arguments.takes), sort_takes(protocol, arguments.hold_out)
     fitted, held_out = (leave_out(given, held_out), held_out) if held_out else split_takes(given)
     recordings = Recordings(protocol=protocol, design=design, fitted=fitted, held_out=held_out, axes=arguments.axes)
-    bench = calibrate_bench.fit_bench_records(arguments, design) if calibrate_bench.has_bench(arguments) else None
+    bench = joint_bench.fit_bench_records(arguments, design) if joint_bench.has_bench(arguments) else None
     settings = _read_settings(arguments, bench)
     names = list_artifacts(bench)
     with open_out(arguments.out, WRITER, names) as output, show_progress(sys.stderr) as progress:
@@ -170,7 +170,7 @@ def _format(result: dict[str, Any]) -> str:
     parts += [_format_errors(result[part], part.replace("_", " ")) for part in ("held_out", "fitted") if result[part]]
     parts.append(_format_misfits(result["misfit_by_run"]))
     if result["bench"] is not None:
-        parts.append(calibrate_bench.format_bench(result["bench"]))
+        parts.append(joint_bench.format_bench(result["bench"]))
     if result["to_record"]:
         parts.append("\n".join(["To determine the others:", *(f"  {words}" for words in result["to_record"])]))
     return "\n\n".join(parts)

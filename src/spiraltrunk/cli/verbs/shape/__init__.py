@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from spiraltrunk.cli.arguments import Typed, add_parser, read_number, read_text
 from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, format_json, name_option
 from spiraltrunk.cli.plot_file import check_plot, read_format
-from spiraltrunk.cli.verbs.shape_load import LOADS, MODELS, Load, pick_model, read_load, solve_load
+from spiraltrunk.cli.verbs.shape.load import LOADS, MODELS, Load, pick_model, read_load, solve_load
 
 if TYPE_CHECKING:
     from spiraltrunk.design import TrunkDesign
