@@ -33,6 +33,7 @@ MARK = "SPIRALTRUNK_ATTACK"
 
 TAKES = [f"../takes/{run}_{k}.csv" for run in ("rest-000", "bend-dorsal", "twist") for k in (1, 2)]
 PROTOCOL = ["--protocol", "../takes/protocol.toml", "--axes", "y-up"]
+DEMOS = ["demos", "kick", "--trials", "2", "--workers", "2"]
 SURVEY = ["survey", "--strategies", "kick", "--trials", "2", "--workers", "2"]
 
 COMMANDS = {
@@ -49,6 +50,13 @@ COMMANDS = {
     "export": ["export", "--parts", "horn", "--formats", "stl", "step", "mjcf", "urdf", "--out", "OUT"],
     "export, processes": ["export", "--parts", "gripper", "housing", "--formats", "stl", "--out", "OUT"],
     "bench": ["bench", "--out", "OUT"],
+    "object": ["object", "bottle-70", "--plot", "OUT/object.png"],
+    "grasp auto": ["grasp", "auto", "--object", "cube-28", "--no-video", "--out", "OUT"],
+    "demos": [*DEMOS, "--format", "robomimic", "--out", "OUT"],
+    "demos lerobot": [*DEMOS, "--format", "lerobot", "--out", "OUT"],
+    "optimize": ["optimize", "--trials", "1", "--objects", "2", "--unseen", "1", "--workers", "2", "--out", "OUT"],
+    "drive pull": ["drive", "pull", "20", "0", "0"],
+    "drive run": ["drive", "run", "kick", "--out", "OUT"],
 }
 """Arguments of each command; OUT is the folder of the round."""
 
