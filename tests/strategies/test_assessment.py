@@ -38,6 +38,11 @@ def _assess(name, *args, **kwargs):
     ("name", "task", "reason"),
     [
         ("tip-grip", _task(0.0484, 0.06, 0.1), "too wide for the fingers by 8 mm: 48 mm, they open 40 mm"),
+        (
+            "tip-grip",
+            _task(0.039, 0.06, 0.1),
+            "by 2 mm: 39 mm, they open 40 mm and hold what is up to 37 mm wide",
+        ),
         ("pinch", _task(0.03, 0.2, 0.5, axis=LEVEL), "would slip: it weighs 4.9 N, the fingers hold"),
         ("flip-grip", _task(0.03, 0.03, 0.02, ground=None), "the object hangs; the fingers take what rests on"),
         ("tip-grip", _task(0.03, 0.03, 0.02, design=replace(PAPER, gripper=None)), "the trunk has no gripper"),
@@ -90,7 +95,7 @@ def test_names_tell_what_grips_are_meant_for():
     ("name", "tasks"),
     [
         ("tip-grip", [_task(0.03, 0.03, mass) for mass in (0.02, 0.1, 0.2, 0.24)]),
-        ("pinch", [_task(width, 0.15, 0.05, axis=LEVEL) for width in (0.02, 0.037, 0.039, 0.04)]),
+        ("pinch", [_task(width, 0.15, 0.05, kind="box", axis=LEVEL) for width in (0.02, 0.0355, 0.036, 0.0368)]),
         ("wrap-oblique", [_task(0.06, 0.24, mass) for mass in (0.3, 0.2, 0.1, 0.06)]),
         ("wrap-horizontal", [_task(0.06, 0.24, mass) for mass in (0.4, 1.1, 1.4)]),
     ],
@@ -140,4 +145,4 @@ def test_a_reason_tells_what_the_score_is_made_of():
     assert len(set(reasons.values())) == 3
     assert all(f"; rate {RATES[name]:g}" in reason for name, reason in reasons.items())
     assert _assess("flip-grip", 0.03, 0.03, 0.02).reason.endswith("; rate 0.98, times 0.95 for flip")
-    assert ", times 0.5" in _assess("tip-grip", 0.0399, 0.03, 0.02).reason
+    assert ", times 0.5" in _assess("tip-grip", 0.0367, 0.03, 0.02).reason

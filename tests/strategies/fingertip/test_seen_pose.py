@@ -172,3 +172,14 @@ def test_a_lying_box_is_as_wide_as_it_is_across_and_not_as_it_is_high():
     assert gripped_width(task) == pytest.approx(0.040, rel=1e-6)
     assert is_wide(task)
     assert tip_height(task) > GROUND + 0.066
+
+
+def test_fingers_press_below_the_middle_of_a_wide_lying_cylinder_or_refuse_it():
+    """Their ends reach below it, and they pass its round top nearer than that of a box as wide."""
+    length = PAPER.gripper.finger_length
+    for width in (0.022, 0.025, 0.028):
+        height = tip_height(announce(width=width, length=0.1, axis=LEVEL, design=PAPER)) - GROUND
+        box = tip_height(announce(kind="box", width=width, length=0.1, axis=LEVEL, design=PAPER)) - GROUND
+        assert height - width / 2 <= 0.77 * length < box - width / 2
+    with pytest.raises(ModelError, match="too wide to lie between the fingers: they do not reach round 32 mm"):
+        tip_height(announce(width=0.032, length=0.1, axis=LEVEL, design=PAPER))
