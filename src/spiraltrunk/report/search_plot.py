@@ -58,7 +58,7 @@ def build_history_figure(points: Sequence[CandidatePoint]) -> Figure:
     axes.set_xlim(-0.7, max((point.number for point in points), default=0) + 0.7)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     if points:
-        add_legend(axes, loc="best")
+        add_legend(axes, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     return figure
 
 
