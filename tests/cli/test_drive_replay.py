@@ -14,6 +14,7 @@ from rich.console import Console
 from spiraltrunk import cli
 from spiraltrunk.cli.verbs.drive.live import draw_table
 from spiraltrunk.design import presets
+from spiraltrunk.files.output_folder import open_output
 from spiraltrunk.hardware.log import LogMetadata, LogWriter
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 
@@ -67,6 +68,18 @@ def test_the_figures_have_units_and_the_files_are_named(whole, replay, tmp_path)
     told = json.loads(replay(whole, "--json")[1])
     assert told["speed_most_mm_s"] == pytest.approx(1e3 * abs(SPEED))
     assert (told["hottest"], told["files"]) == ({"cable": 2, "temperature_degc": 64.0}, [])
+
+
+def test_a_plot_beside_its_log_leaves_the_run_s_files(whole, tmp_path, capsys):
+    run = tmp_path / "run"
+    with open_output(run, "drive", ["drive.mcap", "result.json"]) as output, output.draft() as draft:
+        (draft / "drive.mcap").write_bytes(whole)
+        (draft / "result.json").write_text("{}")
+    for _ in range(2):
+        assert cli.main(["drive", "replay", str(run / "drive.mcap"), "--out", str(run)]) == 0
+        assert capsys.readouterr().err == ""
+        assert sorted(path.name for path in run.iterdir()) == [".spiraltrunk", "drive.mcap", "drive.png", "result.json"]
+    assert (run / "drive.mcap").read_bytes() == whole
 
 
 def test_a_log_that_is_cut_off_is_replayed_as_far_as_it_goes(whole, replay):

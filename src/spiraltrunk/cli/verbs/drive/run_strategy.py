@@ -105,7 +105,7 @@ def _replay(arguments: argparse.Namespace) -> Answer:
     replay = read_replay(arguments.log, intact=arguments.intact)
     with open_out(arguments.out, "drive", [PLOT]) as output:
         if output is not None:
-            with output.draft() as draft:
+            with output.draft(is_partial=True) as draft:  # The folder may be the run's own, with its log.
                 write_replay(replay, draft)
     if not replay.result["is_complete"]:
         damage = replay.result["damage"]
