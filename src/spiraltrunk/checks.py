@@ -39,6 +39,28 @@ class Range(NamedTuple):
         return ", ".join(["a finite number", *(f"{word} {bound:g}" for word, bound in words if math.isfinite(bound))])
 
 
+@final
+class OutOfRange(NamedTuple):
+    """A number that is not in its range; as a text it states both."""
+
+    name: str
+    """What the error calls it."""
+    number: float
+    """The number."""
+    allowed: Range
+    """Its range."""
+    unit: str = ""
+    """Unit of both."""
+
+    def in_unit(self, unit: str, size: float) -> OutOfRange:
+        """The same in ``unit``, which is ``size`` of the present one."""
+        return OutOfRange(self.name, self.number / size, self.allowed.in_unit(size), unit)
+
+    def __str__(self) -> str:
+        of = f" {self.unit}" if self.unit else ""
+        return f"{self.name} is {self.number:g}{of}; allowed: {self.allowed}{of}"
+
+
 FINITE = Range()
 """Every finite number."""
 
@@ -194,9 +216,10 @@ def read_numbers(
         return np.array(value)
     array = read_array(name, value, shape, error=error)
     if not _are_within(array, allowed):
-        wrong = next(number for number in array.flat if not allowed.holds(number))
-        of = f" {unit}" if unit else ""
-        raise error(f"{name} is {wrong:g}{of}; allowed: {allowed}{of}")
+        outside = OutOfRange(name, next(number for number in array.flat if not allowed.holds(number)), allowed, unit)
+        refusal = error(str(outside))
+        refusal.outside = outside
+        raise refusal
     return array
 
 

@@ -45,7 +45,7 @@ def test_takes_become_a_design_that_says_where_it_comes_from(takes, tmp_path, ca
     assert sorted(result["files"]) == sorted(path.name for path in out.glob("[!.]*"))
     assert result == json.loads((out / "result.json").read_text())
     assert "not a measurement" in said.err
-    assert any("frame numbers are missing" in note for note in result["odd_in_recordings"])
+    assert any("frame numbers missing" in note for note in result["odd_in_recordings"])
     assert all(f"note: {note}" in said.err for note in result["odd_in_recordings"])
     assert "bench.png" in result["files"]
     joint = result["bench"]["static"][0]["stiffness_nm_per_rad"]["value"]
@@ -108,6 +108,11 @@ def test_of_all_takes_those_held_out_are_not_fitted(takes, capsys):
     assert misfit["take"] == "rest-045_1.csv"
     assert 0 < misfit["registered_rms_m"] <= misfit["rms_m"] < 5e-3
     assert not misfit["is_out_of_proportion"]
+    # Both takes that the protocol asks for were given.
+    assert not any("the protocol asks for" in note for note in result["odd_in_recordings"])
+    assert main(["calibrate", files[0], "--protocol", str(takes / "protocol.toml"), "--json"]) == 0
+    notes = json.loads(capsys.readouterr().out)["odd_in_recordings"]
+    assert "takes of run 'rest-045': 1; the protocol asks for 2" in notes
 
 
 def test_a_folder_that_cannot_be_written_is_told_before_the_fit(takes, capsys):

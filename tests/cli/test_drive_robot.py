@@ -37,7 +37,7 @@ def robot(tmp_path: Path) -> Path:
         (["pose", "curled", "--save", "1", "0", "0", "--poses", "/dev/null"], "this is no regular file"),
         (["jog", "1", "5", "--save", "x" * 100], "name of a pose is"),
         (["jog", "1", "5", "--save", "curled", "--poses", "/dev/zero"], "no regular file"),
-        (["pose", "curled", "--save", "10"], "1 lengths given; allowed: 3"),
+        (["pose", "curled", "--save", "10"], "1 length given; allowed: 3"),
         (["pose", "curled", "--save", "1e9", "0", "0"], "allowed"),
         (["pose", "curled", "--save", "nan", "0", "0"], "allowed: a finite number"),
         (["jog"], "allowed: a cable and a length to wind in, or --gamepad"),

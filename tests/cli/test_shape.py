@@ -118,7 +118,7 @@ def test_two_cables(capsys: pytest.CaptureFixture[str]) -> None:
     told = read("spirob-15 --cables-mm 10 0", capsys)
     assert len(told["cable_tension_n"]) == 2
     assert told["design"] == "spirob-15"
-    refused = "--cables-mm 1 0 0: change has shape (3,); allowed: (2,)"
+    refused = "--cables-mm 1 0 0: 3 numbers given; allowed: 2, one for each cable of 'spirob-15'"
     assert refused in refuse("spirob-15 --cables-mm 1 0 0", capsys)
     assert "allowed for twist: 0, 120 and 240 deg" in refuse("spirob-15 --twist-mm 1 1", capsys)
     assert "three or more" in refuse("spirob-15 --twist-mm 1 1 --model statics", capsys)
@@ -138,15 +138,15 @@ def test_table_is_for_people(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 REFUSED = {
-    "--dorsal-mm -1": "--dorsal-mm -1: pull is -0.001 m; allowed: a finite number, at least 0, at most 0.1311",
-    "--dorsal-mm 131.2": "--dorsal-mm 131.2: pull is 0.1312 m; allowed: a finite number, at least 0, at most 0.1311",
-    "--ventral-mm 123": "--ventral-mm 123: lengthening is 0.123 m; allowed: a finite number, at least 0, at most 0.122",
-    "--twist-mm 60 -30": "--twist-mm 60 -30: pull_2 is -0.03 m; allowed: a finite number, at least 0, at most 0.1311",
-    "--cables-mm 0 200 0": "--cables-mm 0 200 0: change is 0.2 m; allowed: a finite number, at least 0, at most 0.1311",
-    "--cables-mm 1 2": "--cables-mm 1 2: change has shape (2,); allowed: (3,)",
+    "--dorsal-mm -1": "--dorsal-mm -1: pull is -1 mm; allowed: a finite number, at least 0, at most 131.1",
+    "--dorsal-mm 131.2": "--dorsal-mm 131.2: pull is 131.2 mm; allowed: a finite number, at least 0, at most 131.1",
+    "--ventral-mm 123": "--ventral-mm 123: lengthening is 123 mm; allowed: a finite number, at least 0, at most 122",
+    "--twist-mm 60 -30": "--twist-mm 60 -30: pull_2 is -30 mm; allowed: a finite number, at least 0, at most 131.1",
+    "--cables-mm 0 200 0": "--cables-mm 0 200 0: change is 200 mm; allowed: a finite number, at least 0, at most 131.1",
+    "--cables-mm 1 2": "--cables-mm 1 2: 2 numbers given; allowed: 3, one for each cable of 'paper'",
     "--tensions-n 61 0 0": "--tensions-n 61 0 0: tension is 61 N; allowed: a finite number, at least 0, at most 60 N",
     "--cables-mm 1 0 spirob-15": "'spirob-15' given; allowed: a finite number, and DESIGN before the option",
-    "--tensions-n 1": "--tensions-n 1: tension has shape (1,); allowed: (..., 3), one number per cable",
+    "--tensions-n 1": "--tensions-n 1: 1 number given; allowed: 3, one for each cable of 'paper'",
     "--dorsal-mm nan": "--dorsal-mm: 'nan' given; allowed: a finite number",
     "--dorsal-mm 1e400": "allowed: a finite number",
     "--dorsal-mm 1 --ventral-mm 1": "--dorsal-mm and --ventral-mm given; allowed: one of",

@@ -68,10 +68,15 @@ def format_json(value: object) -> str:
     return format_json(value)
 
 
+def format_count(count: int, noun: str) -> str:
+    """The count and the noun, which takes an s unless it is one."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def add_file_count(text: str, result: dict[str, object], arguments: argparse.Namespace, gap: str = "\n\n") -> str:
     """The text, followed by the number of files in ``--out`` where it was given."""
     count = len(result["files"])  # type: ignore[arg-type]
-    return text if arguments.out is None else f"{text}{gap}{count} files in {arguments.out}"
+    return text if arguments.out is None else f"{text}{gap}{format_count(count, 'file')} in {arguments.out}"
 
 
 @contextmanager

@@ -222,7 +222,7 @@ def test_wrong_counts_and_missing_frames_are_noted(write, body, read):
     del lines_[9]
     notes = read(b"\r\n".join(lines_)).notes
     assert "the header says 190951 frames, the file has 3" in notes
-    assert "1 frame numbers are missing between 0 and 3" in notes
+    assert "frame numbers missing between 0 and 3: 1" in notes
 
 
 FAULTS = {

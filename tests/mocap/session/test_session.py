@@ -106,7 +106,7 @@ def test_two_takes_are_averaged(protocol, rehearse):
     run = build(protocol, {"bend": takes}).runs[0]
     np.testing.assert_allclose(deviate(run).per_shape, 1e-3, atol=1e-4)
     assert run.spread == pytest.approx(2e-3, abs=1e-4)
-    assert any("2 takes; the protocol asks for 1" in note for note in run.notes)
+    assert any("takes of run 'bend': 2; the protocol asks for 1" in note for note in run.notes)
 
 
 def hide(take, name, frames, how):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from spiraltrunk.cli.arguments import add_parser, read_count, read_seed, read_text
 from spiraltrunk.cli.options.design import add_design, add_timestep
 from spiraltrunk.cli.options.engine import add_engine, add_shard, add_workers, build_engine, count_workers
-from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, UsageError, complain, format_json, open_out
+from spiraltrunk.cli.output import DONE, INTERRUPTED, Answer, UsageError, complain, format_count, format_json, open_out
 from spiraltrunk.cli.progress import print_progress
 from spiraltrunk.cli.verbs.survey.folders import OF_TRIALS, refuse_others
 from spiraltrunk.cli.verbs.survey.progress import show_survey
@@ -189,4 +189,6 @@ def _format_text(result: dict[str, Any], out: str) -> str:
     ]
     if not result["demonstrations"]:
         return f"{format_table(rows)}\nno data set, as no trial was recorded"
-    return f"{format_table(rows)}\n{result['demonstrations']} demonstrations ({result['format']}) in {out}"
+    return (
+        f"{format_table(rows)}\n{format_count(result['demonstrations'], 'demonstration')} ({result['format']}) in {out}"
+    )

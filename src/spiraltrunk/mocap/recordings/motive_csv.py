@@ -156,7 +156,7 @@ def _read_frames(data: _Data, header: Header, notes: list[str]) -> np.ndarray:
         notes.append(f"the header says {header.frames} frames, the file has {len(frame)}")
     dropped = int(frame[-1] - frame[0]) + 1 - len(frame)
     if dropped:
-        notes.append(f"{dropped} frame numbers are missing between {frame[0]:g} and {frame[-1]:g}")
+        notes.append(f"frame numbers missing between {frame[0]:g} and {frame[-1]:g}: {dropped}")
     return frame.astype(np.int64)
 
 

@@ -47,6 +47,8 @@ class SessionSettings:
     """Coefficient between cables and holes, for statics [-]; None takes the design's."""
     rotations: str | None = None
     """"quaternion" or "ignore"; None takes the protocol's."""
+    is_part: bool = False
+    """Whether other takes of the session are read apart: then nothing is noted where the protocol asks for more."""
 
     def __post_init__(self) -> None:
         if self.model not in MODELS:
@@ -122,7 +124,8 @@ def build_session(
         predicted = predict(
             settings.design, schedule, model=settings.model, friction=settings.friction, progress=progress
         )
-        runs.append(_average_run(schedule, predicted, tuple(held), alignment))
+        notes = [] if settings.is_part else note_takes(schedule.run, len(held))
+        runs.append(_average_run(schedule, predicted, tuple(held), alignment, notes))
     return Session(runs=tuple(runs), alignment=alignment, shapes=_join_runs(runs, settings.design))
 
 
@@ -188,16 +191,23 @@ def _find_run_stills(take: Take, points: np.ndarray, run: Run, protocol: Protoco
     return [inside[frames] for frames in stills]
 
 
+def note_takes(run: Run, count: int) -> list[str]:
+    """A line where the run has another number of takes than the protocol asks for, else none."""
+    return [] if count == run.takes else [f"takes of run {run.name!r}: {count}; the protocol asks for {run.takes}"]
+
+
 def _average_run(
-    schedule: Schedule, predicted: Prediction, takes: tuple[TakeShapes, ...], alignment: Alignment
+    schedule: Schedule,
+    predicted: Prediction,
+    takes: tuple[TakeShapes, ...],
+    alignment: Alignment,
+    told: Sequence[str] = (),
 ) -> RunShapes:
     """Registered shapes, averaged over the takes."""
     run = schedule.run
     notes = [f"{take.take.source}: {note}" for take in takes for note in take.notes]
     points, rotation, moved = register(run, predicted, takes, alignment)
-    notes += moved
-    if len(takes) != run.takes:
-        notes.append(f"run {run.name!r} has {len(takes)} takes; the protocol asks for {run.takes}")
+    notes += [*moved, *told]
     mean, seen = average_takes(points), np.isfinite(points).all(axis=-1)
     count = seen.sum(axis=0)
     squares = ((points - mean) ** 2).sum(axis=-1)[seen & (count > 1)]

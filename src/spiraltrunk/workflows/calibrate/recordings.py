@@ -14,7 +14,7 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import TakeError
 from spiraltrunk.mocap.protocol.protocol import Protocol
-from spiraltrunk.mocap.session.session import SessionSettings, build_session
+from spiraltrunk.mocap.session.session import SessionSettings, build_session, note_takes
 from spiraltrunk.mocap.signal.registration import Alignment
 from spiraltrunk.model.kinematics.measured_shapes import MeasuredShapes
 
@@ -84,7 +84,9 @@ def read_recordings(recordings: Recordings) -> RecordedShapes:
         TakeError: for recordings that cannot be read or do not match the protocol.
     """
     _refuse_copies(recordings)
-    settings = SessionSettings(design=recordings.design, axes=recordings.axes, alignment=Alignment(kind="base"))
+    settings = SessionSettings(
+        design=recordings.design, axes=recordings.axes, alignment=Alignment(kind="base"), is_part=True
+    )
     sessions = [
         build_session(recordings.protocol, takes, settings)
         for takes in (recordings.fitted, recordings.held_out)
@@ -94,9 +96,21 @@ def read_recordings(recordings: Recordings) -> RecordedShapes:
     count = [len(part.kind) for part in parts]
     return RecordedShapes(
         shapes=_join_shapes(parts), is_fitted=np.arange(sum(count)) < count[0],
-        notes=tuple(note for session in sessions for run in session.runs for note in run.notes),
+        notes=(
+            *(note for session in sessions for run in session.runs for note in run.notes),
+            *_note_all_takes(recordings),
+        ),
         synthetic=tuple(source for session in sessions for source in session.synthetic),
     )  # fmt: skip
+
+
+def _note_all_takes(recordings: Recordings) -> list[str]:
+    """A line for each run whose takes, fitted and held out, are not as many as the protocol asks for."""
+    counts = [
+        (run, sum(len(part.get(run.name, ())) for part in (recordings.fitted, recordings.held_out)))
+        for run in recordings.protocol.runs
+    ]
+    return [note for run, count in counts if count for note in note_takes(run, count)]
 
 
 def _refuse_copies(recordings: Recordings) -> None:

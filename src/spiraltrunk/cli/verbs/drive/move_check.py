@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from spiraltrunk.cli.output import DONE, UsageError, complain
+from spiraltrunk.cli.output import DONE, UsageError, complain, format_count
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
@@ -48,7 +48,9 @@ def check_lengths(design: TrunkDesign, lengths_mm: Sequence[float]) -> None:
     from spiraltrunk.design.drum import SPARE, size_drum
 
     if len(lengths_mm) != design.n_cable:
-        raise UsageError(f"{len(lengths_mm)} lengths given; allowed: {design.n_cable}, one for each cable")
+        raise UsageError(
+            f"{format_count(len(lengths_mm), 'length')} given; allowed: {design.n_cable}, one for each cable"
+        )
     drum = size_drum(design)
     least, most = -1e3 * (1 + SPARE) * drum.travel_out, 1e3 * (1 + SPARE) * drum.travel_in
     for number, length in enumerate(lengths_mm, start=1):

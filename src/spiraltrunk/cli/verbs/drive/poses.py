@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from spiraltrunk.cli.arguments import read_number, read_text
-from spiraltrunk.cli.output import DONE, Answer, UsageError, format_json
+from spiraltrunk.cli.output import DONE, Answer, UsageError, format_count, format_json
 from spiraltrunk.cli.verbs.drive.actions import add_action, add_move, answer, move
 from spiraltrunk.cli.verbs.drive.move_check import check_move, warn_short
 from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, read_poses, save_pose
@@ -37,7 +37,9 @@ def _pose(arguments: argparse.Namespace) -> Answer:
     design = load_design(arguments.design)
     if arguments.save is not None:
         if len(arguments.save) != design.n_cable:
-            raise UsageError(f"{len(arguments.save)} lengths given; allowed: {design.n_cable}, one for each cable")
+            raise UsageError(
+                f"{format_count(len(arguments.save), 'length')} given; allowed: {design.n_cable}, one for each cable"
+            )
         save_pose(arguments, design, [1e-3 * pull for pull in arguments.save], arguments.pose)
         told = {"saved": arguments.pose, "pull_mm": [float(pull) for pull in arguments.save], "file": arguments.poses}
         return DONE, format_json(told) if arguments.json else f"{arguments.pose} is saved in {arguments.poses}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, final
 
 from spiraltrunk.cli.arguments import Typed
-from spiraltrunk.cli.output import UsageError
+from spiraltrunk.cli.output import UsageError, format_count
 from spiraltrunk.errors import ModelError
 
 if TYPE_CHECKING:
@@ -67,6 +67,11 @@ class Load:
         return LOADS[self.name].option
 
     @property
+    def text(self) -> str:
+        """Option and numbers as they were typed."""
+        return f"{self.option} {' '.join(value.text for value in self.typed)}"
+
+    @property
     def numbers(self) -> list[float]:
         """The numbers."""
         return [float(value) for value in self.typed]
@@ -105,13 +110,18 @@ def solve_load(design: TrunkDesign, load: Load | None, model: str, theta_0: floa
     Raises:
         ModelError: for numbers that the model refuses, with the option as typed.
     """
+    if load is not None and LOADS[load.name].numbers == "+" and len(load.typed) != design.n_cable:
+        allowed = f"{design.n_cable}, one for each cable of {design.name!r}"
+        raise ModelError(f"{load.text}: {format_count(len(load.typed), 'number')} given; allowed: {allowed}")
     try:
         return _solve_reference(design, load, theta_0) if model == "reference" else _solve_statics(
             design, load, theta_0, friction
         )  # fmt: skip
     except ModelError as error:
-        option = "" if load is None else f"{load.option} {' '.join(value.text for value in load.typed)}: "
-        raise ModelError(f"{option}{error}") from None
+        option = "" if load is None else f"{load.text}: "
+        outside = error.outside
+        in_mm = outside.in_unit("mm", 1e-3) if outside is not None and outside.unit == "m" else error
+        raise ModelError(f"{option}{in_mm}") from None
 
 
 def _solve_statics(design: TrunkDesign, load: Load | None, theta_0: float, friction: float | None) -> Shape:
