@@ -123,6 +123,8 @@ def test_all_strategies_with_their_objects_or_one(
         (["--trials", "0"], "survey.trials is 0; allowed: a whole number from 1 to 100000"),
         (["--trials", "100001"], "allowed: a whole number from 1 to 100000"),
         (["--trials", "1e3"], "allowed: a whole number"),
+        (["--trials", "99999999999"], "'99999999999' given; allowed: a whole number of at most 10 digits"),
+        (["--trails", "3"], "unrecognized arguments: --trails 3; see spiraltrunk survey --help"),
         (["--workers", "0"], "allowed: a whole number from 1 to 64"),
         (["--workers", "65"], "survey.workers is 65; allowed: a whole number from 1 to 64"),
         (["--seed", "-1"], "allowed: a whole number from 0"),
@@ -169,6 +171,10 @@ def test_another_surveys_folder_is_refused(tmp_path: Path, capsys: pytest.Captur
     said = capsys.readouterr().err
     assert said.startswith(f"spiraltrunk: error: --out: '{tmp_path}' holds a survey with trials 1, not 2; allowed: ")
     assert said.count("\n") == 1
+    assert cli.main(["survey", "--strategies", "wrap-vertical,kick", "--trials", "1", "--out", str(tmp_path)]) == 2
+    assert (
+        "holds a survey of the strategies wrap-vertical, not wrap-vertical, kick; allowed: " in capsys.readouterr().err
+    )
 
 
 def test_without_ray_its_extra_is_named(

@@ -27,6 +27,13 @@ class Parser(argparse.ArgumentParser):
         """
         raise UsageError(f"{message}; see {self.prog} --help")
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse unknown arguments where they stand, so that the hint names the verb's own help."""
+        known, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return known, unknown
+
 
 @final
 class Typed(float):
@@ -65,7 +72,7 @@ def read_number(text: str) -> Typed:
 def read_count(text: str) -> int:
     """A whole number, as an argument's type; its range is for others to check."""
     if not re.fullmatch(r"-?[0-9]{1,10}", text):
-        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a whole number")
+        raise argparse.ArgumentTypeError(f"{quote(text)} given; allowed: a whole number of at most 10 digits")
     return int(text)
 
 

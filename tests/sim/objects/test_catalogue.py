@@ -185,5 +185,16 @@ def test_a_catalogues_object_takes_a_pose():
     measures = CATALOGUE["bottle-70"]
     assert parse_object("bottle-70,pose=lying") == parse_object(f"{measures},pose=lying")
     assert parse_object("bottle-70,pose=lying").pose == "lying"
-    with pytest.raises(DesignError, match="each measure once"):
+    with pytest.raises(DesignError, match="mass_g of 'bottle-70' is that of the catalogue; allowed: pose= "):
         parse_object("bottle-70,mass_g=3")
+
+
+@pytest.mark.parametrize(
+    ("name", "form"),
+    [("mug.stl", "stl:path=mug.stl,mass_g=GRAMS"), ("./a b.OBJ", "obj:path=./a b.OBJ,mass_g=GRAMS"),
+     ("cup.xml", "mjcf:path=cup.xml")],
+)  # fmt: skip
+def test_the_bare_name_of_a_file_is_told_how_a_file_is_given(name, form):
+    with pytest.raises(DesignError) as caught:
+        parse_object(name)
+    assert str(caught.value) == f"object is {name!r}; allowed: {form}, which reads the file"

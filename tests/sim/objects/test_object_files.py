@@ -133,7 +133,7 @@ def test_a_hull_that_is_larger_than_the_solid_is_told(put):
     volume, hull = 60 * 15 * 20 + 20 * 25 * 20, (60 * 40 - 25 * 40 / 2) * 20
     assert shape.solid.excess == pytest.approx(hull / volume - 1, rel=1e-6)
     assert shape.warning == (
-        "the mesh is touched at convex shapes 36 % larger than itself: hollows are filled; collide=parts keeps them"
+        "the mesh collides as convex shapes, 36 % larger than it: hollows are filled; collide=parts keeps them"
     )
 
 
@@ -436,7 +436,7 @@ def test_a_wrong_unit_is_told(put):
 
 BAD_BYTES = {
     "empty": (b"", "allowed: a file that exists.*of 1 byte to 20 MB; it is empty"),
-    "text": (b"hello, this is not a mesh at all", "no STL that can be read|of 0 triangles"),
+    "text": (b"hello, this is not a mesh at all", "no STL that can be read.*; an OBJ is given by obj:path="),
     "no triangles": (b"solid nothing\nendsolid nothing\n", "no STL that can be read|of 0 triangles"),
     "cut short": (b"x" * 80 + (1000).to_bytes(4, "little") + b"y" * 500, "no STL that can be read"),
     "a count beyond the file": (b"x" * 80 + (2**32 - 1).to_bytes(4, "little"), "no STL that can be read"),

@@ -112,6 +112,7 @@ def test_a_row_of_another_shard_is_refused(shards: Path) -> None:
 def test_overlap_lack_and_strangers_are_told(shards: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     run_survey(replace(plan, shard=Shard(number=1, count=2)), folder=shards / "half", work=fakes.work)
     run_survey(replace(plan, seed=8, shard=Shard(number=2, count=COUNT)), folder=shards / "seed", work=fakes.work)
+    (shards / "empty").mkdir()
     refusals = {
         ("1", "1", "2", "3"): r"shard 1/3 is in '.*' and '.*'; allowed: each shard once",
         ("1", "3"): "of 3 shards, 2/3 missing; allowed: all of them",
@@ -119,6 +120,7 @@ def test_overlap_lack_and_strangers_are_told(shards: Path, fakes: ModuleType, pl
         ("1", "half"): "holds shard 1/2, others one of 3",
         ("whole",): "holds a whole survey, not a shard",
         ("1", "nowhere"): r"'.*nowhere' cannot be read: No such file or directory",
+        ("1", "empty"): r"'.*empty/survey.json' cannot be read: No such file or directory",
     }
     for names, told in refusals.items():
         with pytest.raises(SurveyError, match=told):

@@ -175,5 +175,6 @@ def _find_run(text: str, protocol: Protocol) -> tuple[str, str]:
     guessed = None if equals else guess_run(protocol, text)
     if guessed is None:
         allowed = f"RUN=FILE, or a file whose name begins with the run's; runs are {', '.join(names)}"
-        raise TakeError(f"{text[:200]!r} belongs to no run; allowed: {allowed}")
+        reason = "is a folder" if Path(text).is_dir() else "belongs to no run"
+        raise TakeError(f"{text[:200]!r} {reason}; allowed: {allowed}")
     return guessed, text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from difflib import get_close_matches
+from pathlib import PurePath
 
 from spiraltrunk.checks import check_type
 from spiraltrunk.errors import DesignError, UnknownName, Unquoted
@@ -109,6 +110,7 @@ def parse_object(text: str) -> ObjectSpec:
     name, comma, more = text.partition(",")
     if name.strip() in CATALOGUE:
         text = CATALOGUE[name.strip()] + comma + more
+        _check_free(name.strip(), more)
     kind, colon, rest = text.partition(":")
     if not colon:
         raise _refuse_name(name.strip())
@@ -122,10 +124,32 @@ def parse_object(text: str) -> ObjectSpec:
     return shape if pose is None else take_pose(shape, pose)
 
 
-def _refuse_name(name: str) -> UnknownName:
+def _check_free(name: str, more: str) -> None:
+    """Refuse a measure after the name of an object of the catalogue, which has it already."""
+    kind = CATALOGUE[name].partition(":")[0]
+    for part in more.split(","):
+        measure = part.partition("=")[0].strip()
+        if measure in MEASURES[kind]:
+            allowed = f"pose= after a name, or all measures: {CATALOGUE[name]}"
+            raise DesignError(f"{measure} of {name!r}", got=Unquoted("that of the catalogue"), allowed=allowed)
+
+
+_FORMS = {
+    ".stl": "stl:path={},mass_g=GRAMS",
+    ".obj": "obj:path={},mass_g=GRAMS",
+    ".xml": "mjcf:path={}",
+    ".mjcf": "mjcf:path={}",
+}
+"""How files are given, by their ending."""
+
+
+def _refuse_name(name: str) -> UnknownName | DesignError:
     """The error about a name that is not in the catalogue: names that are like it, the kinds, where all names are."""
     near = get_close_matches(name, CATALOGUE, n=3, cutoff=LIKE)
     kinds = ", ".join(f"{kind}:" for kind in MEASURES)
+    form = _FORMS.get(PurePath(name).suffix.lower())
+    if form is not None:
+        return DesignError("object", got=name, allowed=f"{form.format(name)}, which reads the file")
     return UnknownName(
         "object", name, [*near, f"solids and files ({kinds}) and the catalogue of docs/reference/objects.md"]
     )

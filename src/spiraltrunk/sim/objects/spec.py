@@ -118,7 +118,7 @@ class ObjectSpec:
         if abs(excess) <= EXCESS_MOST:
             return self.notes
         more = "larger" if excess > 0 else "smaller"
-        told = f"the {self.kind} is touched at convex shapes {100 * abs(excess):.0f} % {more} than itself"
+        told = f"the {self.kind} collides as convex shapes, {100 * abs(excess):.0f} % {more} than it"
         return (*self.notes, f"{told}: hollows are filled; collide=parts keeps them")
 
 

@@ -101,7 +101,8 @@ def _read_settings(folder: Path) -> Mapping[str, Any]:
         if not isinstance(settings, dict):
             raise TypeError("settings")
     except OSError as error:
-        raise SurveyError(f"{_OPTION}: {str(folder)!r} cannot be read: {describe_reason(error)}; {_ALLOWED}") from None
+        place = str(folder / RESULT if folder.is_dir() else folder)
+        raise SurveyError(f"{_OPTION}: {place!r} cannot be read: {describe_reason(error)}; {_ALLOWED}") from None
     except (ValueError, TypeError, KeyError, RecursionError):
         raise SurveyError(f"{_OPTION}: {str(folder / RESULT)!r} is of no demonstrations; {_ALLOWED}") from None
     if not is_complete:

@@ -91,9 +91,17 @@ def check_settings(folder: Path, settings: Mapping[str, Any]) -> None:
         raise SurveyError(f"--out: {str(path)!r} is no survey's; {_ALLOWED}") from None
     if differing:
         key = differing[0]
-        what = f"a survey with {key} {_short(held.get(key))}, not {_short(settings[key])}"
-        what = "a survey of another design" if key == "design" else what
-        raise SurveyError(f"--out: {str(folder)!r} holds {what}; {_ALLOWED}")
+        what = _describe_difference(key, held.get(key), settings[key])
+        raise SurveyError(f"--out: {str(folder)!r} holds a survey {what}; {_ALLOWED}")
+
+
+def _describe_difference(key: str, held: Any, asked: Any) -> str:
+    """What distinguishes the survey of the folder by this setting."""
+    if key == "design":
+        return "of another design"
+    if key == "objects" and isinstance(held, dict) and held.keys() != asked.keys():
+        return f"of the strategies {', '.join(held)}, not {', '.join(asked)}"
+    return f"with {key} {_short(held)}, not {_short(asked)}"
 
 
 def write_tables(

@@ -50,7 +50,8 @@ def load_survey(folder: str | Path, option: str) -> StoredSurvey:
         data = (path / "trials.jsonl").read_bytes()
         _check_settings(settings)
     except OSError as error:
-        raise SurveyError(f"{option}: {str(folder)!r} cannot be read: {describe_reason(error)}; {allowed}") from None
+        place = str(error.filename if path.is_dir() else folder)
+        raise SurveyError(f"{option}: {place!r} cannot be read: {describe_reason(error)}; {allowed}") from None
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise SurveyError(f"{option}: {str(path / 'survey.json')!r} is no survey's; {allowed}") from None
     rows, _ = read_rows(path / "trials.jsonl", data, settings, option)

@@ -95,11 +95,13 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _read_settings(arguments: argparse.Namespace, bench: Bench | None) -> Settings:
     from spiraltrunk.calibration.calibrate import Settings, Weighing
+    from spiraltrunk.checks import check_number
     from spiraltrunk.workflows.calibrate.joint_bench import compute_prior
 
     joints = () if bench is None else compute_prior(bench)
     if arguments.mass_g is None:
         return Settings(bench=joints)
+    check_number("--mass-g", arguments.mass_g, above=0.0, below=1e6)
     mass = 1e-3 * float(arguments.mass_g)
     spread = 0.01 * mass if arguments.mass_sd_g is None else 1e-3 * float(arguments.mass_sd_g)
     return Settings(weighing=Weighing(mass=mass, spread=spread), bench=joints)

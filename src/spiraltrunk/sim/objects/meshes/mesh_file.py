@@ -157,7 +157,7 @@ def _read(content: bytes, form: str, what: str) -> Trimesh:
             mesh = _read_stl(content, what)
     faces = len(mesh.faces)
     if faces == 0:
-        raise refusal(what, "no OBJ, or has no faces", "an OBJ with lines of v and f; export the surface as triangles")
+        raise refusal(what, "no OBJ, or has no faces", "an OBJ with lines of v and f; an STL is given by stl:path=")
     if faces < 4:
         raise refusal(what, f"of {faces} triangles", f"4 to {FACES_MOST}; fewer enclose no solid")
     if faces > FACES_MOST:
@@ -176,7 +176,9 @@ def _read_stl(content: bytes, what: str) -> Trimesh:
         if len(mesh.faces) == 0:  # The reader may take any bytes for an empty ASCII file.
             raise ValueError("no triangles")
     except Exception as error:  # The reader raises any kind of error for broken bytes.
-        raise refusal(what, "no STL that can be read", "an STL, binary or ASCII") from error
+        raise refusal(
+            what, "no STL that can be read", "an STL, binary or ASCII; an OBJ is given by obj:path="
+        ) from error
     return mesh
 
 
