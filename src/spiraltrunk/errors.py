@@ -5,17 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from spiraltrunk.checks import OutOfRange
 
 
 class SpiralTrunkError(Exception):
     """Base of every error that this package raises on purpose; its message is one line."""
 
-    outside: OutOfRange | None = None
-    """The number that is out of its range, where the error is about one in an array."""
+    outside: object = None
+    """The `checks.OutOfRange` that the error is about, if it is about a number that is out of its range."""
 
     def __init__(self, message: str = "") -> None:
         super().__init__(" ".join(str(message).split()))

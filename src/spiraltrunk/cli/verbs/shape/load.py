@@ -119,8 +119,10 @@ def solve_load(design: TrunkDesign, load: Load | None, model: str, theta_0: floa
         )  # fmt: skip
     except ModelError as error:
         option = "" if load is None else f"{load.text}: "
-        outside = error.outside
-        in_mm = outside.in_unit("mm", 1e-3) if outside is not None and outside.unit == "m" else error
+        from spiraltrunk.checks import OutOfRange
+
+        told = error.outside
+        in_mm = told.in_unit("mm", 1e-3) if isinstance(told, OutOfRange) and told.unit == "m" else error
         raise ModelError(f"{option}{in_mm}") from None
 
 
