@@ -55,6 +55,9 @@ STANDS = math.radians(5.0)
 TALL, COMPACT = 0.06, 1.5
 """Least height [m], and largest ratio of the widths seen from above [-], of an object on its side that counts as
 standing (ours): a wrap may take it, and fingers need not turn across it."""
+BEYOND_FINGERS, COMPACT_WIDE = 0.065, 2.0
+"""Least width of an object that fingers do not go round [m], as of a mug, and that ratio for it [-] (ours): with its
+handle it is longer than wide."""
 
 
 @explain_fields
@@ -241,7 +244,8 @@ def find_orientation(shape: ObjectSpec) -> str:
         would_fall = shape.kind != "sphere" and compute_profile(shape).topple_angle < STANDS
         return "lying" if would_fall and not shape.pose else "upright"
     length, across, height = shape.size
-    return "upright" if height >= TALL and length <= COMPACT * across else "lying"
+    most = COMPACT if across < BEYOND_FINGERS else COMPACT_WIDE
+    return "upright" if height >= TALL and length <= most * across else "lying"
 
 
 def _rank_with(reach: ArmReach) -> Ranking:
