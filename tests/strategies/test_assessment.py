@@ -49,7 +49,7 @@ def _assess(name, *args, **kwargs):
         ("wrap-horizontal", _task(0.165, 0.24, 0.5), "too wide for the trunk by 12 mm: 165 mm, it wraps 153 mm"),
         ("wrap-oblique", _task(0.02, 0.24, 0.1), "too thin for the trunk by 13 mm: 20 mm, it wraps 33 mm or more"),
         ("wrap-oblique", _task(0.06, 0.24, 1.6), "too heavy by 86 g: the trunk holds 1514 g at that width"),
-        ("wrap-oblique-low", _task(0.04, 0.24, 0.02), "would topple at 0.027 N; the trunk touches with up to 0.1 N"),
+        ("wrap-oblique-low", _task(0.04, 0.24, 0.02), "would topple at 0.027 N; the trunk touches with up to 0.04 N"),
         ("wrap-horizontal", _task(0.08, 0.08, 0.2, kind="sphere"), "would roll away"),
         ("wrap-horizontal", _task(0.06, 0.24, 0.2, axis=LEVEL), "the object lies; this wrap takes one that stands"),
         ("wrap-vertical", _task(0.06, 0.24, 0.2), "the object rests on the ground; this wrap takes one that hangs"),

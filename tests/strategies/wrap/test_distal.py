@@ -15,13 +15,11 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import Move
-from spiraltrunk.strategies.wrap.distal_release import (
-    DRAG,
-    RIGHTINGS,
+from spiraltrunk.strategies.wrap.set_down import (
+    DISTAL_DRAG,
     center_place,
     is_on_ground,
-    right_again,
-    right_object,
+    righting,
     set_down_distal,
 )
 from spiraltrunk.strategies.wrap.standing import StandingState, WrapHorizontal, WrapOblique, WrapObliqueLow
@@ -150,15 +148,13 @@ def test_what_is_too_short_for_a_distal_wrap_is_refused() -> None:
 def test_an_object_is_righted_about_its_low_edge(lean: float, azimuth: float) -> None:
     toward = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
     turn = Rotation.from_rotvec(lean * np.cross([0.0, 0.0, 1.0], toward))
-    state, seen = at_end_of("lower", turn.apply([0.0, 0.0, 1.0]))
-    righted = right_object(state.sequence, seen)
+    _, seen = at_end_of("lower", turn.apply([0.0, 0.0, 1.0]))
+    assert seen.camera is not None
     target = seen.task.target
     edge = np.array([target.width / 2, 0.0, -target.length / 2])  # Of an upright object, in the direction of the lean.
     edge = Rotation.from_rotvec([0.0, 0.0, azimuth]).apply(edge)
     expected = turn.apply(edge) - edge  # The edge stays where it is, so that the centre moves by as much.
-    for before, after in zip(state.sequence.moves, righted.moves, strict=True):
-        is_later = before.action in ("uncurl", "open", "draw off", "leave", "rest")
-        np.testing.assert_allclose(after.position - before.position, expected * [1, 1, 0] * is_later, atol=1e-12)
+    np.testing.assert_allclose(righting(seen, seen.camera), expected * [1, 1, 0], atol=1e-12)
 
 
 def test_the_housing_clears_the_ground_when_a_leaning_object_is_set_down() -> None:
@@ -174,30 +170,17 @@ def test_the_housing_clears_the_ground_when_a_leaning_object_is_set_down() -> No
 def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None:
     state, seen = at_end_of("bring", np.array([0.0, math.sin(0.4), math.cos(0.4)]))
     assert seen.camera is not None
-    ahead = np.array([0.0, 1.0, 0.0])
-    centred = center_place(state.sequence, seen, ahead)
-    righted = right_object(replace(centred, index=centred.index + 1), seen)
-    lower, away = (
-        next(i for i, move in enumerate(state.sequence.moves) if move.action == action) for action in ("lower", "leave")
-    )
-    moved = [centred.moves[lower].position - state.sequence.moves[lower].position]
-    moved += [righted.moves[away].position - state.sequence.moves[away].position]
-    target, place = seen.task.target, seen.task.goal.place + DRAG * PAPER.length * ahead
-    off = seen.camera.position + moved[1] - place  # Righted, it stands where the opening trunk drags it from.
-    np.testing.assert_allclose(off[:2], 0.0, atol=1e-12)
-    short = target.length / 2 * math.sin(0.4) + target.width / 2 * (1 - math.cos(0.4))
-    np.testing.assert_allclose(moved[0] - moved[1], [0.0, short, 0.0], atol=1e-12)
-
-
-def test_an_object_that_still_leans_is_righted_again_and_again_but_not_for_ever() -> None:
-    for lean, count in ((0.03, 0), (0.3, RIGHTINGS)):
-        state, seen = at_end_of("uncurl", np.array([0.0, math.sin(lean), math.cos(lean)]))
-        sequence = state.sequence
-        for _ in range(RIGHTINGS + 1):
-            sequence = right_again(sequence, seen)
-        added = [move for move in sequence.moves if move.action == "right"]
-        assert len(added) == count
-        assert all(move.position[1] < state.sequence.move.position[1] - 0.01 for move in added)
+    centred = center_place(state.sequence, seen, np.array([1.0, 0.0, 0.0]), DISTAL_DRAG)
+    for before, after in zip(state.sequence.moves, centred.moves, strict=True):
+        if before.action not in ("lower", "uncurl", "open", "draw off", "leave", "rest"):
+            continue
+        # Lowered, righted and dragged, the object that is seen comes to stand at its place.
+        dragged = np.array([0.0, DISTAL_DRAG[1] * PAPER.length, 0.0])
+        moved = seen.camera.position + after.position - before.position + righting(seen, seen.camera) + dragged
+        np.testing.assert_allclose((moved - seen.task.goal.place)[:2], 0.0, atol=1e-12)
+    lean = righting(seen, seen.camera)
+    assert lean[1] < -0.01
+    assert lean[0] == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize(("rise", "lean", "stands"), [(0.0, 0.0, True), (0.025, 0.0, False), (0.008, 0.4, True),

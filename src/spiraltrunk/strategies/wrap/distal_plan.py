@@ -62,7 +62,7 @@ PULLS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56)
 """Ventral pulls at which the model places the arm, over the pull that shuts joint 1 [-]."""
 CLOSE = 1.75
 """Ventral pull at which the trunk has closed on the ground, over the one that shuts the first joint of the wrap, at
-least the last of PULLS [-]; from this pull, with no such least, the trunk springs open."""
+least the last of PULLS [-]; at this pull, with no such least, only the wrap holds as the trunk opens."""
 CLOSE_STEP = 0.19
 """Largest step from the last of PULLS to it, over the pull that shuts joint 1 [-]."""
 TIGHTEN = 0.9

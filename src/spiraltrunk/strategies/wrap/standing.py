@@ -22,10 +22,9 @@ An object that is too short for the base to close beside it is taken by a distal
 closes once the object is borne.
 
 Release: the object is set upright over its place once more. Under tension control, the arm lowers it until the ground
-bears it. Tension falls until the base's joints have opened a little; then the trunk springs open at once. Opened
-slowly, the tail, which unwinds last, would drag the object over by friction. Joints damped in proportion to their
-stiffness open in the same time (40 ms as simulated, not measured on a real trunk), before the object can move. The arm
-then retreats.
+bears it. Then tension falls in small steps (`opening`): the arm presses the object on the ground and follows the tail,
+which unwinds last, until it holds by little and the trunk springs open. Joints damped in proportion to their stiffness
+open in the same time (40 ms as simulated, not measured on a real trunk). The arm then retreats.
 
 Limits: upright objects of one width up to about 1 kg, from about 80 mm of height on, as the housing has to clear the
 ground. Slender objects are taken above their middle by the oblique wraps, where the head can turn away the whole lean.
@@ -68,14 +67,9 @@ from spiraltrunk.strategies.wrap.attempts import (
     yield_upwards,
 )
 from spiraltrunk.strategies.wrap.distal_plan import plan_distal_moves
-from spiraltrunk.strategies.wrap.distal_release import (
-    center_place,
-    is_on_ground,
-    right_again,
-    right_object,
-    set_down_distal,
-)
 from spiraltrunk.strategies.wrap.light_object import is_off_ground, is_too_light
+from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
+from spiraltrunk.strategies.wrap.set_down import DISTAL_DRAG, DRAG, center_place, is_on_ground, set_down_distal
 from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, lateral_direction, plan_moves
 from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
@@ -170,11 +164,12 @@ class StandingWrap(MoveStrategy[StandingState]):
             return replace(state, sequence=yield_upwards(state.sequence))
         if action in _STIFF:
             return replace(state, sequence=_take_in(state, observation))
-        if action == "lower" and not state.is_carried(observation):
-            if not state.is_distal:
-                return replace(state, sequence=_stay(state.sequence, observation))
-            if is_on_ground(observation):
-                return replace(state, sequence=_stay(right_object(state.sequence, observation), observation))
+        if action == "lower" and not state.is_carried(observation) and is_on_ground(observation):
+            sequence = plan_opening(_stay(state.sequence, observation), observation, self._height(observation))
+            return replace(state, sequence=advance(sequence, observation.time))
+        if action == "uncurl":
+            load = state.weight - state.weight_empty
+            return replace(state, sequence=press_down(state.sequence, observation, load))
         return state
 
     def next_move(self, state: StandingState, observation: Observation) -> StandingState:
@@ -203,12 +198,12 @@ class StandingWrap(MoveStrategy[StandingState]):
             sequence = carry_upright(sequence, observation, self.plane.ground_gap)
         if action == "steady":
             sequence = _stiffen(sequence, state, observation)
-        if action == "bring" and state.is_distal:
-            sequence = center_place(sequence, observation, np.cross([0.0, 0.0, 1.0], state.side))
-        if action == "lower" and state.is_distal:
-            sequence = right_object(sequence, observation)
-        if action in ("uncurl", "right") and state.is_distal:
-            sequence = right_again(sequence, observation)
+        if action == "bring":
+            sequence = center_place(sequence, observation, state.side, DISTAL_DRAG if state.is_distal else DRAG)
+        if action == "lower":
+            sequence = plan_opening(sequence, observation, self._height(observation))
+        if action == "uncurl":
+            sequence = right(sequence, observation, self._height(observation))
         if action == "hold":
             set_down = set_down_distal if state.is_distal else set_down_upright
             sequence = set_down(sequence, observation, self.plane.ground_gap)
@@ -219,6 +214,10 @@ class StandingWrap(MoveStrategy[StandingState]):
             tension = np.maximum(observation.cable_tension, 0.0)
             sequence = replace(sequence, start=replace(sequence.start, cable_tension=tension))
         return replace(state, sequence=sequence)
+
+    def _height(self, observation: Observation) -> float:
+        """Height above its foot at which an object's girth counts [m]."""
+        return self.plane.distal_height * observation.task.target.length
 
 
 @final
@@ -327,6 +326,6 @@ def _hold_in_transport(sequence: MoveSequence, pull: np.ndarray, tension: np.nda
 
 
 def _stay(sequence: MoveSequence, observation: Observation) -> MoveSequence:
-    """Shift the remaining moves up to the present height, and begin the next."""
+    """Shift the remaining moves up to the present height."""
     rise = base_position(sequence, observation.time)[2] - sequence.move.position[2]
-    return advance(shift_later(sequence, np.array([0.0, 0.0, rise])), observation.time)
+    return shift_later(sequence, np.array([0.0, 0.0, rise]))

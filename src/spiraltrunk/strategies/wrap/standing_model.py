@@ -17,7 +17,11 @@ from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.errors import ModelError
 from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.cables import planar_lever
+from spiraltrunk.model.kinematics.frames import base_orientation
+from spiraltrunk.strategies.moves import tilted_base
 from spiraltrunk.strategies.wrap.hung_model import bisect, predict_wrap
+
+_AHEAD = np.array([0.0, 1.0, 0.0])
 
 _TILT_RANGE = math.radians(30.0), math.radians(150.0)
 """Range of the tilts sought [rad]: beyond it the trunk topples over or hangs."""
@@ -101,12 +105,29 @@ def curl_tilt(design: TrunkDesign, width: float, tension: np.ndarray, slope: flo
     return bisect(lambda tilt: _fall_ahead(_ends(design, tilt, tension)[first:]) > slope, *_TILT_RANGE)
 
 
+def section_ends(design: TrunkDesign, rotation: np.ndarray, tension: np.ndarray) -> np.ndarray:
+    """Base and ends of all sections of the free trunk from its base, in the world's directions, shape (n + 1, 3) [m].
+
+    The model's frame has its x level, in the vertical plane of the base axis, and its y up.
+
+    Args:
+        design: the trunk.
+        rotation: orientation of the base in the world, shape (3, 3) [-]: x along the trunk, y dorsal.
+        tension: of the cables, shape (n_cable,) [N].
+    """
+    down = math.asin(max(-1.0, min(1.0, -float(rotation[2, 0]))))
+    level = rotation[:, 0] * [1.0, 1.0, 0.0] / max(math.cos(down), 1e-9)
+    frame = np.column_stack([level, [0.0, 0.0, 1.0], np.cross(level, [0.0, 0.0, 1.0])])
+    turned = base_orientation(down).T @ frame.T @ rotation
+    loads = statics.Loads(mass=0.0 if design.gripper is None else design.gripper.mass)
+    roll = math.atan2(float(turned[2, 1]), float(turned[1, 1]))
+    shape = statics.solve(design, tension=tension, theta_0=down, roll=roll, loads=loads)
+    return np.vstack([np.zeros(3), np.asarray(shape.points) @ frame.T])
+
+
 def _ends(design: TrunkDesign, tilt: float, tension: np.ndarray) -> np.ndarray:
     """Base and ends of all sections, level, shape (n_section + 1, 3) [m]."""
-    loads = statics.Loads(mass=0.0 if design.gripper is None else design.gripper.mass)
-    shape = statics.solve(design, tension=tension, theta_0=math.pi / 2 - tilt, roll=-math.pi / 2, loads=loads)
-    x, y, z = np.moveaxis(np.asarray(shape.points), -1, 0)
-    return np.vstack([np.zeros(3), np.stack([z, x, y], axis=-1)])
+    return section_ends(design, tilted_base(_AHEAD, tilt), tension)
 
 
 def _fall_ahead(points: np.ndarray) -> float:

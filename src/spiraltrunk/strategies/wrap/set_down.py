@@ -1,4 +1,4 @@
-"""Release of a distal wrap: an object that leans is set on its low edge, righted about it, and let go.
+"""Setting a wrapped object down: over its place, on its low edge where it leans, until the camera sees it there.
 
 The base of a low wrap has no room to turn away the whole lean, as its housing would meet the ground.
 """
@@ -11,19 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation, Observation
-from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, insert_next, shift_later
+from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, shift_later
 from spiraltrunk.strategies.wrap.standing_plan import housing_sink
 from spiraltrunk.strategies.wrap.upright import set_down_upright
 
-DRAG = 0.04
-"""Distance by which the opening trunk drags the object towards the base, over the trunk's length [-] (ours, tuned in
-simulated trials): it is set down ahead by as much."""
-UPRIGHT = math.radians(5.0)
-"""Lean that counts as none [rad] (ours)."""
-SAFE = math.radians(18.0)
-"""Lean short of toppling from which an object falls back upright by itself [rad] (ours)."""
-RIGHTINGS = 2
-"""Number of further attempts to right an object [-] (ours)."""
+DRAG, DISTAL_DRAG = (-0.028, 0.0), (0.0, -0.060)
+"""Displacements aside and ahead by which the opening trunk drags an object on average, of a full and of a distal wrap,
+over the trunk's length [-] (ours, tuned in simulated trials): it is set down as far on the other side."""
 UNKNOWN = 0.1
 """Error of the object's announced size, over the size [-] (ours)."""
 LOOK_ERROR = 0.005
@@ -38,8 +32,7 @@ def set_down_distal(sequence: MoveSequence, observation: Observation, ground_gap
     """
     if observation.camera is None:
         return sequence
-    design, goal = observation.task.design, observation.task.goal
-    ground = float(goal.place[2] - observation.task.target.length / 2) if goal.ground is None else goal.ground
+    design, ground = observation.task.design, find_ground(observation)
 
     def lift_housing(move: Move) -> Move:
         if move.phase != "release" or move.rotation is None:
@@ -51,18 +44,23 @@ def set_down_distal(sequence: MoveSequence, observation: Observation, ground_gap
     return edit_moves(set_down_upright(sequence, observation, ground_gap), 0, lift_housing)
 
 
-def center_place(sequence: MoveSequence, observation: Observation, ahead: np.ndarray) -> MoveSequence:
+def center_place(
+    sequence: MoveSequence, observation: Observation, side: np.ndarray, drag: tuple[float, float]
+) -> MoveSequence:
     """The sequence with the object, seen above its place, set down where its righting and its drag end at the place.
 
     Args:
         sequence: moves, the present one at its end.
         observation: what is seen; without a camera the sequence is unchanged.
-        ahead: horizontal direction from the base to the object, shape (3,) [-].
+        side: horizontal direction in which the trunk curls, shape (3,) [-].
+        drag: `DRAG` or `DISTAL_DRAG`.
     """
     if observation.camera is None:
         return sequence
-    place = observation.task.goal.place + DRAG * observation.task.design.length * ahead
-    way = (place - _righting(observation, observation.camera) - observation.camera.position) * [1.0, 1.0, 0.0]
+    aside, ahead = drag
+    dragged = observation.task.design.length * (aside * side + ahead * np.cross([0.0, 0.0, 1.0], side))
+    place = observation.task.goal.place - dragged
+    way = (place - righting(observation, observation.camera) - observation.camera.position) * [1.0, 1.0, 0.0]
     return shift_later(sequence, way)
 
 
@@ -79,33 +77,7 @@ def is_on_ground(observation: Observation) -> bool:
     return float(camera.position[2] - observation.task.goal.place[2]) + half <= low + UNKNOWN * half + LOOK_ERROR
 
 
-def right_again(sequence: MoveSequence, observation: Observation) -> MoveSequence:
-    """The sequence with one more move that rights an object, as often as RIGHTINGS.
-
-    An object that leans far less than it topples at is not moved: once let go, it falls back upright by itself.
-    """
-    camera, now, target = observation.camera, sequence.move, observation.task.target
-    count = sum(move.action == "right" for move in sequence.moves)
-    if camera is None or count >= RIGHTINGS:
-        return sequence
-    if math.asin(_sine_of_lean(camera)) < max(UPRIGHT, math.atan(target.width / target.length) - SAFE):
-        return sequence
-    position = now.position + _righting(observation, camera)
-    again = replace(now, action="right", duration=1.0, position=position)
-    return insert_next(right_object(sequence, observation), (again,))
-
-
-def right_object(sequence: MoveSequence, observation: Observation) -> MoveSequence:
-    """The sequence with an object that has touched down turned upright about its low edge as the trunk loosens.
-
-    Unchanged without a camera.
-    """
-    if observation.camera is None:
-        return sequence
-    return shift_later(sequence, _righting(observation, observation.camera))
-
-
-def _righting(observation: Observation, camera: CameraObservation) -> np.ndarray:
+def righting(observation: Observation, camera: CameraObservation) -> np.ndarray:
     """Horizontal displacement of the centre of an object that is righted about its low edge, shape (3,) [m].
 
     A cylinder of half length l and radius r that leans by t stands on its low edge, its centre l sin t - r cos t
@@ -116,6 +88,12 @@ def _righting(observation: Observation, camera: CameraObservation) -> np.ndarray
     lean, sine = (camera.axis * math.copysign(1.0, camera.axis[2]))[:2], _sine_of_lean(camera)
     way = target.length / 2 * sine + target.width / 2 * (1 - math.sqrt(max(0.0, 1 - sine**2)))
     return np.array([*(-way * lean / max(sine, 1e-9)), 0.0])
+
+
+def find_ground(observation: Observation) -> float:
+    """Height of the ground on which the object is set down [m]."""
+    goal = observation.task.goal
+    return float(goal.place[2] - observation.task.target.length / 2) if goal.ground is None else goal.ground
 
 
 def _sine_of_lean(camera: CameraObservation) -> float:
