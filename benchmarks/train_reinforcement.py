@@ -25,6 +25,7 @@ from spiraltrunk.design import presets
 from spiraltrunk.files.results import read_versions
 from spiraltrunk.report.learning_curve import Curve, build_learning_figure
 from spiraltrunk.report.style import write_figure
+from spiraltrunk.sim.scene.options import TIMESTEP
 from spiraltrunk.strategies.policy.description import Layers, PolicyDescription
 from spiraltrunk.strategies.policy.network import Network
 from spiraltrunk.strategies.policy.policy_files import write_policy
@@ -155,7 +156,7 @@ def main() -> None:
     )  # fmt: skip
     told = {
         "method": "soft actor-critic", "training_seed": arguments.seed, "worlds_seed": 888 + arguments.seed,
-        "tries_in_a_world": TRIES, "timestep_ms": arguments.timestep_ms or 1.0,
+        "tries_in_a_world": TRIES, "timestep_ms": 1e3 * (timestep or TIMESTEP),
         "versions": read_versions("mujoco", "numpy", "torch", "stable-baselines3"),
     }  # fmt: skip
     model.learn(arguments.tries, callback=Keep(20, arguments.out, arguments.minutes, told))

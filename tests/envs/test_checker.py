@@ -1,5 +1,8 @@
 """Gymnasium's own checker passes every environment without a warning; vector environments run in SAME_STEP mode."""
 
+import os
+import subprocess
+import sys
 import warnings
 
 import gymnasium
@@ -45,6 +48,28 @@ def test_pictures_are_observed_and_rendered():
     assert depth.render().shape == (480, 640)
     assert 0.5 < np.median(depth.render()) < 10.0
     depth.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="there, a display is found without variables")
+def test_pictures_without_a_context_are_refused_each_time():
+    """In a process of its own, in which MuJoCo would abort at the second try."""
+    program = """
+import gymnasium, spiraltrunk.envs
+from spiraltrunk.errors import MissingPackage
+env = gymnasium.make("spiraltrunk/Grasp-v0", cameras="front", disable_env_checker=True)
+for _ in range(2):
+    try:
+        env.reset(seed=0)
+    except MissingPackage as error:
+        print(error)
+"""
+    hidden = ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY")
+    environ = {name: value for name, value in os.environ.items() if name not in hidden}
+    ran = subprocess.run([sys.executable, "-c", program], env=environ, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    first, second = ran.stdout.splitlines()
+    assert first == second
+    assert first.endswith("set MUJOCO_GL=egl")
 
 
 def test_what_lerobot_and_others_read_is_there():

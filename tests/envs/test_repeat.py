@@ -10,6 +10,7 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.design import presets
 from spiraltrunk.envs import StrategyAgent, drive
+from spiraltrunk.errors import DesignError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.grasp.choice.ground import set_ground
 from spiraltrunk.workflows.grasp.trial import run_trial
@@ -80,6 +81,19 @@ def test_a_saved_state_goes_on_bit_for_bit_here_and_in_another_environment(mode)
     assert_same(went_on, roll(other, 5, start=False))
     assert other.np_random.integers(10**9) == after
     assert other.world == env.world
+
+
+def test_a_state_of_another_environment_is_refused():
+    env, kick = make(), make("spiraltrunk/Kick-v0")
+    env.reset(seed=1)
+    kick.reset(seed=1)
+    with pytest.raises(DesignError, match=r"of an environment with job 'kick'; allowed: one with job 'grasp'"):
+        env.set_state(kick.get_state())
+    with pytest.raises(DesignError, match="control_mode 'delta-pose-tension'; allowed: one with control_mode 'joint"):
+        make(control_mode="joint-tension").set_state(env.get_state())
+    with pytest.raises(DesignError, match="state is None; allowed: EnvState"):
+        env.set_state(None)
+    env.step(np.zeros(10))
 
 
 def test_a_state_tells_every_part_of_the_plant():

@@ -107,6 +107,14 @@ def test_the_truth_is_told_only_when_asked_for():
         ({"strategy": "fly"}, "unknown strategy 'fly'"),
         ({"object": "unicorn"}, "unknown object 'unicorn'"),
         ({"object": ()}, "object is"),
+        ({"object": 5}, "object is 5; allowed: a text, or one or more texts"),
+        ({"stage": ["hung"]}, "unknown stage of a grasp"),
+        ({"strategy": "kick"}, "strategy is 'kick'; allowed: one whose job is a grasp with the support 'hung'"),
+        ({"ends": "no"}, "ends is 'no'; allowed: bool"),
+        ({"camera": "no"}, "camera is 'no'"),
+        ({"cameras": None}, "cameras is None"),
+        ({"cameras": ("top", "top")}, "each camera once"),
+        ({"picture_size": 64}, "picture_size is 64; allowed: height and width"),
         ({"control_mode": "mind"}, "unknown control mode 'mind'; known: delta-pose-tension"),
         ({"timestep": 1.0}, "timestep is 1.0"),
         ({"control_hz": 30.0}, "control_hz is 30.0; allowed: 50 over a whole number"),
@@ -135,6 +143,7 @@ def test_what_is_not_allowed_is_refused_with_what_is(given, text):
         ({"seed_world": 1.5}, "options['seed_world'] is 1.5"),
         ({"strategy": "kick"}, "strategy is 'kick'; allowed: one whose job is a grasp with the support 'hung'"),
         ({"object": "unicorn"}, "unknown object"),
+        (["object"], "options is ['object']; allowed: a mapping"),
     ],
 )
 def test_options_of_a_reset_are_checked(options, text):
@@ -151,13 +160,15 @@ def test_steps_before_a_reset_and_after_the_end_are_refused():
     env = make(episode_s=0.02)
     with pytest.raises(RunError, match="before its first reset"):
         env.step(np.zeros(10))
+    with pytest.raises(RunError, match="before its first reset"):
+        _ = env.world
     env.reset(seed=0)
     assert env.step(np.zeros(10))[3]
     with pytest.raises(RunError, match="the episode has ended"):
         env.step(np.zeros(10))
 
 
-@pytest.mark.parametrize("action", [np.zeros(3), np.full(10, np.nan)])
+@pytest.mark.parametrize("action", [np.zeros(3), np.full(10, np.nan), None, "left", ["a"] * 10])
 def test_a_wrong_action_is_refused(action):
     env = make()
     env.reset(seed=0)

@@ -51,6 +51,8 @@ class EnvState:
     `TrunkEnv.set_state` restores it bit for bit, in the environment that it is from, in another, or in another process.
     """
 
+    arguments: Mapping[str, Any]
+    """Arguments of the environment that the steps of an episode depend on."""
     world: World
     """The world."""
     episode: EpisodeState

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import NoneType
 from typing import Any, final
 
 import gymnasium
 import numpy as np
 
-from spiraltrunk.checks import check_number
+from spiraltrunk.checks import check_number, check_type
 from spiraltrunk.control.encoding import EncodedAction, Setpoint, encode_agent, encode_environment, parse_control_mode
 from spiraltrunk.control.loop import LONGEST
 from spiraltrunk.control.messages import Command, Observation, Task
@@ -23,12 +24,22 @@ from spiraltrunk.envs.observing.spaces import (
     build_action_space,
     build_observation_space,
     check_name,
+    read_cameras,
     read_periods,
     read_size,
 )
 from spiraltrunk.envs.randomization import Randomization, parse_randomization
-from spiraltrunk.envs.worlds import World, WorldKey, describe_task, describe_world, draw_key, draw_world, read_objects
-from spiraltrunk.errors import RunError, UnknownName
+from spiraltrunk.envs.worlds import (
+    World,
+    WorldKey,
+    check_strategy,
+    describe_task,
+    describe_world,
+    draw_key,
+    draw_world,
+    read_objects,
+)
+from spiraltrunk.errors import DesignError, RunError, Unquoted, describe
 from spiraltrunk.sim.mujoco_log import quiet_steps
 from spiraltrunk.sim.photographer import Photographer, check_cameras
 from spiraltrunk.sim.plant import SimPlant
@@ -48,6 +59,9 @@ STRATEGIES: Mapping[tuple[str, str], str] = {
 
 RENDER_SIZE = (480, 640)
 """Height and width of what `render` returns [pixels]."""
+
+NO_WORLD = "the environment has no world before its first reset; allowed: reset, then this"
+"""What an environment says where it has drawn none."""
 
 Dictionary = dict[str, Any]
 
@@ -105,26 +119,28 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         timestep: float = TIMESTEP,
         camera: bool | None = None,
         privileged: bool = False,
-        cameras: Sequence[str] = (),
+        cameras: str | Sequence[str] = (),
         picture_size: Sequence[int] = (96, 96),
         shadows: bool = False,
         render_mode: str | None = None,
     ) -> None:
         self.job, self._stage = check_name("job", job, JOBS), stage
         """What counts as success: "grasp", "kick" or "sweep"."""
-        if (job, stage) not in STRATEGIES:
-            known = [each for known, each in STRATEGIES if known == job]
-            raise UnknownName(f"stage of a {job}", stage, known)
+        check_name(f"stage of a {job}", stage, [each for known, each in STRATEGIES if known == job])
         self.design = design if isinstance(design, TrunkDesign) else load_design(design)
         """The robot."""
         self._strategy = STRATEGIES[job, stage] if strategy is None else strategy
         self._objects = read_objects(object, self._strategy)
+        check_strategy(self._strategy, self.design, job, stage)
         mode, periods = parse_control_mode(control_mode), read_periods(control_hz)
         check_number("episode_s", episode_s, least=CONTROL_PERIOD, most=LONGEST)
         self._spread = parse_randomization(randomization)
         check_timestep("timestep", timestep)
+        for name, value in (("ends", ends), ("privileged", privileged), ("shadows", shadows)):
+            check_type(name, value, bool)
+        check_type("camera", camera, (bool, NoneType))
         self._has_camera, self._timestep = camera, timestep
-        self._is_privileged, self._cameras, self._has_shadows = bool(privileged), tuple(cameras), bool(shadows)
+        self._is_privileged, self._cameras, self._has_shadows = privileged, read_cameras(cameras), shadows
         self._size = read_size(picture_size)
         check_cameras(self._cameras, self._size)
         if render_mode is not None:
@@ -132,10 +148,15 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1 / (CONTROL_PERIOD * periods))}
         self._max_episode_steps = max(1, round(episode_s / (CONTROL_PERIOD * periods)))
+        self._arguments = {
+            "job": job, "stage": stage, "control_mode": mode.value, "control_hz": control_hz, "episode_s": episode_s,
+            "reward_mode": reward_mode, "ends": ends, "timestep": timestep, "camera": camera,
+            "randomization": self._spread, "design": self.design,
+        }  # fmt: skip
         reach = ArmReach(self.design)
         self._rules = EpisodeRules(
             job=job, mode=mode, arm=read_arm_joints(reach), periods=periods, most_steps=self._max_episode_steps,
-            is_dense=check_name("reward mode", reward_mode, REWARDS) == "dense", ends=bool(ends),
+            is_dense=check_name("reward mode", reward_mode, REWARDS) == "dense", ends=ends,
         )  # fmt: skip
         self.action_space = build_action_space(mode, self.design, reach.home.size)
         self.observation_space = build_observation_space(
@@ -159,7 +180,8 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
     @property
     def world(self) -> Dictionary:
         """The present world in plain values."""
-        assert self._world is not None
+        if self._world is None:
+            raise RunError(NO_WORLD)
         return describe_world(self._world)
 
     @property
@@ -175,7 +197,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
     @property
     def _present(self) -> Episode:
         if self._episode is None:
-            raise RunError("the environment has no world before its first reset; allowed: reset, then this")
+            raise RunError(NO_WORLD)
         return self._episode
 
     @property
@@ -258,10 +280,20 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         """
         episode = self._present.get_state()
         assert self._world is not None
-        return EnvState(world=self._world, episode=episode, generator=self.np_random.bit_generator.state)
+        generator = self.np_random.bit_generator.state
+        return EnvState(arguments=self._arguments, world=self._world, episode=episode, generator=generator)
 
     def set_state(self, state: EnvState) -> None:
-        """Go on from a state of an environment that was made with the same arguments."""
+        """Go on from a state of an environment that was made with the same arguments.
+
+        Raises:
+            DesignError: for a state of another environment, and for anything but a state.
+        """
+        check_type("state", state, EnvState)
+        for name, value in self._arguments.items():
+            if state.arguments[name] != value:
+                told = Unquoted(f"of an environment with {name} {describe(state.arguments[name])}")
+                raise DesignError("state", got=told, allowed=f"one with {name} {describe(value)}, as this one")
         if self._world is None or self._world.key != state.world.key:
             self._build(state.world)
         assert self._plant is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, final
@@ -67,8 +67,10 @@ def draw_key(
 
     Raises:
         UnknownName: for an option that does not exist.
-        DesignError: for a seed that is none.
+        DesignError: for a seed that is none, and options that are no mapping.
     """
+    if options is not None and not isinstance(options, Mapping):
+        raise DesignError("options", got=options, allowed="a mapping, such as {'object': 'box-80', 'seed_world': 5}")
     given = dict(options or {})
     for name in given:
         if name not in OPTIONS:
@@ -116,7 +118,7 @@ def draw_world(
     """
     shape = parse_object(key.object)
     strategy = get_strategy(key.strategy, design, shape, stage)
-    _check_strategy(strategy, job, stage)
+    _check_job(strategy, job, stage)
     scene = replace(draw_scene(shape, key.seed_world, strategy=strategy, spread=spread), timestep=timestep)
     if has_camera is not None and has_camera != scene.sensors.has_camera:
         scene = replace(scene, sensors=replace(scene.sensors, has_camera=has_camera))
@@ -153,13 +155,23 @@ def read_objects(given: str | Sequence[str] | None, strategy: str) -> tuple[str,
     """
     if given is None:
         return list_objects(strategy)[:1]
-    objects = (given,) if isinstance(given, str) else tuple(given)
+    objects = (given,) if isinstance(given, str) or not isinstance(given, Iterable) else tuple(given)
     if not objects or not all(isinstance(each, str) for each in objects):
         raise DesignError("object", got=given, allowed="a text, or one or more texts")
     for each in objects:
         if each != EVERYDAY:
             parse_object(each)  # Refuses now what it would refuse at a reset.
     return objects
+
+
+def check_strategy(name: str, design: TrunkDesign, job: str, stage: str) -> None:
+    """Refuse a strategy of another job or stage than an environment's.
+
+    Raises:
+        UnknownName: for a strategy that does not exist.
+        DesignError: with what is allowed.
+    """
+    _check_job(get_strategy(name, design, parse_object(list_objects(name)[0]), stage), job, stage)
 
 
 def describe_task(task: Task, job: str) -> str:
@@ -179,7 +191,7 @@ def describe_task(task: Task, job: str) -> str:
     return f"grasp {what} with the spiral trunk, {grasp}"
 
 
-def _check_strategy(strategy: Strategy[Any], job: str, stage: str) -> None:
+def _check_job(strategy: Strategy[Any], job: str, stage: str) -> None:
     if strategy.job != job or strategy.support != stage:
         allowed = f"one whose job is a {job} with the support {stage!r}"
         raise DesignError("strategy", got=strategy.name, allowed=allowed)

@@ -48,6 +48,9 @@ class View:
     """Whether shadows are rendered, which doubles the time of software rendering."""
 
 
+_failures: list[str] = []
+"""The message of a failure for want of a context, after which MuJoCo would abort the process at the next try."""
+
 Shot = tuple[np.ndarray, View]
 """Generalised positions and the view of one picture."""
 
@@ -137,6 +140,8 @@ def open_renderer(model: mujoco.MjModel, view: View, supersampling: int = SUPERS
     Raises:
         MissingPackage: where no OpenGL is found; the message names what to install.
     """
+    if _failures:
+        raise MissingPackage(_failures[0])
     width, height, buffer = supersampling * view.width, supersampling * view.height, model.vis.global_
     buffer.offwidth, buffer.offheight = max(buffer.offwidth, width), max(buffer.offheight, height)
     try:
@@ -144,7 +149,10 @@ def open_renderer(model: mujoco.MjModel, view: View, supersampling: int = SUPERS
     except Exception as error:
         backend = os.environ.get("MUJOCO_GL", "none set")
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-        raise MissingPackage(
+        told = (
             f"no OpenGL for pictures (MUJOCO_GL={backend}: {reason[:120]}): "
             "install libegl1 and libgl1 (Debian) and set MUJOCO_GL=egl"
-        ) from None
+        )
+        if isinstance(error, mujoco.FatalError):
+            _failures.append(told)
+        raise MissingPackage(told) from None

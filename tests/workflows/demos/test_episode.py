@@ -12,13 +12,14 @@ import pytest
 from spiraltrunk.control.encoding import encode_agent, encode_environment
 from spiraltrunk.control.object_profile import ObjectProfile
 from spiraltrunk.errors import OutputError
+from spiraltrunk.workflows.demos.dataset.task_text import describe_episode
 from spiraltrunk.workflows.demos.options import RecordingOptions
 from spiraltrunk.workflows.demos.recording.episode import (
     ARRAYS,
     restore_commands,
     restore_observations,
 )
-from spiraltrunk.workflows.demos.recording.episode_file import load_episode, write_episode
+from spiraltrunk.workflows.demos.recording.episode_file import load_episode, name_episode, write_episode
 from spiraltrunk.workflows.demos.recording.pictures import decode, encode_lossless
 
 
@@ -91,3 +92,16 @@ def test_a_pickle_is_not_loaded(tmp_path: Path) -> None:
     np.savez(tmp_path / "pickle.npz", about=np.array([{"a": 1}], dtype=object))
     with pytest.raises(OutputError, match="is no episode"):
         load_episode(tmp_path / "pickle.npz")
+
+
+def test_policies_have_names_of_files_and_tasks(fakes: ModuleType, tmp_path: Path) -> None:
+    strategy = "policy:out/../my [1].safetensors"
+    name = name_episode(strategy, 3)
+    assert Path(name).name == name
+    episode = fakes.build_episode(11, strategy=strategy)
+    write_episode(episode, tmp_path / name)
+    assert list(tmp_path.glob(name_episode(strategy, "*"))) == [tmp_path / name]
+    text = describe_episode(load_episode(tmp_path / name))
+    assert text.startswith("grasp the standing cylinder")
+    assert text.endswith(f"({strategy})")
+    assert name_episode("wrap-vertical", 12) == "wrap-vertical-000012.npz"

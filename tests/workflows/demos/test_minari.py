@@ -24,7 +24,8 @@ def test_minari_reads_the_episodes(
     monkeypatch.delenv("MINARI_DATASETS_PATH", raising=False)
     folder = tmp_path / "sets"
     folder.mkdir()
-    write_minari(stored, layout, folder)
+    monkeypatch.chdir(tmp_path)
+    write_minari(stored, layout, Path("sets"))  # A relative path, as `--out sets` gives it.
     assert list(home.iterdir()) == []
     assert {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()} == set(FILES)
     assert str(tmp_path) not in (folder / FILES[1]).read_text()

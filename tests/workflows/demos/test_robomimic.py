@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from pathlib import Path
 
@@ -23,7 +24,7 @@ def test_demonstrations_are_the_episodes(stored: Episodes, layout: Layout, tmp_p
         assert json.loads(data.attrs["env_args"]) == {
             "env_name": "spiraltrunk/Grasp-v0",
             "type": 2,
-            "env_kwargs": {"control_mode": "delta-pose-tension-pull"},
+            "env_kwargs": {"stage": "ground", "control_mode": "delta-pose-tension-pull", "control_hz": 10},
         }
         assert json.loads(data.attrs["action_names"]) == list(layout.action_names)
         for number, episode in enumerate(stored):
@@ -60,3 +61,16 @@ def test_every_tenth_demonstration_is_held_out(tmp_path: Path, count: int, held:
         train, valid = ([name.decode() for name in file["mask"][key][()]] for key in ("train", "valid"))
     assert valid == [f"demo_{number}" for number in held]
     assert sorted([*train, *valid]) == sorted(f"demo_{number}" for number in range(count))
+
+
+def test_the_environment_takes_what_is_told_of_it(stored: Episodes, layout: Layout, tmp_path: Path) -> None:
+    import gymnasium
+
+    write_robomimic(stored, layout, tmp_path)
+    with h5py.File(tmp_path / "demos.hdf5") as file:
+        told = json.loads(file["data"].attrs["env_args"])
+        size = file["data"]["demo_0"]["actions"].shape[1]
+    importlib.import_module("spiraltrunk.envs")
+    env = gymnasium.make(told["env_name"], **told["env_kwargs"])
+    assert env.action_space.shape == (size,)
+    assert env.unwrapped.metadata["render_fps"] == layout.fps

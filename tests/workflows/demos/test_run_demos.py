@@ -227,7 +227,7 @@ def test_a_kill_at_any_moment_loses_no_ended_trial(fakes: ModuleType, tmp_path: 
         ({"survey": replace(SURVEY, trials=7)}, "demonstrations with trials 6, not 7"),
         ({"survey": replace(SURVEY, seed=8)}, "demonstrations with seed 7, not 8"),
         ({"survey": replace(SURVEY, design=presets.get("spirob-15"))}, "demonstrations with another design"),
-        ({"recording": RecordingOptions(fps=10)}, "demonstrations with recording"),
+        ({"recording": RecordingOptions(fps=10)}, "demonstrations with fps 50, not 10"),
         ({"format": "minari"}, 'demonstrations with format "robomimic", not "minari"'),
     ],
 )

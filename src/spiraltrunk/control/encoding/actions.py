@@ -18,7 +18,7 @@ from spiraltrunk.control.encoding.control_mode import ControlMode
 from spiraltrunk.control.messages import Command, Task
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.errors import ModelError
+from spiraltrunk.errors import ModelError, describe
 from spiraltrunk.field_docs import explain_fields
 
 TRANSLATION_SPEED = 0.6
@@ -214,9 +214,14 @@ def read_action(action: np.ndarray, size: int) -> np.ndarray:
     Raises:
         ModelError: for an action of another size or that is not finite.
     """
-    given = np.asarray(action, dtype=float)
-    if given.shape != (size,) or not all(map(math.isfinite, given.tolist())):
-        raise ModelError(f"action is {given.tolist()}; allowed: {size} finite numbers from -1 to 1")
+    try:
+        given = np.asarray(action, dtype=float)
+        is_right = given.shape == (size,) and all(map(math.isfinite, given.tolist()))
+    except (ValueError, TypeError):
+        is_right = False
+    if not is_right:
+        told = describe(action.tolist() if isinstance(action, np.ndarray) else action)
+        raise ModelError(f"action is {told}; allowed: {size} finite numbers from -1 to 1")
     return np.minimum(np.maximum(given, -1.0), 1.0)
 
 

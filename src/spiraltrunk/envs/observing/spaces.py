@@ -34,10 +34,23 @@ def read_size(size: Sequence[int]) -> tuple[int, int]:
     Raises:
         DesignError: for anything but two numbers.
     """
-    sides = tuple(size)
-    if len(sides) != 2:
-        raise DesignError("picture_size", got=sides, allowed="height and width in pixels")
+    if isinstance(size, str) or not isinstance(size, Iterable) or len(sides := tuple(size)) != 2:
+        raise DesignError("picture_size", got=size, allowed="height and width in pixels, such as (96, 96)")
     return sides[0], sides[1]
+
+
+def read_cameras(cameras: str | Sequence[str]) -> tuple[str, ...]:
+    """Names of cameras, one text for one of them; `check_cameras` refuses unknown ones.
+
+    Raises:
+        DesignError: for anything but texts, and for a camera that is named twice.
+    """
+    if not isinstance(cameras, Iterable):
+        raise DesignError("cameras", got=cameras, allowed="names of cameras, such as ('front', 'close')")
+    names = (cameras,) if isinstance(cameras, str) else tuple(cameras)
+    if any(name in names[:i] for i, name in enumerate(names)):
+        raise DesignError("cameras", got=names, allowed="each camera once")
+    return names
 
 
 def check_name(kind: str, name: str, known: Iterable[str]) -> str:

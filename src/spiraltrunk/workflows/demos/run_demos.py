@@ -277,12 +277,20 @@ def _read_result(folder: Path, plan: DemosPlan) -> dict[str, Any] | None:
     except (ValueError, TypeError, KeyError, RecursionError):
         raise SurveyError(f"--out: {str(path)!r} is of no demonstrations; {_ALLOWED}") from None
     if differing:
-        key = differing[0]
-        what = (
-            "another design" if key == "design" else f"{key} {json.dumps(told[key])}, not {json.dumps(settings[key])}"
-        )
+        what = _describe_difference(differing[0], told[differing[0]], settings[differing[0]])
         raise SurveyError(f"--out: {str(folder)!r} holds demonstrations with {what}; {_ALLOWED}")
     return held
+
+
+def _describe_difference(name: str, there: Any, asked: Any) -> str:
+    """Which setting differs, and how; of the recording's settings the first that does."""
+    if name == "design":
+        return "another design"
+    if isinstance(there, dict) and isinstance(asked, dict):
+        differing = [key for key in asked if asked[key] != there.get(key)]
+        if differing:
+            return _describe_difference(differing[0], there.get(differing[0]), asked[differing[0]])
+    return f"{name} {json.dumps(there)}, not {json.dumps(asked)}"
 
 
 def _check_empty(folder: Path) -> None:

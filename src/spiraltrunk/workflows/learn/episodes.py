@@ -9,7 +9,7 @@ from typing import final
 from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.workflows.demos.recording import episode as recording
-from spiraltrunk.workflows.demos.recording.episode_file import FOLDER, load_episode
+from spiraltrunk.workflows.demos.recording.episode_file import FOLDER, load_episode, name_episode
 
 
 @final
@@ -39,7 +39,7 @@ def list_episodes(folder: str | Path, strategy: str) -> list[Path]:
     Raises:
         DesignError: where there is none.
     """
-    files = sorted((Path(folder) / FOLDER).glob(f"{strategy}-*.npz"))
+    files = sorted((Path(folder) / FOLDER).glob(name_episode(strategy, "*")))
     if not files:
         allowed = f"a folder of `spiraltrunk demos {strategy}` with episodes"
         raise DesignError("demos", got=Unquoted(f"{str(folder)!r}, without episodes of {strategy}"), allowed=allowed)

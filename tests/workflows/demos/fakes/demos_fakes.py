@@ -86,7 +86,8 @@ def build_episode(
     led = [rng.uniform(-1, 1, N_ARM) for _ in commands]
     shown = len(choose_steps(count, recording.stride))
     about = {
-        "schema": 2, "strategy": strategy, "object": name, "seed": seed, "success": success,
+        "schema": 3, "strategy": strategy, "object": name, "seed": seed, "success": success,
+        "job": "kick" if strategy == "kick" else "grasp",
         "reason": "success" if success else "lifted 2 cm", "cause": None, "index": index,
         "world": {"support": "ground", "orientation": "upright", "friction": 0.8}, "versions": {"mujoco": "4"},
         "verdict": {"lift_m": 0.2}, "design": format_design(presets.PAPER), "task": describe_task(seen[0].task),

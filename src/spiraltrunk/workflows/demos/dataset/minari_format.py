@@ -106,7 +106,7 @@ def _build_observation_space(layout: Layout) -> spaces.Dict:
 def _in_folder(folder: Path) -> Iterator[None]:
     """Let Minari find and write its data sets in a folder."""
     before = os.environ.get(_ROOT)
-    os.environ[_ROOT] = str(folder)
+    os.environ[_ROOT] = str(folder.resolve())  # Minari joins a relative path to itself.
     try:
         yield
     finally:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from spiraltrunk import strategies
 from spiraltrunk.workflows.demos.dataset.columns import (
     compute_reward,
     describe_provenance,
@@ -19,7 +19,6 @@ from spiraltrunk.workflows.demos.dataset.columns import (
 from spiraltrunk.workflows.demos.dataset.layout import Episodes, Layout
 from spiraltrunk.workflows.demos.dataset.task_text import describe_episode
 from spiraltrunk.workflows.demos.recording.episode import MILESTONE_NAMES, PHASE_NAMES, Episode
-from spiraltrunk.workflows.grasp.choice.auto import AUTO
 
 FILE = "demos.hdf5"
 """Name of the file."""
@@ -42,15 +41,15 @@ def write_robomimic(episodes: Episodes, layout: Layout, folder: Path) -> None:
     """
     import h5py
 
-    total, jobs = 0, set()
+    total, stages = 0, dict[str, str]()
     with h5py.File(folder / FILE, "w") as file:
         data = file.create_group("data")
         for number, episode in enumerate(episodes):
             _add_demonstration(data.create_group(f"demo_{number}"), episode, layout)
             total += len(episode.frames)
-            jobs.add(_find_job(episode))
+            stages.setdefault(episode.about["job"], episode.about["world"]["support"])
         data.attrs["total"] = total
-        data.attrs["env_args"] = json.dumps(_describe_environment(jobs, layout))
+        data.attrs["env_args"] = json.dumps(_describe_environment(stages, layout))
         for key, names in _describe_names(layout).items():
             data.attrs[key] = json.dumps(names)
         _add_masks(file.create_group("mask"), len(episodes))
@@ -86,15 +85,16 @@ def _add_masks(group: Any, count: int) -> None:
         group.create_dataset(key, data=np.array(chosen, dtype=object), dtype=h5py.string_dtype())
 
 
-def _find_job(episode: Episode) -> str:
-    strategy = episode.about["strategy"]
-    return "grasp" if strategy == AUTO else strategies.get(strategy).job
+def _describe_environment(stages: Mapping[str, str], layout: Layout) -> dict[str, Any]:
+    """robomimic's ``env_args``: the environment of the demonstrations, of the first job where they have several.
 
-
-def _describe_environment(jobs: set[str], layout: Layout) -> dict[str, Any]:
-    """robomimic's ``env_args``: the environment of the demonstrations, of the first job where they have several."""
-    names = [name for job, name in _ENVIRONMENTS.items() if job in jobs] or list(_ENVIRONMENTS.values())
-    return {"env_name": names[0], "type": GYM, "env_kwargs": {"control_mode": layout.mode.value}}
+    Args:
+        stages: support of the object in the first demonstration of each job.
+        layout: control mode and rate of the actions.
+    """
+    job = next(job for job in _ENVIRONMENTS if job in stages)
+    arguments = {"stage": stages[job], "control_mode": layout.mode.value, "control_hz": layout.fps}
+    return {"env_name": _ENVIRONMENTS[job], "type": GYM, "env_kwargs": arguments}
 
 
 def _describe_names(layout: Layout) -> dict[str, tuple[str, ...]]:

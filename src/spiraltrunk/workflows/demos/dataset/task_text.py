@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from spiraltrunk import strategies
 from spiraltrunk.workflows.demos.recording.episode import Episode
-from spiraltrunk.workflows.grasp.choice.auto import AUTO
 
 
 def describe_episode(episode: Episode) -> str:
@@ -14,8 +12,7 @@ def describe_episode(episode: Episode) -> str:
 
     Episodes with equal objects, tasks and strategies have equal texts.
     """
-    strategy, task = episode.about["strategy"], episode.about["task"]
-    job = "grasp" if strategy == AUTO else strategies.get(strategy).job
+    strategy, job, task = (episode.about[key] for key in ("strategy", "job", "task"))
     what = _describe_object(task["target"], episode.about["world"])
     if job == "kick":
         return f"kick {what} along the ground ({strategy})"

@@ -6,7 +6,8 @@ import json
 import zipfile
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
+from urllib.parse import quote
 
 import numpy as np
 
@@ -25,9 +26,12 @@ _VIDEO = "video_"
 """How the names of videos in the file begin."""
 
 
-def name_episode(strategy: str, index: int) -> str:
-    """Name of the file of a trial."""
-    return f"{strategy}-{index:06d}.npz"
+def name_episode(strategy: str, index: int | Literal["*"]) -> str:
+    """Name of the file of a trial, or the pattern of all files of a strategy.
+
+    What does not belong in a file's name, as of the path of a policy, is percent-encoded.
+    """
+    return f"{quote(strategy, safe='')}-{index if index == '*' else format(index, '06d')}.npz"
 
 
 def write_episode(episode: Episode, path: Path) -> None:

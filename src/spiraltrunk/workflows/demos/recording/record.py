@@ -29,7 +29,7 @@ from spiraltrunk.workflows.demos.recording.pictures import record_videos
 from spiraltrunk.workflows.grasp.artifacts import compute_result
 from spiraltrunk.workflows.grasp.trial import Trial, build_plant, run_plant
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the content of an episode's file."""
 
 _UNTOLD = ("files", "world", "versions", "real_time_factor")
@@ -43,6 +43,8 @@ class Recorder:
     def __init__(self) -> None:
         self.trial: Trial | None = None
         """The trial that has run."""
+        self.job = ""
+        """What counts as success: the strategy's job."""
         self.velocity: list[np.ndarray] = []
         """Generalised velocities after each command, shape (n_v,) each [m/s, rad/s]."""
 
@@ -58,6 +60,7 @@ class Recorder:
         def watch(seen: Observation, status: object) -> None:
             self.velocity.append(plant.data.qvel.copy())
 
+        self.job = strategy.job
         self.trial = run_plant(plant, strategy, seed=seed, watch=watch)
         return self.trial
 
