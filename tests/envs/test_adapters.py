@@ -53,6 +53,11 @@ def test_joints_cannot_be_commanded_by_a_strategy():
         ActionPolicy(policy, strategies.get("kick"), control_mode="joint-tension")
 
 
+def test_a_policy_acts_at_rates_of_its_environment_alone():
+    with pytest.raises(DesignError, match=r"control_hz is 30\.0; allowed: 50 over a whole number"):
+        ActionPolicy(policy, strategies.get("kick"), control_hz=30.0)
+
+
 def test_a_strategys_actions_follow_its_commands():
     env = make(control_mode="delta-pose-tension-pull")
     env.reset(options={"object": "box-80", "seed_world": 5})

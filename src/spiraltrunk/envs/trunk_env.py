@@ -10,7 +10,14 @@ import gymnasium
 import numpy as np
 
 from spiraltrunk.checks import check_number, check_type
-from spiraltrunk.control.encoding import EncodedAction, Setpoint, encode_agent, encode_environment, parse_control_mode
+from spiraltrunk.control.encoding import (
+    EncodedAction,
+    Setpoint,
+    encode_agent,
+    encode_environment,
+    parse_control_mode,
+    read_periods,
+)
 from spiraltrunk.control.loop import LONGEST
 from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.control.plant import CONTROL_PERIOD
@@ -25,7 +32,6 @@ from spiraltrunk.envs.observing.spaces import (
     build_observation_space,
     check_name,
     read_cameras,
-    read_periods,
     read_size,
 )
 from spiraltrunk.envs.randomization import Randomization, parse_randomization

@@ -17,10 +17,10 @@ from spiraltrunk.control.encoding import (
     encode_environment,
     follow_action,
     parse_control_mode,
+    read_periods,
 )
 from spiraltrunk.control.loop import LONGEST
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.control.strategy import Status, Strategy
 from spiraltrunk.errors import DesignError
 
@@ -78,9 +78,8 @@ class ActionPolicy(Strategy[ActionState]):
         self._mode = parse_control_mode(control_mode)
         if self._mode.sets_joints:
             raise DesignError("control_mode", got=self._mode.value, allowed="a mode that sets the base")
-        check_number("control_hz", control_hz, least=1.0, most=1 / CONTROL_PERIOD)
         check_number("duration", duration, above=0.0, below=LONGEST)
-        self._periods, self._duration = round(1 / (CONTROL_PERIOD * control_hz)), duration
+        self._periods, self._duration = read_periods(control_hz), duration
         for each in ("support", "orientation", "needs_camera", "holds", "job", "objects", "position", "push"):
             setattr(self, each, getattr(scene, each))
         self._scene = scene

@@ -10,7 +10,7 @@ from spiraltrunk.control.encoding.actions import (
     encode_command,
     interpolate_command,
 )
-from spiraltrunk.control.encoding.control_mode import ControlMode, parse_control_mode
+from spiraltrunk.control.encoding.control_mode import ControlMode, parse_control_mode, read_periods
 from spiraltrunk.control.encoding.observations import (
     agent_bounds,
     agent_names,
@@ -48,5 +48,6 @@ __all__ = [
     "interpolate_command",
     "next_velocity",
     "parse_control_mode",
+    "read_periods",
     "restart_setpoint",
 ]

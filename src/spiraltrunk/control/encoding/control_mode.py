@@ -1,11 +1,13 @@
-"""Control modes: what the numbers of an action set."""
+"""Control modes: what the numbers of an action set, and how often."""
 
 from __future__ import annotations
 
 from enum import Enum
 from typing import final
 
-from spiraltrunk.errors import UnknownName
+from spiraltrunk.checks import check_number
+from spiraltrunk.control.plant import CONTROL_PERIOD
+from spiraltrunk.errors import DesignError, UnknownName
 
 
 @final
@@ -58,3 +60,16 @@ def parse_control_mode(name: str | ControlMode) -> ControlMode:
     if not isinstance(name, str) or name not in known:
         raise UnknownName("control mode", name, known)
     return known[name]
+
+
+def read_periods(control_hz: float) -> int:
+    """Control periods of one action, at a rate of actions [1/s].
+
+    Raises:
+        DesignError: for a rate of which 50 Hz is no whole multiple.
+    """
+    check_number("control_hz", control_hz, least=1.0, most=1 / CONTROL_PERIOD)
+    periods = round(1 / (CONTROL_PERIOD * control_hz))
+    if abs(periods * control_hz * CONTROL_PERIOD - 1.0) > 1e-9:
+        raise DesignError("control_hz", got=control_hz, allowed="50 over a whole number, such as 50, 25 or 10")
+    return periods

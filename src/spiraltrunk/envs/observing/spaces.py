@@ -7,25 +7,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from gymnasium import spaces
 
-from spiraltrunk.checks import check_number
 from spiraltrunk.control.encoding import ControlMode, action_size, agent_bounds, environment_bounds
-from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.envs.observing.privileged import privileged_bounds
 from spiraltrunk.errors import DesignError, UnknownName
-
-
-def read_periods(control_hz: float) -> int:
-    """Control periods of one action, at a rate of actions [1/s].
-
-    Raises:
-        DesignError: for a rate of which 50 Hz is no whole multiple.
-    """
-    check_number("control_hz", control_hz, least=1.0, most=1 / CONTROL_PERIOD)
-    periods = round(1 / (CONTROL_PERIOD * control_hz))
-    if abs(periods * control_hz * CONTROL_PERIOD - 1.0) > 1e-9:
-        raise DesignError("control_hz", got=control_hz, allowed="50 over a whole number, such as 50, 25 or 10")
-    return periods
 
 
 def read_size(size: Sequence[int]) -> tuple[int, int]:
