@@ -47,7 +47,7 @@ def _read_arguments() -> argparse.Namespace:
     parser.add_argument("--most", type=int, default=300, help="episodes to learn from, the first ones (default 300)")
     parser.add_argument("--objects", default="", help="demonstrations of these alone, with commas")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--steps", type=int, default=4000)
+    parser.add_argument("--steps", type=int, default=CloningOptions().steps, help="most updates of each network")
     parser.add_argument("--out", type=Path, required=True)
     return parser.parse_args()
 

@@ -33,7 +33,7 @@ class CloningOptions:
 
     hidden: tuple[int, ...] = (128, 128)
     """Units of each hidden layer."""
-    steps: int = 4000
+    steps: int = 16_000
     """Most updates of each network."""
     batch: int = 256
     """Samples of an update."""
