@@ -1,7 +1,8 @@
 """Hours of simulated operation of the driver on the twin, with random strategies and random faults.
 
 Claim (docs/validation/drive.md): in 8 hours no command is lost, no length drifts by more than 1 mm, memory does not
-grow, and every fault is in the record with its time and reaction. With ``--fault-period inf``: no false alarm.
+grow, and every fault is in the record, and with ``--log`` in the log, with its time and reaction. With ``--fault-period
+inf``: no false alarm.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.workflows.drive.soak import FAULT_PERIOD, FaultRecord, record_commands, run_soak
+from spiraltrunk.workflows.drive.soak_log import check_log
 
 NAMES = (
     "wrap-vertical", "pinch", "tip-grip", "wrap-oblique-low", "wrap-oblique", "wrap-horizontal", "flip-grip", "kick",
@@ -47,6 +49,7 @@ def main() -> int:
         "--minutes", type=float, default=math.inf, metavar="M", help="end after so much real time, if it is not over"
     )
     parser.add_argument("--out", type=Path, metavar="FILE", help="write every fault and the memory there, as JSON")
+    parser.add_argument("--log", type=Path, metavar="FILE", help="write an MCAP log, and check every fault in it")
     arguments = parser.parse_args()
     began, end = time.process_time(), time.monotonic() + 60.0 * arguments.minutes
     shown = [0.0]
@@ -59,7 +62,7 @@ def main() -> int:
     commands = record_commands(PAPER, NAMES)
     result = run_soak(
         PAPER, commands, duration=3600.0 * arguments.hours, seed=arguments.seed, fault_period=arguments.fault_period,
-        progress=tell, is_enough=lambda: time.monotonic() > end,
+        progress=tell, is_enough=lambda: time.monotonic() > end, log=arguments.log,
     )  # fmt: skip
     spent = time.process_time() - began
     causes = Counter((record.name or "nothing", record.kind or tell_motion(record)) for record in result.faults)
@@ -75,7 +78,14 @@ def main() -> int:
         print(f"  {name:24}{kind:32}{count}")
     if arguments.out:
         arguments.out.write_text(json.dumps(asdict(result)) + "\n", encoding="utf-8")
-    return 0
+    if arguments.log is None:
+        return 0
+    check = check_log(arguments.log, result.faults)
+    print(f"log of {check.n_message} messages: {check.n_noticed} faults noticed, {check.n_injected} injected")
+    for problem in check.problems:
+        print(f"  {problem}")
+    print("the log tells every fault" if not check.problems else f"{len(check.problems)} problems")
+    return int(bool(check.problems))
 
 
 if __name__ == "__main__":

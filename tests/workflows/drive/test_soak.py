@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from spiraltrunk.strategies import NAMES
 from spiraltrunk.workflows.drive import soak
 from spiraltrunk.workflows.drive.robot import RENEWAL
 from spiraltrunk.workflows.drive.soak import FAULTS, SoakResult, record_commands, run_soak
+from spiraltrunk.workflows.drive.soak_log import check_log
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
 
@@ -138,3 +140,23 @@ def test_a_stall_knows_how_far_its_drum_turns_without_it(monkeypatch):
     one._next = 0.0
     one._inject("other", 50)
     assert one._turned is None
+
+
+def test_the_log_tells_every_fault_with_its_time_and_reaction(tmp_path):
+    """What is missing or different is told: a fault that never was, another time, another kind."""
+    path = tmp_path / "soak.mcap"
+    result = run_soak(PAPER, {"swing": swing(2.0)}, duration=25.0, seed=3, fault_period=0.5, log=path)
+    show(result)
+    check = check_log(path, result.faults)
+    assert check.problems == ()
+    assert check.n_noticed == sum(one.noticed is not None for one in result.faults) > 0
+    assert check.n_injected == len(result.faults)
+    (first, *_) = [one for one in result.faults if one.noticed is not None]
+    for wrong, told in (
+        (replace(first, noticed=first.noticed + 0.001), "not in the log with its reaction"),
+        (replace(first, kind="watchdog"), "not in the log with its reaction"),
+        (replace(first, injected=first.injected - 1.0), "not in the log"),
+        (replace(first, name="never"), "not in the log"),
+    ):
+        (problem,) = check_log(path, [wrong]).problems
+        assert problem.endswith(told)

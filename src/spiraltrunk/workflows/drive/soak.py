@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -16,13 +17,17 @@ import numpy as np
 
 from spiraltrunk import strategies
 from spiraltrunk.control.messages import Command
+from spiraltrunk.design.toml import format_design
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.field_docs import explain_fields
-from spiraltrunk.files.results import Progress, ignore_progress
+from spiraltrunk.files.results import Progress, ignore_progress, read_versions
+from spiraltrunk.hardware.log import LogMetadata, LogWriter
+from spiraltrunk.hardware.log.recording import log_warning
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.twin.faults import build_fault
 from spiraltrunk.sim.objects.catalogue import parse_object
+from spiraltrunk.workflows.drive.recorder import Recorder
 from spiraltrunk.workflows.drive.robot import RENEWAL
 from spiraltrunk.workflows.drive.selftest import SCENARIOS
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
@@ -90,6 +95,19 @@ class SoakResult:
     """Simulated time [s] and resident memory [bytes], every ten minutes."""
 
 
+def describe_soak(design: TrunkDesign, seed: int) -> LogMetadata:
+    """Metadata of a soak's log."""
+    return LogMetadata(
+        design=format_design(design), bus="virtual", is_twin=True, seed=seed, versions=read_versions("numpy"),
+        provenance="soak of the driver on its twin",
+    )  # fmt: skip
+
+
+def describe_injection(name: str) -> str:
+    """The warning by which a soak's log tells an injected fault."""
+    return f"injected: {name}"
+
+
 def record_commands(design: TrunkDesign, names: Sequence[str], seed: int = 0) -> Mapping[str, tuple[Command, ...]]:
     """Commands of each strategy in a run in simulation."""
     found = {}
@@ -108,6 +126,7 @@ def run_soak(
     fault_period: float = FAULT_PERIOD,
     progress: Progress = ignore_progress,
     is_enough: Callable[[], bool] = lambda: False,
+    log: Path | None = None,
 ) -> SoakResult:
     """Play random strategies for ``duration`` [s] of simulated time.
 
@@ -119,11 +138,24 @@ def run_soak(
         fault_period: mean time between two faults [s]; infinite for none.
         progress: called after every strategy.
         is_enough: asked after every strategy whether to end before ``duration``.
+        log: MCAP file to write, which `soak_log.check_log` compares with the result; None for none.
 
     Raises:
         RunError: where the twin cannot be homed again.
+        OutputError: where the log exists.
     """
     soak = _Soak(design, seed, fault_period)
+    with ExitStack() as closing:
+        if log is not None:
+            origin = soak.robot.clock.now()
+            soak.record(closing.enter_context(LogWriter(log, origin, describe_soak(design, seed), waits=True)))
+        return _run(soak, commands, duration, progress, is_enough)
+
+
+def _run(
+    soak: _Soak, commands: Mapping[str, tuple[Command, ...]], duration: float, progress: Progress,
+    is_enough: Callable[[], bool],
+) -> SoakResult:  # fmt: skip
     soak.home()
     while soak.robot.clock.now() < duration and not is_enough():
         name = str(soak.rng.choice(sorted(commands)))
@@ -154,6 +186,11 @@ class _Soak:
         self._turned: float | None = None
         self._wound: dict[str, np.ndarray] = {}
         self._zero: list[float] = []
+        self._log: LogWriter | None = None
+
+    def record(self, log: LogWriter) -> None:
+        """Write what the driver measures, its faults, and what is injected."""
+        self._log, self.robot.watch = log, Recorder(log)
 
     def _draw_next(self) -> float:
         if math.isinf(self._period):
@@ -203,6 +240,8 @@ class _Soak:
         fault = build_fault(scenario.fault, scenario.settings)
         self.robot.faults.inject(fault, at=now)
         self._active = name, now
+        if self._log is not None:
+            log_warning(self._log, now, describe_injection(name))
         until, cable = index + round(FAULT_TIME / RENEWAL), getattr(fault, "cable", None)
         wound = self._wound.get(strategy)
         if cable is not None and wound is not None and len(wound) >= until:
