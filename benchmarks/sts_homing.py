@@ -23,7 +23,7 @@ from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.sts_bus import MemoryStream, StsTwin
 from spiraltrunk.hardware.twin.sts_servo import STS3215, ServoTwin
 from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
-from spiraltrunk.hardware.winder import homing
+from spiraltrunk.hardware.winder import stirring
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.winder import build_winder
 
@@ -60,33 +60,33 @@ class Homed:
             driver.wait()
             driver.tick()
             routine = driver._loop.homing._routine
-            if not self.taut and routine._state and routine._state.taut_since <= routine._state.time:
+            if not self.taut and routine._state and routine._state.stirring is not None:
                 self.taut = trunk.taken
-        self.end, self.tensions, self.faults = trunk.taken, tuple(twin.tensions), driver.faults
-        """Lengths at the driver's zero [m], and tensions [N]."""
+        self.time, self.faults, self.tensions = clock.now(), driver.faults, tuple(twin.tensions)
+        pulls = [cable.pull for cable in driver.snapshot().cables]
+        self.end = tuple(taken - pull for taken, pull in zip(trunk.taken, pulls, strict=True))
+        """Lengths taken in at the driver's zero [m]."""
 
 
-def show(name: str, stir: float, compensation: float) -> None:
+def show(name: str, longest: float, compensation: float) -> None:
     """One line for each slack."""
-    homing.STIR_TIME, sts_models.COMPENSATION = stir, compensation
+    stirring.STIR_MOST, sts_models.COMPENSATION = longest, compensation
     for slack in SLACK:
         homed = Homed(slack)
         assert not homed.faults
         rows = (slack, homed.taut, homed.end)
         texts = [" ".join(f"{1e3 * one:6.2f}" for one in row) for row in rows]
-        tensions = " ".join(f"{one:6.2f}" for one in homed.tensions)
-        print(f"{name:28}| {texts[0]} | {texts[1]} | {texts[2]} | {tensions}")
+        print(f"{name:28}| {texts[0]} | {texts[1]} | {texts[2]} | {homed.time:6.1f}")
 
 
 def main() -> int:
     """Print the table."""
     argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0]).parse_args()
-    print(f"{'':28}| slack before [mm]    | taken in, taut [mm]  | taken in, zero [mm]  | tension at zero [N]")
-    stir, compensation = homing.STIR_TIME, sts_models.COMPENSATION
-    show("as it is", stir, compensation)
-    show("stirred four times as long", 4.0 * stir, compensation)
-    show("whole back-EMF compensated", stir, 1.0)
-    show("both", 4.0 * stir, 1.0)
+    print(f"{'':28}| slack before [mm]    | taken in, taut [mm]  | taken in, zero [mm]  | homing [s]")
+    longest, compensation = stirring.STIR_MOST, sts_models.COMPENSATION
+    show("as it is", longest, compensation)
+    show("stirred up to twice as long", 2.0 * longest, compensation)
+    show("whole back-EMF compensated", longest, 1.0)
     return 0
 
 

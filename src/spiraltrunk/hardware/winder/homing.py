@@ -1,17 +1,9 @@
 """Homing by gentle tension: all cables are wound in until they are taut, and the trunk is straight between them.
 
 The trunk hangs down, free of objects. Equal tensions hold it straight up to its weight and its friction; where it
-stands still is pull 0 of every winder. The motors cannot feel where the trunk is: a person looks whether it is so.
-
-Dry friction at the drums is larger than the tensions that hold a hanging trunk straight. So the cables are stirred at
-the end, as a magnet is demagnetised: to equal tensions an alternating part is added, shifted from cable to cable by a
-turn over their number, which falls from above the friction to zero. The trunk circles by some millimetres, and settles
-where the tensions are equal. The larger the friction, the slower: of a rotor that is driven to and fro with the speed
-v, dry friction F brakes a slow motion u by F (2/pi) u / v, for it averages to a damping, and so does the back-EMF that
-is not compensated. With the gears of STS servos `STIR_TIME` ends some millimetres away from the middle, on the side of
-the cables that had less slack: all wind in alike until all are taut. A trunk that 0.2 N hold 3 mm aside cannot be felt
-through gears of 15 N.
-Pure functions; nothing here was tried on a real motor.
+is then is pull 0 of every winder. The motors cannot feel where the trunk is: a person looks whether it is so. Through
+gears of 15 N no motor feels the 0.2 N that hold a trunk 3 mm aside, so that the drums are stirred at the end, see
+`stirring`. Pure functions; nothing here was tried on a real motor.
 """
 
 from __future__ import annotations
@@ -26,6 +18,8 @@ from spiraltrunk.checks import check_number
 from spiraltrunk.errors import DriveError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.motors.motor_port import MotorState
+from spiraltrunk.hardware.winder.feedback_check import check_feedback
+from spiraltrunk.hardware.winder.stirring import Stirring, compute_torque, step_stirring
 from spiraltrunk.hardware.winder.winder import Winder, WinderState, WinderTarget, step
 
 FLOORS = 3.0
@@ -33,12 +27,6 @@ FLOORS = 3.0
 
 DITHER = 2.0
 """Amplitude of the dither over the dry friction while slack is taken in [-] (ours: the true one may be twice that)."""
-
-STIR, STIR_TIME = 4.0, 5.0
-"""Amplitude of the stirring over the dry friction at its start [-], and time in which it falls to zero [s] (ours)."""
-
-STIR_LENGTH = 2.5e-3
-"""Motion of each cable to and fro at the start of the stirring [m] (ours)."""
 
 STILL_TIME, STILL_LENGTH = 0.5, 1e-3
 """A cable is still that moved less than this length [m] for this time [s] (ours)."""
@@ -94,8 +82,8 @@ class HomingState:
     """Tension of homing [N]."""
     time: float = 0.0
     """Time since it began [s]."""
-    taut_since: float = math.inf
-    """Time of homing at which all cables were taut and at rest [s]; infinite before."""
+    stirring: Stirring | None = None
+    """Stirring, from the time at which all cables were taut and at rest; None before."""
     status: HomingStatus = HomingStatus.RUNNING
     """Running, homed or failed."""
     cable: int | None = None
@@ -122,38 +110,64 @@ def step_homing(
 ) -> tuple[HomingState, tuple[float, ...]]:
     """Advance homing by ``dt`` [s], and return its state and the torques [N m].
 
-    Homed are all cables that reached the tension, moved, and stood still together for `STILL_TIME`. It fails, and the
-    winders hold their floor, where a cable does not become taut within the drum's travel (it is off or broken), where a
-    drum never moves (it is jammed, or its cable was taut before), where turns are lost, and after a time limit.
+    Homed are all cables that reached the tension, moved, stood still together for `STILL_TIME`, and were stirred. It
+    fails, and the winders hold their floor, where a cable does not become taut within the drum's travel (it is off or
+    broken), where a drum never moves (it is jammed, or its cable was taut before), where turns are lost, and where the
+    cables are not taut after a time limit.
 
     Raises:
         DriveError: where homing is over, or feedback is not finite.
     """
     if state.status is not HomingStatus.RUNNING:
         raise DriveError(f"homing is over: {state.status.value}; allowed: to begin anew")
-    time = state.time + dt
-    is_taut = state.taut_since < math.inf
-    stepped = [
-        _stir_cable(winder, cable, motor, state, 2 * math.pi * number / len(winders))
-        if is_taut
-        else _step_cable(winder, cable, motor, state, dt)
+    state = replace(state, time=state.time + dt)
+    if state.stirring is None:
+        return _wind_in(winders, state, motors, dt)
+    for motor in motors:
+        check_feedback(motor, dt, None)
+    pulls = [_read_pull(*each) for each in zip(winders, state.cables, motors, strict=True)]
+    stirring = step_stirring(winders[0], state.stirring, pulls, dt)
+    state = replace(state, stirring=stirring)
+    torques = tuple(
+        compute_torque(
+            winder, stirring, winder.drum.radius(motor.angle - cable.winder.zero_angle), state.tension,
+            2 * math.pi * number / len(winders),
+        )
         for number, (winder, cable, motor) in enumerate(zip(winders, state.cables, motors, strict=True))
+    )  # fmt: skip
+    failed = _find_failed(winders, state, motors)
+    if failed is None and stirring.is_over:
+        homed = tuple(map(_set_zero, winders, state.cables, stirring.zeros))
+        return replace(state, cables=homed, status=HomingStatus.HOMED), torques
+    return failed or state, torques
+
+
+def _wind_in(
+    winders: Sequence[Winder], state: HomingState, motors: Sequence[MotorState], dt: float
+) -> tuple[HomingState, tuple[float, ...]]:
+    """One period of winding in until all cables are taut and at rest."""
+    stepped = [
+        _step_cable(winder, cable, motor, state, dt)
+        for winder, cable, motor in zip(winders, state.cables, motors, strict=True)
     ]
-    after = replace(state, cables=tuple(cable for cable, _ in stepped), time=time)
+    after = replace(state, cables=tuple(cable for cable, _ in stepped))
     torques = tuple(torque for _, torque in stepped)
-    for i, (winder, cable, motor) in enumerate(zip(winders, after.cables, motors, strict=True)):
-        if reason := _find_fault(winder, cable, motor, after):
-            return replace(after, status=HomingStatus.FAILED, cable=i, reason=reason), torques
-    if not is_taut and all(_is_taut(cable, after) for cable in after.cables):
-        return replace(after, taut_since=time), torques
-    if time - state.taut_since >= STIR_TIME:
-        homed = tuple(_set_zero(cable, motor) for cable, motor in zip(after.cables, motors, strict=True))
-        return replace(after, cables=homed, status=HomingStatus.HOMED), torques
-    return after, torques
+    failed = _find_failed(winders, after, motors)
+    if failed is None and all(_is_taut(cable, after) for cable in after.cables):
+        return replace(after, stirring=Stirring()), torques
+    return failed or after, torques
+
+
+def _find_failed(winders: Sequence[Winder], state: HomingState, motors: Sequence[MotorState]) -> HomingState | None:
+    """The state with the first cable that failed; None where none did."""
+    for i, (winder, cable, motor) in enumerate(zip(winders, state.cables, motors, strict=True)):
+        if reason := _find_fault(winder, cable, motor, state):
+            return replace(state, status=HomingStatus.FAILED, cable=i, reason=reason)
+    return None
 
 
 def find_time_limit(winder: Winder) -> float:
-    """Longest time that homing may take [s]."""
+    """Longest time until all cables are taut [s]."""
     return 2 * _find_travel(winder) / winder.gains.slack_speed + SPARE_TIME
 
 
@@ -172,29 +186,18 @@ def _step_cable(
     is_ramping = state.tension_limit < homing.tension
     if is_ramping or abs(reading.pull - cable.still_pull) > STILL_LENGTH:
         return replace(
-            cable, winder=state, has_moved=has_moved, still_pull=reading.pull, still_since=homing.time + dt
+            cable, winder=state, has_moved=has_moved, still_pull=reading.pull, still_since=homing.time
         ), torque
     return replace(cable, winder=state, has_moved=has_moved), torque
 
 
-def _stir_cable(
-    winder: Winder, cable: CableHoming, motor: MotorState, homing: HomingState, phase: float
-) -> tuple[CableHoming, float]:
-    """Torque of the tension, and of an alternating part with this phase [rad] that falls to zero; feedback is unused.
-
-    A rotor that a torque A beyond its friction F drives to and fro moves by about (A - F) t^2 / (32 J) with the period
-    t, which follows from `STIR_LENGTH`.
-    """
-    radius, elapsed = winder.drum.radius(motor.angle - cable.winder.zero_angle), homing.time - homing.taut_since
-    amplitude = STIR * winder.friction * max(0.0, 1.0 - elapsed / STIR_TIME)
-    excess = max((STIR - 1.0) * winder.friction * radius, 1e-9)
-    period = math.sqrt(32.0 * STIR_LENGTH * winder.inertia / excess)
-    torque = homing.tension * radius + amplitude * math.sin(2 * math.pi * elapsed / period + phase)
-    return cable, min(max(torque, -winder.limits.torque_max), winder.limits.torque_max)
+def _read_pull(winder: Winder, cable: CableHoming, motor: MotorState) -> float:
+    """Cable wound in, as `CableHoming.start` counts it [m]."""
+    return winder.drum.pull(motor.angle - cable.winder.zero_angle)
 
 
 def _find_fault(winder: Winder, cable: CableHoming, motor: MotorState, state: HomingState) -> str:
-    wound, travel = winder.drum.pull(motor.angle - cable.winder.zero_angle) - cable.start, _find_travel(winder)
+    wound, travel = _read_pull(winder, cable, motor) - cable.start, _find_travel(winder)
     if motor.is_count_lost and not cable.has_lost_count:
         return "turns were lost during homing; look at the bus, and home again"
     if wound > travel:
@@ -207,7 +210,9 @@ def _find_fault(winder: Winder, cable: CableHoming, motor: MotorState, state: Ho
             f"moved less than {1e3 * JAM_LENGTH:g} mm in {JAM_TIME:g} s under {state.tension:.1f} N: is its drum "
             "jammed, or was its cable taut before? Loosen it by hand"
         )
-    if state.time > (limit := find_time_limit(winder)):
+    if state.stirring is not None and state.stirring.is_unsettled:
+        return "did not settle while the drums were stirred: does something move the trunk?"
+    if state.stirring is None and state.time > (limit := find_time_limit(winder)):
         return f"did not come to rest in {limit:.0f} s: does something move the trunk?"
     return ""
 
@@ -216,8 +221,10 @@ def _is_taut(cable: CableHoming, state: HomingState) -> bool:
     return cable.has_moved and state.time - cable.still_since >= STILL_TIME
 
 
-def _set_zero(cable: CableHoming, motor: MotorState) -> CableHoming:
-    return replace(cable, winder=cable.winder._replace(zero_angle=motor.angle), start=0.0, still_pull=0.0)
+def _set_zero(winder: Winder, cable: CableHoming, zero: float) -> CableHoming:
+    """The cable counted from this pull [m]."""
+    angle = cable.winder.zero_angle + winder.drum.angle(zero)
+    return replace(cable, winder=cable.winder._replace(zero_angle=angle), start=0.0, still_pull=0.0)
 
 
 def _find_travel(winder: Winder) -> float:

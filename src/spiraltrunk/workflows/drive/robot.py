@@ -14,8 +14,8 @@ from spiraltrunk.hardware.driver.threaded_driver import Driver
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.winder.slack import compensate_slack, remove_slack
 
-LONGEST_HOMING = 60.0
-"""Time after which homing counts as hung [s] (ours)."""
+LONGEST_HOMING = 120.0
+"""Time after which homing counts as hung [s] (ours): STS servos may take 75 s to wind in and 28 s to be stirred."""
 
 RENEWAL = 0.02
 """Time between two targets of a move [s] (ours)."""
