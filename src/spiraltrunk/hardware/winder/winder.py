@@ -15,7 +15,15 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DriveError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
-from spiraltrunk.hardware.winder.dither import Dither, compute_amplitude, compute_sign, count_half, step_dither
+from spiraltrunk.hardware.winder.dither import (
+    STIR,
+    Dither,
+    can_stir,
+    compute_amplitude,
+    compute_sign,
+    count_half,
+    step_dither,
+)
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.feedback_check import check_feedback
 from spiraltrunk.hardware.winder.friction import FrictionDirection, follow_motion, lead_at_rest
@@ -55,6 +63,10 @@ class Winder:
     """Dry friction of the rotor [N m]."""
     angle_step: float
     """Resolution of the angle [rad]."""
+    n_half: int
+    """Periods of control in half a cycle of the dither [-]."""
+    can_stir: bool
+    """Whether a stir shows a stuck drum."""
 
 
 @explain_fields
@@ -136,6 +148,8 @@ def build_winder(
         drum=drum, limits=build_limits(design, drum, motor, tension_floor),
         gains=derive_gains(period, motor.rotor_inertia, drum.radius_max, stiffness),
         inertia=motor.rotor_inertia, friction=motor.rotor_friction, angle_step=motor.angle_step,
+        n_half=count_half(period),
+        can_stir=can_stir(period, motor.rotor_inertia, motor.rotor_friction, motor.angle_step),
     )  # fmt: skip
 
 
@@ -162,6 +176,7 @@ def step(
     *,
     measured_tension: float | None = None,
     dither: float | None = None,
+    is_stirred: bool = False,
 ) -> tuple[WinderState, WinderReading, float]:
     """Advance the control by ``dt`` [s] and return its state, what was measured, and the motor's torque [N m].
 
@@ -174,7 +189,8 @@ def step(
     - the governor bounds f so that v stays within the speed limit and x within the soft limits of length: f <= R + m
       w_governor (v_allowed - v), with R the estimate of tension and friction, and the same from below up to the ceiling
       of the tension; a slack cable is slower than a taut one;
-    - the torque f r, within the data sheet; at the floor with a dither while a cable is let down, see `dither`.
+    - the torque f r, within the data sheet, with a dither where a cable is let down to the floor or stirred, see
+      `dither`.
 
     T is that of a disturbance observer: torque / r - friction - m dv/dt through a first-order low-pass of
     ``w_observer`` (83 rad/s at 500 Hz). While the rotor stands still it is uncertain by the dry friction over the
@@ -189,6 +205,7 @@ def step(
         measured_tension: tension by a load cell [N]; None without one.
         dither: amplitude of a dither over the dry friction [-], in place of any compensation of friction, as in homing;
             None for the winder's own.
+        is_stirred: whether a stir starts, where the winder can, see `dither`.
 
     Raises:
         DriveError: where target, feedback, ``dt`` or the measured tension is not finite or out of its range.
@@ -204,11 +221,12 @@ def step(
         direction = lead_at_rest(direction, motion.dt, is_let_down=falls)
     speed, gains = motion.speed, winder.gains
     slow_speed = state.slow_speed + _low_pass(gains.washout * motion.dt) * (speed - state.slow_speed)
-    shaken = _step_dither(winder, state, wanted, motion)
+    shaken = _step_dither(winder, state, wanted, motion, is_stirred=is_stirred)
     friction = FRICTION_SHARE * winder.friction / motion.radius
     compensated = 0.0
     if dither is None:
-        dither = compute_amplitude(shaken, (wanted - winder.limits.tension_floor) * motion.radius, winder.friction)
+        let_down = (wanted - winder.limits.tension_floor) * motion.radius
+        dither = max(compute_amplitude(shaken, let_down, winder.friction), STIR * shaken.stir)
         compensated = max(1.0 - dither, 0.0) * friction * direction.share
     trim = 0.0 if measured_tension is None else _trim(winder, state, wanted - felt, friction, motion)
     force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed) + trim
@@ -216,7 +234,7 @@ def step(
     force = min(force, winder.limits.tension_ceiling + winder.friction / motion.radius + max(trim, 0.0))
     governed = _govern(winder, force, _allow_speeds(winder, target.pull, wanted, tension, motion), resistance, motion)
     torque_max = winder.limits.torque_max
-    torque = governed * motion.radius + dither * winder.friction * compute_sign(shaken, count_half(gains.period))
+    torque = governed * motion.radius + dither * winder.friction * compute_sign(shaken, winder.n_half)
     torque = min(max(torque, -torque_max), torque_max)
     slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted + governed - force - state.slow_set)
     after = WinderState(
@@ -289,10 +307,11 @@ def _follow(before: float, wanted: float, most: float) -> float:
     return min(max(wanted, before - most), before + most)
 
 
-def _step_dither(winder: Winder, state: WinderState, wanted: float, motion: _Motion) -> Dither:
+def _step_dither(winder: Winder, state: WinderState, wanted: float, motion: _Motion, *, is_stirred: bool) -> Dither:
     """Dither that starts while the set tension falls faster than `LET_DOWN` of its slew limit."""
     falls = state.tension_set - wanted > LET_DOWN * winder.limits.tension_slew * motion.dt
-    return step_dither(state.dither, motion.pull, motion.dt, count_half(winder.gains.period), is_let_down=falls)
+    is_stirred = is_stirred and winder.can_stir
+    return step_dither(state.dither, motion.pull, motion.dt, winder.n_half, is_let_down=falls, is_stirred=is_stirred)
 
 
 def _trim(winder: Winder, state: WinderState, error: float, friction: float, motion: _Motion) -> float:
