@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, final
+from typing import final
 
 from spiraltrunk.hardware.driver.targets import Targets
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
@@ -15,22 +15,11 @@ from spiraltrunk.hardware.winder.winder import Winder, WinderState, WinderTarget
 _LEAST_PART = 0.1
 """Least nominal load over the floor of tension [-] (ours), for motors whose friction would leave less."""
 
-STIR_LENGTH, STIR_TENSION = 0.005, 5.0
-"""Cable that another drum moves [m], or change of any cable's set tension [N], while one stands, after which that one
-is stirred (ours)."""
+STIR_LENGTH = 0.005
+"""Cable that another drum moves while one stands, after which that one is stirred [m] (ours)."""
 
 STOOD_LENGTH = 1e-4
 """Cable below which a drum counts as standing meanwhile [m] (ours: more than the stir itself moves)."""
-
-
-@final
-class _Stood(NamedTuple):
-    """What was when a drum moved or was stirred last."""
-
-    pulls: tuple[float, ...]
-    """Of all cables [m]."""
-    tensions: tuple[float, ...]
-    """Set tensions of all cables [N]."""
 
 
 @final
@@ -41,7 +30,7 @@ class Winding:
         self._winders, self._sheet = tuple(winders), sheet
         self._zeros = (0.0,) * len(self._winders)
         self._states = self._start()
-        self._stood: list[_Stood] = []
+        self._stood: list[tuple[float, ...]] = []
 
     @property
     def tension_most(self) -> tuple[float, ...]:
@@ -92,7 +81,7 @@ class Winding:
             DriveError: where feedback is no number.
         """
         states, readings, torques = [], [], []
-        stirred = self._find_stirred(targets.tension, motors)
+        stirred = self._find_stirred(motors)
         for i, (winder, motor) in enumerate(zip(self._winders, motors, strict=True)):
             target = WinderTarget(tension=self._limit(winder, targets.tension[i], motor), pull=targets.pull[i])
             state, measured, torque = step(winder, self._states[i], target, motor, dt, is_stirred=stirred[i])
@@ -111,34 +100,26 @@ class Winding:
         self._states = tuple(states)
         return tuple(readings), tuple(torques)
 
-    def _find_stirred(self, tensions: Sequence[float], motors: Sequence[MotorState]) -> list[bool]:
-        """Which drums have stood since they were stirred last, while what ought to turn them has changed.
+    def _find_stirred(self, motors: Sequence[MotorState]) -> list[bool]:
+        """Which drums have stood while another one moved by `STIR_LENGTH` since they were stirred last.
 
-        That is another drum's motion, which bends the trunk, or a set tension. A stuck drum would bend the trunk
-        another way than it was told to: see `winder.dither`.
+        The others bend the trunk, and a stuck drum would bend it another way than it was told to: see `winder.dither`.
         """
         pulls = tuple(self.compute_pull(i, motor) for i, motor in enumerate(motors))
-        now = _Stood(pulls, tuple(tensions))
-        self._stood = self._stood or [now] * len(pulls)
+        self._stood = self._stood or [pulls] * len(pulls)
         stirred = []
         for i, before in enumerate(self._stood):
-            is_standing = abs(pulls[i] - before.pulls[i]) < STOOD_LENGTH
-            stirred.append(is_standing and _has_changed(before, now))
+            moved = [abs(now - then) for now, then in zip(pulls, before, strict=True)]
+            is_standing = moved[i] < STOOD_LENGTH
+            stirred.append(is_standing and max(moved) > STIR_LENGTH)
             if stirred[i] or not is_standing:
-                self._stood[i] = now
+                self._stood[i] = pulls
         return stirred
 
     def _limit(self, winder: Winder, tension: float, motor: MotorState) -> float:
         """Tension that a motor of this temperature may have [N]."""
         floor, ceiling = winder.limits.tension_floor, winder.limits.tension_ceiling
         return min(tension, floor + derate(motor.temperature, self._sheet) * max(0.0, ceiling - floor))
-
-
-def _has_changed(before: _Stood, now: _Stood) -> bool:
-    """Whether a drum that stands ought to have been turned by what the others do or by what was asked for."""
-    moved = max(abs(new - old) for new, old in zip(now.pulls, before.pulls, strict=True))
-    asked = max(abs(new - old) for new, old in zip(now.tensions, before.tensions, strict=True))
-    return moved > STIR_LENGTH or asked > STIR_TENSION
 
 
 def _build_range(winder: Winder) -> CableRange:

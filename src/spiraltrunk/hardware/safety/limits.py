@@ -47,6 +47,9 @@ class SafetyLimits:
     """Equal new frames under whatever torque that are a fault, of a motor whose last digit fluctuates at rest [-]."""
     blocked_torque: float = 0.12
     """Change of the commanded torque, beyond dry friction both ways, that must turn the drum [N m]: 12 N on 10 mm."""
+    blocked_frictions: float = 3.6
+    """The same change over the dry friction, where that is more [-]: friction both ways, what is compensated of it, and
+    as much again."""
     blocked_steps: float = 3.0
     """Turn that counts as none, in steps of the encoder [-]."""
     blocked_memory: float = 1.0

@@ -25,11 +25,11 @@ import numpy as np
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.winder.winder import Winder
 
-STIR = 4.0
-"""Amplitude over the dry friction [-] (ours: the true one may be twice that)."""
+STIR, STIR_GEARED = 4.0, 8.0
+"""Amplitude over the dry friction, of light rotors and of geared ones [-] (ours: the true one may be twice that)."""
 
-STIR_LENGTH = 2.5e-3
-"""Motion to and fro of a cable without load [m] (ours)."""
+STIR_LENGTH, STIR_LENGTH_GEARED = 2.5e-3, 3.5e-3
+"""Motion to and fro of a cable without load, likewise [m] (ours)."""
 
 FADE_TIME = 5.0
 """Time in which the amplitude falls to zero, at once with light rotors [s] (ours)."""
@@ -37,14 +37,11 @@ FADE_TIME = 5.0
 GEARED = 8.0
 """Dry friction at the drum from which the zero is fitted [N] (ours: 4 of a GM6020, 15 of an STS3215)."""
 
-STIR_LEAST, STIR_MOST = 6.0, 20.0
-"""Least and longest time of stirring where the zero is fitted [s] (ours)."""
-
-LEFT = 2e-4
-"""Length of each cable to its zero at which it ends before [m] (ours)."""
+STIR_TIME = 20.0
+"""Time of stirring where the zero is fitted [s] (ours)."""
 
 LEFT_MOST = 5e-3
-"""Length to its zero from which a cable counts as unsettled after the longest time [m] (ours): something moves it."""
+"""Length to its zero from which a cable counts as unsettled after that time [m] (ours): something moves it."""
 
 WINDOW = 1.0
 """Time of the cycles over which one mean is taken [s] (ours)."""
@@ -82,8 +79,8 @@ class Stirring:
 
     @property
     def is_unsettled(self) -> bool:
-        """Whether no zeros were found in the longest time."""
-        return not self.zeros and self.elapsed > STIR_MOST + 2.0 * WINDOW
+        """Whether no zeros were found in that time."""
+        return not self.zeros and self.elapsed > STIR_TIME + 2.0 * WINDOW
 
 
 def step_stirring(winder: Winder, before: Stirring, pulls: Sequence[float], dt: float) -> Stirring:
@@ -91,7 +88,7 @@ def step_stirring(winder: Winder, before: Stirring, pulls: Sequence[float], dt: 
     after = replace(before, elapsed=before.elapsed + dt)
     if before.zeros:
         return replace(after, share=before.share - dt / FADE_TIME)
-    if winder.friction < GEARED * winder.drum.design.winding_radius:
+    if not _is_geared(winder):
         share = 1.0 - after.elapsed / FADE_TIME
         return replace(after, share=share, zeros=() if share > 0.0 else tuple(pulls))
     sums = tuple(old + new for old, new in zip(before.sums or (0.0,) * len(pulls), pulls, strict=True))
@@ -100,17 +97,16 @@ def step_stirring(winder: Winder, before: Stirring, pulls: Sequence[float], dt: 
         return after
     means = (*before.means, tuple(one / after.count for one in sums))
     after = replace(after, sums=(), count=0, means=means)
-    if after.elapsed < STIR_LEAST:
+    if after.elapsed < STIR_TIME:
         return after
     zeros, left = fit_settling(means[1:])
-    allowed = LEFT if after.elapsed < STIR_MOST else LEFT_MOST
-    return replace(after, zeros=zeros) if max(map(abs, left)) < allowed else after
+    return replace(after, zeros=zeros) if max(map(abs, left)) < LEFT_MOST else after
 
 
 def compute_torque(winder: Winder, stirring: Stirring, radius: float, tension: float, phase: float) -> float:
     """Torque of the tension [N] at this radius [m] and of the alternating part with this phase [rad] [N m]."""
     turn = 2 * math.pi * stirring.elapsed / _find_period(winder) + phase
-    torque = tension * radius + max(0.0, stirring.share) * STIR * winder.friction * math.sin(turn)
+    torque = tension * radius + max(0.0, stirring.share) * _find_stir(winder) * winder.friction * math.sin(turn)
     return min(max(torque, -winder.limits.torque_max), winder.limits.torque_max)
 
 
@@ -138,13 +134,23 @@ def fit_settling(means: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], t
     return tuple(limit.tolist()), tuple(left.tolist())
 
 
+def _is_geared(winder: Winder) -> bool:
+    return winder.friction >= GEARED * winder.drum.design.winding_radius
+
+
+def _find_stir(winder: Winder) -> float:
+    """Amplitude over the dry friction [-]."""
+    return STIR_GEARED if _is_geared(winder) else STIR
+
+
 def _find_period(winder: Winder) -> float:
     """Period of the alternating part [s].
 
     A torque A beyond the friction drives a free rotor to and fro by about A t^2 / (32 J) with the period t.
     """
-    excess = max((STIR - 1.0) * winder.friction * winder.drum.design.winding_radius, 1e-9)
-    return math.sqrt(32.0 * STIR_LENGTH * winder.inertia / excess)
+    length = STIR_LENGTH_GEARED if _is_geared(winder) else STIR_LENGTH
+    excess = max((_find_stir(winder) - 1.0) * winder.friction * winder.drum.design.winding_radius, 1e-9)
+    return math.sqrt(32.0 * length * winder.inertia / excess)
 
 
 def _find_window(winder: Winder) -> float:

@@ -79,9 +79,10 @@ def watch_stall(
     """A motor that does not turn: at its largest torque, or through a change of torque that stretches every cable.
 
     A drum that stands at a high tension is nominal. One that does not turn by `blocked_steps` of the encoder while the
-    torque changes by `blocked_torque` plus twice the dry friction is blocked, for no cable is that stiff. What other
-    drums explain does not count: while they wind in, they tighten this cable through the trunk, so that lower torques
-    of before are forgotten with the time constant `blocked_memory`, and larger ones while they pay out.
+    torque changes by `blocked_torque` plus twice the dry friction, or `blocked_frictions` times it, is blocked, for no
+    cable is that stiff. What other drums explain does not count: while they wind in, they tighten this cable through
+    the trunk, so that lower torques of before are forgotten with the time constant `blocked_memory`, and larger ones
+    while they pay out.
 
     Args:
         state: state after the period before.
@@ -99,7 +100,8 @@ def watch_stall(
     saturated = state.saturated + dt if is_saturated and is_still else 0.0
     after = _stand(state, reading, dt, sheet, limits, others=others)
     span = after.most - after.least
-    needed = limits.blocked_torque + 2.0 * sheet.rotor_friction
+    friction = sheet.rotor_friction
+    needed = max(limits.blocked_torque + 2.0 * friction, limits.blocked_frictions * friction)
     after = replace(after, saturated=saturated, blocked=state.blocked + dt if span >= needed else 0.0)
     if saturated >= limits.stall_time:
         text = f"the motor stands at {reading.torque:.2f} N m for {saturated:.1f} s; allowed: {limits.stall_time:g} s"
