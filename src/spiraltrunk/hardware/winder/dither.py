@@ -89,9 +89,10 @@ def can_stir(period: float, inertia: float, friction: float, angle_step: float) 
 def compute_amplitude(dither: Dither, above: float, friction: float) -> float:
     """Amplitude over the dry friction [-]: all at the floor, none where a torque ``above`` it exceeds the friction.
 
-    A cable that holds something is left at rest. Torque and friction are in N m.
+    A cable that holds something is left at rest, unless it is stirred. Torque and friction are in N m.
     """
-    return AMPLITUDE * dither.share * max(0.0, 1.0 - above / max(friction, 1e-9))
+    let_down = AMPLITUDE * dither.share * max(0.0, 1.0 - above / max(friction, 1e-9))
+    return max(let_down, STIR * dither.stir)
 
 
 def compute_sign(dither: Dither, n_half: int) -> float:

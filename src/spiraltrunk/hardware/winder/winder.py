@@ -16,7 +16,6 @@ from spiraltrunk.errors import DriveError
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.winder.dither import (
-    STIR,
     Dither,
     can_stir,
     compute_amplitude,
@@ -225,8 +224,7 @@ def step(
     friction = FRICTION_SHARE * winder.friction / motion.radius
     compensated = 0.0
     if dither is None:
-        let_down = (wanted - winder.limits.tension_floor) * motion.radius
-        dither = max(compute_amplitude(shaken, let_down, winder.friction), STIR * shaken.stir)
+        dither = compute_amplitude(shaken, (wanted - winder.limits.tension_floor) * motion.radius, winder.friction)
         compensated = max(1.0 - dither, 0.0) * friction * direction.share
     trim = 0.0 if measured_tension is None else _trim(winder, state, wanted - felt, friction, motion)
     force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed) + trim
