@@ -59,13 +59,13 @@ def test_a_bad_voltage_is_a_fault_after_100_ms(bad):
 
 
 def run_stall(
-    torques: list[float], angles: list[float], speeds: list[float] | None = None, others: float = 0.0
+    torques: list[float], angles: list[float], speeds: list[float] | None = None, others: float = 0.0, sheet=SHEET
 ) -> int | None:
     state = StallState()
     for number, (torque, angle) in enumerate(zip(torques, angles, strict=True)):
         speed = speeds[number] if speeds else 0.0
         reading = CableReading(motor=build(angle=angle, speed=speed), torque=torque)
-        state, found = watch_stall(state, reading, DT, SHEET, LIMITS, others=others)
+        state, found = watch_stall(state, reading, DT, sheet, LIMITS, others=others)
         if found:
             assert found.kind is FaultKind.STALL
             return number
@@ -96,6 +96,16 @@ def test_a_drum_that_a_changing_torque_does_not_turn_is_blocked():
         assert up == down
         assert (up is not None) == is_blocked
     assert run_stall([0.1] * 100 + [0.5] * 400, [1.0] * 500) == pytest.approx(100 + LIMITS.blocked_time / DT, abs=2)
+
+
+def test_a_geared_drum_may_stand_through_its_friction_and_what_is_compensated_of_it():
+    """An STS servo's 0.15 N m hold both ways, 80 % of it are compensated, and a part of that is wrong."""
+    geared = replace(SHEET, rotor_friction=0.15)
+    needed = LIMITS.blocked_frictions * geared.rotor_friction
+    assert needed > LIMITS.blocked_torque + 2 * geared.rotor_friction
+    for change, is_blocked in ((1.01 * needed, True), (0.99 * needed, False)):
+        number = run_stall([0.1] * 100 + [0.1 + change] * 400, [1.0] * 500, sheet=geared)
+        assert (number is not None) == is_blocked
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
