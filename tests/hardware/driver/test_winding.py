@@ -1,0 +1,54 @@
+"""Which drums are stirred: those that stand while another one moves."""
+
+from __future__ import annotations
+
+import pytest
+
+from spiraltrunk.design.drum import size_drum
+from spiraltrunk.design.presets import PAPER
+from spiraltrunk.hardware.driver.winding import STIR_LENGTH, STOOD_LENGTH, Winding
+from spiraltrunk.hardware.motors.gm6020 import GM6020
+from spiraltrunk.hardware.motors.motor_port import MotorState
+from spiraltrunk.hardware.winder.drum import DrumGeometry
+from spiraltrunk.hardware.winder.winder import build_winder
+
+DRUM = DrumGeometry(design=size_drum(PAPER))
+
+
+@pytest.fixture
+def find_stirred():
+    """Drums that are stirred at these pulls [mm]."""
+    winding = Winding([build_winder(PAPER, GM6020, DRUM, 2e-3)] * 3, GM6020)
+
+    def find(*pulls_mm):
+        angles = [DRUM.angle(1e-3 * pull) for pull in pulls_mm]
+        motors = [MotorState(time=0.0, angle=one, speed=0.0, torque=0.0, temperature=25.0) for one in angles]
+        return winding._find_stirred(motors)
+
+    find.restart = winding.restart
+    return find
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_drum_that_stands_is_stirred_each_time_another_one_has_moved_so_far(find_stirred, sense):
+    step = 1e3 * STIR_LENGTH
+    assert find_stirred(0.0, 0.0, 0.0) == [False, False, False]
+    assert find_stirred(0.0, sense * 0.99 * step, 0.0) == [False, False, False]
+    assert find_stirred(0.0, sense * 1.01 * step, 0.0) == [True, False, True]
+    assert find_stirred(0.0, sense * 1.99 * step, 0.0) == [False, False, False]
+    assert find_stirred(0.0, sense * 2.02 * step, 0.0) == [True, False, True]
+    assert find_stirred(0.0, sense * 2.02 * step, 0.0) == [False, False, False]
+
+
+def test_a_drum_that_has_moved_since_is_not_stirred(find_stirred):
+    step, little = 1e3 * STIR_LENGTH, 1e3 * STOOD_LENGTH
+    assert find_stirred(0.0, 0.0, 0.0) == [False, False, False]
+    assert find_stirred(1.01 * little, 0.9 * step, 0.99 * little) == [False, False, False]
+    assert find_stirred(1.01 * little, 1.8 * step, 0.99 * little) == [False, False, True]
+    assert find_stirred(1.01 * little, 2.0 * step, 0.99 * little) == [True, False, False]
+
+
+def test_it_begins_anew_after_a_time_without_torque(find_stirred):
+    assert find_stirred(0.0, 0.0, 0.0) == [False, False, False]
+    find_stirred.restart()
+    assert find_stirred(0.0, 50.0, 0.0) == [False, False, False]
