@@ -1,4 +1,4 @@
-"""Which drums are stirred: those that stand while another one moves."""
+"""Which drums are stirred: those that are taut and stand while another one moves."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import pytest
 
 from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.hardware.driver.winding import STIR_LENGTH, STOOD_LENGTH, Winding
+from spiraltrunk.hardware.driver.winding import STIR_LENGTH, STOOD_LENGTH, Winding, _is_taut
 from spiraltrunk.hardware.motors.gm6020 import GM6020
 from spiraltrunk.hardware.motors.motor_port import MotorState
 from spiraltrunk.hardware.winder.drum import DrumGeometry
-from spiraltrunk.hardware.winder.winder import build_winder
+from spiraltrunk.hardware.winder.winder import WinderState, build_winder
 
 DRUM = DrumGeometry(design=size_drum(PAPER))
 
@@ -20,7 +20,8 @@ def find_stirred():
     """Drums that are stirred at these pulls [mm]."""
     winding = Winding([build_winder(PAPER, GM6020, DRUM, 2e-3)] * 3, GM6020)
 
-    def find(*pulls_mm):
+    def find(*pulls_mm, tension=20.0):
+        winding._states = tuple(one._replace(tension_set=20.0, tension=tension) for one in winding._states)
         angles = [DRUM.angle(1e-3 * pull) for pull in pulls_mm]
         motors = [MotorState(time=0.0, angle=one, speed=0.0, torque=0.0, temperature=25.0) for one in angles]
         return winding._find_stirred(motors)
@@ -52,3 +53,17 @@ def test_it_begins_anew_after_a_time_without_torque(find_stirred):
     assert find_stirred(0.0, 0.0, 0.0) == [False, False, False]
     find_stirred.restart()
     assert find_stirred(0.0, 50.0, 0.0) == [False, False, False]
+
+
+def test_a_slack_drum_is_not_stirred(find_stirred):
+    assert find_stirred(0.0, 0.0, 0.0) == [False, False, False]
+    assert find_stirred(0.0, 50.0, 0.0, tension=9.9) == [False, False, False]
+    assert find_stirred(0.0, 50.0, 0.0, tension=10.1) == [True, False, True]
+
+
+def test_only_what_is_set_beyond_floor_and_friction_counts_as_taut():
+    winder = build_winder(PAPER, GM6020, DRUM, 2e-3)
+    least = winder.limits.tension_floor + GM6020.rotor_friction / DRUM.design.winding_radius
+    for part, is_taut in ((0.99, False), (1.01, True)):
+        state = WinderState(zero_angle=0.0, tension_set=part * least, tension=least)
+        assert _is_taut(winder, state) == is_taut

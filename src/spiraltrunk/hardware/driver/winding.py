@@ -95,6 +95,7 @@ class Winding:
                     speed=measured.speed,
                     tension=measured.tension,
                     tension_wanted=state.tension_set,
+                    is_stirred=state.dither.stir > 0.0,
                 )
             )
         self._states = tuple(states)
@@ -104,6 +105,8 @@ class Winding:
         """Which drums have stood while another one moved by `STIR_LENGTH` since they were stirred last.
 
         The others bend the trunk, and a stuck drum would bend it another way than it was told to: see `winder.dither`.
+        Only a taut cable above the floor of tension is stirred. A drum at the floor that a stir lets go takes in slack
+        at once, which looks like a slip.
         """
         pulls = tuple(self.compute_pull(i, motor) for i, motor in enumerate(motors))
         self._stood = self._stood or [pulls] * len(pulls)
@@ -111,7 +114,7 @@ class Winding:
         for i, before in enumerate(self._stood):
             moved = [abs(now - then) for now, then in zip(pulls, before, strict=True)]
             is_standing = moved[i] < STOOD_LENGTH
-            stirred.append(is_standing and max(moved) > STIR_LENGTH)
+            stirred.append(is_standing and max(moved) > STIR_LENGTH and _is_taut(self._winders[i], self._states[i]))
             if stirred[i] or not is_standing:
                 self._stood[i] = pulls
         return stirred
@@ -120,6 +123,12 @@ class Winding:
         """Tension that a motor of this temperature may have [N]."""
         floor, ceiling = winder.limits.tension_floor, winder.limits.tension_ceiling
         return min(tension, floor + derate(motor.temperature, self._sheet) * max(0.0, ceiling - floor))
+
+
+def _is_taut(winder: Winder, state: WinderState) -> bool:
+    """Whether a cable is set to more than the floor and the dry friction, and carries half of it at least."""
+    least = winder.limits.tension_floor + winder.friction / winder.drum.design.winding_radius
+    return state.tension_set > least and state.tension > 0.5 * state.tension_set
 
 
 def _build_range(winder: Winder) -> CableRange:

@@ -28,6 +28,8 @@ class CableReading:
     """Tension as the winder estimates it [N]."""
     tension_wanted: float = 0.0
     """Tension that the winder aims at in this period, after its limits [N]."""
+    is_stirred: bool = False
+    """Whether an alternating torque makes the estimate of the tension swing, see `winder.dither`."""
 
 
 @explain_fields

@@ -180,6 +180,14 @@ def test_a_burst_of_cable_with_a_dip_of_tension_is_a_slip():
     assert (number - 100) * DT < 0.2
 
 
+def test_a_dip_while_the_drum_is_stirred_is_no_slip():
+    state = SlipState()
+    for pull, tension, wanted in burst(30.0, 25.0, 0.008):
+        state, found = watch_slip(state, replace(read(pull, 0.0, tension, wanted), is_stirred=True), DT, LIMITS)
+        assert found is None
+        assert state == SlipState(tension=tension)
+
+
 @pytest.mark.parametrize(
     ("tension", "depth", "length"), [(30.0, 25.0, 0.0028), (30.0, 14.0, 0.008), (5.0, 2.9, 0.008), (30.0, 0.0, 0.008)]
 )

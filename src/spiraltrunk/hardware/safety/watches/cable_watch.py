@@ -118,8 +118,11 @@ def watch_slip(
     """A cable that slips on its drum, out of its knot, or breaks: the tension dips and a burst of it is wound in.
 
     Up to then a slip and a break look alike. A dip is faster than `slip_rate` and deeper than `slip_tension` and
-    `slip_part`; it ends when the tension comes back, or after `slip_time`.
+    `slip_part`; it ends when the tension comes back, or after `slip_time`. While the drum is stirred, the estimate dips
+    by itself, and the lengths alone tell a slip.
     """
+    if reading.is_stirred:
+        return SlipState(tension=reading.tension), None
     before = state.tension if state.pull is not None else state.tension - limits.slip_rate * dt
     before = max(reading.tension, before)
     is_dip = before - reading.tension >= max(limits.slip_tension, limits.slip_part * before)
