@@ -86,7 +86,7 @@ class Strategy(ABC, Generic[State]):
     orientation: str = "lying"
     """Orientation of its objects: "lying", their axis horizontal, or "upright"."""
     has_fixed_orientation: bool = False
-    """Whether that was chosen for the object; else a long object that lies is announced to fingers as lying."""
+    """Whether `orientation` was chosen for the object at hand; otherwise fingers are told that a long object lies."""
     needs_camera: bool = False
     """Whether it needs a camera; otherwise it works with the announced position."""
     holds: str = "trunk"

@@ -50,10 +50,11 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     if least > open_:
         by, widest = 1e3 * (least - open_), 1e3 * open_
         return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * least:.0f} mm, they open {widest:.0f} mm")
-    if least > HELD_OPENING * open_:
-        by, held, told = 1e3 * (least - HELD_OPENING * open_), 1e3 * HELD_OPENING * open_, f"{1e3 * least:.0f} mm"
-        reason = f"they open {1e3 * open_:.0f} mm and hold what is up to {held:.0f} mm wide"
-        return refuse(f"too wide for the fingers by {max(1.0, by):.0f} mm: {told}, {reason}")
+    held = HELD_OPENING * open_
+    if least > held:
+        by = max(1.0, 1e3 * (least - held))
+        limit = f"they open {1e3 * open_:.0f} mm and hold what is up to {1e3 * held:.0f} mm wide"
+        return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * least:.0f} mm, {limit}")
     weight, hold = target.mass * GRAVITY, target.friction * grip_force(gripper)
     if weight > hold:
         return refuse(f"would slip: it weighs {weight:.2g} N, the fingers hold {hold:.2g} N by friction")

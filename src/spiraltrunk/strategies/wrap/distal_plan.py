@@ -61,8 +61,8 @@ from spiraltrunk.strategies.wrap.standing_plan import (
 PULLS = (0.0, 0.07, 0.15, 0.22, 0.30, 0.41, 0.56)
 """Ventral pulls at which the model places the arm, over the pull that shuts joint 1 [-]."""
 CLOSE = 1.75
-"""Ventral pull at which the trunk has closed on the ground, over the one that shuts the first joint of the wrap, at
-least the last of PULLS [-]; at this pull, with no such least, only the wrap holds as the trunk opens."""
+"""Ventral pull at which the trunk has closed on the ground, over the one that shuts the first joint of the wrap [-]; it
+closes with at least the last of PULLS. As it opens, below this pull only the wrap itself holds the object."""
 CLOSE_STEP = 0.19
 """Largest step from the last of PULLS to it, over the pull that shuts joint 1 [-]."""
 TIGHTEN = 0.9
