@@ -117,6 +117,7 @@ def test_damaged_cache_is_compiled_again(tmp_path: Path, suffix: str, damage: by
         file.write_bytes(damage)
     done = run_kernel(tmp_path, KERNEL, cache)
     assert (done.returncode, done.stdout) == (0, "8.0\n"), done.stderr
+    assert all(file.read_bytes() != damage for file in damaged), "every process would compile again"
 
 
 def test_code_of_another_stamp_is_not_run(tmp_path: Path) -> None:

@@ -94,8 +94,12 @@ class KernelCache(FunctionCache):
 
     def _save_overload(self, signature: Any, compiled: Any) -> None:
         try:
-            super()._save_overload(signature, compiled)  # type: ignore[no-untyped-call]
-        except Exception as error:  # As above: the index is read before it is written.
+            try:
+                super()._save_overload(signature, compiled)  # type: ignore[no-untyped-call]
+            except Exception:  # As above: the index is read before it is written. One of moved modules never can be.
+                Path(self._cache_file._index_path).unlink()
+                super()._save_overload(signature, compiled)  # type: ignore[no-untyped-call]
+        except Exception as error:
             _log_once(f"compiled models cannot be kept in {self.cache_path} ({error}): the next process compiles again")
             self.disable()  # type: ignore[no-untyped-call]
 
