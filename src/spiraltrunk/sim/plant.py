@@ -20,6 +20,10 @@ from spiraltrunk.sim.machine import GRIPPER_TIME, SimMachine
 from spiraltrunk.sim.plant_state import Pending, PlantState
 from spiraltrunk.sim.scene.options import EXTREMES_PERIOD, SceneOptions
 
+ARM_PERIOD = 0.002
+"""Period of the set points of the arm's joints between two commands [s]: they go there on straight ways, as its
+controller interpolates. In one step of a control period, a joint's torque would reach its limit at 0.3 rad/s."""
+
 
 @final
 class SimPlant(SimMachine, Plant):
@@ -38,6 +42,8 @@ class SimPlant(SimMachine, Plant):
     def __init__(self, design: TrunkDesign | None = None, options: SceneOptions | None = None) -> None:
         super().__init__(design, options)
         self._pending: deque[Pending] = deque()
+        timestep = self.options.timestep
+        self._arm_period = ARM_PERIOD if _divides(timestep, ARM_PERIOD) else timestep
 
     def reset(self) -> Observation:
         """Reset to the initial state: object at rest, trunk straight and slack, arm at rest in its home posture."""
@@ -72,14 +78,18 @@ class SimPlant(SimMachine, Plant):
             raise RunError("the plant was stepped before its first reset; allowed: reset, then step")
         command = read_command(command, self.design.n_cable, self.design.cable.tension_max)
         command, position = self._delayed(command, position)
+        start = self._arm_command
         if position is None:
-            self.set_arm(self.reach.follow(self._arm_command, command.T_world_base, CONTROL_PERIOD))
+            end = self.reach.follow(start, command.T_world_base, CONTROL_PERIOD)
         else:
-            self.set_arm(self.reach.approach(self._arm_command, position, CONTROL_PERIOD))
+            end = self.reach.approach(start, position, CONTROL_PERIOD)
         self._pull(command)
-        for _ in range(round(CONTROL_PERIOD / EXTREMES_PERIOD)):
-            self.advance(EXTREMES_PERIOD)
-            self.update_extremes()
+        n, ticks = round(CONTROL_PERIOD / self._arm_period), round(EXTREMES_PERIOD / self._arm_period)
+        for i in range(1, n + 1):
+            self.set_arm(end if i == n else start + (i / n) * (end - start))
+            self.advance(self._arm_period)
+            if i % ticks == 0:
+                self.update_extremes()
         self.record()
         return self._observe()
 
@@ -161,6 +171,11 @@ class SimPlant(SimMachine, Plant):
             base_torque=wrench[3:],
             camera=self.read_camera(),
         )
+
+
+def _divides(part: float, whole: float) -> bool:
+    count = round(whole / part)
+    return count >= 1 and abs(count * part - whole) < 1e-9
 
 
 def _copy(command: Command) -> Command:
