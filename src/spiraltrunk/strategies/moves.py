@@ -19,6 +19,9 @@ from spiraltrunk.control.strategy import Milestone
 PHASES = ("reach", "prehension", "transport", "release")
 """The four phases, in order."""
 
+PEAK_ACCELERATION = 10 / math.sqrt(3)
+"""Peak acceleration of a minimum-jerk path of length 1 in the time 1 [-]."""
+
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -116,6 +119,27 @@ def advance(sequence: MoveSequence, time: float) -> MoveSequence:
     if fraction(sequence, time) < 1.0:
         velocity = (now.T_world_base[:3, 3] - base_position(sequence, time - step)) / step
     return replace(sequence, index=sequence.index + 1, since=time, start=now, velocity=velocity)
+
+
+def allow_time(sequence: MoveSequence, time: float, acceleration: float, angular_acceleration: float) -> MoveSequence:
+    """The sequence with the next move as long as its path from where the base is at ``time`` [s] asks, or longer.
+
+    A minimum-jerk path of length d in the time T has the peak acceleration 10 / sqrt(3) d / T^2.
+
+    Args:
+        sequence: moves, the present one about to end.
+        time: at which the next one begins [s].
+        acceleration: largest acceleration of the base [m/s^2].
+        angular_acceleration: the same of its orientation [rad/s^2].
+    """
+    now, i = command_at(sequence, time).T_world_base, sequence.index + 1
+    move = sequence.moves[i]
+    least = float(np.linalg.norm(move.position - now[:3, 3])) / acceleration
+    if move.rotation is not None:
+        turn = math.acos(max(-1.0, min(1.0, (float(np.sum(now[:3, :3] * move.rotation)) - 1) / 2)))
+        least = max(least, turn / angular_acceleration)
+    longer = replace(move, duration=max(move.duration, math.sqrt(PEAK_ACCELERATION * least)))
+    return replace(sequence, moves=(*sequence.moves[:i], longer, *sequence.moves[i + 1 :]))
 
 
 def insert_next(sequence: MoveSequence, moves: tuple[Move, ...]) -> MoveSequence:

@@ -49,9 +49,9 @@ from spiraltrunk.strategies.wrap.standing_plan import (
     GRIP,
     OPEN_TIME,
     OVERSHOOT,
-    SETTLE_TIME,
     TAIL_END,
     TEST,
+    TIMES,
     WrapPlane,
     housing_sink,
     lateral_direction,
@@ -77,8 +77,6 @@ BAND_GAP = 0.015
 """Gap between the closed trunk and the ground, where the object is tall enough [m]: loaded, the trunk sags."""
 HIGHEST = 0.75
 """Largest height of the wrap's middle, over the object's length [-]."""
-CURL_TIME = 0.8
-"""Time from one step of the ventral pull to the next [s]."""
 
 _AHEAD, _UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -176,27 +174,27 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
     opened = place + loose.position
     away = opened - BACK_OFF * design.length * side
 
-    def move(action: str, duration: float, position: np.ndarray, tension: np.ndarray = held.tension) -> Move:
-        return wrap_move(action, duration, position, tension, rotation)
+    def move(action: str, position: np.ndarray, tension: np.ndarray = held.tension) -> Move:
+        return wrap_move(action, TIMES[action], position, tension, rotation)
 
     return (
-        move("turn", 3.0, touch + clear + high, slack),
-        move("descend", 2.0, touch + clear, slack),
-        move("touch", 4.0, touch + beyond, slack),
-        *(move("curl", CURL_TIME, start + step.position, step.tension) for step in steps[1:-3]),
-        move("tighten", 2.0, start + tight.position, tight.tension),
-        move("try", 1.5, tried),
-        move("level", 1.5, tried),
-        move("steady", 1.5, tried),
-        move("lift", 2.5, tried + high),
-        move("carry", 2.5, tried + high + goal.aside),
-        move("hold", goal.hold, tried + high + goal.aside),
-        move("bring", 1.5, lowered + test + high),
-        move("lower", 4.5, lowered),
-        move("uncurl", 1.5, opened, loose.tension),
-        move("open", OPEN_TIME, opened, slack),
-        move("open", SETTLE_TIME, opened, slack),
-        move("draw off", 2.0, away, slack),
-        move("leave", 2.0, away + high, slack),
-        move("rest", 1.0, away + high, slack),
+        move("turn", touch + clear + high, slack),
+        move("descend", touch + clear, slack),
+        move("touch", touch + beyond, slack),
+        *(move("curl", start + step.position, step.tension) for step in steps[1:-3]),
+        move("tighten", start + tight.position, tight.tension),
+        move("try", tried),
+        move("level", tried),
+        move("steady", tried),
+        move("lift", tried + high),
+        move("carry", tried + high + goal.aside),
+        wrap_move("hold", goal.hold, tried + high + goal.aside, held.tension, rotation),
+        move("bring", lowered + test + high),
+        move("lower", lowered),
+        move("uncurl", opened, loose.tension),
+        wrap_move("open", OPEN_TIME, opened, slack, rotation),
+        wrap_move("open", TIMES["settle"], opened, slack, rotation),
+        move("draw off", away, slack),
+        move("leave", away + high, slack),
+        move("rest", away + high, slack),
     )

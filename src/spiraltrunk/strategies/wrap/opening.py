@@ -30,14 +30,14 @@ from spiraltrunk.strategies.wrap.standing_model import cable_pulls, girth_width,
 from spiraltrunk.strategies.wrap.standing_plan import housing_sink
 
 # All of these are ours, tuned in simulated trials.
-EASE = 0.15
+EASE = 0.25
 """Largest step of the pull down to it, over the pull that shuts joint 1 [-]."""
 STEP = 0.87
 """Ratio of the pulls of two steps below it [-]."""
 LAST = 0.32
 """Pull from which the hook springs open, over the one that shuts joint 1 [-]. Followed further, its tip drags the
 object: the model does not know where a tip lies that slides."""
-STEP_TIME = 0.6
+STEP_TIME = 0.18
 """Duration of a step [s]."""
 TURN = 0.12
 """Largest turn of the base in a step [rad]."""

@@ -48,10 +48,12 @@ from spiraltrunk.strategies.moves import (
     Move,
     MoveSequence,
     advance,
+    allow_time,
     base_position,
     begin,
     build_frame,
     edit_moves,
+    fraction,
     insert_next,
     shift_later,
 )
@@ -70,7 +72,7 @@ from spiraltrunk.strategies.wrap.distal_plan import plan_distal_moves
 from spiraltrunk.strategies.wrap.light_object import is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
 from spiraltrunk.strategies.wrap.set_down import DISTAL_DRAG, DRAG, center_place, is_on_ground, set_down_distal
-from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, lateral_direction, plan_moves
+from spiraltrunk.strategies.wrap.standing_plan import ACCELERATION, OVERSHOOT, WrapPlane, lateral_direction, plan_moves
 from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
 
 # All of these are ours, tuned in simulated trials.
@@ -83,11 +85,15 @@ RELIEF = 0.02
 """Retreat of the arm from the touch, over the trunk's length [-]: an object that is pressed on is dragged."""
 RETRIES = 1
 """Number of further attempts [-]."""
+CORNER = 0.8
+"""Part of a move after which the next one begins, where the base may round the corner between them [-]."""
 
 _SMOOTHING = 0.2
 """Weight of a new reading in exponential means, at 50 readings a second [-]."""
 _STIFF = ("lift", "carry", "hold", "bring")
 """Actions in which the ventral lengths are held."""
+_ROUNDED = ("lift", "draw off")
+"""Actions at whose end the base need not come to rest."""
 _TAUT = 1.0
 """Tension of a dorsal cable that is just taut [N]."""
 _AGAINST = 0.1
@@ -166,7 +172,7 @@ class StandingWrap(MoveStrategy[StandingState]):
             return replace(state, sequence=_take_in(state, observation))
         if action == "lower" and not state.is_carried(observation) and is_on_ground(observation):
             sequence = plan_opening(_stay(state.sequence, observation), observation, self._height(observation))
-            return replace(state, sequence=advance(sequence, observation.time))
+            return replace(state, sequence=_go_on(sequence, observation))
         if action == "uncurl":
             load = state.weight - state.weight_empty
             return replace(state, sequence=press_down(state.sequence, observation, load))
@@ -182,7 +188,7 @@ class StandingWrap(MoveStrategy[StandingState]):
         if action in ("try", "lift") and not state.is_carried(observation):
             if action == "lift" or state.retries >= RETRIES:
                 return replace(state, is_done=True, gave_up=_no_load(observation))
-            sequence = advance(insert_next(sequence, try_again(sequence)), observation.time)
+            sequence = _go_on(insert_next(sequence, try_again(sequence)), observation)
             return replace(state, sequence=sequence, retries=state.retries + 1)
         if action == "try":
             sequence = carry_higher(sequence)
@@ -209,11 +215,16 @@ class StandingWrap(MoveStrategy[StandingState]):
             sequence = set_down(sequence, observation, self.plane.ground_gap)
         if sequence.is_last:
             return replace(state, is_done=True)
-        sequence = advance(sequence, observation.time)
+        sequence = _go_on(sequence, observation)
         if action == "bring":  # What the winders pulled with to hold their lengths, and not what they were allowed.
             tension = np.maximum(observation.cable_tension, 0.0)
             sequence = replace(sequence, start=replace(sequence.start, cable_tension=tension))
         return replace(state, sequence=sequence)
+
+    def has_ended(self, state: StandingState, observation: Observation) -> bool:
+        """Whether the present move has ended: shortly before its end where the next one may round the corner."""
+        end = CORNER if state.sequence.move.action in _ROUNDED else 1.0
+        return fraction(state.sequence, observation.time) >= end
 
     def _height(self, observation: Observation) -> float:
         """Height above its foot at which an object's girth counts [m]."""
@@ -253,6 +264,11 @@ class WrapHorizontal(StandingWrap):
     plane = WrapPlane(slope=math.radians(-12.0), differential=0.0, height=0.55)
 
 
+def _go_on(sequence: MoveSequence, observation: Observation) -> MoveSequence:
+    """Begin the next move, which lasts as long as the arm needs."""
+    return advance(allow_time(sequence, observation.time, *ACCELERATION), observation.time)
+
+
 def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...], bool]:
     """Moves of a full wrap, or of a distal one where the object is too short for it, and whether they are the latter.
 
@@ -289,7 +305,7 @@ def _accept_touch(state: StandingState, observation: Observation) -> StandingSta
     """Begin the next move, all moves before the release shifted sideways to where the object was touched."""
     shift = _beyond_touch(state, observation) - RELIEF * observation.task.design.length
     sequence = shift_later(state.sequence, (shift - state.shift) * state.side, PHASES[:3])
-    return replace(state, sequence=advance(sequence, observation.time), shift=shift)
+    return replace(state, sequence=_go_on(sequence, observation), shift=shift)
 
 
 def _beyond_touch(state: StandingState, observation: Observation) -> float:

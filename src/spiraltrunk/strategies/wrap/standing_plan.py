@@ -61,12 +61,18 @@ TEST = 0.02
 """Rise of the test of the load [m]."""
 SINK = 0.012
 """Depth below the start to which the base is lowered in search of the ground [m]."""
-CURL_TIME = 0.9
-"""Time from one step of the ventral pull to the next [s]."""
+TIMES = {
+    "turn": 2.0, "descend": 1.1, "touch": 1.7,
+    "curl": 0.3, "tighten": 0.7, "try": 0.6,
+    "level": 0.3, "steady": 0.5, "lift": 1.2, "carry": 1.2,
+    "bring": 0.9, "lower": 1.5, "uncurl": 0.4, "settle": 0.3, "draw off": 1.0, "leave": 1.0, "rest": 0.2,
+}  # fmt: skip
+"""Duration of each move by its action, those of "curl" and "uncurl" for one step of the ventral pull [s].
+Moves of the arm last longer where it would pass `ACCELERATION`."""
+ACCELERATION = (1.0, 2.0)
+"""Largest acceleration of the base [m/s^2] and of its orientation [rad/s^2]: the arm's last joints bear 12 N m."""
 OPEN_TIME = 0.06
-"""Time in which the trunk goes slack [s]: as fast as winders can."""
-SETTLE_TIME = 0.8
-"""Time in which it then comes to rest [s]."""
+"""Time in which the trunk goes slack [s]: as fast as winders can. It then comes to rest in the time of "settle"."""
 
 _AHEAD, _UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -173,30 +179,31 @@ def _moves(
     touch, wrapped, away = start + open_.closing, start + last.closing, place + open_.opening
     lifted, lowered = wrapped + test + high, place + last.closing
 
-    def move(action: str, duration: float, position: np.ndarray, tension: np.ndarray, step: _Step = last) -> Move:
-        return wrap_move(action, duration, position, tension, step.rotation)
+    def move(action: str, position: np.ndarray, tension: np.ndarray, step: _Step = last) -> Move:
+        return wrap_move(action, TIMES[action], position, tension, step.rotation)
 
     slack, eased = open_.tension, [step for step in steps if step.pull >= SPRING]
+    opened = place + eased[0].opening
     return (
-        move("turn", 3.0, touch + clear + high, slack, open_),
-        move("descend", 2.0, touch + clear, slack, open_),
-        move("touch", 4.0, touch + beyond, slack, open_),
-        *(move("curl", CURL_TIME, start + step.closing, step.tension, step) for step in steps[1:]),
-        move("tighten", 2.0, wrapped, tight),
-        move("try", 1.0, wrapped + test, tight),
-        move("level", 1.5, wrapped + test, level),
-        move("steady", 1.5, wrapped + test, level),
-        move("lift", 2.5, lifted, level),
-        move("carry", 2.5, lifted + goal.aside, level),
-        move("hold", goal.hold, lifted + goal.aside, level),
-        move("bring", 1.5, lowered + test + high, level),
-        move("lower", 4.5, lowered - SINK * _UP, level),
-        *(move("uncurl", CURL_TIME, place + step.opening, step.slackening, open_) for step in reversed(eased)),
-        move("open", OPEN_TIME, place + eased[0].opening, slack, open_),
-        move("open", SETTLE_TIME, place + eased[0].opening, slack, open_),
-        move("draw off", 2.0, away, slack, open_),
-        move("leave", 2.0, away + high, slack, open_),
-        move("rest", 1.0, away + high, slack, open_),
+        move("turn", touch + clear + high, slack, open_),
+        move("descend", touch + clear, slack, open_),
+        move("touch", touch + beyond, slack, open_),
+        *(move("curl", start + step.closing, step.tension, step) for step in steps[1:]),
+        move("tighten", wrapped, tight),
+        move("try", wrapped + test, tight),
+        move("level", wrapped + test, level),
+        move("steady", wrapped + test, level),
+        move("lift", lifted, level),
+        move("carry", lifted + goal.aside, level),
+        wrap_move("hold", goal.hold, lifted + goal.aside, level, last.rotation),
+        move("bring", lowered + test + high, level),
+        move("lower", lowered - SINK * _UP, level),
+        *(move("uncurl", place + step.opening, step.slackening, open_) for step in reversed(eased)),
+        wrap_move("open", OPEN_TIME, opened, slack, open_.rotation),
+        wrap_move("open", TIMES["settle"], opened, slack, open_.rotation),
+        move("draw off", away, slack, open_),
+        move("leave", away + high, slack, open_),
+        move("rest", away + high, slack, open_),
     )
 
 

@@ -12,6 +12,9 @@ from spiraltrunk.control.messages import CameraObservation, Observation
 from spiraltrunk.strategies.moves import Move, MoveSequence, command_at, edit_moves
 from spiraltrunk.strategies.wrap.standing_plan import SINK, housing_sink
 
+ABOVE = 0.03
+"""Height above the ground to which the object is brought down before it is lowered slowly [m] (ours)."""
+
 
 def carry_upright(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
     """The sequence with the object upright in the remaining moves of the transport; unchanged without a camera.
@@ -41,8 +44,8 @@ def set_down_upright(sequence: MoveSequence, observation: Observation, ground_ga
         return sequence
     rotation, to_base = _turn_upright(sequence, observation, camera, ground_gap)
     place = observation.task.goal.place
-    above = np.array([*place[:2], float(camera.position[2])]) + to_base
     low = place - np.array([0.0, 0.0, SINK]) + to_base
+    above = low + np.array([0.0, 0.0, SINK + ABOVE])
     planned = next(move.position for move in sequence.moves if move.action == "lower")
     aside = np.array([*(low - planned)[:2], 0.0])
 
