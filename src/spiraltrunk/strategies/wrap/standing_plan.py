@@ -63,9 +63,9 @@ SINK = 0.012
 """Depth below the start to which the base is lowered in search of the ground [m]."""
 TIMES = {
     "turn": 2.0, "descend": 1.1, "touch": 1.7,
-    "curl": 0.3, "tighten": 0.7, "try": 0.6,
+    "curl": 0.3, "tighten": 1.2, "try": 0.6,
     "level": 0.3, "steady": 0.5, "lift": 1.2, "carry": 1.2,
-    "bring": 0.9, "lower": 1.5, "uncurl": 0.4, "settle": 0.3, "draw off": 1.0, "leave": 1.0, "rest": 0.2,
+    "bring": 0.9, "lower": 2.0, "uncurl": 0.4, "settle": 0.3, "draw off": 1.0, "leave": 1.0, "rest": 0.2,
 }  # fmt: skip
 """Duration of each move by its action, those of "curl" and "uncurl" for one step of the ventral pull [s].
 Moves of the arm last longer where it would pass `ACCELERATION`."""
