@@ -60,6 +60,9 @@ class Stub(Plant):
         )  # fmt: skip
 
 
+GRIPPED = 4.0
+"""Time at which the curling trunk bears the object [s]."""
+
 HUNG = [name for name in strategies.NAMES if strategies.get(name).support == "hung"]
 
 
@@ -70,7 +73,7 @@ def strategy(request):
 
 def _carried(time):
     """An object of 0.25 kg on the trunk between curl and table."""
-    return 0.25 * 9.81 if 6.0 < time < 20.0 else 0.0
+    return 0.25 * 9.81 if GRIPPED < time < 12.0 else 0.0
 
 
 def test_strategies_are_got_by_name():
@@ -139,7 +142,7 @@ def test_commands_are_smooth_and_within_the_motors_tension(strategy):
 
 
 def test_the_heaviest_object_takes_no_more_than_the_motors_have(strategy):
-    log = run(Stub(_task(mass=10.0), lambda time: 98.1 if 6.0 < time < 20.0 else 0.0), strategy)
+    log = run(Stub(_task(mass=10.0), lambda time: 98.1 if GRIPPED < time < 12.0 else 0.0), strategy)
     tension = np.array([command.cable_tension for command in log.commands])
     assert tension.max() <= PAPER.cable.tension_max
 
@@ -153,10 +156,10 @@ def test_where_no_load_is_felt_it_gives_up(strategy):
 
 
 def test_touching_down_early_cuts_the_lowering_short():
-    late = run(Stub(_task(), lambda time: 2.45 if time > 6 else 0.0), WrapVertical())
+    late = run(Stub(_task(), lambda time: 2.45 if time > GRIPPED else 0.0), WrapVertical())
     lowering = late.span("release", "lower")
     touch = lowering[0] + 0.5
-    early = run(Stub(_task(), lambda time: 2.45 if 6 < time < touch else 0.0), WrapVertical())
+    early = run(Stub(_task(), lambda time: 2.45 if GRIPPED < time < touch else 0.0), WrapVertical())
     assert touch <= early.span("release", "lower")[1] < touch + 0.5 < lowering[1]
     place = np.array([command.T_world_base[:3, 3] for command in early.commands])
     assert np.abs(np.diff(place, 2, axis=0) / DT**2).max() < 2.5
@@ -164,7 +167,7 @@ def test_touching_down_early_cuts_the_lowering_short():
 
 def _held(time):
     """The same for as long as no table bears it."""
-    return 0.25 * 9.81 if time > 6.0 else 0.0
+    return 0.25 * 9.81 if time > GRIPPED else 0.0
 
 
 class Table(Stub):
@@ -175,7 +178,7 @@ class Table(Stub):
         self.height = height
 
     def step(self, command: Command):
-        is_lowering = self.time > 15.0 and command.T_world_base[2, 3] < self.height
+        is_lowering = self.time > 9.0 and command.T_world_base[2, 3] < self.height
         self.load = (lambda time: 0.0) if is_lowering else _held
         return super().step(command)
 
@@ -186,7 +189,7 @@ def _lowered_to(beside, rise):
     lower = next(m for m in WrapVertical().init(Stub(task).reset()).sequence.moves if m.action == "lower")
     log = run(Table(task, lower.position[2] + 0.3 * PAPER.length + rise, beside), WrapVertical())
     actions = [status.action for status in log.statuses]
-    turns = [i for i, action in enumerate(actions) if action == "lower" and actions[i + 1] != "lower"]
+    turns = [i for i, (a, b) in enumerate(pairwise(actions)) if a != b and b in ("raise", "ease")]
     return actions, [float(log.commands[i].T_world_base[0, 3]) for i in turns]
 
 
@@ -200,7 +203,7 @@ def test_what_touches_with_one_end_is_moved_along_towards_it_and_set_down_again(
     rise = half * np.sin(tilt) + radius * np.cos(tilt) - radius
     actions, (first, second) = _lowered_to(beside, rise)
     way = 0.5 * (half - half * np.cos(tilt) + radius * np.sin(tilt))
-    assert first == pytest.approx(_task().target.position[0] - beside, abs=1e-6)
+    assert first == pytest.approx(_task().target.position[0] - beside, abs=1e-3)
     assert second - first == pytest.approx(np.sign(beside) * way, rel=0.25)
     assert "move along" in actions
 
@@ -213,13 +216,13 @@ def test_what_touches_level_is_let_go_where_it_is():
 
 @pytest.mark.parametrize(("width", "mass"), [(0.03, 0.1), (0.06, 0.25), (0.06, 1.0)])
 def test_what_hangs_beside_its_middle_is_wrapped_once_more_where_that_is(width, mass):
-    """From the least of three levers on: a quarter of the width, 0.018 of the trunk's length, and what friction holds.
+    """From the least of three levers on: 0.625 of the width, 0.045 of the trunk's length, and what friction holds.
 
-    That is 0.012 of the width for each time that the tension is the object's weight. It is moved by part of the lever.
+    That is 0.03 of the width for each time that the tension is the object's weight. It is moved by part of the lever.
     """
     task = dataclasses.replace(_task(), target=dataclasses.replace(_task().target, width=width, mass=mass))
     tension = wrap_tension(PAPER, width, mass, 0.8 * PAPER.joint_limit)
-    least = min(0.25 * width, 0.018 * PAPER.length, 0.012 * width * tension / (mass * 9.81))
+    least = min(0.625 * width, 0.045 * PAPER.length, 0.03 * width * tension / (mass * 9.81))
     for part, count in ((0.9, 0), (1.1, 1)):
         log = run(Stub(task, lambda time: _held(time) * mass / 0.25, part * least), WrapVertical())
         actions = [status.action for status in log.statuses]

@@ -110,14 +110,22 @@ def base_position(sequence: MoveSequence, time: float) -> np.ndarray:
     return command_at(sequence, time).T_world_base[:3, 3]
 
 
+def base_velocity(sequence: MoveSequence, time: float) -> np.ndarray:
+    """Commanded velocity of the base at ``time`` [s], shape (3,) [m/s]; 0 at the end of a move."""
+    step = 1e-4
+    if fraction(sequence, time) >= 1.0:
+        return np.zeros(3)
+    if time - step < sequence.since:
+        return sequence.velocity
+    return np.asarray((base_position(sequence, time) - base_position(sequence, time - step)) / step)
+
+
 def advance(sequence: MoveSequence, time: float) -> MoveSequence:
     """Begin the next move at ``time`` [s], which may cut the present one short.
 
     Position, velocity, tension and gripper are continuous.
     """
-    now, step, velocity = command_at(sequence, time), 1e-4, np.zeros(3)
-    if fraction(sequence, time) < 1.0:
-        velocity = (now.T_world_base[:3, 3] - base_position(sequence, time - step)) / step
+    now, velocity = command_at(sequence, time), base_velocity(sequence, time)
     return replace(sequence, index=sequence.index + 1, since=time, start=now, velocity=velocity)
 
 

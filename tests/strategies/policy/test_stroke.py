@@ -85,7 +85,7 @@ def test_numbers_beyond_the_range_are_clipped(ground: Observation) -> None:
 
 def test_only_the_stroke_reports_a_push(ground: Observation) -> None:
     pose = plan_pose(ground.task, 0.0)
-    moves = plan_moves(pose, plan_stroke(np.zeros(6), pose, ground))
+    moves = plan_moves(pose, plan_stroke(np.zeros(6), pose, ground), np.array([0.45, 0.1, 0.9]))
     assert [move.action for move in moves] == ["come beside", "come down", "strike", "rise", "watch"]
     assert [move.milestone is Milestone.PUSHED for move in moves] == [False, False, True, True, True]
 

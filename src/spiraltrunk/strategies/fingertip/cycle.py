@@ -79,6 +79,8 @@ class TipState(LoadState):
     """Weights of the present move [N]."""
     weight_held: float = 0.0
     """Weight with the object [N]."""
+    offset: tuple[float, float] = (0.0, 0.0)
+    """Observed horizontal offset of the held object from the base [m]."""
     rest: np.ndarray | None = None
     """Observed position of the object at the grip, shape (3,) [m]."""
     seen_task: Task | None = None
@@ -106,9 +108,11 @@ class TipStrategy(MoveStrategy[TipState]):
         return float(gripping_base(task, task.target.position)[2]) + rise
 
     def init(self, observation: Observation) -> TipState:
-        """Plan the way above the object."""
-        moves = reach(observation, seen_position(observation))
-        start = observation.T_world_base[:3, :3]
+        """Plan the way above the object, turned across its axis as it is seen from the start."""
+        task, start, camera = observation.task, observation.T_world_base[:3, :3], observation.camera
+        axis = task.target.axis if camera is None else camera.axis
+        rotation = turned_across(start, axis, gripper_of(task).n_finger)
+        moves = reach(observation, seen_position(observation), rotation)
         return TipState(sequence=begin(moves, observation), start=start, weight=weight(observation))
 
     def sense(self, state: TipState, observation: Observation) -> TipState:
@@ -136,27 +140,26 @@ class TipStrategy(MoveStrategy[TipState]):
         return is_down or fraction(state.sequence, observation.time) >= 1.0
 
     def next_move(self, state: TipState, observation: Observation) -> TipState:
-        """Plan the grip once observed, the carry once held, and the lowering once over the goal."""
+        """Plan the grip once observed, the carry once held, and the lowering from the hold or the uncurled trunk."""
         action = state.sequence.move.action
         if action == "look":
             state = _grip(state, observation)
         elif action == "check":
             state = self._carry(state, observation) if _is_held(state, observation) else _try_again(state, observation)
-        elif action == "bring":
+        elif state.sequence.is_last and action in ("hold", "look over"):
             state = _put(state, observation)
         elif action == "lower":
             state = _stay(state, observation)
         if state.sequence.is_last or state.gave_up is not None:
             return replace(state, is_done=True)
         sequence = advance(state.sequence, observation.time)
-        return replace(state, sequence=sequence, seen=(), weights=())
+        seen = state.seen if action == "approach" else ()  # The object rests meanwhile.
+        return replace(state, sequence=sequence, seen=seen, weights=())
 
     def _carry(self, state: TipState, observation: Observation) -> TipState:
         """Plan the carry; the object keeps the observed offset from the base."""
-        task, checked = observation.task, state.sequence.move
-        offset = _mean(state.seen)[:2] - checked.position[:2] if state.seen else np.zeros(2)
-        place = np.array([*(task.goal.place[:2] - offset), checked.position[2]])
-        moves = carry(checked, observation, self.curl(observation), place)
+        state, checked = _measure_offset(state), state.sequence.move
+        moves = carry(checked, observation, self.curl(observation), _place_base(state, observation))
         sequence = insert_next(state.sequence, moves)
         return replace(state, sequence=sequence, weight_held=_mean(state.weights))
 
@@ -173,7 +176,7 @@ def _grip(state: TipState, observation: Observation) -> TipState:
         base, wide = gripping_base(task, place) + set_aside(task, rotation, axis), opening(task)
     except ModelError as error:  # It lies otherwise than announced.
         return replace(state, gave_up=str(error))
-    moves = grip(replace(state.sequence.move, gripper=wide), base, rotation, task.goal.lift, hold)
+    moves = grip(replace(state.sequence.move, gripper=wide), observation, base, rotation, hold)
     sequence = insert_next(state.sequence, moves)
     return replace(state, sequence=sequence, rest=place, seen_task=task, weight_empty=_mean(state.weights))
 
@@ -193,14 +196,28 @@ def _try_again(state: TipState, observation: Observation) -> TipState:
     return replace(state, sequence=insert_next(state.sequence, moves), retries=state.retries + 1)
 
 
+def _measure_offset(state: TipState) -> TipState:
+    """The state with the object's offset from the base as seen during the present move, at whose end the base is."""
+    if not state.seen:
+        return state
+    x, y = (_mean(state.seen)[:2] - state.sequence.move.position[:2]).tolist()
+    return replace(state, offset=(x, y))
+
+
+def _place_base(state: TipState, observation: Observation) -> np.ndarray:
+    """Position of the base, as high as now, with the object over its place, shape (3,) [m]."""
+    return np.array([*(observation.task.goal.place[:2] - state.offset), state.sequence.move.position[2]])
+
+
 def _put(state: TipState, observation: Observation) -> TipState:
     """Plan the lowering of the base to the height at which the object, by its observed offset, touches its support."""
-    brought, task = state.sequence.move, state.seen_task or observation.task
-    base, length = gripping_base(task, brought.position), gripper_of(task).finger_length
+    state, task = _measure_offset(state), state.seen_task or observation.task
+    base, length = gripping_base(task, _place_base(state, observation)), gripper_of(task).finger_length
     if state.seen and state.rest is not None:
         low = state.rest[2] + _mean(state.seen)[6] - base[2]
         base[2] += max(-2 * CLEARANCE * length, min(low, length))
-    return replace(state, sequence=insert_next(state.sequence, put(brought, base, opening(task))))
+    moves = put(state.sequence.move, observation, base, opening(task))
+    return replace(state, sequence=insert_next(state.sequence, moves), weight_held=_mean(state.weights))
 
 
 def _stay(state: TipState, observation: Observation) -> TipState:

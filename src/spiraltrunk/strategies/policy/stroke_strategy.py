@@ -18,7 +18,7 @@ from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
-from spiraltrunk.strategies.moves import Move, advance, insert_next
+from spiraltrunk.strategies.moves import Move, advance, base_position, insert_next
 from spiraltrunk.strategies.policy.description import PolicyDescription
 from spiraltrunk.strategies.policy.network import Network, forward
 from spiraltrunk.strategies.policy.policy_strategy import describe_difference, take_over
@@ -114,7 +114,8 @@ class StrokeStrategy(PushStrategy[PushState]):
             state = replace(state, retries=state.retries + 1)
         if action in (_AIM, "watch"):
             chosen = forward(self._network, describe_scene(state.pose, observation))
-            sequence = insert_next(sequence, plan_moves(state.pose, plan_stroke(chosen, state.pose, observation)))
+            stroke, here = plan_stroke(chosen, state.pose, observation), base_position(sequence, observation.time)
+            sequence = insert_next(sequence, plan_moves(state.pose, stroke, here))
         return replace(state, sequence=advance(sequence, observation.time))
 
 
@@ -145,9 +146,9 @@ def plan_stroke(chosen: np.ndarray, pose: ApproachPose, observation: Observation
     return Stroke(start=start, end=start + travel * way, duration=_PEAK * travel / value["speed"])
 
 
-def plan_moves(pose: ApproachPose, stroke: Stroke) -> tuple[Move, ...]:
-    """Moves down behind the object, the stroke, and the rise and the wait after it."""
+def plan_moves(pose: ApproachPose, stroke: Stroke, here: np.ndarray) -> tuple[Move, ...]:
+    """Moves from ``here``, shape (3,) [m], down behind the object, the stroke, and the rise and the wait after it."""
     kick: Any = replace(pose.move("strike", stroke.duration, stroke.end), phase="transport", milestone=Milestone.PUSHED)
     up = stroke.end - 0.10 * pose.way + np.array([0.0, 0.0, 0.15])
     rise = replace(kick, phase="release", action="rise", duration=1.5, position=up)
-    return (*go_down(pose, stroke.start), kick, rise, replace(rise, action="watch", duration=WATCH))
+    return (*go_down(pose, stroke.start, here), kick, rise, replace(rise, action="watch", duration=WATCH))

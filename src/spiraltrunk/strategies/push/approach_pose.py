@@ -20,6 +20,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, tilted_base
 from spiraltrunk.strategies.push.rolled_model import RolledTrunk, predict_rolled_trunk
 from spiraltrunk.strategies.sensing import find_ventral
+from spiraltrunk.strategies.timing import travel_time
 
 TILT = math.radians(60.0)
 """Tilt of the base from hanging towards the push [rad] (ours): a low front, and the housing clears the ground."""
@@ -39,6 +40,15 @@ ABOVE = 0.35
 
 _DOWN_FROM = 0.10
 """Height above the approach pose from which the trunk is lowered [m] (ours)."""
+
+ROLL_UP_TIME = 1.8
+"""Duration of the rolling up [s] (ours)."""
+
+TURN_TIME = 1.6
+"""Duration of the turn into the pose [s] (ours): the wrist turns and bears the rolled trunk, which is then held out."""
+
+BESIDE_TIME = 0.4
+"""Least duration of a level move of the rolled trunk [s] (ours), which is stiff and does not sway."""
 
 
 @final
@@ -124,10 +134,11 @@ def roll_up(observation: Observation, pose: ApproachPose, base: np.ndarray) -> t
     ground, length = pose.height - pose.trunk.bottom, observation.task.design.length
     air = np.array([base[0], base[1], max(base[2], ground + (ABOVE + 1.0) * length)])
     over = np.array([base[0], base[1], max(base[2], ground + ABOVE * length)])
-    return replace(pose.move("roll up", 2.5, air), rotation=None), pose.move("turn", 2.0, over)
+    return replace(pose.move("roll up", ROLL_UP_TIME, air), rotation=None), pose.move("turn", TURN_TIME, over)
 
 
-def go_down(pose: ApproachPose, base: np.ndarray) -> tuple[Move, ...]:
-    """Moves that bring the rolled trunk above ``base``, shape (3,) [m], then down."""
+def go_down(pose: ApproachPose, base: np.ndarray, here: np.ndarray) -> tuple[Move, ...]:
+    """Moves that bring the rolled trunk from ``here`` to above ``base``, each shape (3,) [m], then down."""
     over = base + np.array([0.0, 0.0, _DOWN_FROM])
-    return pose.move("come beside", 1.0, over), pose.move("come down", 1.0, base)
+    beside = pose.move("come beside", max(BESIDE_TIME, travel_time(over - here)), over)
+    return beside, pose.move("come down", travel_time(base - over), base)

@@ -22,10 +22,11 @@ import numpy as np
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.strategies.moves import Move, advance, insert_next
-from spiraltrunk.strategies.push.approach_pose import ApproachPose, go_down, plan_pose
-from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy
+from spiraltrunk.strategies.moves import Move, advance, base_position, insert_next
+from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
+from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, is_still
 from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.strategies.timing import PEAK_SPEED, travel_time
 
 # All of these are ours, tuned in simulated trials.
 RUN_UP = 0.08
@@ -40,13 +41,12 @@ RESISTANCE = 1e-3
 """Expected coefficient of rolling resistance of a ball [m]."""
 CONTACT = 0.22
 """Height of the contact over that of the object [-]: low, so that a standing object slides and does not fall over."""
+RISE_TIME = 1.0
+"""Least duration of the rise after the stroke [s]."""
 WATCH = 4.0
-"""Time to wait after the stroke [s]."""
+"""Longest time to wait after the stroke until the object is at rest [s]."""
 RETRIES = 1
 """Number of further strokes at an object that did not go far enough [-]."""
-
-_PEAK = 1.875
-"""Greatest over mean speed of a minimum-jerk path [-]."""
 
 
 @final
@@ -67,6 +67,11 @@ class Kick(PushStrategy[PushState]):
         pose = plan_pose(observation.task, CONTACT)
         return PushState(sequence=self.roll_up(pose, observation), pose=pose)
 
+    def has_ended(self, state: PushState, observation: Observation) -> bool:
+        """Whether the present move has ended: the wait where the object is seen at rest."""
+        is_over = state.sequence.move.action == "watch" and is_still(state)
+        return is_over or super().has_ended(state, observation)
+
     def next_move(self, state: PushState, observation: Observation) -> PushState:
         """Aim by the last camera observation before the stroke; observe the result after it."""
         sequence, action = state.sequence, state.sequence.move.action
@@ -78,19 +83,22 @@ class Kick(PushStrategy[PushState]):
                 return replace(state, is_done=True, gave_up="the object did not go far enough")
             state = replace(state, retries=state.retries + 1)
         if action in ("turn", "watch"):
-            sequence = insert_next(sequence, self._strike(state.pose, observation))
+            sequence = insert_next(sequence, self._strike(state, observation))
         return replace(state, sequence=advance(sequence, observation.time))
 
-    def _strike(self, pose: ApproachPose, observation: Observation) -> tuple[Move, ...]:
+    def _strike(self, state: PushState, observation: Observation) -> tuple[Move, ...]:
+        pose, here = state.pose, base_position(state.sequence, observation.time)
         start, stroke = self.base_behind(pose, observation), RUN_UP + FOLLOW
         end = start + stroke * pose.way
         kick = replace(
-            pose.move("kick", _PEAK * stroke / _stroke_speed(observation), end),
+            pose.move("kick", PEAK_SPEED * stroke / _stroke_speed(observation), end),
             phase="transport", milestone=Milestone.PUSHED,
         )  # fmt: skip
         up = end - 0.10 * pose.way + np.array([0.0, 0.0, 0.15])
-        rise = replace(kick, phase="release", action="rise", duration=1.5, position=up)
-        return (*go_down(pose, start), kick, rise, replace(rise, action="watch", duration=WATCH))
+        rise = replace(
+            kick, phase="release", action="rise", duration=max(RISE_TIME, travel_time(up - end)), position=up
+        )
+        return (*go_down(pose, start, here), kick, rise, replace(rise, action="watch", duration=WATCH))
 
 
 def _stroke_speed(observation: Observation) -> float:

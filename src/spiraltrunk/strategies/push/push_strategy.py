@@ -7,13 +7,20 @@ from typing import TypeVar
 
 import numpy as np
 
-from spiraltrunk.control.messages import Command, Observation
+from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.design.rules import graspable_range
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.move_strategy import MoveState, MoveStrategy
 from spiraltrunk.strategies.moves import MoveSequence, begin, fraction
 from spiraltrunk.strategies.push.approach_pose import ApproachPose, reach_of, roll_up
 from spiraltrunk.strategies.sensing import limit_ventral_lead, seen_position
+
+STILL = 0.003
+"""Displacement between two camera observations up to which an object is at rest [m] (ours): their errors differ by
+2 mm at most."""
+
+LOOKS = 3
+"""Camera observations that show an object at rest [-] (ours): two may meet one that rocks at equal displacements."""
 
 LEAD = 0.02
 """Lead of one ventral cable before the other, over the stroke [-] (ours)."""
@@ -25,6 +32,8 @@ class PushState(MoveState):
 
     pose: ApproachPose
     """Pose of the rolled trunk."""
+    looks: tuple[CameraObservation, ...] = ()
+    """The last LOOKS camera observations, or fewer."""
 
 
 State = TypeVar("State", bound=PushState)
@@ -43,6 +52,13 @@ class PushStrategy(MoveStrategy[State]):
         """Least and greatest width that it can take [m]: anything up to what the trunk can wrap."""
         return 0.0, graspable_range(design).maximum
 
+    def sense(self, state: State, observation: Observation) -> State:
+        """Remember the camera's last observations."""
+        camera = observation.camera
+        if camera is None or (state.looks and camera.time <= state.looks[-1].time):
+            return state
+        return replace(state, looks=(*state.looks[1 - LOOKS :], camera))
+
     def command(self, state: State, observation: Observation) -> Command:
         """Command of the present move, the ventral cables kept together."""
         return keep_together(super().command(state, observation), state.sequence, observation)
@@ -54,6 +70,12 @@ class PushStrategy(MoveStrategy[State]):
     def base_behind(self, pose: ApproachPose, observation: Observation) -> np.ndarray:
         """Position of the base behind the object as observed, shape (3,) [m]."""
         return pose.base_behind(seen_position(observation), reach_of(observation.task.target) + self.gap)
+
+
+def is_still(state: PushState) -> bool:
+    """Whether the object was in one place in the camera's last LOOKS observations."""
+    places = np.array([look.position for look in state.looks])
+    return len(places) == LOOKS and float(np.linalg.norm(places - places[-1], axis=1).max()) <= STILL
 
 
 def keep_together(command: Command, sequence: MoveSequence, observation: Observation) -> Command:

@@ -29,6 +29,7 @@ from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
 from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, keep_together
 from spiraltrunk.strategies.push.steering import Steering, SteerPlan, command_of, is_over, steer
 from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.strategies.timing import travel_time
 from spiraltrunk.strategies.wrap.standing import WrapHorizontal
 
 # All of these are ours, tuned in simulated trials.
@@ -40,10 +41,20 @@ BACK = 0.08
 """Retreat of the rolled trunk before it rises [m]."""
 MARGIN = 0.6
 """Part of the zone outside which the object is pushed again [-]: the grasp needs no more."""
-UNROLL_TIME = 4.5
-"""Time to unroll [s]: let go fast, the trunk swings on."""
-SETTLE_TIME = 2.5
-"""Time in which the unrolled trunk comes to rest before the observation [s]."""
+STOP_TIME = 0.3
+"""Time in which the push stops [s]."""
+RISE = 0.08
+"""Rise of the rolled trunk off an object that is lower than its front [m]."""
+RISE_SPEED = 0.5
+"""Greatest speed of the rise [m/s]."""
+EASE = 0.3
+"""Part of the tension that is left at the end of the rise [-]."""
+UNROLL_TIME = 3.0
+"""Time to unroll from there [s]: let go fast, the trunk swings on."""
+SETTLE_TIME = 0.8
+"""Time in which the unrolled trunk is left alone before the grasp [s], and the camera observes the object."""
+AIM_TIME = 0.5
+"""Time to observe an object before a further approach [s]: the camera's period."""
 RENEWALS = 6
 """Number of further approaches after the trunk slid past the object [-]: small objects jam where friction is high."""
 RETRIES = 1
@@ -114,7 +125,8 @@ class Sweep(PushStrategy[SweepState]):
         """Come down behind the object as observed, begin the push, and decide after the last observation."""
         sequence, time, action = state.sequence, observation.time, state.sequence.move.action
         if action in ("turn", "aim"):
-            sequence = insert_next(sequence, go_down(state.pose, self.base_behind(state.pose, observation)))
+            behind = self.base_behind(state.pose, observation)
+            sequence = insert_next(sequence, go_down(state.pose, behind, base_position(sequence, time)))
         if action == "come down":
             base, still, force = base_position(sequence, time), np.zeros(3), observation.base_force
             return replace(state, steering=Steering(base=base, velocity=still, since=time, time=time, force=force))
@@ -152,12 +164,14 @@ def _withdraw(state: SweepState, steering: Steering, observation: Observation) -
     pose, home = state.pose, state.T_home
     back = steering.base - BACK * pose.way
     up = np.array([back[0], back[1], home[2, 3]])
-    still = replace(pose.move("stop", 0.5, steering.base), milestone=Milestone.PUSHED)
+    still = replace(pose.move("stop", STOP_TIME, steering.base), milestone=Milestone.PUSHED)
     if _is_low(state, observation):  # Backing off would drag the object under the trunk along.
-        off = replace(still, action="lift off", duration=1.5, position=steering.base + np.array([0.0, 0.0, 0.08]))
+        off = replace(still, action="lift off", position=steering.base + np.array([0.0, 0.0, RISE]))
     else:
-        off = replace(still, action="back off", duration=1.5, position=back)
-    rise = replace(still, action="rise", duration=2.0, position=up, tension=0.5 * pose.tension)
+        off = replace(still, action="back off", position=back)
+    off = replace(off, duration=travel_time(off.position - steering.base))
+    climb = travel_time(up - off.position, speed=RISE_SPEED)
+    rise = replace(still, action="rise", duration=climb, position=up, tension=EASE * pose.tension)
     unroll = replace(
         still, action="unroll", duration=UNROLL_TIME, position=home[:3, 3], rotation=home[:3, :3],
         tension=0.0 * pose.tension,
@@ -168,8 +182,9 @@ def _withdraw(state: SweepState, steering: Steering, observation: Observation) -
 
 def _renew(state: SweepState, steering: Steering, observation: Observation) -> SweepState:
     """Rise off an object that may be jammed under the rolled trunk, and come down behind it again."""
-    up = state.pose.move("rise", 1.2, steering.base + np.array([0.0, 0.0, 0.10]))
-    moves = (up, replace(up, action="aim", duration=0.8))
+    way = np.array([0.0, 0.0, 0.10])
+    up = state.pose.move("rise", travel_time(way), steering.base + way)
+    moves = (up, replace(up, action="aim", duration=AIM_TIME))
     return replace(_go_on(state, steering, moves, observation), renewals=state.renewals + 1)
 
 

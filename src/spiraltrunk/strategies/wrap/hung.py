@@ -31,13 +31,16 @@ from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import ventral_cables
-from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
+from spiraltrunk.strategies.move_strategy import BORNE, LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
+    Move,
     MoveSequence,
     advance,
     base_position,
+    base_velocity,
     begin,
     command_at,
+    edit_moves,
     fraction,
     insert_next,
     raise_tension,
@@ -47,16 +50,20 @@ from spiraltrunk.strategies.sensing import (
     base_directions,
     lever,
     limit_ventral_lead,
+    load_fraction,
     tipping_displacement,
     ventral_pull,
     ventral_tension,
     weight,
 )
+from spiraltrunk.strategies.timing import travel_time
 from spiraltrunk.strategies.wrap.hung_model import free_curl, unrolled_center
 from spiraltrunk.strategies.wrap.hung_plan import (
     BACK_OFF,
     HEFT,
+    NEAR_TILTED,
     OVERSHOOT,
+    TOUCH_SPEED,
     lowering_time,
     plan_grip,
     plan_wrap,
@@ -75,13 +82,14 @@ RETRIES = 2
 """Number of further attempts [-]."""
 REACH_ON = 0.08
 """Displacement ahead of the next attempt where nothing was touched [-]."""
-OFF_CENTER = 0.018
-"""Lever of the load along the object's axis above which it is wrapped again [-]."""
-OFF_CENTER_THIN = 0.25
+OFF_CENTER = 0.045
+"""Lever of the load along the object's axis above which it is wrapped again [-]: less costs no more time at the
+set-down than another attempt, and as few trials."""
+OFF_CENTER_THIN = 0.625
 """The same over the object's width [-], whichever is less: friction resists tilting with no longer lever."""
-OFF_CENTER_HEAVY = 0.012
+OFF_CENTER_HEAVY = 0.03
 """The same over the width times tension over weight [-]: tension is the normal force of friction."""
-WORSE = 2.5
+WORSE = 1.4
 """Factor on these levers after the first attempt [-]: a swinging object may be met worse."""
 RECENTER = 0.65
 """Displacement of the next attempt over the lever [-]: in a single loop an object tilts and slides on."""
@@ -95,17 +103,21 @@ EASE = 0.5
 """Tension kept at touch-down, over the tension that carried the object [-]."""
 EASE_RISE = 0.12
 """Rise of the base meanwhile [-]."""
-OPEN_TIME = 3.0
-"""Duration of the opening [s]."""
+EASE_TIME = 0.5
+"""Duration of the easing [s]."""
+OPEN_TIME = 2.2
+"""Duration of the opening [s]: opened faster, the trunk flings a cylinder against the rim of its place."""
 
 _SMOOTHING = 0.2
 """Weight of a new reading in the exponential mean of the load, at 50 readings a second [-]."""
-_LEVER_SMOOTHING = 0.05
+_LEVER_SMOOTHING = 0.1
 """The same for the lever, which is noisier [-]."""
 _N_TENSION = 31
 """Tensions at which free curl is tabulated."""
 _CARRYING = ("lift", "carry", "hold", "bring")
 """Actions in which cable that pays out is slip."""
+_COMING_DOWN = ("bring", "come near")
+"""Actions that bring the object near the table, and end where they are as slow as the lowering."""
 
 
 @final
@@ -155,9 +167,17 @@ class WrapVertical(MoveStrategy[WrapState]):
             return _sense_contact(state, observation)
         if action in _CARRYING:
             return _answer_slip(state, observation)
-        if action == "lower" and not state.is_carried(observation):
-            return _set_down(state, observation)
+        if action == "lower" or _is_near(state, observation):
+            now = load_fraction(observation, weight(observation), state.weight_empty)
+            return _set_down(state, observation) if now <= BORNE else state
         return state
+
+    def has_ended(self, state: WrapState, observation: Observation) -> bool:
+        """Whether the present move has ended: the way down to near the table where it is as slow as the lowering."""
+        if _is_near(state, observation):
+            velocity = base_velocity(state.sequence, observation.time)
+            return float(np.linalg.norm(velocity)) <= TOUCH_SPEED
+        return super().has_ended(state, observation)
 
     def next_move(self, state: WrapState, observation: Observation) -> WrapState:
         """Decide on another attempt after the test of the load; correct the position after the hold."""
@@ -173,7 +193,8 @@ class WrapVertical(MoveStrategy[WrapState]):
             state = _correct_position(state, observation)
         if state.sequence.is_last:
             return replace(state, is_done=True)
-        return _go_on(state, observation)
+        state = _go_on(state, observation)
+        return _straight_down(state) if action in _COMING_DOWN else state
 
     def command(self, state: WrapState, observation: Observation) -> Command:
         """Command of the present move, the ventral cables kept together."""
@@ -277,7 +298,19 @@ def _correct_position(state: WrapState, observation: Observation) -> WrapState:
     sequence = shift_later(state.sequence, -offset * observation.task.target.axis)
     if any(move.action == "rise on" for move in sequence.moves[: sequence.index]):
         sequence = shift_later(sequence, _sag_correction(observation))
-    return replace(state, offset=offset, sequence=sequence)
+    return replace(state, offset=offset, sequence=_bring_higher(sequence, NEAR_TILTED * abs(offset)))
+
+
+def _bring_higher(sequence: MoveSequence, rise: float) -> MoveSequence:
+    """The sequence with the slow lowering from higher by ``rise`` [m]."""
+    up = np.array([0.0, 0.0, rise])
+
+    def change(move: Move) -> Move:
+        if move.action == "bring":
+            return replace(move, position=move.position + up)
+        return replace(move, duration=move.duration + lowering_time(up, 0.0 * up)) if move.action == "lower" else move
+
+    return edit_moves(sequence, sequence.index + 1, change)
 
 
 def _sag_correction(observation: Observation) -> np.ndarray:
@@ -290,23 +323,37 @@ def _sag_correction(observation: Observation) -> np.ndarray:
     return np.asarray(-lower * down - further * ahead)
 
 
+def _is_near(state: WrapState, observation: Observation) -> bool:
+    """Whether the object comes down to near the table, and slows down already."""
+    return state.sequence.move.action in _COMING_DOWN and fraction(state.sequence, observation.time) > 0.5
+
+
+def _straight_down(state: WrapState) -> WrapState:
+    """The lowering that begins with the vertical part of the base's velocity: the level part would go on for long."""
+    velocity = state.sequence.velocity * [0.0, 0.0, 1.0]
+    return replace(state, sequence=replace(state.sequence, velocity=velocity))
+
+
 def _set_down(state: WrapState, observation: Observation) -> WrapState:
     """Let go of an object that touches level; displace once, first, one that touches with an end.
 
     Tipped flat about that end, it would lie beside its place. The end is on the side on which it hung beside the base.
     """
+    if state.sequence.move.action != "lower":  # It touched on the way down: the lowering begins here.
+        state = replace(state, sequence=advance(state.sequence, observation.time))
     sequence, design = state.sequence, observation.task.design
     way = math.copysign(TIP * _tipping_displacement(state, observation), state.offset)
     if state.is_moved or state.offset == 0.0 or abs(way) < TIP_LEAST * design.length:
         return replace(state, sequence=_ease(sequence, observation))
     along = way * observation.task.target.axis
     up = -TIP_RISE * design.length * base_directions(observation)[0]
-    above = base_position(sequence, observation.time) + up
-    raised = replace(sequence.move, action="raise", duration=1.0, position=above)
-    aside = replace(raised, action="move along", position=above + along)
+    touched = np.array([*sequence.move.position[:2], base_position(sequence, observation.time)[2]])
+    raised = replace(sequence.move, action="raise", duration=travel_time(up), position=touched + up)
+    aside = replace(raised, action="move along", duration=travel_time(along), position=touched + up + along)
+    again = replace(aside, action="come near", duration=travel_time(up), position=touched + along)
     low = sequence.move.position + along
-    again = replace(sequence.move, duration=lowering_time(above + along, low), position=low)
-    sequence = insert_next(shift_later(sequence, along), (raised, aside, again))
+    lower = replace(sequence.move, duration=lowering_time(again.position, low), position=low)
+    sequence = insert_next(shift_later(sequence, along), (raised, aside, again, lower))
     return replace(state, is_moved=True, sequence=advance(sequence, observation.time))
 
 
@@ -329,7 +376,7 @@ def _ease(sequence: MoveSequence, observation: Observation) -> MoveSequence:
     position = base_position(sequence, observation.time) + -EASE_RISE * length * down
     eased = EASE * sequence.move.tension
     ease = replace(
-        sequence.move, action="ease", milestone=Milestone.RELEASED, duration=0.8, position=position, tension=eased
+        sequence.move, action="ease", milestone=Milestone.RELEASED, duration=EASE_TIME, position=position, tension=eased
     )
     back = BACK_OFF * length * observation.T_world_base[:3, 1]
     uncurl = replace(ease, action="uncurl", duration=OPEN_TIME, position=position + back, tension=0.0 * eased)

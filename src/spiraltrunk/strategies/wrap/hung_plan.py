@@ -14,6 +14,7 @@ from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, insert_next
 from spiraltrunk.strategies.sensing import base_directions, find_ventral
+from spiraltrunk.strategies.timing import still_time, travel_time
 from spiraltrunk.strategies.wrap.hung_model import Wrap, predict_wrap, wrap_tension
 
 # All of these are ours, tuned in simulated trials.
@@ -23,8 +24,10 @@ CONTACT = 0.30
 """Largest height of the object above the hanging tip [-]."""
 HOOK = 0.85
 """The same over the length of the part that will be wrapped [-]: thin objects are touched near the tip."""
-CLEARANCE = 0.16
-"""Gap to the object before the approach [-]."""
+CLEARANCE = 0.08
+"""Gap to the object before the trunk comes to touch it [-]: the object hangs up to 30 mm off its announced place."""
+WITHDRAWAL = 0.16
+"""Distance by which the open trunk leaves the object [-]."""
 PRESS = 0.04
 """Travel of the trunk beyond the nominal contact [-]: a hanging object yields, and no gap is left."""
 SINK = 0.01
@@ -35,27 +38,38 @@ BACK_OFF = 0.09
 """Retreat of the base while the trunk opens [-]: a trunk that straightens pushes ahead."""
 DRAG = 0.04
 """Distance by which the opening trunk drags an object that does not roll [-]: it is set down short by as much."""
-CURL_TIME = 4.0
+PRESS_SPEED = 0.15
+"""Greatest speed at which the trunk comes to touch the object [m/s]: a faster one knocks the object off and follows."""
+CURL_TIME = 2.5
 """Duration of the curl [s]: fast pulls shake the object."""
-STEADY_TIME = 2.5
+SETTLE_TIME = 0.3
+"""Time after the curl until the wrap is tight [s]: the tension's last change goes through the trunk."""
+HEFT_TIME = 1.0
+"""Duration of a test of the load [s]: it rises in 0.7 s, and load and lever are smoothed over 0.2 s."""
+LET_GO_TIME = 1.8
+"""Time in which the trunk opens before another attempt [s]."""
+STEADY_TIME = 1.6
 """Time for which the trunk leans on a released object [s]: friction on the trunk damps its swing."""
 OVERSHOOT = 0.3
 """Depth below the expected touch-down to which the base is lowered in search of the table [-]."""
-LOWERING_SPEED = 0.1
-"""Mean speed at which an object is brought down to above its place [m/s]."""
-NEAR = 0.12
-"""Height above the expected touch-down from which the object is lowered slowly [-]: a tilted one touches early."""
-TOUCH_SPEED = 0.02
-"""Mean speed at which an object is set down [m/s]: a shut trunk is stiff, and passes the impact on to the arm, whose
-last joints bear 12 N m."""
-RISING_SPEED = 0.1
-"""Mean speed at which an object is put back onto its strings [m/s]."""
+NEAR = 0.08
+"""Height above the expected touch-down from which the object is lowered slowly [-]."""
+NEAR_TILTED = 2.0
+"""Addition for an object that is held beside its middle, over that lever [-]: its low end touches early."""
+TOUCH_SPEED = 0.022
+"""Speed at which an object is set down [m/s]: a shut trunk is stiff, and passes the impact on to the arm, whose last
+joints bear 12 N m. From 0.035 on, some meet that limit."""
+FALL = 1.5
+"""Duration of the lowering times that speed over its way [-]: a minimum-jerk path that begins at a speed keeps it over
+two fifths of its time at 1.5."""
+REST_TIME = 0.8
+"""Time at the end in which the object comes to rest [s]: cylinders rock between the rims of their place."""
 
 _PHASES = {
     "reach": ("approach", "turn", "descend", "touch"),
     "prehension": ("curl", "settle", "heft", "tighten", "try"),
     "transport": ("level", "steady", "lift", "carry", "hold"),
-    "release": ("bring", "lower", "draw up", "uncurl", "open", "draw off", "leave", "rest"),
+    "release": ("bring", "lower", "uncurl", "open", "draw off", "leave", "rest"),
 }
 _PHASE = {action: phase for phase, actions in _PHASES.items() for action in actions}
 
@@ -106,26 +120,24 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
     lifted = hefted - goal.lift * down
     over = lifted + goal.aside
     placing = goal.place - center[0] * down - (center[1] + DRAG * length) * ahead
-    above = placing + np.array([0.0, 0.0, (over - placing)[2]])
     near, low = placing - NEAR * length * down, placing + OVERSHOOT * length * down
     clear = placing - BACK_OFF * length * ahead
     opened = clear + np.dot(goal.place + from_object - clear, down) * down
-    away = opened - CLEARANCE * length * ahead
+    away, here = opened - WITHDRAWAL * length * ahead, observation.T_world_base[:3, 3]
+    aside = beside - CLEARANCE * length * ahead
     return (
-        wrap_move("approach", 2.0, beside - CLEARANCE * length * ahead, slack),
-        wrap_move("touch", 1.5, touching, slack),
+        wrap_move("approach", still_time(design, aside - here), aside, slack),
+        wrap_move("touch", travel_time(touching - aside, speed=PRESS_SPEED), touching, slack),
         wrap_move("curl", CURL_TIME, wrapped, pull),
-        wrap_move("settle", 1.0, wrapped, pull),
-        wrap_move("heft", 1.5, hefted, pull),
-        wrap_move("lift", 2.0, lifted, pull),
-        wrap_move("carry", 2.0, over, pull),
+        wrap_move("settle", SETTLE_TIME, wrapped, pull),
+        wrap_move("heft", HEFT_TIME, hefted, pull),
+        wrap_move("lift", travel_time(lifted - hefted), lifted, pull),
+        wrap_move("carry", travel_time(over - lifted), over, pull),
         wrap_move("hold", goal.hold, over, pull),
-        wrap_move("bring", 1.5, above, pull),
-        wrap_move("bring", lowering_time(above, near, LOWERING_SPEED), near, pull),
+        wrap_move("bring", travel_time(near - over), near, pull),
         wrap_move("lower", lowering_time(near, low), low, pull),
-        wrap_move("draw up", 2.0, opened, slack),
-        wrap_move("leave", 2.0, away, slack),
-        wrap_move("rest", 2.5, away, slack),
+        wrap_move("leave", travel_time(away - clear), away, slack),
+        wrap_move("rest", REST_TIME, away, slack),
     )
 
 
@@ -139,12 +151,13 @@ def wrap_again(sequence: MoveSequence, shift: np.ndarray, back: np.ndarray) -> M
     beside, curl, settle, heft = (sequence.moves[last[action]] for action in ("touch", "curl", "settle", "heft"))
     now = sequence.move
     risen = now.position - heft.position if now.action == "rise on" else 0.0 * shift
-    lower = replace(settle, action="put back", duration=1.0 + float(np.linalg.norm(risen)) / RISING_SPEED)
+    lower = replace(settle, action="put back", duration=travel_time(now.position - settle.position))
+    aside = beside.position + shift + back
     opened = replace(
-        settle, action="let go", duration=3.0, tension=0.0 * settle.tension, position=settle.position + back
+        settle, action="let go", duration=LET_GO_TIME, tension=0.0 * settle.tension, position=settle.position + back
     )
     steady = replace(beside, action="steady", duration=STEADY_TIME)
-    away = replace(opened, action="draw back", duration=2.0, position=beside.position + shift + back)
+    away = replace(opened, action="draw back", duration=travel_time(aside - opened.position), position=aside)
 
     def displace(move: Move) -> Move:
         return replace(move, position=move.position + shift - risen) if move.phase == "transport" else move
@@ -161,9 +174,9 @@ def wrap_again(sequence: MoveSequence, shift: np.ndarray, back: np.ndarray) -> M
     )
 
 
-def lowering_time(above: np.ndarray, low: np.ndarray, speed: float = TOUCH_SPEED) -> float:
-    """Duration of the lowering between two positions of the base, each (3,) [m], at a mean ``speed`` [m/s] [s]."""
-    return float(np.linalg.norm(low - above)) / speed
+def lowering_time(above: np.ndarray, low: np.ndarray) -> float:
+    """Duration of the lowering at TOUCH_SPEED between two positions of the base, each (3,) [m] [s]."""
+    return FALL * float(np.linalg.norm(low - above)) / TOUCH_SPEED
 
 
 def _base_beside(

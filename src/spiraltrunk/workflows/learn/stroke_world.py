@@ -20,7 +20,7 @@ from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
 from spiraltrunk.sim.objects.catalogue import parse_object
-from spiraltrunk.strategies.moves import advance, insert_next
+from spiraltrunk.strategies.moves import advance, base_position, insert_next
 from spiraltrunk.strategies.policy.stroke_strategy import (
     INPUTS,
     OUTPUTS,
@@ -103,7 +103,8 @@ class StrokeWorld:
 
     def _strike(self, chosen: np.ndarray) -> Outcome:
         pose, observation, plant = self._state.pose, self._observation, self._plant
-        moves = plan_moves(pose, plan_stroke(chosen, pose, observation))
+        here = base_position(self._state.sequence, observation.time)
+        moves = plan_moves(pose, plan_stroke(chosen, pose, observation), here)
         sequence = advance(insert_next(self._state.sequence, moves), observation.time)
         state: PushState = replace(self._state, sequence=sequence)
         try:
