@@ -15,12 +15,10 @@ from scipy.spatial.transform import Rotation
 
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Milestone
+from spiraltrunk.strategies.timing import PEAK_ACCELERATION
 
 PHASES = ("reach", "prehension", "transport", "release")
 """The four phases, in order."""
-
-PEAK_ACCELERATION = 10 / math.sqrt(3)
-"""Peak acceleration of a minimum-jerk path of length 1 in the time 1 [-]."""
 
 
 @final
@@ -131,8 +129,6 @@ def advance(sequence: MoveSequence, time: float) -> MoveSequence:
 
 def allow_time(sequence: MoveSequence, time: float, acceleration: float, angular_acceleration: float) -> MoveSequence:
     """The sequence with the next move as long as its path from where the base is at ``time`` [s] asks, or longer.
-
-    A minimum-jerk path of length d in the time T has the peak acceleration 10 / sqrt(3) d / T^2.
 
     Args:
         sequence: moves, the present one about to end.
