@@ -37,6 +37,17 @@ class ArmLimits:
 def velocity_bounds(limits: ArmLimits, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest joint velocities at joint positions ``q``, two arrays of its shape (..., n_arm) [rad/s].
 
+    They are those of `speed_towards` the lower and the upper end of the range.
+
+    Raises:
+        ValueError: where no speed limit is known.
+    """
+    return -speed_towards(limits, q, np.array(False)), speed_towards(limits, q, np.array(True))
+
+
+def speed_towards(limits: ArmLimits, q: np.ndarray, is_up: np.ndarray) -> np.ndarray:
+    """Largest speed of joints that move up or down at joint positions ``q``, of its shape (..., n_arm) [rad/s].
+
     Where braking is published, a joint may move towards an end of its range only as fast as it can still stop before
     it: dq_max(q) = min(v, max(0, -o + sqrt(max(0, 2 d (q_max - q))))) with speed limit v, offset o and deceleration d,
     and likewise towards q_min (Franka, "Control Interface Specification and Robot Limits", position-based velocity
@@ -47,14 +58,12 @@ def velocity_bounds(limits: ArmLimits, q: np.ndarray) -> tuple[np.ndarray, np.nd
     """
     if limits.velocity is None:
         raise ValueError("no speed limit is known")
-    most = np.broadcast_to(limits.velocity, q.shape)
     if limits.braking is None or limits.position is None:
-        return -most, most
+        return np.broadcast_to(limits.velocity, q.shape)
     offset, deceleration = limits.braking
     low, high = limits.position
-    down = np.maximum(0.0, np.sqrt(np.maximum(0.0, 2 * deceleration * (q - low))) - offset)
-    up = np.maximum(0.0, np.sqrt(np.maximum(0.0, 2 * deceleration * (high - q))) - offset)
-    return -np.minimum(most, down), np.minimum(most, up)
+    way = np.where(is_up, high - q, q - low)
+    return np.minimum(limits.velocity, np.maximum(0.0, np.sqrt(np.maximum(0.0, 2 * deceleration * way)) - offset))
 
 
 def standstill_margin(limits: ArmLimits) -> np.ndarray | float:

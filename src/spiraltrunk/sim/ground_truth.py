@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -15,8 +16,9 @@ from spiraltrunk.sim.robot.trunk import cable_name, hinge_names
 OBJECT, TRUNK, ROBOT, GROUND, OTHER = 1, 2, 4, 8, 16
 """Kinds of geoms, as bits; the sum of two identifies a pair."""
 
-
 _STRING_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+
+_NO_FORCE = np.zeros(0)
 
 
 @final
@@ -69,18 +71,18 @@ class TruthRecorder:
     """Reads samples from the state of a scene's ``model``; it holds the indices and the extremes of the period."""
 
     def __init__(self, model: mujoco.MjModel, design: TrunkDesign, arm_joints: tuple[str, ...]) -> None:
-        self._kind = _geom_kinds(model)
+        self._kind = _geom_kinds(model).tolist()
         names = zip(*(hinge_names(i) for i in range(design.n_joint)), strict=True)
         self._hinges = np.array([[model.joint(name).qposadr[0] for name in axis] for axis in names])
-        self._cables = np.array([model.tendon(cable_name(c)).id for c in range(design.n_cable)])
-        self._is_string = np.array([model.tendon(t).name.startswith("string_") for t in range(model.ntendon)], bool)
+        self._cables = as_slice([model.tendon(cable_name(c)).id for c in range(design.n_cable)])
+        self._strings = {t for t in range(model.ntendon) if model.tendon(t).name.startswith("string_")}
         self._object = model.body("object").id
-        self._body, self._root = model.geom_bodyid.copy(), model.body_rootid.copy()
-        self.motors = np.array([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
+        self._body, self._root = model.geom_bodyid.tolist(), model.body_rootid.tolist()
+        self.motors = as_slice([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
         """Actuators of the cables."""
-        self.arm_q = np.array([model.joint(name).qposadr[0] for name in arm_joints])
+        self.arm_q = as_slice([int(model.joint(name).qposadr[0]) for name in arm_joints])
         """Addresses of the arm's joints in qpos."""
-        self.arm_v = np.array([model.joint(name).dofadr[0] for name in arm_joints])
+        self.arm_v = as_slice([int(model.joint(name).dofadr[0]) for name in arm_joints])
         """The same in qvel."""
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
@@ -107,68 +109,87 @@ class TruthRecorder:
         self._bend = max(self._bend, float(np.arccos((first * second).min())))  # The largest angle.
         if data.ncon == 0:
             return
-        penetration, on_robot, _, arm_on_ground = read_contacts(data.contact.geom, data.contact.dist, self._kind)
+        contact = data.contact
+        penetration, on_robot, _, arm_on_ground = read_contacts(contact.geom, contact.dist, self._kind)
         self._penetration = max(self._penetration, penetration)
         self._touches_robot |= on_robot
         self._arm_touches_ground |= arm_on_ground
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
         """Ground truth of the present state; resets the extremes. ``arm_command`` has shape (n_arm,) [rad]."""
-        contact, force = self._find_grip(data)
+        kind, geom = self._kind, data.contact.geom.tolist()
+        pairs = [kind[a] + kind[b] for a, b in geom]
+        grip = self._find_grip(data, pairs) if OBJECT + TRUNK in pairs else []
+        force = data.efc_force[data.contact.efc_address[grip]] if grip else _NO_FORCE
         sample = Sample(
             time=data.time,
             qpos=data.qpos.copy(),
             object_position=data.xpos[self._object].copy(),
-            object_axis=data.xmat[self._object, [0, 3, 6]],
+            object_axis=data.xmat[self._object, 0:9:3].copy(),
             joint_bend=joint_bends(data.qpos, self._hinges),
             cable_pull=self.straight_length - data.ten_length[self._cables],
             cable_tension=-data.actuator_force[self.motors],
             grip_force=sum(force.tolist()),
-            slip_velocity=self._slip_velocity(data, contact, force),
+            slip_velocity=self._slip_velocity(data, [(i, geom[i]) for i in grip], force),
             string_tension=self._string_tension(data),
             penetration=self._penetration,
             bend_most=self._bend,
             touches_robot=self._touches_robot,
-            touches_table=read_contacts(data.contact.geom, data.contact.dist, self._kind)[2],
+            touches_table=OBJECT + GROUND in pairs,
             arm_touches_ground=self._arm_touches_ground,
-            arm_torque=data.qfrc_actuator[self.arm_v],
-            arm_position=data.qpos[self.arm_q],
-            arm_velocity=data.qvel[self.arm_v],
+            arm_torque=data.qfrc_actuator[self.arm_v].copy(),
+            arm_position=data.qpos[self.arm_q].copy(),
+            arm_velocity=data.qvel[self.arm_v].copy(),
             arm_command=arm_command.copy(),
         )
         self.reset()
         return sample
 
-    def _find_grip(self, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
-        """Contacts between trunk and object, and their normal forces [N]: a contact's first constraint row."""
-        if data.ncon == 0:
-            return np.zeros(0, int), np.zeros(0)
-        row = data.contact.efc_address
-        geom = data.contact.geom
-        pairs = self._kind[geom[:, 0]] + self._kind[geom[:, 1]]
-        contact = np.flatnonzero((pairs == OBJECT + TRUNK) & (row >= 0))
-        return contact, data.efc_force[row[contact]]
+    def _find_grip(self, data: mujoco.MjData, pairs: list[int]) -> list[int]:
+        """Contacts between trunk and object with a normal force, which is that of a contact's first constraint row."""
+        rows = data.contact.efc_address.tolist()
+        return [i for i, (pair, row) in enumerate(zip(pairs, rows, strict=True)) if pair == OBJECT + TRUNK and row >= 0]
 
-    def _slip_velocity(self, data: mujoco.MjData, contact: np.ndarray, force: np.ndarray) -> np.ndarray:
+    def _slip_velocity(
+        self, data: mujoco.MjData, contacts: list[tuple[int, list[int]]], force: np.ndarray
+    ) -> np.ndarray:
         r"""Mean of the contacts' sliding velocities, :math:`\sum_i N_i P_i (v_o - v_t) / \sum_i N_i`, shape (3,) [m/s].
 
         :math:`v_o` and :math:`v_t` are the velocities of object and trunk at the contact, :math:`P_i` projects onto its
-        tangential plane. The mean of an object that turns in a loop is small, as its surface slides both ways.
+        tangential plane. The mean of an object that turns in a loop is small, as its surface slides both ways. In plain
+        numbers: on a few contacts, arrays take twice as long.
+
+        Args:
+            data: the state.
+            contacts: index and the two geoms of each contact between trunk and object.
+            force: their normal forces [N].
         """
         total = force.sum()
         if not total > 0.0:
             return np.zeros(3)
-        geom, point = data.contact.geom[contact], data.contact.pos[contact]
-        is_first = self._kind[geom[:, :1]] == OBJECT
-        body = self._body[np.where(is_first, geom, geom[:, ::-1])]
-        moved = _velocities(data, body, self._root, point)
-        relative = moved[:, 0] - moved[:, 1]
-        normal = data.contact.frame[contact, :3]
-        relative -= (relative * normal).sum(axis=1, keepdims=True) * normal
-        return np.asarray(force @ relative / total)
+        position, frame, slips = data.contact.pos, data.contact.frame, []
+        for index, pair in contacts:
+            first, second = pair if self._kind[pair[0]] == OBJECT else pair[::-1]
+            point = position[index].tolist()
+            moved = zip(self._velocity(data, first, point), self._velocity(data, second, point), strict=True)
+            u, v, w = (a - b for a, b in moved)
+            x, y, z = frame[index, :3].tolist()
+            along = u * x + v * y + w * z
+            slips.append((u - along * x, v - along * y, w - along * z))
+        return np.asarray(force @ np.array(slips) / total)
+
+    def _velocity(self, data: mujoco.MjData, geom: int, point: list[float]) -> tuple[float, float, float]:
+        """Velocity of a point as it moves with a geom's body [m/s].
+
+        MuJoCo's ``cvel`` is the velocity about the centre of mass of the body's kinematic tree.
+        """
+        body = self._body[geom]
+        a, b, c, u, v, w = data.cvel[body].tolist()
+        x, y, z = (p - q for p, q in zip(point, data.subtree_com[self._root[body]].tolist(), strict=True))
+        return u + (b * z - c * y), v + (c * x - a * z), w + (a * y - b * x)
 
     def _string_tension(self, data: mujoco.MjData) -> float:
-        if not self._is_string.any():
+        if not self._strings:
             return 0.0
         first = data.ne + data.nf  # Rows of limits follow those of equalities and of dry friction.
         limits = slice(first, first + data.nl)
@@ -178,8 +199,17 @@ class TruthRecorder:
                 data.efc_type[limits].tolist(), data.efc_id[limits].tolist(), data.efc_force[limits].tolist(),
                 strict=True,
             )
-            if kind == _STRING_LIMIT and self._is_string[tendon]
+            if kind == _STRING_LIMIT and tendon in self._strings
         )  # fmt: skip
+
+
+def as_slice(indices: Sequence[int]) -> slice | np.ndarray:
+    """The part of an array at some indices: a slice where they are consecutive, which NumPy reads and writes sooner.
+
+    A part that is kept has to be copied.
+    """
+    first, last = indices[0], indices[-1]
+    return slice(first, last + 1) if list(indices) == list(range(first, last + 1)) else np.array(indices)
 
 
 def joint_bends(qpos: np.ndarray, hinges: np.ndarray) -> np.ndarray:
@@ -193,33 +223,17 @@ def joint_bends(qpos: np.ndarray, hinges: np.ndarray) -> np.ndarray:
     return np.asarray(np.arccos(first * second))
 
 
-def _velocities(data: mujoco.MjData, body: np.ndarray, root: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Velocity of each point as it moves with either of two bodies, shape (n, 2, 3) [m/s].
-
-    MuJoCo's ``cvel`` is the velocity about the centre of mass of the body's kinematic tree.
-    """
-    velocity = data.cvel[body]
-    a, b, c = velocity[..., 0], velocity[..., 1], velocity[..., 2]
-    arm = point[:, None] - data.subtree_com[root[body]]
-    x, y, z = arm[..., 0], arm[..., 1], arm[..., 2]
-    moved = velocity[..., 3:]  # Of a copy; np.cross takes five times as long.
-    moved[..., 0] += b * z - c * y
-    moved[..., 1] += c * x - a * z
-    moved[..., 2] += a * y - b * x
-    return np.asarray(moved)
-
-
-def read_contacts(geom: np.ndarray, dist: np.ndarray, kind: np.ndarray) -> tuple[float, bool, bool, bool]:
+def read_contacts(geom: np.ndarray, dist: np.ndarray, kind: Sequence[int]) -> tuple[float, bool, bool, bool]:
     """Largest penetration [m], and whether object and robot, object and ground, robot and ground touch.
 
     Args:
         geom: the two geoms of each contact, shape (n_contact, 2).
         dist: distance between them, negative where they penetrate, shape (n_contact,) [m].
-        kind: kind of each geom, shape (n_geom,).
+        kind: kind of each geom, n_geom of them.
     """
-    pairs = set((kind[geom[:, 0]] + kind[geom[:, 1]]).tolist())
-    on_robot, on_ground, arm_on_ground = (pair in pairs for pair in (OBJECT + ROBOT, OBJECT + GROUND, ROBOT + GROUND))
-    return -min([0.0, *dist.tolist()]), on_robot, on_ground, arm_on_ground
+    pairs = {kind[a] + kind[b] for a, b in geom.tolist()}
+    penetration = max(0.0, -min(dist.tolist(), default=0.0))
+    return penetration, OBJECT + ROBOT in pairs, OBJECT + GROUND in pairs, ROBOT + GROUND in pairs
 
 
 def _geom_kinds(model: mujoco.MjModel) -> np.ndarray:

@@ -14,7 +14,7 @@ from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design import presets
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import RunError
-from spiraltrunk.sim.ground_truth import Sample, TruthRecorder
+from spiraltrunk.sim.ground_truth import Sample, TruthRecorder, as_slice
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.robot.cable_friction import CableFriction
 from spiraltrunk.sim.robot.gripper import GROUPS, LEGS
@@ -30,6 +30,7 @@ _DIVERGED = tuple(
     int(kind)
     for kind in (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 )
+"""Warnings of a state that is not finite or too large."""
 
 
 class SimMachine:
@@ -110,7 +111,8 @@ class SimMachine:
         """Set the largest tension [N] and the largest pull [m] of each cable, shape (n_cable,), until set again."""
         self.model.actuator_forcerange[self._truth.motors, 0] = -tension
         straight = self._truth.straight_length
-        self.data.ctrl[self._truth.motors] = np.maximum(straight - np.minimum(pull, straight), 0.0)
+        free = 0.0 if pull is np.inf else np.maximum(straight - np.minimum(pull, straight), 0.0)
+        self.data.ctrl[self._truth.motors] = free
 
     def set_cable_stiffness(self, stiffness: np.ndarray) -> None:
         """Set the stiffness between each cable and its winder, shape (n_cable,) [N/m]; 0 for a cable that is broken."""
@@ -145,9 +147,10 @@ class SimMachine:
 
     def read_arm(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Measured positions, velocities, accelerations and torques of the arm's joints, each of shape (n_arm,)."""
-        data, torque = self.data, self.data.qfrc_actuator[self._truth.arm_v]
-        position, velocity = data.qpos[self._truth.arm_q], data.qvel[self._truth.arm_v]
-        return position, velocity, data.qacc[self._truth.arm_v], self._sensors.read_torque(torque)
+        data, part = self.data, self._truth.arm_v
+        position, velocity, acceleration = data.qpos[self._truth.arm_q], data.qvel[part], data.qacc[part]
+        torque = self._sensors.read_torque(data.qfrc_actuator[part])  # A copy.
+        return position.copy(), velocity.copy(), acceleration.copy(), torque
 
     def read_cable_tension(self) -> np.ndarray:
         """True tension of each cable at its motor, shape (n_cable,) [N]."""
@@ -170,8 +173,8 @@ class SimMachine:
 
     def has_diverged(self) -> bool:
         """Whether MuJoCo warned of a state that is not finite or too large; it resets the state then and goes on."""
-        warning = self.data.warning
-        return any(warning[kind].number for kind in _DIVERGED) or not np.isfinite(self.data.qpos).all()
+        counts = self.data.warning.number.tolist()
+        return any(counts[kind] for kind in _DIVERGED) or not np.isfinite(self.data.qpos).all()
 
     def _find_servo_offset(self) -> np.ndarray:
         """Offset of the servos' targets by which they hold the trunk's weight at rest, shape (n_arm,) [rad].
@@ -187,13 +190,14 @@ class SimMachine:
         return np.asarray((data.qfrc_inverse[self._truth.arm_v] - held) / self._arm_stiffness)
 
 
-def _find_grippers(model: mujoco.MjModel) -> list[list[int]]:
+def _find_grippers(model: mujoco.MjModel) -> list[slice | np.ndarray]:
     """Actuators of the closing and of the opening cable group, on the fingers and, with two legs, on the trunk."""
     known = {model.actuator(i).name: i for i in range(model.nu)}
-    return [[known[name] for name in names if name in known] for names in zip(GROUPS, LEGS, strict=True)]
+    groups = ([known[name] for name in names if name in known] for names in zip(GROUPS, LEGS, strict=True))
+    return [as_slice(group) for group in groups]
 
 
-def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> np.ndarray:
+def _actuators_of(model: mujoco.MjModel, joints: tuple[str, ...]) -> slice | np.ndarray:
     """Position actuator of each joint, in the order of ``joints``."""
     driven = {int(model.actuator_trnid[i, 0]): i for i in range(model.nu) if model.actuator_trntype[i] == 0}
-    return np.array([driven[model.joint(name).id] for name in joints])
+    return as_slice([driven[model.joint(name).id] for name in joints])

@@ -44,6 +44,8 @@ class SimPlant(SimMachine, Plant):
         self._pending: deque[Pending] = deque()
         timestep = self.options.timestep
         self._arm_period = ARM_PERIOD if _divides(timestep, ARM_PERIOD) else timestep
+        n = round(CONTROL_PERIOD / self._arm_period)
+        self._shares = np.arange(1, n + 1)[:, None] / n
 
     def reset(self) -> Observation:
         """Reset to the initial state: object at rest, trunk straight and slack, arm at rest in its home posture."""
@@ -84,14 +86,27 @@ class SimPlant(SimMachine, Plant):
         else:
             end = self.reach.approach(start, position, CONTROL_PERIOD)
         self._pull(command)
-        n, ticks = round(CONTROL_PERIOD / self._arm_period), round(EXTREMES_PERIOD / self._arm_period)
-        for i in range(1, n + 1):
-            self.set_arm(end if i == n else start + (i / n) * (end - start))
+        self._move_arm(start, end)
+        self.record()
+        return self._observe()
+
+    def _move_arm(self, start: np.ndarray, end: np.ndarray) -> None:
+        """Advance by a control period in which the arm's targets go from one position to another, (n_arm,) [rad]."""
+        if end is start:  # It has arrived.
+            self.set_arm(end)
+            for _ in range(round(CONTROL_PERIOD / EXTREMES_PERIOD)):
+                self.advance(EXTREMES_PERIOD)
+                self.update_extremes()
+            return
+        targets, ctrl, motors = start + self._shares * (end - start), self.data.ctrl, self._arm_motors
+        targets[-1] = end
+        ticks = round(EXTREMES_PERIOD / self._arm_period)
+        for i, target in enumerate(targets + self._servo_offset, 1):
+            ctrl[motors] = target
             self.advance(self._arm_period)
             if i % ticks == 0:
                 self.update_extremes()
-        self.record()
-        return self._observe()
+        self._arm_command = end
 
     def get_state(self) -> PlantState:
         """State of the plant between two steps: what `set_state` restores bit for bit.
@@ -147,9 +162,10 @@ class SimPlant(SimMachine, Plant):
 
     def _pull(self, command: Command) -> None:
         """Set lengths and tension limits of the winders, which never push, and the gripper's tensions."""
-        wanted = np.minimum(np.maximum(command.cable_tension, 0.0), self.design.cable.tension_max)
-        step = TENSION_SLEW * CONTROL_PERIOD
-        self._tension_limit = np.minimum(np.maximum(wanted, self._tension_limit - step), self._tension_limit + step)
+        most, step = self.design.cable.tension_max, TENSION_SLEW * CONTROL_PERIOD
+        pairs = zip(command.cable_tension.tolist(), self._tension_limit.tolist(), strict=True)
+        limits = [min(max(min(max(wanted, 0.0), most), last - step), last + step) for wanted, last in pairs]
+        self._tension_limit = np.array(limits)  # In plain numbers: on three cables, arrays take twice as long.
         self.set_cables(self._tension_limit, np.inf if command.cable_pull is None else command.cable_pull)
         step = CONTROL_PERIOD / GRIPPER_TIME
         self._grip = max(self._grip - step, min(self._grip + step, max(-1.0, min(1.0, command.gripper))))

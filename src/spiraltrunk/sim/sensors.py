@@ -78,7 +78,8 @@ class Sensors:
 
     def read_tension(self, tension: np.ndarray) -> np.ndarray:
         """Estimated tension, from motor currents, shape (n_cable,) [N]."""
-        return self._add_noise(tension, self.options.tension_noise + self.options.tension_share * np.abs(tension))
+        constant, share = self.options.tension_noise, self.options.tension_share
+        return self._add_noise(tension, constant + share * np.abs(tension) if share else constant)
 
     def read_torque(self, torque: np.ndarray) -> np.ndarray:
         """Measured torques of the arm's joints, shape (n_arm,) [N m]."""
@@ -99,8 +100,8 @@ class Sensors:
 
     def _add_noise(self, truth: np.ndarray, deviation: float | np.ndarray) -> np.ndarray:
         """Gaussian noise added to ``truth``, shape (n,); without deviation a copy, and nothing is drawn."""
-        is_exact = not deviation if isinstance(deviation, float) else not np.any(deviation)
-        return truth.copy() if is_exact else np.asarray(truth + deviation * self._rng.normal(size=truth.size))
+        is_exact = not (deviation.any() if isinstance(deviation, np.ndarray) else deviation)
+        return truth.copy() if is_exact else np.asarray(truth + deviation * self._rng.standard_normal(truth.size))
 
 
 def _draw_in_ball(rng: np.random.Generator) -> np.ndarray:

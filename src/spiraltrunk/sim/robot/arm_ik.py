@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from spiraltrunk.control.arm_limits import standstill_margin, velocity_bounds
+from spiraltrunk.control.arm_limits import speed_towards, standstill_margin
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.mujoco_log import compile_spec
 from spiraltrunk.sim.robot.arm import add_arm, arm_home, arm_limits
@@ -30,6 +30,9 @@ _STILL = 1e-7
 _REGULAR = 1e-9
 """Tikhonov regularisation of the wrench, which singular postures do not determine [m^2]."""
 
+_LAST_ROW = np.zeros((4, 4))
+_LAST_ROW[3, 3] = 1.0
+
 
 @final
 class ArmReach:
@@ -45,6 +48,8 @@ class ArmReach:
         self.limits = arm_limits(design.arm)
         self._configuration = mink.Configuration(self._model, q=self.home)
         self._data = self._configuration.data
+        self._rotation = self._data.site_xmat[self._site].reshape(3, 3)
+        self._position = self._data.site_xpos[self._site]
         self.arrived = (np.empty(0), np.empty(0))
         """Joint positions and frame of the last call of `follow` that did not move."""
         self._task = mink.FrameTask("trunk_base", "site", position_cost=1.0, orientation_cost=0.5, lm_damping=1e-3)
@@ -67,10 +72,8 @@ class ArmReach:
         return self._read_frame()
 
     def _read_frame(self) -> np.ndarray:
-        T = np.zeros((4, 4))
-        T[:3, :3] = self._data.site_xmat[self._site].reshape(3, 3)
-        T[:3, 3] = self._data.site_xpos[self._site]
-        T[3, 3] = 1.0
+        T = _LAST_ROW.copy()
+        T[:3, :3], T[:3, 3] = self._rotation, self._position
         return T
 
     def estimate_wrench(
@@ -134,8 +137,7 @@ class ArmReach:
         """Allowed speed of each joint on a step from ``q``, shape (n_arm,) [rad/s]."""
         if self.limits.braking is None:
             return speed
-        low, high = velocity_bounds(self.limits, q)
-        return np.maximum(SPEED_SHARE * np.where(step > 0, high, -low), _STILL)
+        return np.maximum(SPEED_SHARE * speed_towards(self.limits, q, step > 0), _STILL)
 
     def _free_step(self, q: np.ndarray) -> np.ndarray:
         """Step of the joints without limits, shape (n_arm,) [rad]."""
