@@ -1,6 +1,6 @@
 """Cost of a step of an environment over that of its physics, and memory over many episodes.
 
-``python benchmarks/envs_tick.py [--ticks 1500] [--episodes 500]``
+``python benchmarks/envs_tick.py [--ticks 1500] [--episodes 700]``
 
 A 50 Hz tick is timed as a whole and, in the same ticks, the 20 steps of MuJoCo in it; the ratio is of the two sums.
 Times are the processor's in this thread, so that other work of the computer counts only as far as it takes the caches.
@@ -27,22 +27,22 @@ from spiraltrunk.envs.register import IDS
 BAR = 1.25
 """Largest time of a tick over that of its physics [-]."""
 
-SETTLED = 100
-"""Episodes after which memory is compared [-]."""
+MARKS = (100, 300, 500, 700)
+"""Episodes after which memory is read [-]."""
 
 
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description="Cost of a step of an environment, and memory over many episodes.")
     parser.add_argument("--ticks", type=int, default=1500)
-    parser.add_argument("--episodes", type=int, default=500)
+    parser.add_argument("--episodes", type=int, default=700)
     given = parser.parse_args()
     for name in IDS:
         physics, whole = time_ticks(make(name), given.ticks)
         print(f"{name}: {1e3 * physics:.2f} ms of physics, {1e3 * whole:.2f} ms a tick, ratio {whole / physics:.3f}")
     print(f"bar of the ratio: {BAR}")
-    first, last = measure_memory(given.episodes)
-    print(f"resident memory after {SETTLED} and {given.episodes} episodes of 5 ticks: {first:.0f} and {last:.0f} MB")
+    for count, memory in measure_memory(given.episodes):
+        print(f"resident memory after {count} episodes of 5 ticks: {memory:.0f} MB")
 
 
 def make(name: str, **options: object) -> TrunkEnv:
@@ -80,18 +80,18 @@ def time_ticks(env: TrunkEnv, ticks: int) -> tuple[float, float]:
     return physics / count, whole / count
 
 
-def measure_memory(episodes: int) -> tuple[float, float]:
-    """Resident memory after `SETTLED` and after all episodes, each in a world of its own [MB]."""
+def measure_memory(episodes: int) -> list[tuple[int, float]]:
+    """Episodes of `MARKS`, and the last one, with the resident memory after them, each in a world of its own [MB]."""
     env, taken = make("spiraltrunk/Grasp-v0", episode_s=0.1), []
     action = np.zeros(env.action_space.shape, np.float32)
     for episode in range(episodes):
         env.reset(seed=episode)
         for _ in range(5):
             env.step(action)
-        if episode + 1 in (min(SETTLED, episodes), episodes):
+        if episode + 1 in (*MARKS, episodes):
             gc.collect()
-            taken.append(read_memory())
-    return taken[0], taken[-1]
+            taken.append((episode + 1, read_memory()))
+    return taken
 
 
 def read_memory() -> float:

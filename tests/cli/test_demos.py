@@ -83,6 +83,8 @@ def test_the_answer_is_the_result(tmp_path: Path, capsys: pytest.CaptureFixture[
         (["kick", "--cameras", "top,top"], "each camera once"),
         (["kick", "--cameras", ""], "allowed: a text that is not empty"),
         (["kick", "--size", "95", "--cameras", "top"], "an even number"),
+        (["kick", "--size", "96"], "--size is of no use without --cameras, as it is that of pictures; allowed: both"),
+        (["kick,kick"], "the strategy 'kick' is named twice; allowed: each once"),
         (["kick", "--fps", "30"], "demos.fps is 30; allowed: 1, 2, 5, 10, 25, 50"),
         (["kick", "--mode", "torque"], "unknown control mode 'torque'; known: delta-pose-tension"),
         (["kick", "--object", "banana"], "known: solids and files (cylinder:, "),

@@ -119,6 +119,7 @@ def test_all_strategies_with_their_objects_or_one(
     [
         (["--strategies", "juggle"], "unknown strategy 'juggle'; known: wrap-vertical"),
         (["--strategies", "wrap-vertical,"], "unknown strategy ''"),
+        (["--strategies", "kick, kick"], "the strategy 'kick' is named twice; allowed: each once"),
         (["--trials", "-4"], "survey.trials is -4; allowed: a whole number from 1 to 100000"),
         (["--trials", "0"], "survey.trials is 0; allowed: a whole number from 1 to 100000"),
         (["--trials", "100001"], "allowed: a whole number from 1 to 100000"),

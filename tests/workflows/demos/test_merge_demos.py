@@ -93,7 +93,7 @@ def test_an_interrupted_merge_goes_on(shards: Path, monkeypatch: pytest.MonkeyPa
     [
         (("1", "2"), "of 3 shards, 3/3 missing"),
         (("1", "2", "2", "3"), "shard 2/3 is in"),
-        (("1", "whole"), "holds a whole survey, not a shard"),
+        (("1", "whole"), "holds whole demonstrations, not a shard; allowed: complete folders of demos --shard"),
         (("1", "none"), "cannot be read: "),
     ],
 )

@@ -108,6 +108,15 @@ def test_summary_of_nothing_claims_nothing(plan: SurveyPlan) -> None:
     assert (told["rate"], told["low"], told["high"], told["median_wall_s"]) == (None, 0.0, 1.0, None)
 
 
+def test_what_a_kick_does_not_claim_is_a_dash(plan: SurveyPlan, rows: list[dict[str, Any]]) -> None:
+    for row in rows:
+        if row["strategy"] == "kick":
+            row["held"] = row["upright"] = None
+    summary = summarize(plan, rows)
+    assert summary["strategies"]["kick"]["held"] is None
+    assert "| `kick` | 4 of 4 | 100 % | 51.0-100.0 % | - | - |" in format_markdown(summary)
+
+
 def test_tables(plan: SurveyPlan, rows: list[dict[str, Any]]) -> None:
     summary = summarize(plan, rows)
     assert format_text(summary).splitlines()[2:] == [

@@ -66,7 +66,7 @@ def _add_recording(parser: argparse.ArgumentParser) -> None:
         help="cameras with commas: front, side, top, close (default: none; each needs OpenGL and time)",
     )  # fmt: skip
     parser.add_argument(
-        "--size", type=read_count, default=96, metavar="PIXELS", help="width and height of the pictures (default 96)"
+        "--size", type=read_count, metavar="PIXELS", help="width and height of the pictures of --cameras (default 96)"
     )
     parser.add_argument(
         "--fps", type=read_count, metavar="N",
@@ -167,14 +167,17 @@ def _build_plan(arguments: argparse.Namespace) -> DemosPlan:
 
 def _build_recording(arguments: argparse.Namespace) -> RecordingOptions:
     from spiraltrunk.control.encoding import ControlMode
-    from spiraltrunk.workflows.demos.options import CONTROL_RATE, PICTURE_RATE, RecordingOptions
+    from spiraltrunk.workflows.demos.options import CONTROL_RATE, PICTURE_RATE, PICTURE_SIZE, RecordingOptions
 
     if arguments.cameras is not None and os.environ.get("MUJOCO_GL", "").lower().strip() in ("disable", "disabled"):
         raise UsageError("--cameras: pictures need OpenGL, but MUJOCO_GL disables it; allowed: egl, osmesa or glfw")
+    if arguments.size is not None and arguments.cameras is None:
+        raise UsageError("--size is of no use without --cameras, as it is that of pictures; allowed: both, or neither")
     cameras = () if arguments.cameras is None else tuple(name.strip() for name in arguments.cameras.split(","))
     usual = PICTURE_RATE if cameras else CONTROL_RATE
     return RecordingOptions(
-        cameras=cameras, size=arguments.size, fps=usual if arguments.fps is None else arguments.fps,
+        cameras=cameras, size=PICTURE_SIZE if arguments.size is None else arguments.size,
+        fps=usual if arguments.fps is None else arguments.fps,
         mode=ControlMode.DELTA_POSE_TENSION_PULL.value if arguments.mode is None else arguments.mode,
         keeps_failures=arguments.all,
     )  # fmt: skip

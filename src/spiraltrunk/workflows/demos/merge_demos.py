@@ -39,7 +39,11 @@ def read_plan(folders: Sequence[str | Path]) -> DemosPlan:
         SurveyError: where a folder holds no demonstrations, they are not complete, or two folders hold shards of
             different ones.
     """
-    whole = [{**_read_settings(Path(folder)), "shard": None} for folder in folders]
+    found = [_read_settings(Path(folder)) for folder in folders]
+    for folder, settings in zip(folders, found, strict=True):
+        if settings.get("shard") is None:
+            raise SurveyError(f"{_OPTION}: {str(folder)!r} holds whole demonstrations, not a shard; {_ALLOWED}")
+    whole = [{**settings, "shard": None} for settings in found]
     for folder, settings in zip(folders, whole, strict=True):
         differing = [key for key in whole[0].keys() | settings.keys() if whole[0].get(key) != settings.get(key)]
         if differing:

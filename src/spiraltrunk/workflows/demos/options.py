@@ -21,6 +21,9 @@ RATES = tuple(rate for rate in range(1, CONTROL_RATE + 1) if CONTROL_RATE % rate
 PICTURE_RATE = 10
 """Frames per second with cameras, where no rate is asked for [1/s]: a picture costs about as much as four commands."""
 
+PICTURE_SIZE = 96
+"""Width and height of a picture, where none is asked for [pixels]."""
+
 LEAST_SIZE, MOST_SIZE = 16, 512
 """Least and largest width and height of a picture [pixels] (ours)."""
 
@@ -33,7 +36,7 @@ class RecordingOptions:
 
     cameras: tuple[str, ...] = ()
     """Cameras that see every frame, by their names in `spiraltrunk.sim.photographer`."""
-    size: int = 96
+    size: int = PICTURE_SIZE
     """Width and height of the pictures [pixels]."""
     fps: int = CONTROL_RATE
     """Frames per second of simulated time [1/s]."""

@@ -45,7 +45,7 @@ def compute_row(
         scene = replace(draw_scene(shape, entry.seed, strategy=strategy), timestep=timestep)
         row["width_m"], row["mass_kg"], row["friction"] = scene.shape.width, scene.shape.mass, scene.shape.friction
         row["stiffness_factor"] = scene.trunk.stiffness_factor
-        row |= _summarise((run or run_scene)(design, scene, strategy=strategy, seed=entry.seed))
+        row |= _summarise((run or run_scene)(design, scene, strategy=strategy, seed=entry.seed), strategy.job)
     except ImportError:
         raise
     except Exception as error:
@@ -59,15 +59,15 @@ def count_retries(statuses: Sequence[Status]) -> int:
     return max((steps.count(step) - 1 for step in steps), default=0)
 
 
-def _summarise(trial: Trial) -> Row:
-    verdict = trial.verdict
+def _summarise(trial: Trial, job: str) -> Row:
+    verdict, holds = trial.verdict, job != "kick"
     figures = {
         "success": bool(verdict.success),
         "reason": verdict.reason,
         "cause": None if verdict.failure is None else verdict.failure.cause.value,
         "cause_time_s": None if verdict.failure is None else float(verdict.failure.time),
-        "held": bool(verdict.is_held),
-        "upright": verdict.is_upright,
+        "held": bool(verdict.is_held) if holds else None,
+        "upright": verdict.is_upright if holds else None,
         "simulated_s": float(trial.plant.trace[-1].time),
         "real_time_factor": float(trial.real_time_factor),
         "planning_wall_s": float(trial.log.planning),

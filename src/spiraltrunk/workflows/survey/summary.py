@@ -28,8 +28,8 @@ def summarize(plan: SurveyPlan, rows: Sequence[dict[str, Any]]) -> dict[str, Any
             **count_rate(own),
             "failures": count_failures(own),
             "causes": count_causes(own),
-            "held": sum(bool(row["held"]) for row in own),
-            "upright": sum(bool(row["upright"]) for row in own),
+            "held": _count_claims(own, "held"),
+            "upright": _count_claims(own, "upright"),
             "median_wall_s": _median(row["wall_s"] for row in own),
             "median_planning_wall_s": _median(row["planning_wall_s"] for row in own),
             "median_simulated_s": _median(row["simulated_s"] for row in own),
@@ -81,6 +81,12 @@ def find_class(row: dict[str, Any]) -> str:
 def find_kind(reason: str) -> str:
     """The reason with N for its numbers: "lifted 3 cm" and "lifted 5 cm" both give "lifted N cm"."""
     return _NUMBER.sub("N", reason)
+
+
+def _count_claims(rows: Sequence[dict[str, Any]], name: str) -> int | None:
+    """Number of trials that fulfil a claim; None where it applies to none of them, as holding to a kick."""
+    claims = [row[name] for row in rows if row[name] is not None]
+    return sum(claims) if claims or not rows else None
 
 
 def _median(values: Iterable[float | None]) -> float | None:

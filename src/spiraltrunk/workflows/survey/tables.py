@@ -33,7 +33,7 @@ def format_markdown(result: Mapping[str, Any]) -> str:
     short = "" if result["complete"] else f"Incomplete: {done} of {result['asked']} trials.\n\n"
     whole = [
         (
-            *_format_rate(f"`{name}`", own), *(str(own.get(key, "-")) for key in ("held", "upright")),
+            *_format_rate(f"`{name}`", own), *(_format_count(own.get(key)) for key in ("held", "upright")),
             *(_format_seconds(own.get(key)) for key in ("median_success_s", "median_success_first_s")),
             _format_failures(own.get("causes", {})), _format_failures(own["failures"]),
         )
@@ -65,6 +65,10 @@ def _format_rate(name: str, counted: Mapping[str, Any]) -> tuple[str, str, str, 
 
 def _format_failures(failures: Mapping[str, int]) -> str:
     return "; ".join(f"{count} x {kind}" for kind, count in failures.items()) or "-"
+
+
+def _format_count(count: int | None) -> str:
+    return "-" if count is None else str(count)
 
 
 def _format_seconds(seconds: float | None) -> str:

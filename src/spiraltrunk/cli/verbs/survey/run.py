@@ -14,6 +14,7 @@ from spiraltrunk.cli.output import (
     DONE,
     INTERRUPTED,
     Answer,
+    UsageError,
     add_file_count,
     complain,
     format_json,
@@ -63,7 +64,7 @@ def build_plan(arguments: argparse.Namespace) -> SurveyPlan:
     Raises:
         UnknownName: for a strategy or object that does not exist.
         DesignError: for an impossible object or robot, or a number out of range.
-        UsageError: for an object that one of the strategies cannot grasp.
+        UsageError: for a strategy that is named twice, and an object that one of them cannot grasp.
     """
     from spiraltrunk import strategies
     from spiraltrunk.sim.objects.catalogue import parse_object
@@ -72,7 +73,11 @@ def build_plan(arguments: argparse.Namespace) -> SurveyPlan:
 
     design = load_robot(arguments)
     names = strategies.NAMES if arguments.strategies == "all" else arguments.strategies.split(",")
-    objects = {name: list_objects(name) for name in (name.strip() for name in names)}
+    names = [name.strip() for name in names]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise UsageError(f"the strategy {twice!r} is named twice; allowed: each once")
+    objects = {name: list_objects(name) for name in names}
     if arguments.object is not None:
         shape = parse_object(arguments.object)
         for name in objects:
