@@ -89,13 +89,13 @@ def measure_tick(now: float, rng: random.Random) -> Measured:
     ]
     joints = np.array([rng.random() for _ in range(7)])
     arm = ArmState(time=now, position=joints, velocity=joints, acceleration=joints, torque=joints)
-    return states, arm, [rng.random() for _ in range(9)]
+    return states, arm, [rng.random() for _ in range(12)]
 
 
 def log_tick(log: LogWriter, tick: int, now: float, measured: Measured) -> None:
     """Log one tick of a loop: the motors, and every tenth time arm, state and command."""
     states, arm, values = measured
-    log_motors(log, now, states, pull=values[:3], tension=values[3:6], target=values[6:])
+    log_motors(log, now, states, sent=values[9:], pull=values[:3], tension=values[3:6], target=values[6:9])
     if tick % 10 == 0:
         log_arm(log, arm)
         log_state(log, now, "armed")

@@ -29,7 +29,8 @@ def whole(tmp_path_factory) -> bytes:
     with LogWriter(path, 0.0, LogMetadata(design="", bus="virtual", is_twin=True, seed=3), waits=True) as log:
         for i in range(N):
             time = 0.02 * i
-            same = dict.fromkeys(("feedback_time", "angle", "speed", "torque", "voltage", "target"), [0.0] * 3)
+            zeros = ("feedback_time", "angle", "speed", "torque", "torque_sent", "voltage", "target")
+            same = dict.fromkeys(zeros, [0.0] * 3)
             log.write(
                 "/motors", time,
                 same | {"temperature": [25.0, 25.0 + i, 30.0], "pull": SPEED * time, "tension": [2.0 * i, 1.0, 3.0]},

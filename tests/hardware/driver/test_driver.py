@@ -273,15 +273,29 @@ def test_the_snapshot_tells_what_there_is(rig):
     before = rig.driver.snapshot()
     assert before.cables[0].feedback_age == math.inf
     assert math.isnan(before.cables[0].temperature)
+    assert math.isnan(before.cables[0].torque)
+    assert before.cables[0].torque_sent == 0.0
     assert before.lateness.n_period == 0
     rig.pull()
     shown = rig.driver.snapshot()
     assert (shown.mode, shown.is_homed, shown.is_letting_go, shown.is_watched) == (Mode.ARMED, True, False, True)
     assert shown.cables[1].pull == pytest.approx(DRUM.design.winding_radius * rig.motors.angle[1], abs=1e-3)
     assert shown.cables[1].tension_target == 5.0
-    assert shown.cables[1].torque == rig.motors.torque[1]
+    assert shown.cables[1].torque_sent == rig.motors.torque[1] != 0.0
     assert shown.lateness.n_period == len(rig.motors.sent)
     assert shown.lateness.p999 == 0.0
+
+
+def test_the_snapshot_tells_the_motors_own_torque_beside_the_one_that_was_sent(rig):
+    rig.pull()
+    show = rig.motors._show
+    rig.motors._show = lambda i: dataclasses.replace(show(i), torque=0.01 * i)
+    rig.aim()
+    rig.run(DT)
+    shown = rig.driver.snapshot().cables
+    assert [cable.torque for cable in shown] == [0.0, 0.01, 0.02]
+    assert [cable.torque_sent for cable in shown] == rig.motors.torque
+    assert min(rig.motors.torque) > 0.03
 
 
 # Arming.

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.hardware.driver.targets import Targets
 from spiraltrunk.hardware.driver.winding import STIR_LENGTH, STOOD_LENGTH, Winding, _is_taut
 from spiraltrunk.hardware.motors.gm6020 import GM6020
 from spiraltrunk.hardware.motors.motor_port import MotorState
@@ -59,6 +62,22 @@ def test_a_slack_drum_is_not_stirred(find_stirred):
     assert find_stirred(0.0, 0.0, 0.0) == [False, False, False]
     assert find_stirred(0.0, 50.0, 0.0, tension=9.9) == [False, False, False]
     assert find_stirred(0.0, 50.0, 0.0, tension=10.1) == [True, False, True]
+
+
+def test_pull_and_resistance_are_told_as_late_as_the_tension():
+    """The first feedback is taken as it is; then a jump of the pull comes in with the observer's rate."""
+    winding = Winding([build_winder(PAPER, GM6020, DRUM, 2e-3)] * 3, GM6020)
+    targets, rate = Targets(tension=(5.0,) * 3, pull=(math.inf,) * 3, expires=math.inf), 1.0 / winding.lag
+    assert rate == pytest.approx(83.3, abs=0.1)
+    seen = []
+    for number, pull in enumerate([0.0, 0.01, 0.01, 0.01]):
+        motor = MotorState(time=2e-3 * number, angle=DRUM.angle(pull), speed=0.0, torque=0.1, temperature=25.0)
+        readings, _ = winding.step(targets, [motor] * 3, (0.0,) * 3, 2e-3)
+        seen.append(readings[1])
+    assert [one.pull for one in seen] == pytest.approx([0.0, 0.01, 0.01, 0.01])
+    late = [0.01 * -math.expm1(-2e-3 * rate * number) for number in range(4)]
+    assert [one.pull_at_tension for one in seen] == pytest.approx(late, abs=1e-12)
+    assert [one.resistance for one in seen] == pytest.approx([0.1 / DRUM.radius(0.0)] * 4)
 
 
 def test_only_what_is_set_beyond_floor_and_friction_counts_as_taut():

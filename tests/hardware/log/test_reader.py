@@ -171,6 +171,19 @@ def test_a_shape_that_changes_late_is_one_line(forge: Callable[..., Path], motor
         load_log(forge(*[first] * 4096, other, topic="/motors"))
 
 
+def test_a_log_of_before_lacks_the_torque_that_was_sent(forge: Callable[..., Path], motor_values: Build) -> None:
+    """Its other fields are read; a field that it must have is asked for."""
+    contents = [{"time": float(k), **motor_values(k)} for k in range(3)]
+    for content in contents:
+        del content["torque_sent"]
+    motors = load_log(forge(*[json.dumps(one).encode() for one in contents], topic="/motors"))[MotorLog]
+    assert motors.torque_sent.shape == (3, 0)
+    assert motors.torque[:, 0].tolist() == [0.0, 1.0, 2.0]
+    del contents[0]["torque"]
+    with pytest.raises(DriveError, match="has no torque; allowed:"):
+        load_log(forge(json.dumps(contents[0]).encode(), topic="/motors"))
+
+
 def test_missing_values_are_nan_across_blocks(forge: Callable[..., Path], motor_values: Build) -> None:
     first, other = (json.dumps({"time": 0.0, **motor_values(0), "angle": one}).encode() for one in (None, [3, None]))
     angle = load_log(forge(*[first] * 4096, other, topic="/motors"))[MotorLog].angle

@@ -17,7 +17,7 @@ def probe(
 ) -> tuple[int, str] | None:
     """Probe motors that report ``respond`` of what was commanded 6 ms before; the first motor with a fault."""
     state, sent, time = ProbeState(), [(0.0,) * n_motor] * 3, 0.0
-    while state.motor < n_motor:
+    while state.motor < n_motor and time < 10.0:
         state, found = step_probe(state, respond(sent[-3]), dt)
         if found:
             assert found[1].kind is FaultKind.IMPLAUSIBLE_FEEDBACK

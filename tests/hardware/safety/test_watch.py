@@ -243,6 +243,44 @@ def test_elastic_length_is_no_slip(watches):
     assert stretched[0] == set()
 
 
+def test_cables_that_become_taut_at_once_do_not_look_like_a_slip(watches):
+    """Each stretches by 2.5 mm under 50 N, of which the estimate shows 10 N so far."""
+
+    def stretch(*, is_late: bool):
+        def spoil(t, cable, r):
+            share = min(1.0, max(0.0, (t - 1.0) / 0.01))
+            late = 5e-5 * 0.2 * 50.0 * share if is_late else None
+            return dataclasses.replace(hold(r, 5e-5 * 50.0 * share, 3.0 + 0.2 * 50.0 * share), pull_at_tension=late)
+
+        return spoil
+
+    assert run(watches, 1.02, stretch(is_late=False))[0] == {(FaultKind.CABLE_LENGTHS, None)}
+    assert run(watches, 1.02, stretch(is_late=True))[0] == set()
+
+
+@pytest.mark.parametrize(
+    ("speed", "force", "kind", "cable"),
+    [
+        (0.02, 3.1, FaultKind.TANGLED_DRUM, 1),
+        (0.02, 2.9, FaultKind.CABLE_LENGTHS, None),
+        (0.009, 3.1, FaultKind.CABLE_LENGTHS, None),
+        (-0.02, 20.0, FaultKind.CABLE_LENGTHS, None),
+    ],
+)
+def test_a_drum_that_its_cable_drives_in_is_tangled_where_lengths_do_not_fit(watches, speed, force, kind, cable):
+    def spoil(length: float):
+        def change_one(t, number, r):
+            r = hold(r, 0.0)
+            if number != 1 or t < 0.9:
+                return r
+            return dataclasses.replace(r, pull=length, speed=speed, resistance=-force)
+
+        return change_one
+
+    assert run(watches, 0.905, spoil(0.006))[0] == {(kind, cable)}
+    assert run(watches, 0.905, spoil(0.0))[0] == set(), "by itself it is no fault"
+
+
 def test_silent_and_impossible_motors_are_told_each():
     good = MotorState(time=1.0, angle=0.0, speed=0.0, torque=0.0, temperature=30.0)
     motors = (good, None, dataclasses.replace(good, time=0.9), dataclasses.replace(good, torque=math.nan))

@@ -361,7 +361,7 @@ def test_axes_are_asked_for_and_taken_from_either_place(protocol, rehearse, tmp_
 def test_nothing_and_unknown_runs_and_models_are_refused(protocol, rehearse):
     with pytest.raises(TakeError, match="no recordings given"):
         build(protocol, {})
-    with pytest.raises(TakeError, match="there is no run 'kick'; allowed: bend, rest-0, rest-45"):
+    with pytest.raises(TakeError, match="unknown run 'kick'; known: bend, rest-0, rest-45"):
         build(protocol, {"kick": [rehearse("bend")]})
     with pytest.raises(ModelError, match="model is 'magic'"):
         build(protocol, {"bend": [rehearse("bend")]}, model="magic")

@@ -31,7 +31,7 @@ def test_torques_at_rest_do_not_follow_the_last_digit_of_the_encoders():
             robot.driver.set_targets([20.0] * PAPER.n_cable, valid_for=PERIOD)
             robot.run(RENEWAL)
             if number * RENEWAL >= 2.0:
-                torques.append([cable.torque for cable in robot.driver.snapshot().cables])
+                torques.append([cable.torque_sent for cable in robot.driver.snapshot().cables])
     swings = np.ptp(torques, axis=0)
     print(f"torques at rest swing by {1e3 * swings.max():.2f} mN m")
     assert swings.max() < 1e-3

@@ -99,15 +99,16 @@ def step_at_random(seed: int, duration: float) -> TwinRobot:
     return robot
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_steps_of_the_tension_and_slack_cables_are_no_fault(seed):
-    robot = step_at_random(seed, 15.0)
+@pytest.mark.parametrize(("seed", "duration"), [(0, 15.0), (1, 15.0), (13, 12.0), (94, 8.0)])
+def test_steps_of_the_tension_and_slack_cables_are_no_fault(seed, duration):
+    """In the last two, cables that had been slack become taut at once, which looked like a slip."""
+    robot = step_at_random(seed, duration)
     assert robot.driver.faults == ()
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
-@pytest.mark.parametrize("seed", range(2, 22))
+@pytest.mark.parametrize("seed", [*range(2, 22), 90, 94, 97])
 def test_many_steps_of_the_tension_are_no_fault(seed):
     robot = step_at_random(seed, 25.0)
     assert robot.driver.faults == ()

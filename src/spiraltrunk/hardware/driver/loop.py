@@ -59,7 +59,7 @@ class ControlLoop:
         self.homing = ProbedHoming(homing)
         self.arm, self.gripper = ArmSide(arm, options.limits), GripperSide(servo, options.gripper)
         ranges, relation = self.winding.build_ranges(), CableRelation.from_design(design)
-        limits = adapt_to_slack_speed(options.limits, self.winding.slack_speed)
+        limits = adapt_to_slack_speed(options.limits, self.winding.slack_speed, self.winding.lag)
         self.watches = Watches(sheet=sheet, limits=limits, ranges=ranges, relation=relation)
         homing_limits = replace(limits, blocked_torque=4.0 * sheet.torque_max)  # Homing finds a jam itself.
         self._homing_watches = replace(self.watches, is_homed=False, limits=homing_limits)

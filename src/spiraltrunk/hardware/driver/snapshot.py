@@ -33,7 +33,9 @@ class CableSnapshot:
     motor_speed: float
     """Its speed, positive when it winds in [rad/s]; NaN before the first feedback."""
     torque: float
-    """Torque that was sent last [N m]."""
+    """Torque by the motor's own estimate, positive when it winds in [N m]; NaN before the first feedback."""
+    torque_sent: float
+    """Torque that was sent last, positive when it winds in [N m]."""
     temperature: float
     """Temperature of the motor [degC]; NaN before the first feedback."""
     voltage: float | None

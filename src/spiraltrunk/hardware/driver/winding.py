@@ -68,6 +68,11 @@ class Winding:
         """Speed at which the slowest winder takes in a slack cable [m/s]."""
         return min(winder.gains.slack_speed for winder in self._winders)
 
+    @property
+    def lag(self) -> float:
+        """Time by which the slowest estimate of a tension lags behind [s]."""
+        return max(1.0 / winder.gains.observer for winder in self._winders)
+
     def build_ranges(self) -> tuple[CableRange, ...]:
         """What the watches allow each cable."""
         return tuple(map(_build_range, self._winders))
@@ -94,6 +99,8 @@ class Winding:
                     pull=measured.pull,
                     speed=measured.speed,
                     tension=measured.tension,
+                    pull_at_tension=state.slow_pull,
+                    resistance=state.resistance,
                     tension_wanted=state.tension_set,
                     is_stirred=state.dither.stir > 0.0,
                 )

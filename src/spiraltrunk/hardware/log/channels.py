@@ -23,10 +23,13 @@ class Column(NamedTuple):
     """"number", "integer", "boolean" or "string"."""
     depth: int = 0
     """Number of axes of each message's value, 0 for a single one and 1 for a list."""
+    is_later: bool = False
+    """Whether logs of earlier versions lack it, which reads as null."""
 
 
 Number = Annotated[np.ndarray, Column("number")]
 Vector = Annotated[np.ndarray, Column("number", 1)]
+Later = Annotated[np.ndarray, Column("number", 1, is_later=True)]
 Matrix = Annotated[np.ndarray, Column("number", 2)]
 Count = Annotated[np.ndarray, Column("integer")]
 Flag = Annotated[np.ndarray, Column("boolean")]
@@ -50,6 +53,9 @@ class MotorLog:
     """Speed, positive when the cable is wound in, shape (n, n_cable) [rad/s]."""
     torque: Vector
     """Torque by the motor's own estimate, positive when it winds in, shape (n, n_cable) [N m]."""
+    torque_sent: Later
+    """Torque that was sent last, positive when it winds in, shape (n, n_cable) [N m]; in a log that lacks it, shape
+    (n, 0), and `torque` holds what was sent."""
     temperature: Vector
     """Temperature, shape (n, n_cable) [degC]."""
     voltage: Vector

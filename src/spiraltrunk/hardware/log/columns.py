@@ -33,9 +33,9 @@ class Columns:
             DriveError: where a field is missing or of another type.
         """
         for name, column in self._columns.items():
-            if name not in message:
+            if name not in message and not column.is_later:
                 raise DriveError(f"a message of {self._topic} has no {name}; allowed: {', '.join(self._columns)}")
-            value = message[name]
+            value = message.get(name)
             if column.kind == "string" and not _is_text(value, column.depth):
                 raise _refuse(self._topic, name, value)
             self._values[name].append(value)

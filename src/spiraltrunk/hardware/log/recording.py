@@ -22,7 +22,14 @@ _SILENT = MotorState(time=np.nan, angle=np.nan, speed=np.nan, torque=np.nan, tem
 
 
 def log_motors(
-    log: LogWriter, time: float, states: Sequence[MotorState | None], *, pull: Any, tension: Any, target: Any
+    log: LogWriter,
+    time: float,
+    states: Sequence[MotorState | None],
+    *,
+    sent: Any,
+    pull: Any,
+    tension: Any,
+    target: Any,
 ) -> None:
     """Log the feedback of all motors, one per cable.
 
@@ -30,6 +37,7 @@ def log_motors(
         log: the log.
         time: time on the driver's clock [s].
         states: latest feedback of each motor.
+        sent: torque that was sent last, shape (n_cable,) [N m].
         pull: cable pulled in since the straight trunk, shape (n_cable,) [m].
         tension: estimated tension, shape (n_cable,) [N].
         target: tension that the winder is told to hold, shape (n_cable,) [N].
@@ -37,7 +45,7 @@ def log_motors(
     known = [_SILENT if state is None else state for state in states]
     values = {name: [getattr(state, name) for state in known] for name in _MOTOR_FIELDS}
     values["feedback_time"] = [state.time for state in known]
-    log.write("/motors", time, values | {"pull": pull, "tension": tension, "target": target})
+    log.write("/motors", time, values | {"torque_sent": sent, "pull": pull, "tension": tension, "target": target})
 
 
 _MOTOR_FIELDS = ("angle", "speed", "torque", "temperature", "voltage")

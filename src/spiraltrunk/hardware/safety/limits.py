@@ -127,6 +127,10 @@ class SafetyLimits:
     tangle_tension: float = 15.0
     """Rise of the tension that is a tangle, above its value at the start, its command, the winder's drag and friction
     [N]."""
+    tangle_drive: float = 3.0
+    """Force with which a cable drives a drum in that tells a tangled drum from a slip or a break [N]."""
+    tangle_speed: float = 0.01
+    """Speed of winding in above which that force is looked at [m/s]: before, dry friction changes its sense."""
     over_part: float = 0.15
     """Tension beyond its ceiling, as a part of it [-]."""
     over_time: float = 0.03
@@ -144,15 +148,17 @@ class SafetyLimits:
         check_number("safety.loss_stopped", self.loss_stopped, below=1.0)
 
 
-def adapt_to_slack_speed(limits: SafetyLimits, slack_speed: float) -> SafetyLimits:
+def adapt_to_slack_speed(limits: SafetyLimits, slack_speed: float, lag: float = 0.0) -> SafetyLimits:
     """Limits for winders that take in slack no faster than ``slack_speed`` [m/s], where that is slow.
 
-    What slipped comes in at that speed v, and lengths are followed meanwhile: with the time constant t the length x
-    that came in has become ``v t (1 - exp(-x / (v t)))``. With a t of `_SLACK_TIMES` times ``step_length / v`` it is
-    0.90 ``step_length`` when x is `SafetyLimits.step_length`; that is the limit.
+    What slipped comes in at that speed v, is seen with the ``lag`` d of the tension's estimate [s], and lengths are
+    followed meanwhile: with the time constant t, the length x that came in has become
+    ``v t (1 - exp(-(x / v - d) / t))``. The limit is that when x is `SafetyLimits.step_length`, with a t of
+    `_SLACK_TIMES` times ``step_length / v``: 0.90 ``step_length`` without a lag.
     """
-    settle_time = _SLACK_TIMES * limits.step_length / slack_speed
+    duration = limits.step_length / slack_speed
+    settle_time = _SLACK_TIMES * duration
     if settle_time <= limits.settle_time:
         return limits
-    share = -_SLACK_TIMES * math.expm1(-1.0 / _SLACK_TIMES)
+    share = -_SLACK_TIMES * math.expm1((lag / duration - 1.0) / _SLACK_TIMES)
     return replace(limits, settle_time=settle_time, step_length=share * limits.step_length)

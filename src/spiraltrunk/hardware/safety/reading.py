@@ -26,6 +26,11 @@ class CableReading:
     """Speed of winding in [m/s]."""
     tension: float = 0.0
     """Tension as the winder estimates it [N]."""
+    pull_at_tension: float | None = None
+    """Pull at the time that this tension tells of [m]; None where that is now."""
+    resistance: float = 0.0
+    """Force against winding in as the winder estimates it, tension and dry friction; negative where the cable drives
+    the drum in [N]."""
     tension_wanted: float = 0.0
     """Tension that the winder aims at in this period, after its limits [N]."""
     is_stirred: bool = False

@@ -164,18 +164,27 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
     found += [(None, stuck)] if stuck else []
     if text:
         silent = [one.missed for one in loss.heard]
-        found.extend(_explain_lengths(text, silent, motors, cables, limits))
+        found.extend(_explain_lengths(text, silent, motors, cables, readings=readings, limits=limits))
     faults = tuple(Fault(kind=one.kind, time=now, cable=number, text=one.text) for number, one in found)
     after = WatchState(motors=tuple(motors), cables=tuple(cables), length=length, untaken=untaken, loss=loss, swap=swap)
     return Seen(after, faults, tuple(_warn(watches, after, readings)))
 
 
 def _compute_excesses(watches: Watches, readings: tuple[CableReading, ...]) -> tuple[float, ...]:
-    """Length of each cable beyond an even bend, without the elastic part; none where pulls are not known [m]."""
+    """Length of each cable beyond an even bend, without the elastic part; none where pulls are not known [m].
+
+    Pull and tension are of the same time: when cables become taut at once the estimate of the tension lags behind by
+    tens of newtons, and what they stretch meanwhile would look like a slip.
+    """
     if not watches.is_homed:
         return (0.0,) * len(readings)
-    compliance = watches.limits.compliance
-    return watches.relation.compute_excess(tuple(reading.pull - compliance * reading.tension for reading in readings))
+    return watches.relation.compute_excess(tuple(_remove_stretch(reading, watches.limits) for reading in readings))
+
+
+def _remove_stretch(reading: CableReading, limits: SafetyLimits) -> float:
+    """Cable wound in without its elastic part, at the time that the tension tells of [m]."""
+    pull = reading.pull if reading.pull_at_tension is None else reading.pull_at_tension
+    return pull - limits.compliance * reading.tension
 
 
 def _watch_lengths(
@@ -200,28 +209,41 @@ _SILENT = 3
 motor is no longer where it was heard last."""
 
 
+_ALIKE = "a cable slipped or broke, or a drum is tangled"
+
+
 def _explain_lengths(
-    text: str, silent: list[int], motors: list[MotorWatch], cables: list[CableWatch], limits: SafetyLimits
+    text: str,
+    silent: list[int],
+    motors: list[MotorWatch],
+    cables: list[CableWatch],
+    *,
+    readings: tuple[CableReading, ...],
+    limits: SafetyLimits,
 ) -> list[tuple[int | None, Finding]]:
     """Why lengths do not fit, by what is known of each motor and cable at that time.
 
-    A motor that is silent, a drum that stands while its torque changes, a cable without load; else the lengths alone
-    are known, and a slip, a break and a tangled drum look alike.
+    A motor that is silent, a drum that stands while its torque changes, one that its cable drives in, a cable without
+    load; else the lengths alone are known. No cable pulls a drum in unless it is wound the wrong way round; where such
+    a cable carries little load, and where a drum winds another length, a slip, a break and a tangled drum look alike.
     """
     found: list[tuple[int | None, Finding]] = []
-    for number, (missed, motor, cable) in enumerate(zip(silent, motors, cables, strict=True)):
+    for number, (missed, motor, cable, reading) in enumerate(zip(silent, motors, cables, readings, strict=True)):
         if missed >= _SILENT:
             why = Finding(FaultKind.STALE_FEEDBACK, f"{missed} periods without feedback, and {text}")
         elif motor.stall.blocked > 0.0:
-            why = Finding(FaultKind.STALL, f"the drum does not turn though its torque changes, and {text}")
+            stands = "the drum does not turn though its torque changes"
+            why = Finding(FaultKind.STALL, f"{stands}, and {text}; if it is not stuck, {_ALIKE}")
+        elif reading.speed > limits.tangle_speed and reading.resistance < -limits.tangle_drive:
+            force = f"the cable drives its drum in with {-reading.resistance:.1f} N"
+            why = Finding(FaultKind.TANGLED_DRUM, f"{force}, and {text}")
         elif cable.load.elapsed >= limits.slack_time:
-            why = Finding(FaultKind.SLACK, f"{text}; its load is {cable.load.load:.2f} N")
+            load = f"its load is {cable.load.load:.2f} N"
+            why = Finding(FaultKind.SLACK, f"{text}; {load}: it is slack or broken, or its drum is tangled")
         else:
             continue
         found.append((number, why))
-    return found or [
-        (None, Finding(FaultKind.CABLE_LENGTHS, f"{text}; a cable slipped or broke, or a drum is tangled"))
-    ]
+    return found or [(None, Finding(FaultKind.CABLE_LENGTHS, f"{text}; {_ALIKE}"))]
 
 
 _Findings = tuple[Finding | None, ...]

@@ -73,7 +73,7 @@ def find_pose(poses: Mapping[str, Pose], name: str) -> Pose:
         UnknownName: with the names that exist.
     """
     if not poses:
-        raise DriveError(f"no pose {describe(name)}: none is saved there yet; `drive pose NAME --save` saves one")
+        raise DriveError(f"unknown pose {describe(name)}; known: none yet, `drive pose NAME --save` saves one")
     if name not in poses:
         raise UnknownName("pose", name, sorted(poses))
     return poses[name]

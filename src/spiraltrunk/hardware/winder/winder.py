@@ -101,6 +101,8 @@ class WinderState(NamedTuple):
     """Estimate of the force against winding in, tension and friction [N]."""
     tension: float = 0.0
     """Estimate of the tension [N]."""
+    slow_pull: float = 0.0
+    """Pull through the low-pass of that estimate [m]."""
     direction: FrictionDirection = FrictionDirection()
     """Direction of winding that dry friction opposes."""
     trim: float = 0.0
@@ -145,9 +147,8 @@ def build_winder(
     check_number("winder.friction", motor.rotor_friction, least=0.0, most=motor.torque_max)
     return Winder(
         drum=drum, limits=build_limits(design, drum, motor, tension_floor),
-        gains=derive_gains(period, motor.rotor_inertia, drum.radius_max, stiffness),
+        gains=derive_gains(period, motor.rotor_inertia, drum.radius_max, stiffness), n_half=count_half(period),
         inertia=motor.rotor_inertia, friction=motor.rotor_friction, angle_step=motor.angle_step,
-        n_half=count_half(period),
         can_stir=can_stir(period, motor.rotor_inertia, motor.rotor_friction, motor.angle_step),
     )  # fmt: skip
 
@@ -192,8 +193,8 @@ def step(
       `dither`.
 
     T is that of a disturbance observer: torque / r - friction - m dv/dt through a first-order low-pass of
-    ``w_observer`` (83 rad/s at 500 Hz). While the rotor stands still it is uncertain by the dry friction over the
-    radius, either way.
+    ``w_observer`` (83 rad/s at 500 Hz), which ``slow_pull`` passes, too. While the rotor stands still T is
+    uncertain by the dry friction over the radius, either way.
 
     Args:
         winder: the winder's constants.
@@ -202,8 +203,7 @@ def step(
         motor: latest feedback of its motor; one that was seen before leaves the estimates as they are.
         dt: time since the step before [s].
         measured_tension: tension by a load cell [N]; None without one.
-        dither: amplitude of a dither over the dry friction [-], in place of any compensation of friction, as in homing;
-            None for the winder's own.
+        dither: amplitude over the dry friction [-], in place of any compensation, as in homing; None for the winder's.
         is_stirred: whether a stir starts, where the winder can, see `dither`.
 
     Raises:
@@ -212,7 +212,7 @@ def step(
     check_target(target, winder.limits)
     check_feedback(motor, dt, measured_tension)
     motion = _read_motion(winder, state, motor, dt)
-    resistance, tension, direction = _observe(winder, state, motor, motion)
+    resistance, tension, slow_pull, direction = _observe(winder, state, motor, motion)
     felt = tension if measured_tension is None else max(measured_tension, 0.0)
     limit, wanted = _set_tension(winder, state, target, motion)
     if not motion.is_turning:
@@ -236,8 +236,8 @@ def step(
     torque = min(max(torque, -torque_max), torque_max)
     slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted + governed - force - state.slow_set)
     after = WinderState(
-        zero_angle=state.zero_angle, motor_time=motor.time, speed=speed, slow_speed=slow_speed,
-        tension_limit=limit, tension_set=wanted, slow_set=slow_set, resistance=resistance, tension=tension,
+        zero_angle=state.zero_angle, motor_time=motor.time, speed=speed, slow_speed=slow_speed, tension_limit=limit,
+        tension_set=wanted, slow_set=slow_set, resistance=resistance, tension=tension, slow_pull=slow_pull,
         direction=direction, trim=trim, dither=shaken,
     )  # fmt: skip
     is_limited = governed != force or abs(torque) == torque_max
@@ -261,8 +261,7 @@ def _read_motion(winder: Winder, state: WinderState, motor: MotorState, dt: floa
     radius = winder.drum.radius(angle)
     is_turning = abs(motor.speed) > winder.angle_step / winder.gains.period
     dt = min(dt, MOST_PERIODS * winder.gains.period)
-    mass = winder.inertia / (radius * radius)
-    return _Motion(winder.drum.pull(angle), motor.speed * radius, radius, mass, dt, is_turning)
+    return _Motion(winder.drum.pull(angle), motor.speed * radius, radius, winder.inertia / radius**2, dt, is_turning)
 
 
 def _low_pass(exponent: float) -> float:
@@ -272,19 +271,20 @@ def _low_pass(exponent: float) -> float:
 
 def _observe(
     winder: Winder, state: WinderState, motor: MotorState, motion: _Motion
-) -> tuple[float, float, FrictionDirection]:
-    """Estimates of resistance and tension [N], and direction of motion that friction opposes."""
+) -> tuple[float, float, float, FrictionDirection]:
+    """Estimates of resistance and tension [N], the pull as late as these [m], and direction that friction opposes."""
     if motor.time <= state.motor_time:
-        return state.resistance, state.tension, state.direction
+        return state.resistance, state.tension, state.slow_pull, state.direction
     torque_force = motor.torque / motion.radius
     if state.motor_time == -math.inf:
-        return torque_force, max(torque_force, 0.0), FrictionDirection(0.0, motor.angle)
+        return torque_force, max(torque_force, 0.0), motion.pull, FrictionDirection(0.0, motor.angle)
     direction = follow_motion(state.direction, motor.angle, winder.angle_step)
     since = min(max(motor.time - state.motor_time, motion.dt / 2), MOST_PERIODS * winder.gains.period)
     now = torque_force - motion.mass * (motion.speed - state.speed) / since
     share = _low_pass(winder.gains.observer * since)
     tension = state.tension + share * (now - winder.friction / motion.radius * direction.share - state.tension)
-    return state.resistance + share * (now - state.resistance), max(tension, 0.0), direction
+    slow_pull = state.slow_pull + share * (motion.pull - state.slow_pull)
+    return state.resistance + share * (now - state.resistance), max(tension, 0.0), slow_pull, direction
 
 
 def _set_tension(winder: Winder, state: WinderState, target: WinderTarget, motion: _Motion) -> tuple[float, float]:

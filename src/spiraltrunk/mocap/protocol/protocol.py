@@ -134,7 +134,7 @@ class Protocol:
         """The run of that name; the error where there is none lists those that are."""
         runs = {run.name: run for run in self.runs}
         if name not in runs:
-            raise TakeError(f"there is no run {name[:80]!r}; allowed: {', '.join(runs)}")
+            raise TakeError(f"unknown run {name[:80]!r}; known: {', '.join(runs)}")
         return runs[name]
 
 

@@ -33,6 +33,7 @@ class Recorder:
                 "angle": [cable.angle for cable in cables],
                 "speed": [cable.motor_speed for cable in cables],
                 "torque": [cable.torque for cable in cables],
+                "torque_sent": [cable.torque_sent for cable in cables],
                 "temperature": [cable.temperature for cable in cables],
                 "voltage": [cable.voltage for cable in cables],
                 "pull": [cable.pull for cable in cables],

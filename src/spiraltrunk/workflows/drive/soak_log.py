@@ -74,7 +74,8 @@ def _check_noticed(log: Log, record: FaultRecord) -> list[str]:
         problems.append(f"{name}: the log does not tell that the driver stopped")
     motors = log[MotorLog]
     after = np.flatnonzero((motors.time > at + OFF_TIME) & (motors.time < at + OFF_TIME + _PERIODS))
-    if not after.size or np.any(motors.torque[after] != 0.0):
+    sent = motors.torque_sent[after]
+    if not sent.size or np.any(sent != 0.0):
         problems.append(f"{name}: the log does not tell that the torque was off {OFF_TIME:g} s later")
     return problems
 

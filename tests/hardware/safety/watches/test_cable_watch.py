@@ -129,13 +129,16 @@ def test_lengths_below_those_of_an_even_bend_are_followed_by_1_mm():
     assert state.excess == -LIMITS.settle_least
 
 
+@pytest.mark.parametrize("lag", [0.0, 0.012, 0.06])
 @pytest.mark.parametrize("speed", [0.0005, 0.007, 0.02])
-def test_slack_that_comes_in_slowly_is_noticed_at_3_mm(speed):
-    limits, state, length = adapt_to_slack_speed(LIMITS, speed), LengthState(), 0.0
+def test_slack_that_comes_in_slowly_is_noticed_at_3_mm(speed, lag):
+    """Whatever the lag with which it is seen."""
+    limits, state, length = adapt_to_slack_speed(LIMITS, speed, lag), LengthState(), 0.0
     text = ""
-    while not text:
+    while not text and length < 0.01:
         length += speed * DT
-        state, text = watch_length(state, length, 0.0, DT, is_taut=True, limits=limits)
+        seen = max(0.0, length - speed * lag)
+        state, text = watch_length(state, seen, 0.0, DT, is_taut=True, limits=limits)
     assert length == pytest.approx(LIMITS.step_length, rel=0.01, abs=2 * speed * DT)
 
 

@@ -117,8 +117,7 @@ def _pull(arguments: argparse.Namespace) -> Answer:
 
 
 def _jog(arguments: argparse.Namespace) -> Answer:
-    if (arguments.gamepad is None) == (arguments.way_mm is None):
-        raise UsageError("allowed: a cable and a length to wind in, or --gamepad, one of the two")
+    _check_jog_given(arguments)
     from spiraltrunk.design import load_design
 
     design = load_design(arguments.design)
@@ -136,6 +135,17 @@ def _jog(arguments: argparse.Namespace) -> Answer:
         warn_short(robot, pulls)
         _save(arguments, robot)
         return answer(arguments, robot)
+
+
+def _check_jog_given(arguments: argparse.Namespace) -> None:
+    """Refuse anything but a cable with its length, or a gamepad."""
+    given = [name for name in ("cable", "way_mm", "gamepad") if getattr(arguments, name) is not None]
+    if given in (["cable", "way_mm"], ["gamepad"]):
+        return
+    names = {"cable": "a cable", "way_mm": "a length", "gamepad": "--gamepad"}
+    told = " and ".join(names[name] for name in given) if given else "neither a cable nor --gamepad"
+    missing = " without a length" if given == ["cable"] else ""
+    raise UsageError(f"{told} given{missing}; allowed: a cable and a length to wind in, or --gamepad alone")
 
 
 def _jog_with_gamepad(arguments: argparse.Namespace) -> Answer:

@@ -80,10 +80,10 @@ def read_robot_file(arguments: argparse.Namespace, design: TrunkDesign) -> Robot
     if bus == "virtual":
         return None
     if arguments.real_time:
-        raise UsageError("--real-time is for the twin; allowed: with --bus virtual")
+        raise UsageError(f"--real-time given with --bus {quote(bus)}; allowed: with --bus virtual, the twin")
     if bus == "robot":
         if file is None:
-            raise UsageError("--bus robot needs --robot FILE, whose bus it opens")
+            raise UsageError("--bus robot given without --robot; allowed: --robot FILE, whose bus it opens")
         return file
     try:
         address = parse_bus_address(bus)
@@ -115,6 +115,7 @@ def compute_state(snapshot: Snapshot) -> dict[str, Any]:
                 "tension_n": cable.tension,
                 "tension_target_n": cable.tension_target,
                 "torque_nm": cable.torque,
+                "torque_sent_nm": cable.torque_sent,
                 "temperature_degc": cable.temperature,
                 "voltage_v": cable.voltage,
                 "feedback_age_ms": 1e3 * cable.feedback_age,

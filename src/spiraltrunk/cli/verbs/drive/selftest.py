@@ -8,10 +8,11 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import read_text
-from spiraltrunk.cli.output import DONE, FAILED, Answer, UsageError, format_json
+from spiraltrunk.cli.output import DONE, FAILED, Answer, format_json
 from spiraltrunk.cli.progress import show_progress
 from spiraltrunk.cli.verbs.drive.actions import add_action
 from spiraltrunk.cli.verbs.drive.robot import check_twin
+from spiraltrunk.errors import UnknownName
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.drive.selftest import FaultResult
@@ -31,7 +32,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     names = tuple(arguments.only or SCENARIOS)
     for name in names:
         if name not in SCENARIOS:
-            raise UsageError(f"no fault {name!r}; allowed: {', '.join(SCENARIOS)}")
+            raise UnknownName("fault", name, SCENARIOS)
     with show_progress(sys.stderr) as progress:
         found = run_selftest(load_design(arguments.design), seed=arguments.seed, names=names, progress=progress)
     code = DONE if all(result.holds for result in found.values()) else FAILED

@@ -117,9 +117,9 @@ def watch_slip(
 ) -> tuple[SlipState, Finding | None]:
     """A cable that slips on its drum, out of its knot, or breaks: the tension dips and a burst of it is wound in.
 
-    Up to then a slip and a break look alike. A dip is faster than `slip_rate` and deeper than `slip_tension` and
-    `slip_part`; it ends when the tension comes back, or after `slip_time`. While the drum is stirred, the estimate dips
-    by itself, and the lengths alone tell a slip.
+    Up to then a slip, a break and a drum that winds the wrong way look alike. A dip is faster than `slip_rate` and
+    deeper than `slip_tension` and `slip_part`; it ends when the tension comes back, or after `slip_time`. While the
+    drum is stirred, the estimate dips by itself, and the lengths alone tell a slip.
     """
     if reading.is_stirred:
         return SlipState(tension=reading.tension), None
