@@ -12,7 +12,7 @@ from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.hardware.motors.motor_port import MotorDataSheet, MotorState
 from spiraltrunk.hardware.safety.cable_relation import CableRelation
-from spiraltrunk.hardware.safety.fault import FaultKind
+from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
 from spiraltrunk.hardware.safety.reading import CableRange, CableReading
 from spiraltrunk.hardware.safety.watch import Watches, find_silent, watch
@@ -279,6 +279,47 @@ def test_a_drum_that_its_cable_drives_in_is_tangled_where_lengths_do_not_fit(wat
 
     assert run(watches, 0.905, spoil(0.006))[0] == {(kind, cable)}
     assert run(watches, 0.905, spoil(0.0))[0] == set(), "by itself it is no fault"
+
+
+def find_first(watches: Watches, seconds: float, spoil) -> Fault:
+    """The first fault of cables that hold still but for what is spoilt from 0.9 s on, by cable."""
+    state = watches.start()
+    for number in range(round(seconds / DT)):
+        t = number * DT
+        readings = [hold(read(t, cable), 0.0) for cable in range(3)]
+        if t >= 0.9:
+            readings = [spoil(t, cable, one) for cable, one in enumerate(readings)]
+        state, faults, _ = watch(watches, state, tuple(readings), t, DT)
+        if faults:
+            return faults[0]
+    raise AssertionError("no fault")
+
+
+LENGTHS = "5.5 mm of cable came in that no bend explains; allowed: 3.2 mm"
+"""Of 6 mm: the tensions, which stretch cables, were not followed to the end before."""
+ALIKE = "a cable slipped or broke, or a drum is tangled"
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({}, f"{LENGTHS}; {ALIKE}"),
+        ({"speed": 0.02, "resistance": -4.0}, f"the cable drives its drum in with 4.0 N, and {LENGTHS}"),
+    ],
+)
+def test_the_text_of_lengths_that_do_not_fit(watches, changes, text):
+    fault = find_first(
+        watches, 0.92, lambda t, cable, r: dataclasses.replace(r, pull=0.006, **changes) if cable == 1 else r
+    )  # fmt: skip
+    assert fault.text == text
+
+
+def test_the_text_of_a_cable_without_load_names_what_else_it_may_be(watches):
+    fault = find_first(
+        watches, 1.4, lambda t, cable, r: hold(r, 0.015 * (t - 0.9), 0.0) if cable == 1 else r
+    )  # fmt: skip
+    assert fault.kind is FaultKind.SLACK
+    assert fault.text.endswith("N: it is slack or broken, or its drum is tangled")
 
 
 def test_silent_and_impossible_motors_are_told_each():

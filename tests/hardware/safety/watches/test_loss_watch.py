@@ -50,6 +50,20 @@ def test_twenty_missed_periods_in_a_row_are_a_fault_of_that_motor():
     assert state.heard[0].missed == 0
 
 
+@pytest.mark.parametrize(("period", "has_count"), [(None, True), (FRAME, False), (None, False)])
+def test_without_a_period_or_a_count_one_frame_of_each_is_due_in_a_period_of_control(period, has_count):
+    """Three frames that came at once are no more than one; of two motors one is lost in each tenth period."""
+    state, times, counts = LossState(), [0.0, 0.0], [0, 0]
+    for number in range(1, 5000):
+        for i in range(2):
+            if i == 0 or number % 10:
+                times[i], counts[i] = number * DT, counts[i] + 3
+        motors = tuple(build(times[i], n_frame=counts[i] if has_count else None) for i in range(2))
+        state, found = watch_loss(state, motors, DT, period, LIMITS)
+        assert not found
+    assert state.loss == pytest.approx(0.05, abs=0.005)
+
+
 def test_missed_periods_that_are_not_in_a_row_count_anew():
     losses = ([[True]] * 8 + [[False]] * 60) * 5
     state, found = run_loss(losses)
