@@ -63,7 +63,7 @@ def step_probe(
     n_rest, n_pulse = state.n_rest, state.n_pulse
     if SETTLING <= state.elapsed < PERIOD:
         rest, n_rest = _add(rest, reported), n_rest + 1
-    elif PERIOD + SETTLING <= state.elapsed < 2.0 * PERIOD:
+    elif state.elapsed >= PERIOD + SETTLING:
         pulse, n_pulse = _add(pulse, reported), n_pulse + 1
     after = ProbeState(
         motor=state.motor, elapsed=elapsed, rest=rest, pulse=pulse, n_rest=n_rest, n_pulse=n_pulse

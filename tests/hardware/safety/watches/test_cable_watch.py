@@ -59,6 +59,12 @@ def test_half_of_the_least_tension_is_load():
     assert run_load([0.49] * 500).elapsed > 0.5
 
 
+def test_what_is_load_is_a_part_of_the_least_nominal_one():
+    for load, is_loaded in ((2.01, True), (1.99, False)):
+        after = watch_load(LoadState(load=load), read(0.0, 0.0, load), 4.0, DT, LIMITS)
+        assert (after.elapsed == 0.0) == is_loaded
+
+
 def test_the_time_without_load_begins_when_the_mean_is_gone_and_ends_with_load():
     late = LIMITS.slack_memory * math.log(2)
     assert run_load([0.0] * 100).elapsed == pytest.approx(0.2 - late, abs=2 * DT)
