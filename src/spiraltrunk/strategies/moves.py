@@ -118,6 +118,12 @@ def base_velocity(sequence: MoveSequence, time: float) -> np.ndarray:
     return np.asarray((base_position(sequence, time) - base_position(sequence, time - step)) / step)
 
 
+def turn_left(sequence: MoveSequence, time: float) -> float:
+    """Angle by which the base still turns after ``time`` [s] in the present move [rad]."""
+    rotation = sequence.move.rotation
+    return 0.0 if rotation is None else _angle_between(command_at(sequence, time).T_world_base[:3, :3], rotation)
+
+
 def advance(sequence: MoveSequence, time: float) -> MoveSequence:
     """Begin the next move at ``time`` [s], which may cut the present one short.
 
@@ -140,8 +146,7 @@ def allow_time(sequence: MoveSequence, time: float, acceleration: float, angular
     move = sequence.moves[i]
     least = float(np.linalg.norm(move.position - now[:3, 3])) / acceleration
     if move.rotation is not None:
-        turn = math.acos(max(-1.0, min(1.0, (float(np.sum(now[:3, :3] * move.rotation)) - 1) / 2)))
-        least = max(least, turn / angular_acceleration)
+        least = max(least, _angle_between(now[:3, :3], move.rotation) / angular_acceleration)
     longer = replace(move, duration=max(move.duration, math.sqrt(PEAK_ACCELERATION * least)))
     return replace(sequence, moves=(*sequence.moves[:i], longer, *sequence.moves[i + 1 :]))
 
@@ -196,6 +201,11 @@ def _rotate(start: np.ndarray, end: np.ndarray, s: float) -> np.ndarray:
     """Spherical linear interpolation between two orientations, shape (3, 3) [-]."""
     turn = Rotation.from_matrix(start.T @ end).as_rotvec()
     return np.asarray(start @ Rotation.from_rotvec(s * turn).as_matrix())
+
+
+def _angle_between(start: np.ndarray, end: np.ndarray) -> float:
+    """Angle between two orientations, each of shape (3, 3) [rad]."""
+    return math.acos(max(-1.0, min(1.0, (float(np.sum(start * end)) - 1) / 2)))
 
 
 def _minimum_jerk(s: float) -> float:

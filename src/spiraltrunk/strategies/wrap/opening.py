@@ -37,7 +37,7 @@ STEP = 0.87
 LAST = 0.32
 """Pull from which the hook springs open, over the one that shuts joint 1 [-]. Followed further, its tip drags the
 object: the model does not know where a tip lies that slides."""
-STEP_TIME = 0.18
+STEP_TIME = 0.2
 """Duration of a step [s]."""
 TURN = 0.12
 """Largest turn of the base in a step [rad]."""
@@ -104,7 +104,7 @@ def press_down(sequence: MoveSequence, observation: Observation, load: float) ->
         load: weight that the trunk bears, negative where it presses down [N].
     """
     design, ground = observation.task.design, find_ground(observation)
-    way = float(np.clip(-PRESS_STEP * (load + PRESS) / PRESS, -2 * PRESS_STEP, 2 * PRESS_STEP))
+    way = float(np.clip(-PRESS_STEP * (load + PRESS) / PRESS, -PRESS_STEP, PRESS_STEP))
 
     def shift(move: Move) -> Move:
         if move.action not in ("uncurl", "open") or move.rotation is None:

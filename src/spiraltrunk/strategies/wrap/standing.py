@@ -56,6 +56,7 @@ from spiraltrunk.strategies.moves import (
     fraction,
     insert_next,
     shift_later,
+    turn_left,
 )
 from spiraltrunk.strategies.sensing import seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
@@ -94,6 +95,8 @@ _STIFF = ("lift", "carry", "hold", "bring")
 """Actions in which the ventral lengths are held."""
 _ROUNDED = ("lift", "draw off")
 """Actions at whose end the base need not come to rest."""
+_TURNED = 0.005
+"""Rest of a turn that may be cut short there [rad]: only velocity is continuous, not turning."""
 _TAUT = 1.0
 """Tension of a dorsal cable that is just taut [N]."""
 _AGAINST = 0.1
@@ -202,8 +205,7 @@ class StandingWrap(MoveStrategy[StandingState]):
             state = replace(state, seen=seen)
         if action in ("level", "steady"):
             sequence = carry_upright(sequence, observation, self.plane.ground_gap)
-        if action == "steady":
-            sequence = _stiffen(sequence, state, observation)
+            sequence = _stiffen(sequence, state, observation) if action == "steady" else sequence
         if action == "bring":
             sequence = center_place(sequence, observation, state.side, DISTAL_DRAG if state.is_distal else DRAG)
         if action == "lower":
@@ -223,8 +225,9 @@ class StandingWrap(MoveStrategy[StandingState]):
 
     def has_ended(self, state: StandingState, observation: Observation) -> bool:
         """Whether the present move has ended: shortly before its end where the next one may round the corner."""
-        end = CORNER if state.sequence.move.action in _ROUNDED else 1.0
-        return fraction(state.sequence, observation.time) >= end
+        sequence, time = state.sequence, observation.time
+        is_rounded = sequence.move.action in _ROUNDED and turn_left(sequence, time) < _TURNED
+        return fraction(sequence, time) >= (CORNER if is_rounded else 1.0)
 
     def _height(self, observation: Observation) -> float:
         """Height above its foot at which an object's girth counts [m]."""

@@ -62,10 +62,10 @@ TEST = 0.02
 SINK = 0.012
 """Depth below the start to which the base is lowered in search of the ground [m]."""
 TIMES = {
-    "turn": 2.0, "descend": 1.1, "touch": 1.7,
-    "curl": 0.3, "tighten": 1.2, "try": 0.6,
-    "level": 0.3, "steady": 0.5, "lift": 1.2, "carry": 1.2,
-    "bring": 0.9, "lower": 2.0, "uncurl": 0.4, "settle": 0.3, "draw off": 1.0, "leave": 1.0, "rest": 0.2,
+    "turn": 2.0, "descend": 1.1, "touch": 1.6,
+    "curl": 0.3, "tighten": 1.2, "try": 0.5,
+    "level": 0.2, "steady": 0.5, "lift": 1.2, "carry": 1.2,
+    "bring": 0.9, "lower": 2.0, "uncurl": 0.4, "settle": 0.2, "draw off": 1.0, "leave": 1.0, "rest": 0.5,
 }  # fmt: skip
 """Duration of each move by its action, those of "curl" and "uncurl" for one step of the ventral pull [s].
 Moves of the arm last longer where it would pass `ACCELERATION`."""
