@@ -7,6 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.report.style import COLORS
+from spiraltrunk.studio.drawing.plot_lines import DASHES, label_axes
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.workflows.grasp.recording import Frames
 
@@ -78,11 +79,12 @@ class CoursePlots:
     def _add(self, title: str, labels: tuple[str, ...]) -> Any:
         series: list[Any] = [{"label": "time [s]"}]
         series.append({"label": "now", "stroke": MARK, "width": 1, "points": {"show": False}})
-        for label, color in zip(labels, COLORS * 2, strict=False):
-            series.append({"label": label, "stroke": color, "width": 2, "points": {"show": False}})
+        for i, label in enumerate(labels):
+            color, dash = COLORS[i % len(COLORS)], DASHES[i % len(DASHES)]
+            series.append({"label": label, "stroke": color, "width": 2, "dash": dash, "points": {"show": False}})
         empty = (np.array([0.0, 1.0]), *(np.zeros(2) for _ in series[1:]))
         return self._page.gui.add_uplot(
-            empty, tuple(series), title=title, height=156, scales={"x": {"time": False}},
-            legend={"show": len(labels) > 1, "live": False}, axes=({"size": 34}, {"size": 44}),
+            empty, tuple(series), title=title, height=172, scales={"x": {"time": False}},
+            legend={"show": len(labels) > 1, "live": False}, axes=label_axes("Time [s]", ""),
             cursor={"drag": {"x": False, "y": False}},
         )  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from spiraltrunk.report.style import COLORS
+from spiraltrunk.studio.drawing.plot_lines import DASHES, label_axes
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.workflows.drive.remote.state import RobotState
 
@@ -50,22 +51,25 @@ class Gauges:
         self._n_cable = count
         with self._folder:
             self._plots = [
-                self._add(title, count) for title in ("Length [mm]", "Tension [N]", "Temperature of motors [degC]")
+                self._add(title, count) for title in ("Length [mm]", "Tension [N]", "Temperature of motors [°C]")
             ]
 
     def _add(self, title: str, count: int) -> Any:
         colors = [COLORS[i % len(COLORS)] for i in range(count)]
         series: list[Any] = [{"label": "time [s]"}]
-        series += [{"label": f"cable {i + 1}", "stroke": color, "width": 2} for i, color in enumerate(colors)]
+        series += [
+            {"label": f"cable {i + 1}", "stroke": color, "width": 2, "dash": DASHES[i % len(DASHES)]}
+            for i, color in enumerate(colors)
+        ]
         empty = tuple(np.zeros(2) for _ in range(count + 1))
         return self._page.gui.add_uplot(
             empty, tuple(series), title=title, height=_HEIGHT, scales={"x": {"time": False, "range": (-_SHOWN, 0.0)}},
-            legend={"show": False}, padding=(14, 10, 0, 0),
+            legend={"show": False}, padding=(14, 10, 0, 0), axes=label_axes("Time before now [s]", ""),
         )  # fmt: skip
 
 
 def _collect(states: Sequence[RobotState], count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lengths [mm], tensions [N] and temperatures [degC], shape (n_state, n_cable)."""
+    """Lengths [mm], tensions [N] and temperatures [°C], shape (n_state, n_cable)."""
     rows = [state.snapshot.cables for state in states]
     pull = np.array([[1e3 * cable.pull for cable in row] for row in rows])
     tension = np.array([[cable.tension for cable in row] for row in rows])

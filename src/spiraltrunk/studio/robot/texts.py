@@ -12,7 +12,7 @@ from spiraltrunk.workflows.drive.remote.state import RobotState
 
 _BADGES = {
     "not connected": ("#6b6b6b", "white"), "connecting": ("#6b6b6b", "white"), "safe": ("#007a59", "white"),
-    "homing": ("#0072B2", "white"), "letting go": ("#0072B2", "white"), "armed": ("#E69F00", "black"),
+    "homing": ("#1F4FA3", "white"), "letting go": ("#1F4FA3", "white"), "armed": ("#E69F00", "black"),
     "fault": ("#B84A00", "white"),
 }  # fmt: skip
 """Colours of states, ground and letters: those of Okabe and Ito, darkened where white letters need it."""

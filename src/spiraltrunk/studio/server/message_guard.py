@@ -55,14 +55,15 @@ class _Guard:
 
     def _start(self, client_id: Any, message: _messages.FileTransferStartUpload) -> None:
         """Begin a file whose size is allowed."""
-        running = self._gui._current_file_upload_states
         size, parts = message.size_bytes, message.part_count
-        if not (0 <= size <= MOST_UPLOAD and 0 <= parts <= MOST_UPLOAD // 1000 and len(running) < MOST_TRANSFERS):
-            self._complain(
-                f"the file has {size / 1e6:.1f} MB; allowed: {MOST_UPLOAD / 1e6:.0f} MB, {MOST_TRANSFERS} at a time"
+        if not (0 <= size <= MOST_UPLOAD and 0 <= parts <= MOST_UPLOAD // 1000):
+            self._refuse(message, size, f"the file has {size / 1e6:.2f} MB; allowed: at most {MOST_UPLOAD / 1e6:g} MB")
+        elif len(self._gui._current_file_upload_states) >= MOST_TRANSFERS:
+            self._refuse(
+                message, size, f"more files are sent at a time; allowed: {MOST_TRANSFERS}; wait, and try again"
             )
-            return
-        self._gui._handle_file_transfer_start(client_id, message)
+        else:
+            self._gui._handle_file_transfer_start(client_id, message)
 
     def _take_part(self, client_id: Any, message: _messages.FileTransferPart) -> None:
         """Take a part of a file; one that grows beyond its announced size is dropped."""
@@ -70,9 +71,19 @@ class _Guard:
         state = running.get(message.transfer_uuid)
         if state is not None and state["transferred_bytes"] + len(message.content) > state["total_bytes"]:
             running.pop(message.transfer_uuid, None)
-            self._complain("the file is larger than announced; it was dropped")
+            self._refuse(message, state["total_bytes"], "the file is larger than announced; allowed: its true size")
             return
         self._gui._handle_file_transfer_part(client_id, message)
+
+    def _refuse(self, message: Any, size: int, reason: str) -> None:
+        """Tell why a file is not taken, and end the progress that the page shows of it."""
+        self._connection.queue_message(
+            _messages.FileTransferPartAck(
+                source_component_uuid=message.source_component_uuid, transfer_uuid=message.transfer_uuid,
+                transferred_bytes=size, total_bytes=size,
+            )
+        )  # fmt: skip
+        self._complain(reason)
 
 
 def is_plain(value: Any) -> bool:

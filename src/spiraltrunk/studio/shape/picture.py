@@ -20,8 +20,8 @@ from spiraltrunk.studio.drawing.trunk_view import (
 )
 from spiraltrunk.studio.page.page import Page
 
-SHUT = (204, 121, 167)
-"""Colour of the halves beside a shut joint: reddish purple of Okabe and Ito."""
+SHUT = (160, 50, 115)
+"""Colour of the halves beside a shut joint: a dark purple, as the palette's resembles `BODY` in deuteranopia."""
 
 MISSED = (213, 94, 0)
 """Colour of the line from the tip to a place that it does not reach: vermilion of Okabe and Ito."""

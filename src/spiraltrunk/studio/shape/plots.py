@@ -10,6 +10,7 @@ import numpy as np
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.report.style import COLORS
 from spiraltrunk.studio.drawing.axis_end import round_up
+from spiraltrunk.studio.drawing.plot_lines import DASHES, label_axes
 from spiraltrunk.studio.page.page import Page
 
 if TYPE_CHECKING:
@@ -20,9 +21,6 @@ _HEIGHT = 145
 
 _PAPER, _EQUILIBRIUM, _LIMIT = "#E69F00", "#7C8896", "#999999"
 """Colours of the lines: of the two models as in the scene."""
-
-_DASHES: Any = ([], [16, 8], [6, 12], [2, 6])
-"""Dashes of the cables' lines, so that equal tensions are seen as such."""
 
 
 @final
@@ -37,13 +35,13 @@ class ShapePlots:
         limit = np.full(design.n_joint, math.degrees(design.joint_limit))
         self._angle: Any = page.gui.add_uplot(
             (self._joint, none, none, limit), self._list_angles(has_paper=False), height=_HEIGHT,
-            axes=_label("Joint, 1 at the base", "Angle [deg]"), legend={"show": False}, cursor=_CURSOR,
+            axes=label_axes("Joint, 1 at the base", "Angle [deg]"), legend={"show": False}, cursor=_CURSOR,
             scales={"x": self._across(), "y": {"range": (0.0, 1.1 * float(limit[0]))}}, padding=(8, 12, 0, 0),
         )  # fmt: skip
         self._most = 10.0
         self._tension: Any = page.gui.add_uplot(
             (self._joint, *(none for _ in range(design.n_cable))), self._list_tensions(), height=_HEIGHT,
-            axes=_label("Gap at joint", "Tension [N]"), legend={"show": False}, cursor=_CURSOR,
+            axes=label_axes("Gap at joint", "Tension [N]"), legend={"show": False}, cursor=_CURSOR,
             scales=self._scale_tension(), padding=(8, 12, 0, 0),
         )  # fmt: skip
         self._has_paper = False
@@ -86,7 +84,7 @@ class ShapePlots:
                 "stroke": COLORS[i % len(COLORS)],
                 "width": 2.5,
                 "points": {"show": False},
-                "dash": _DASHES[i % len(_DASHES)],
+                "dash": DASHES[i % len(DASHES)],
             }
             for i in range(self._design.n_cable)
         )
@@ -101,11 +99,3 @@ class ShapePlots:
 
 
 _CURSOR: Any = {"drag": {"x": False, "y": False, "setScale": False}}
-
-
-def _label(x: str, y: str) -> Any:
-    return ({"label": x, "labelSize": 16, "size": 26, "labelFont": _FONT, "font": _SMALL},
-            {"label": y, "labelSize": 16, "size": 38, "labelFont": _FONT, "font": _SMALL})  # fmt: skip
-
-
-_FONT, _SMALL = "12px sans-serif", "11px sans-serif"
