@@ -1,0 +1,163 @@
+"""Every control of every tab says in one line what it does, has a name, and can be used by keyboard alone."""
+
+from functools import partial
+
+import pytest
+
+pytest.importorskip("viser", reason="viser is not installed")
+
+from spiraltrunk.design import presets
+from spiraltrunk.studio.robot import hub as hub_module
+from spiraltrunk.studio.robot.hub import RobotHub
+from spiraltrunk.studio.robot.tab import RobotTab
+from spiraltrunk.studio.tabs import TABS
+from spiraltrunk.workflows.drive.remote.requests import Stop
+
+pytestmark = pytest.mark.slow  # A real browser, which draws by software: minutes in all.
+
+LONG = 120_000
+"""Time in which all tabs are built on a busy machine [ms]."""
+
+TITLES = ("Design", "Shape", "Grasp", "Measure", "Robot")
+
+LONGEST = 220
+"""Most characters of an explanation [-] (ours: some lines of the note beside the pointer)."""
+
+FOCUSED = """() => {
+  const one = document.activeElement, where = one.closest("label")?.innerText ?? "";
+  const kind = one.getAttribute("role") ?? one.tagName.toLowerCase();
+  return [kind, one.getAttribute("aria-label") || one.innerText || one.labels?.[0]?.innerText || where];
+}"""
+
+
+class FakeLink:
+    """A link to a robot of which nothing is known, that keeps what it is asked."""
+
+    def __init__(self, setup, *, on_state, on_refusal, on_end):
+        self.setup, self.asked, self._on_end = setup, [], on_end
+
+    def start(self):
+        pass
+
+    def ask(self, request, asker=""):
+        self.asked.append(request)
+
+    def close(self):
+        self._on_end(None)
+
+    def join(self):
+        pass
+
+
+@pytest.fixture
+def hub(monkeypatch):
+    monkeypatch.setattr(hub_module, "RobotLink", FakeLink)
+    one = RobotHub(presets.PAPER)
+    yield one
+    one.close()
+
+
+@pytest.fixture
+def opened(studio, open_page, hub):
+    """A page with all tabs, the server's side of it, and its robot."""
+    one = studio((*TABS, partial(RobotTab, hub=hub)), first="Design")
+    page = open_page(one)
+    page.set_default_timeout(LONG)
+    for title in TITLES:
+        show(page, title)
+    page.wait_for_timeout(1000)
+    (client, _), *_ = one._pages.values()
+    return page, client.client, hub
+
+
+def show(page, title):
+    page.get_by_role("button", name=title, exact=True).click()
+    page.get_by_role("button", name=title, exact=True, pressed=True).wait_for()
+    page.wait_for_timeout(800)
+
+
+def walk(page, most=120):
+    """Kinds and names of all that the key Tab leads to, once around."""
+    page.evaluate("document.activeElement.blur()")
+    seen = []
+    for _ in range(most):
+        page.keyboard.press("Tab")
+        kind, name = page.evaluate(FOCUSED)
+        seen.append((kind, name.strip()))
+        if kind == "body" and len(seen) > 1:
+            break
+    return seen
+
+
+def focus(page, name, most=120):
+    """Go to a control by the key Tab."""
+    for _ in range(most):
+        page.keyboard.press("Tab")
+        if " ".join(page.evaluate(FOCUSED)[1].split()) == name:
+            return
+    raise AssertionError(f"Tab does not lead to {name}")
+
+
+def test_each_control_explains_itself_in_one_line(opened):
+    _, client, _ = opened
+    handles = client.gui._gui_input_handle_from_uuid.values()
+    hints = {(getattr(one._impl.props, "label", "") or "", getattr(one._impl.props, "hint", None)) for one in handles}
+    hints = {(label, hint) for label, hint in hints if hint is not None or label}
+    assert len(hints) > 60
+    missing = sorted(label for label, hint in hints if not hint)
+    assert missing == []
+    assert [(label, hint) for label, hint in hints if "\n" in hint or len(hint) > LONGEST] == []
+
+
+def test_tab_leads_to_all_controls_and_each_has_a_name(opened):
+    page, *_ = opened
+    for title, least in (("Design", 20), ("Shape", 12), ("Grasp", 7), ("Measure", 8), ("Robot", 6)):
+        show(page, title)
+        seen = walk(page)
+        kinds = [kind for kind, _ in seen]
+        assert {"button", "slider"} <= set(kinds) or title in ("Grasp", "Measure", "Robot")
+        named = [name for kind, name in seen if kind in ("slider", "combobox", "tab") or (kind == "input" and name)]
+        assert "" not in named
+        assert len([name for _, name in seen if name]) >= least, title
+        boxes = page.locator("input[inputmode]").filter(visible=True)
+        assert all(boxes.nth(i).get_attribute("aria-label") for i in range(boxes.count()))
+
+
+def test_folders_open_by_keyboard(opened):
+    page, *_ = opened
+    show(page, "Grasp")
+    page.evaluate("document.activeElement.blur()")
+    friction = page.get_by_role("slider", name="Friction")
+    assert friction.filter(visible=True).count() == 0
+    focus(page, "Options (folder)")
+    page.keyboard.press("Enter")
+    friction.first.wait_for()
+    page.get_by_role("button", name="Options (folder)", expanded=True).wait_for()
+    page.keyboard.press(" ")
+    friction.first.wait_for(state="hidden")
+    page.get_by_role("button", name="Options (folder)", expanded=False).wait_for()
+
+
+def test_the_large_stop_by_keyboard(opened):
+    page, _, hub = opened
+    show(page, "Robot")
+    focus(page, "Connect")
+    page.keyboard.press("Enter")
+    page.get_by_text("CONNECTING").wait_for()
+    asked = hub._link.asked
+    show(page, "Design")  # It stays in view.
+    button = page.get_by_role("button", name="STOP").bounding_box()
+    assert button["height"] >= 60
+    assert button["width"] >= 180
+    for key in ("Enter", " ", "Escape"):
+        asked.clear()
+        if key == "Escape":
+            page.get_by_role("textbox").filter(visible=True).first.focus()
+        else:
+            focus(page, "STOP (Esc)")
+        page.keyboard.press(key)
+        for _ in range(100):
+            if Stop() in asked:
+                break
+            page.wait_for_timeout(100)
+        assert Stop() in asked, key
