@@ -64,7 +64,8 @@ def show_measure(page: Page) -> None:
 def show_robot(page: Page) -> None:
     """The twin, connected."""
     page.get_by_role("button", name="Connect").click()
-    page.wait_for_timeout(12_000)
+    page.get_by_role("button", name="Home", exact=True).wait_for(timeout=LONGEST)
+    page.wait_for_timeout(3000)
 
 
 TABS: dict[str, Callable[[Page], None]] = {
@@ -110,9 +111,9 @@ def open_studio() -> Iterator[str]:
 
 
 def write_picture(content: bytes, path: Path) -> None:
-    """Write a screenshot with 256 colours, a third of its size."""
+    """Write a screenshot without the transparent channel; fewer colours would falsify the scale of errors."""
     with Image.open(BytesIO(content)) as picture, atomic_file(path) as file:
-        picture.convert("RGB").quantize(256).save(file, format="PNG", optimize=True)
+        picture.convert("RGB").save(file, format="PNG", optimize=True)
 
 
 if __name__ == "__main__":

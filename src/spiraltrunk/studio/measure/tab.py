@@ -20,6 +20,7 @@ from spiraltrunk.studio.measure.take_folder import TakeFolder, find_folder, keep
 from spiraltrunk.studio.measure.view import Compared, CompareView
 from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_button, add_upload
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
 from spiraltrunk.workflows.validate.overlay import RunOverlay
 
@@ -112,7 +113,7 @@ class MeasureTab:
         hint = "Your session's runs, where they are not the paper's"
         add_upload(page, "Upload a protocol (TOML)", self._take_protocol, hint=hint, most=MOST_BYTES, kinds=".toml")
         hint = "Forget all takes and an uploaded protocol"
-        add_button(page, "Remove all takes", self._clear, hint=hint, color="gray")
+        add_button(page, "Remove all takes", self._clear, hint=hint, color=GRAY)
 
     def _build_model(self) -> None:
         page = self._page

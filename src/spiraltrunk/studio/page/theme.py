@@ -7,6 +7,9 @@ from viser import ClientHandle, _messages
 BRAND = (0, 114, 178)
 """Colour of buttons and sliders: blue of the palette of Okabe and Ito; white letters on it have a contrast of 5.2."""
 
+GRAY = (91, 97, 104)
+"""Colour of buttons that lead away; white letters on it have a contrast of 6.2."""
+
 _SHADES = (-0.93, -0.84, -0.7, -0.55, -0.42, -0.2, 0.0, 0.12, 0.0, 0.25)
 """Shades that the client takes by their numbers, as shares of black, or of white where negative: 6 for buttons on light
 ground, 8 on dark ground, 4 for letters on dark ground."""

@@ -9,6 +9,7 @@ from spiraltrunk.design import TrunkDesign
 from spiraltrunk.errors import StudioError
 from spiraltrunk.studio.page.controls import Scale, Slider, add_button
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.workflows.drive.remote.requests import SPEED_LEAST, SPEED_MOST, STEP_MOST, Jog, Limit, Move, Request
 from spiraltrunk.workflows.drive.remote.service import SPEED, TENSION
 
@@ -36,7 +37,7 @@ class MoveControls:
         )  # fmt: skip
         for cable in range(design.n_cable):
             self._add_row(cable)
-        add_button(page, "All cables follow", self._let_follow, hint="None holds its length any more", color="gray")
+        add_button(page, "All cables follow", self._let_follow, hint="None holds its length any more", color=GRAY)
         with page.gui.add_folder("Limits of moves", expand_by_default=False):
             most = design.cable.tension_max
             scale = Scale(

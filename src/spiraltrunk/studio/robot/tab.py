@@ -13,6 +13,7 @@ from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.studio.drawing.camera import aim_at_trunk
 from spiraltrunk.studio.page.controls import Choice, add_button
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.studio.robot.gauges import Gauges
 from spiraltrunk.studio.robot.heartbeat import PageHeartbeat
 from spiraltrunk.studio.robot.hub import RobotHub
@@ -77,10 +78,10 @@ class RobotTab:
         with self._strategy_folder:
             self._strategy = StrategyControls(page, self._ask)
         self._buttons["release"] = add_button(
-            page, "Release control", self._release, hint="Lets the robot go; other pages may take it", color="gray"
+            page, "Release control", self._release, hint="Lets the robot go; other pages may take it", color=GRAY
         )
         self._buttons["disconnect"] = add_button(
-            page, "Disconnect", self._disconnect, hint="Lets the robot go, and ends its process", color="gray"
+            page, "Disconnect", self._disconnect, hint="Lets the robot go, and ends its process", color=GRAY
         )
         self._gauges = Gauges(page)
         self._stop = StopPanel(page, hub.stop)
