@@ -15,7 +15,7 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import Move, MoveSequence, begin, tilted_base
-from spiraltrunk.strategies.wrap import opening
+from spiraltrunk.strategies.wrap import opening, standing_plan
 from spiraltrunk.strategies.wrap.hook_model import find_first, find_hook
 from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
 from spiraltrunk.strategies.wrap.standing import WrapHorizontal
@@ -202,7 +202,7 @@ def test_the_base_never_sinks_so_far_that_the_housing_meets_the_ground() -> None
 
 def test_a_base_that_points_upwards_stays_so_high_that_the_arm_behind_it_clears_the_ground() -> None:
     sequence, seen = touched_down(tilt=1.9)
-    ground, (radius, behind, gap) = seen.task.goal.ground, opening.WRIST
+    ground, (radius, behind, gap) = seen.task.goal.ground, standing_plan.WRIST
     assert ground is not None
     for move in steps(plan_opening(sequence, seen, HEIGHT)):
         assert move.rotation is not None

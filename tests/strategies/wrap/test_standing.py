@@ -309,7 +309,7 @@ def test_what_is_not_held_is_let_go_at_once_and_grasped_where_it_is_seen(
     since = seen.time - state.sequence.moves[at].duration
     begun = replace(state, sequence=replace(state.sequence, index=at, since=since))
     again, _ = STRATEGY.step(begun, replace(seen, camera=look))
-    assert again.sequence.move.action == "touch"
+    assert again.sequence.move.action == "near"
     np.testing.assert_allclose(
         again.sequence.move.position - state.sequence.moves[at + 1].position, [0.01, -0.02, 0.0], atol=1e-12
     )

@@ -44,7 +44,7 @@ _DOWN_FROM = 0.10
 ROLL_UP_TIME = 1.8
 """Duration of the rolling up [s] (ours)."""
 
-TURN_TIME = 1.6
+TURN_TIME = 1.8
 """Duration of the turn into the pose [s] (ours): the wrist turns and bears the rolled trunk, which is then held out."""
 
 BESIDE_TIME = 0.4

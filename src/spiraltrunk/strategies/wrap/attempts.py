@@ -59,7 +59,7 @@ def has_toppled(observation: Observation) -> bool:
 
 
 def try_again(sequence: MoveSequence) -> tuple[Move, ...]:
-    """Set down, let the trunk spring open as in the release, back off, and repeat the moves since the touch."""
+    """Set down, spring open as in the release, back off, come near, and repeat the moves since the touch."""
     done = sequence.moves[: sequence.index + 1]
     last = {move.action: i for i, move in enumerate(done)}
     release = [move for move in sequence.moves if move.phase == "release"]
@@ -73,7 +73,7 @@ def try_again(sequence: MoveSequence) -> tuple[Move, ...]:
     ]
     first = replace(_let_go(again[0]), duration=DRAW_OFF_TIME)
     apart = replace(sequence.moves[last["descend"]], phase="prehension", action="back off", duration=2.0)
-    return (*back, *spring, first, apart, *again)
+    return (*back, *spring, first, apart, sequence.moves[last["near"]], *again)
 
 
 def _count_rises(sequence: MoveSequence) -> int:

@@ -47,6 +47,7 @@ from spiraltrunk.strategies.wrap.standing_plan import (
     CARRY,
     CLEARANCE,
     GRIP,
+    NEAR,
     OPEN_TIME,
     OVERSHOOT,
     TAIL_END,
@@ -168,7 +169,7 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
     start, place = (np.array([*where[:2], ground]) for where in (seen_position(observation), goal.place))
     open_, tight, held, loose = steps[0], *steps[-3:]
     side = lateral_direction(observation)
-    clear, beyond = -CLEARANCE * design.length * side, OVERSHOOT * design.length * side
+    clear, near, beyond = (way * design.length * side for way in (-CLEARANCE, -NEAR, OVERSHOOT))
     high, test, slack = goal.lift * _UP, TEST * _UP, open_.tension
     touch, tried, lowered = start + open_.position, start + held.position + test, place + held.position
     opened = place + loose.position
@@ -180,6 +181,7 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
     return (
         move("turn", touch + clear + high, slack),
         move("descend", touch + clear, slack),
+        move("near", touch + near, slack),
         move("touch", touch + beyond, slack),
         *(move("curl", start + step.position, step.tension) for step in steps[1:-3]),
         move("tighten", start + tight.position, tight.tension),

@@ -103,9 +103,9 @@ EASE = 0.5
 """Tension kept at touch-down, over the tension that carried the object [-]."""
 EASE_RISE = 0.12
 """Rise of the base meanwhile [-]."""
-EASE_TIME = 0.5
+EASE_TIME = 0.4
 """Duration of the easing [s]."""
-OPEN_TIME = 2.2
+OPEN_TIME = 2.8
 """Duration of the opening [s]: opened faster, the trunk flings a cylinder against the rim of its place."""
 
 _SMOOTHING = 0.2
@@ -329,9 +329,8 @@ def _is_near(state: WrapState, observation: Observation) -> bool:
 
 
 def _straight_down(state: WrapState) -> WrapState:
-    """The lowering that begins with the vertical part of the base's velocity: the level part would go on for long."""
-    velocity = state.sequence.velocity * [0.0, 0.0, 1.0]
-    return replace(state, sequence=replace(state.sequence, velocity=velocity))
+    """The lowering that begins straight down and at its speed, which the base nearly has."""
+    return replace(state, sequence=replace(state.sequence, velocity=np.array([0.0, 0.0, -TOUCH_SPEED])))
 
 
 def _set_down(state: WrapState, observation: Observation) -> WrapState:

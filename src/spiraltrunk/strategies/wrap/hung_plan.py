@@ -40,11 +40,11 @@ DRAG = 0.04
 """Distance by which the opening trunk drags an object that does not roll [-]: it is set down short by as much."""
 PRESS_SPEED = 0.15
 """Greatest speed at which the trunk comes to touch the object [m/s]: a faster one knocks the object off and follows."""
-CURL_TIME = 2.5
+CURL_TIME = 2.3
 """Duration of the curl [s]: fast pulls shake the object."""
 SETTLE_TIME = 0.3
 """Time after the curl until the wrap is tight [s]: the tension's last change goes through the trunk."""
-HEFT_TIME = 1.0
+HEFT_TIME = 0.9
 """Duration of a test of the load [s]: it rises in 0.7 s, and load and lever are smoothed over 0.2 s."""
 LET_GO_TIME = 1.8
 """Time in which the trunk opens before another attempt [s]."""
@@ -56,17 +56,19 @@ NEAR = 0.08
 """Height above the expected touch-down from which the object is lowered slowly [-]."""
 NEAR_TILTED = 2.0
 """Addition for an object that is held beside its middle, over that lever [-]: its low end touches early."""
-TOUCH_SPEED = 0.022
+TOUCH_SPEED = 0.029
 """Speed at which an object is set down [m/s]: a shut trunk is stiff, and passes the impact on to the arm, whose last
 joints bear 12 N m. From 0.035 on, some meet that limit."""
 FALL = 1.5
 """Duration of the lowering times that speed over its way [-]: a minimum-jerk path that begins at a speed keeps it over
 two fifths of its time at 1.5."""
-REST_TIME = 0.8
+LEAVE_SPEED = 0.5
+"""Greatest speed at which the open trunk leaves [m/s]."""
+REST_TIME = 0.6
 """Time at the end in which the object comes to rest [s]: cylinders rock between the rims of their place."""
 
 _PHASES = {
-    "reach": ("approach", "turn", "descend", "touch"),
+    "reach": ("approach", "turn", "descend", "near", "touch"),
     "prehension": ("curl", "settle", "heft", "tighten", "try"),
     "transport": ("level", "steady", "lift", "carry", "hold"),
     "release": ("bring", "lower", "uncurl", "open", "draw off", "leave", "rest"),
@@ -136,7 +138,7 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
         wrap_move("hold", goal.hold, over, pull),
         wrap_move("bring", travel_time(near - over), near, pull),
         wrap_move("lower", lowering_time(near, low), low, pull),
-        wrap_move("leave", travel_time(away - clear), away, slack),
+        wrap_move("leave", travel_time(away - clear, speed=LEAVE_SPEED), away, slack),
         wrap_move("rest", REST_TIME, away, slack),
     )
 

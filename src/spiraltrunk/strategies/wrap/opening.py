@@ -27,7 +27,7 @@ from spiraltrunk.strategies.wrap.hook_model import Hook, find_first, find_hook
 from spiraltrunk.strategies.wrap.hung_plan import wrap_move
 from spiraltrunk.strategies.wrap.set_down import find_ground, righting
 from spiraltrunk.strategies.wrap.standing_model import cable_pulls, girth_width, shut_pull
-from spiraltrunk.strategies.wrap.standing_plan import housing_sink
+from spiraltrunk.strategies.wrap.standing_plan import clear_height
 
 # All of these are ours, tuned in simulated trials.
 EASE = 0.25
@@ -43,9 +43,6 @@ TURN = 0.12
 """Largest turn of the base in a step [rad]."""
 CLEAR = 0.015
 """Gap between housing and ground [m]."""
-WRIST = (0.060, 0.280, 0.004)
-"""Radius of the arm's wrist, its distance behind the trunk's base, and its gap to the ground [m]: where the base points
-upwards, it is lower than the housing. Measures fit the Panda at the tilts at which it touched the ground."""
 SAG = 0.010
 """Depth below the ground to which the model's free trunk may sag [m]: it lies on the ground with a part of its weight,
 while a base that gave way upwards would lift the object."""
@@ -110,7 +107,7 @@ def press_down(sequence: MoveSequence, observation: Observation, load: float) ->
         if move.action not in ("uncurl", "open") or move.rotation is None:
             return move
         height = float(move.position[2])
-        least = min(height, ground + _find_clearance(design, move.rotation))
+        least = min(height, ground + clear_height(design, move.rotation, CLEAR))
         return replace(move, position=np.array([*move.position[:2], max(height + way, least)]))
 
     return edit_moves(sequence, sequence.index, shift)
@@ -191,7 +188,7 @@ def _place_base(
         rotation = step.as_matrix() @ before
         hook = find_hook(design, width, rotation, pull)
         position = held[2] - hook.center
-        least = ground + max(-hook.lowest - SAG, _find_clearance(design, rotation))
+        least = ground + max(-hook.lowest - SAG, clear_height(design, rotation, CLEAR))
         if position[2] >= least:
             break
     return rotation, np.array([*position[:2], max(float(position[2]), least)])
@@ -224,11 +221,3 @@ def _loose_pull(design: TrunkDesign, width: float) -> float:
 def _relative_pull(design: TrunkDesign, tension: np.ndarray) -> float:
     """Ventral pull of cable tensions over the one that shuts joint 1 [-]."""
     return float(tension @ -design.cable_direction[:, 1]) / float(shut_pull(design)[0])
-
-
-def _find_clearance(design: TrunkDesign, rotation: np.ndarray) -> float:
-    """Least height of the base over the ground at which housing and wrist clear it [m]."""
-    tilt = math.acos(max(-1.0, min(1.0, -float(rotation[2, 0]))))
-    radius, behind, gap = WRIST
-    wrist = radius * math.sin(tilt) - behind * math.cos(tilt) + gap
-    return max(housing_sink(design, tilt) + CLEAR, wrist)

@@ -12,7 +12,7 @@ import numpy as np
 
 from spiraltrunk.control.messages import CameraObservation, Observation
 from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, shift_later
-from spiraltrunk.strategies.wrap.standing_plan import housing_sink
+from spiraltrunk.strategies.wrap.standing_plan import clear_height
 from spiraltrunk.strategies.wrap.upright import set_down_upright
 
 DRAG, DISTAL_DRAG = (-0.028, 0.0), (0.0, -0.060)
@@ -27,8 +27,8 @@ LOOK_ERROR = 0.005
 def set_down_distal(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
     """The sequence with the object set down over its place, as upright as the housing allows.
 
-    The housing keeps half of ``ground_gap`` [m] from the ground, even where the object then does not reach it and is
-    released a few millimetres above. Unchanged without a camera.
+    The housing keeps half of ``ground_gap`` [m] from the ground, and the wrist clears it, even where the object then
+    does not reach it and is released a few millimetres above. Unchanged without a camera.
     """
     if observation.camera is None:
         return sequence
@@ -37,8 +37,7 @@ def set_down_distal(sequence: MoveSequence, observation: Observation, ground_gap
     def lift_housing(move: Move) -> Move:
         if move.phase != "release" or move.rotation is None:
             return move
-        tilt = math.acos(max(-1.0, min(1.0, -float(move.rotation[2, 0]))))
-        least = ground + housing_sink(design, tilt) + ground_gap / 2
+        least = ground + clear_height(design, move.rotation, ground_gap / 2)
         return replace(move, position=np.array([*move.position[:2], max(least, float(move.position[2]))]))
 
     return edit_moves(set_down_upright(sequence, observation, ground_gap), 0, lift_housing)

@@ -219,7 +219,7 @@ class StandingWrap(MoveStrategy[StandingState]):
             return replace(state, is_done=True)
         sequence = _go_on(sequence, observation)
         if action == "bring":  # What the winders pulled with to hold their lengths, and not what they were allowed.
-            tension = np.maximum(observation.cable_tension, 0.0)
+            tension = np.clip(observation.cable_tension, 0.0, observation.task.design.cable.tension_max)
             sequence = replace(sequence, start=replace(sequence.start, cable_tension=tension))
         return replace(state, sequence=sequence)
 

@@ -53,6 +53,8 @@ REST = 2
 """Section, from 0 at the base, at which a tightly wrapped object rests, and from which it is released."""
 CLEARANCE = 0.24
 """Gap to the object before the touch [-]."""
+NEAR = 0.10
+"""The same where the slow part of the reach begins [-]: a trunk in motion lags behind its base, as if pushed back."""
 OVERSHOOT = 0.03
 """Travel of the arm beyond the expected touch [-]."""
 BACK_OFF = 0.20
@@ -62,15 +64,18 @@ TEST = 0.02
 SINK = 0.012
 """Depth below the start to which the base is lowered in search of the ground [m]."""
 TIMES = {
-    "turn": 2.0, "descend": 1.1, "touch": 1.6,
-    "curl": 0.3, "tighten": 1.2, "try": 0.5,
-    "level": 0.2, "steady": 0.5, "lift": 1.2, "carry": 1.2,
+    "turn": 2.0, "descend": 1.1, "near": 1.0, "touch": 1.8,
+    "curl": 0.3, "tighten": 1.1, "try": 0.4,
+    "level": 0.2, "steady": 0.5, "lift": 1.2, "carry": 1.1,
     "bring": 0.9, "lower": 2.0, "uncurl": 0.4, "settle": 0.2, "draw off": 1.0, "leave": 1.0, "rest": 0.5,
 }  # fmt: skip
 """Duration of each move by its action, those of "curl" and "uncurl" for one step of the ventral pull [s].
 Moves of the arm last longer where it would pass `ACCELERATION`."""
-ACCELERATION = (1.0, 2.0)
+ACCELERATION = (1.3, 2.6)
 """Largest acceleration of the base [m/s^2] and of its orientation [rad/s^2]: the arm's last joints bear 12 N m."""
+WRIST = (0.060, 0.280, 0.004)
+"""Radius of the arm's wrist, its distance behind the trunk's base, and its gap to the ground [m]: where the base points
+upwards, it is lower than the housing. Measures fit the Panda at the tilts at which it touched the ground."""
 OPEN_TIME = 0.06
 """Time in which the trunk goes slack [s]: as fast as winders can. It then comes to rest in the time of "settle"."""
 
@@ -174,7 +179,7 @@ def _moves(
     ground = float(target.position[2] - target.length / 2) if goal.ground is None else goal.ground
     side, open_, last = lateral_direction(observation), steps[0], steps[-1]
     start, place = (np.array([*where[:2], ground]) for where in (seen_position(observation), goal.place))
-    clear, beyond = -CLEARANCE * design.length * side, OVERSHOOT * design.length * side
+    clear, near, beyond = (way * design.length * side for way in (-CLEARANCE, -NEAR, OVERSHOOT))
     high, test = goal.lift * _UP, TEST * _UP
     touch, wrapped, away = start + open_.closing, start + last.closing, place + open_.opening
     lifted, lowered = wrapped + test + high, place + last.closing
@@ -187,6 +192,7 @@ def _moves(
     return (
         move("turn", touch + clear + high, slack, open_),
         move("descend", touch + clear, slack, open_),
+        move("near", touch + near, slack, open_),
         move("touch", touch + beyond, slack, open_),
         *(move("curl", start + step.closing, step.tension, step) for step in steps[1:]),
         move("tighten", wrapped, tight),
@@ -244,3 +250,17 @@ def housing_sink(design: TrunkDesign, tilt: float) -> float:
     housing = design.housing
     end = housing.neck_length + (housing.length if tilt > math.pi / 2 else 0.0)
     return housing.radius * math.sin(tilt) - end * math.cos(tilt)
+
+
+def clear_height(design: TrunkDesign, rotation: np.ndarray, gap: float) -> float:
+    """Least height of the trunk's base over the ground at which housing and wrist clear it [m].
+
+    Args:
+        design: the trunk.
+        rotation: orientation of the base in the world, shape (3, 3) [-].
+        gap: height of the housing over the ground [m].
+    """
+    tilt = math.acos(max(-1.0, min(1.0, -float(rotation[2, 0]))))
+    radius, behind, wrist_gap = WRIST
+    wrist = radius * math.sin(tilt) - behind * math.cos(tilt) + wrist_gap
+    return max(housing_sink(design, tilt) + gap, wrist)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from spiraltrunk.control.messages import CameraObservation, Observation
 from spiraltrunk.strategies.moves import Move, MoveSequence, command_at, edit_moves
-from spiraltrunk.strategies.wrap.standing_plan import SINK, housing_sink
+from spiraltrunk.strategies.wrap.standing_plan import SINK, clear_height
 
 ABOVE = 0.03
 """Height above the ground to which the object is brought down before it is lowered slowly [m] (ours)."""
@@ -67,7 +67,7 @@ def _turn_upright(
     """Orientation of the base at which the object stands, shape (3, 3) [-], and the way from its centre to the base
     [m].
 
-    The turn ends early where the housing would meet the ground.
+    The turn ends early where housing or wrist would meet the ground.
     """
     task, T_world_base = observation.task, command_at(sequence, observation.time).T_world_base
     across = np.cross(camera.axis * math.copysign(1.0, camera.axis[2]), np.array([0.0, 0.0, 1.0]))
@@ -77,7 +77,6 @@ def _turn_upright(
     for part in np.linspace(1.0, 0.0, 11):
         matrix = Rotation.from_rotvec(part * turn).as_matrix()
         rotation, to_base = matrix @ T_world_base[:3, :3], matrix @ (T_world_base[:3, 3] - camera.position)
-        sink = housing_sink(task.design, math.acos(max(-1.0, min(1.0, -float(rotation[2, 0])))))
-        if height + float(to_base[2]) >= sink + gap:
+        if height + float(to_base[2]) >= clear_height(task.design, rotation, gap):
             break
     return rotation, to_base

@@ -128,7 +128,7 @@ def test_the_arm_is_brought_back_before_the_next_try():
 
 
 def test_what_is_dropped_in_the_hold_is_seen():
-    log = _run(Hand(_task(), holds=(True, True), drops=15.0), "tip-grip", "pinch")
+    log = _run(Hand(_task(), holds=(True, True), drops=9.0), "tip-grip", "pinch")
     first = log.state.attempts[0]
     assert first.outcome == "the object is seen low while it should be held"
     assert log.gave_up is None
