@@ -1,5 +1,6 @@
 """Durations of moves: the peaks of minimum-jerk paths, and the sway of the hanging trunk."""
 
+import math
 from dataclasses import replace
 
 import mujoco
@@ -8,6 +9,7 @@ import pytest
 
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.trunk import section_name
 from spiraltrunk.strategies.moves import Move, MoveSequence, base_position, base_velocity
@@ -50,6 +52,13 @@ def test_the_trunk_hangs_still_after_a_level_move_of_still_time_and_sways_with_i
     crossings = np.flatnonzero(np.diff(np.sign(hasty)) != 0)
     period = 2 * 0.02 * np.diff(crossings).mean()
     assert period == pytest.approx(sway_period(PAPER), rel=0.15)
+
+
+def test_a_load_at_the_tip_makes_the_sway_slower_up_to_that_of_a_pendulum_of_the_trunks_length():
+    light, medium, heavy = (sway_period(PAPER, load) for load in (0.0, 0.1, 1e6))
+    assert light < medium < heavy
+    assert heavy == pytest.approx(2 * math.pi * math.sqrt(PAPER.length / GRAVITY), rel=1e-6)
+    assert still_time(PAPER, np.zeros(3), 0.1) / still_time(PAPER, np.zeros(3)) == pytest.approx(medium / light)
 
 
 def _tip_sway(way, duration):

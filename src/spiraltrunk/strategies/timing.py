@@ -37,15 +37,20 @@ def travel_time(way: np.ndarray, *, speed: float = SPEED, acceleration: float = 
     return max(LEAST_TIME, PEAK_SPEED * distance / speed, math.sqrt(PEAK_ACCELERATION * distance / acceleration))
 
 
-def sway_period(design: TrunkDesign) -> float:
-    """Period of the trunk that hangs straight from its base [s].
+def sway_period(design: TrunkDesign, load: float = 0.0) -> float:
+    """Period of the trunk that hangs straight from its base, with a ``load`` at its tip [kg] [s].
 
-    A cone of length L on its broad end has its centre of mass at L / 4 and the moment of inertia m L^2 / 10:
-    2 pi sqrt(0.4 L / g). The joints' stiffness shortens it a little: 0.8 s simulated for 0.9 s.
+    A cone of mass m and length L on its broad end has its centre of mass at L / 4 and the moment of inertia m L^2 / 10:
+    2 pi sqrt((0.1 m + M) / (0.25 m + M) L / g) with a mass M at the tip. The joints' stiffness shortens it a little:
+    0.8 s simulated for 0.9 s without a load.
     """
-    return 2 * math.pi * math.sqrt(0.4 * design.length / GRAVITY)
+    trunk = float(design.section_mass.sum())
+    return 2 * math.pi * math.sqrt((0.1 * trunk + load) / (0.25 * trunk + load) * design.length / GRAVITY)
 
 
-def still_time(design: TrunkDesign, way: np.ndarray) -> float:
-    """Least duration of a move along ``way``, shape (3,) [m], after which the hanging trunk does not sway [s]."""
-    return max(travel_time(way), SWAY_PERIODS * sway_period(design))
+def still_time(design: TrunkDesign, way: np.ndarray, load: float = 0.0) -> float:
+    """Least duration of a move along ``way``, shape (3,) [m], after which the hanging trunk does not sway [s].
+
+    ``load`` is the mass of what it holds at its tip [kg].
+    """
+    return max(travel_time(way), SWAY_PERIODS * sway_period(design, load))

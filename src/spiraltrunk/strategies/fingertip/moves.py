@@ -116,7 +116,7 @@ def _turn(above: Move, observation: Observation, over: np.ndarray, rotation: np.
 def carry(checked: Move, observation: Observation, curl: Curl | None, place: np.ndarray) -> tuple[Move, ...]:
     """Curl where there is a curl, carry aside and hold; uncurl over ``place``, shape (3,) [m], and observe there."""
     goal, design, aside = observation.task.goal, observation.task.design, observation.task.goal.aside
-    across = still_time(design, aside)
+    across = still_time(design, aside, observation.task.target.mass)
     over = replace(
         checked, action="carry", milestone=Milestone.CARRIED, duration=across, position=checked.position + aside
     )
@@ -138,7 +138,7 @@ def put(held: Move, observation: Observation, base: np.ndarray, gripper: float) 
     near, above = base + slowly, np.array([base[0], base[1], held.position[2]])
     bring = replace(
         held, phase="release", action="bring", milestone=None, position=near, tension=0.0 * held.tension,
-        duration=max(travel_time(near - held.position), still_time(task.design, above - held.position)),
+        duration=max(travel_time(near - held.position), still_time(task.design, above - held.position, task.target.mass)),
     )  # fmt: skip
     down = float(slowly[2]) / TOUCH_SPEED
     lower = replace(bring, action="lower", milestone=Milestone.SET_DOWN, duration=down, position=base)
