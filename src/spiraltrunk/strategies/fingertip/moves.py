@@ -136,9 +136,10 @@ def put(held: Move, observation: Observation, base: np.ndarray, gripper: float) 
     task = observation.task
     slowly = np.array([0.0, 0.0, min(NEAR * gripper_of(task).finger_length, held.position[2] - base[2])])
     near, above = base + slowly, np.array([base[0], base[1], held.position[2]])
+    still = still_time(task.design, above - held.position, task.target.mass)
     bring = replace(
         held, phase="release", action="bring", milestone=None, position=near, tension=0.0 * held.tension,
-        duration=max(travel_time(near - held.position), still_time(task.design, above - held.position, task.target.mass)),
+        duration=max(travel_time(near - held.position), still),
     )  # fmt: skip
     down = float(slowly[2]) / TOUCH_SPEED
     lower = replace(bring, action="lower", milestone=Milestone.SET_DOWN, duration=down, position=base)
