@@ -22,6 +22,9 @@ FLAGS = (
 
 SIZE = {"width": 1280, "height": 800}
 
+PATIENCE = 120_000
+"""Longest wait for what a page does on a busy computer, which is no figure of the page [ms]."""
+
 
 @pytest.fixture
 def studio():
@@ -38,35 +41,56 @@ def studio():
 
 
 @pytest.fixture(scope="session")
-def browser():
-    """A headless Chromium."""
+def playwright():
+    """What drives browsers."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    program = shutil.which("chromium")
-    if program is None:
-        pytest.skip("no chromium here; on Debian: apt install chromium")
-    with sync_api.sync_playwright() as playwright:
-        one = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+    with sync_api.sync_playwright() as one:
         yield one
-        one.close()
 
 
 @pytest.fixture
-def open_page(browser):
-    """Opens pages: ``open_page(studio)``; each in a browser of its own with ``own=True``, else in one they share."""
-    shared = browser.new_context(viewport=SIZE)
-    contexts = [shared]
+def browser(playwright):
+    """A headless Chromium for one test alone.
 
-    def start(one, *, own=False, address=None):
-        if own:
-            contexts.append(browser.new_context(viewport=SIZE))
-        page = (contexts[-1] if own else shared).new_page()
+    A page that a failed test leaves open goes on drawing. In a browser that all tests share it would slow down the
+    pages of all later ones, each of which waits for the same software renderer.
+    """
+    program = shutil.which("chromium")
+    if program is None:
+        pytest.skip("no chromium here; on Debian: apt install chromium")
+    one = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+    yield one
+    one.close()
+
+
+@pytest.fixture
+def open_context(browser):
+    """Opens contexts, each with cookies and pages of its own: ``open_context(offline=True)``."""
+
+    def start(**options):
+        context = browser.new_context(viewport=SIZE, **options)
+        context.set_default_timeout(PATIENCE)
+        return context
+
+    return start
+
+
+@pytest.fixture
+def open_page(open_context):
+    """Opens pages: ``open_page(studio)``; each in a browser of its own with ``own=True``, else in one they share.
+
+    It waits until a tab is shown, but with ``until_shown=False``.
+    """
+    shared = open_context()
+
+    def start(one, *, own=False, address=None, until_shown=True):
+        page = (open_context() if own else shared).new_page()
         page.goto(address or one.address)
-        page.get_by_role("button", pressed=True).wait_for()
+        if until_shown:
+            page.get_by_role("button", pressed=True).wait_for()
         return page
 
-    yield start
-    for context in contexts:
-        context.close()
+    return start
 
 
 @pytest.fixture

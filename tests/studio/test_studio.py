@@ -63,7 +63,7 @@ def cube(page):
     return BallTab(page, "Cube")
 
 
-def wait_until(holds, seconds=10.0):
+def wait_until(holds, seconds=60.0):
     end = time.monotonic() + seconds
     while not holds() and time.monotonic() < end:
         time.sleep(0.05)
@@ -103,7 +103,7 @@ def test_an_error_is_a_notice_and_a_closed_page_closes_its_tabs(studio, open_pag
     wait_until(lambda: TABS[0].closed)
 
 
-def test_the_server_answers_while_its_tabs_are_loaded(studio, browser):
+def test_the_server_answers_while_its_tabs_are_loaded(studio, open_page):
     loaded = threading.Event()
 
     def load():
@@ -111,28 +111,24 @@ def test_the_server_answers_while_its_tabs_are_loaded(studio, browser):
         return [BallTab]
 
     one = studio(load)
-    page = browser.new_page()
-    page.goto(one.address)  # Answered before there are tabs.
+    page = open_page(one, until_shown=False)  # Answered before there are tabs.
     wait_until(lambda: one.n_pages == 1)
     assert not TABS
     loaded.set()
     page.get_by_role("button", name="Ball", pressed=True).wait_for()
-    page.close()
 
 
-def test_tabs_that_cannot_be_loaded_are_a_notice(studio, browser):
+def test_tabs_that_cannot_be_loaded_are_a_notice(studio, open_page):
     def load():
         raise StudioError("a package is missing")
 
     one = studio(load)
-    page = browser.new_page()
-    page.goto(one.address)
+    page = open_page(one, until_shown=False)
     notice = page.get_by_text("a package is missing")
     notice.wait_for()
     assert notice.count() == 1
     assert page.get_by_role("button", pressed=True).count() == 0, "there is no tab to show"
     assert one.n_pages == 1, "the page itself stays open"
-    page.close()
 
 
 @pytest.mark.slow

@@ -9,16 +9,15 @@ from spiraltrunk.studio.grasp.replay import format_replay, write_replay
 
 from .conftest import build_recording
 
-SIZE = {"width": 1280, "height": 800}
-
 
 @pytest.mark.slow
-def test_it_opens_offline_and_its_picture_changes_while_it_plays(recording, browser, tmp_path, take_picture, capsys):
+def test_it_opens_offline_and_its_picture_changes_while_it_plays(
+    recording, open_context, tmp_path, take_picture, capsys
+):
     file = tmp_path / "replay.html"
     write_replay(recording, file)
     assert capsys.readouterr().out == "", "viser prints nothing"
-    context = browser.new_context(viewport=SIZE, offline=True)
-    page, asked, faults = context.new_page(), [], []
+    page, asked, faults = open_context(offline=True).new_page(), [], []
     page.on("request", lambda request: asked.append(request.url))
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.goto(file.as_uri())
@@ -33,7 +32,6 @@ def test_it_opens_offline_and_its_picture_changes_while_it_plays(recording, brow
         raise AssertionError("the picture does not change")
     early, late = (_scrub(page, take_picture, text) for text in ("0.2", "2.8"))
     assert _differ(early, late)
-    context.close()
     assert not faults
     assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
 

@@ -14,7 +14,7 @@ from spiraltrunk.studio.grasp.tab import GraspTab
 
 pytestmark = pytest.mark.slow  # A real browser, which draws by software: minutes in all.
 
-PATIENCE = 20_000
+PATIENCE = 60_000
 """Time within which the page reacts [ms]."""
 
 
@@ -47,7 +47,7 @@ def fetch(page, button, name, timeout=PATIENCE):
 
 
 def wait_until(page, holds):
-    for _ in range(200):
+    for _ in range(600):
         if holds():
             return
         page.wait_for_timeout(100)
