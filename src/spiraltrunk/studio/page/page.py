@@ -75,16 +75,25 @@ class Page:
             act: what to do.
             seconds: time to wait first; it begins anew with each call.
         """
-        waiting = self._timers.pop(key, None)
-        if waiting is not None:
-            waiting.cancel()
+        with self._lock:
+            waiting = self._timers.pop(key, None)
+            if waiting is not None:
+                waiting.cancel()
+            if seconds > 0.0 and not self.is_closed:
+                timer = threading.Timer(seconds, self._fire, (key, act))
+                timer.daemon = True
+                self._timers[key] = timer
+                timer.start()
         if seconds <= 0.0:
             self._queue.put(key, act)
-            return
-        timer = threading.Timer(seconds, self._queue.put, (key, act))
-        timer.daemon = True
-        self._timers[key] = timer
-        timer.start()
+
+    def _fire(self, key: str, act: Callable[[], None]) -> None:
+        """Hand on an act whose time has come, where none has replaced it; its timer, which calls this, is forgotten."""
+        with self._lock:
+            if self._timers.get(key) is not threading.current_thread():
+                return
+            del self._timers[key]
+        self._queue.put(key, act)
 
     def notice(self, text: str, kind: Kind = "error", title: str | None = None) -> None:
         """Show a message that stays until it is closed, or for some seconds where it needs no answer."""
@@ -134,10 +143,11 @@ class Page:
             if self.is_closed:
                 return
             self.is_closed = True
+            for timer in self._timers.values():
+                timer.cancel()
+            self._timers.clear()
         for job in tuple(self._jobs):
             job.stop()
-        for timer in tuple(self._timers.values()):
-            timer.cancel()
         self._queue.close(self._run_closing, _PATIENCE)
 
     def _run_closing(self) -> None:
