@@ -14,7 +14,7 @@ from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile
 from spiraltrunk.studio.robot import hub as hub_module
 from spiraltrunk.studio.robot.hub import RobotHub
-from spiraltrunk.workflows.drive.remote.requests import Alive, Arm, Home, Jog, Leave, Stop, check_request
+from spiraltrunk.workflows.drive.remote.requests import Alive, Arm, Clear, Home, Jog, Leave, Stop, check_request
 
 DESIGN = presets.PAPER
 OFF = 1e-3
@@ -186,8 +186,9 @@ def test_only_the_robot_of_the_command_line_can_be_connected(monkeypatch):
     wired.close()
 
 
-def test_a_page_that_does_not_answer_loses_the_true_torque_of_the_twin():
-    hub = RobotHub(DESIGN, pace=20.0)
+def connect_twin(pace):
+    """A hub whose twin is connected, its page, and ``wait(holds)``, which waits for a state."""
+    hub = RobotHub(DESIGN, pace=pace)
     page = FakePage(hub, "page 1")
 
     def wait(holds):
@@ -198,6 +199,29 @@ def test_a_page_that_does_not_answer_loses_the_true_torque_of_the_twin():
 
     hub.connect(page, "twin", DESIGN)
     wait(lambda state: state.snapshot.cables[0].temperature > 0.0)
+    return hub, page, wait
+
+
+def test_stop_while_homing_leaves_no_torque_and_no_homed_robot():
+    hub, page, wait = connect_twin(pace=1.0)
+    hub.ask(page, Home())
+    wait(lambda state: state.snapshot.mode is Mode.HOMING and max(map(abs, state.true_torques)) > OFF)
+    hub.stop()
+    wait(lambda state: state.snapshot.mode is Mode.FAULT and max(map(abs, state.true_torques)) < OFF)
+    assert not hub.state.snapshot.is_homed
+    hub.ask(page, Clear("page 1"))
+    wait(lambda state: state.snapshot.mode is Mode.SAFE)
+    hub.ask(page, Arm())
+    end = time.monotonic() + 60.0
+    while not page.shown and time.monotonic() < end:
+        time.sleep(0.02)
+    assert "not homed" in page.shown[0]
+    assert hub.state.snapshot.mode is Mode.SAFE
+    hub.close()
+
+
+def test_a_page_that_does_not_answer_loses_the_true_torque_of_the_twin():
+    hub, page, wait = connect_twin(pace=20.0)
     hub.ask(page, Home())
     wait(lambda state: state.snapshot.is_homed)
     hub.ask(page, Arm())
