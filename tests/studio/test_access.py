@@ -29,6 +29,40 @@ FOCUSED = """() => {
   return [kind, one.getAttribute("aria-label") || one.innerText || one.labels?.[0]?.innerText || where];
 }"""
 
+CONTRASTS = """() => {
+  const read = (color) => {
+    const parts = color.match(/[\\d.]+/g).map(Number);
+    return color.startsWith("color(") ? [...parts.slice(0, 3).map((one) => 255 * one), parts[3] ?? 1]
+      : [...parts.slice(0, 3), parts[3] ?? 1];
+  };
+  const mix = (below, above, share) => below.map((one, i) => one + share * (above[i] - one));
+  const light = (color) => {
+    const [r, g, b] = color.map((one) => one / 255 <= 0.04045 ? one / 3294.6 : ((one / 255 + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const found = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (walker.nextNode()) {
+    const text = walker.currentNode.textContent.trim(), one = walker.currentNode.parentElement;
+    const box = one.getBoundingClientRect();
+    const isSeen = one.checkVisibility({ opacityProperty: true, visibilityProperty: true });
+    if (!text || !isSeen || box.width < 2 || box.height < 2 || ["STYLE", "SCRIPT"].includes(one.tagName)) continue;
+    const grounds = [];
+    let opacity = 1;
+    for (let part = one; part; part = part.parentElement) {
+      const style = getComputedStyle(part);
+      opacity *= Number(style.opacity);
+      grounds.unshift(read(style.backgroundColor));
+      if (grounds[0][3] === 1) break;
+    }
+    const ground = grounds.reduce((below, above) => mix(below, above, above[3]), [255, 255, 255]);
+    const letters = read(getComputedStyle(one).color);
+    const [low, high] = [light(mix(ground, letters, opacity * letters[3])), light(ground)].sort((a, b) => a - b);
+    found.push([text.slice(0, 60), (high + 0.05) / (low + 0.05)]);
+  }
+  return found;
+}"""
+"""Each text that is seen, and its contrast to its ground, 1 to 21 (Web Content Accessibility Guidelines 2.1)."""
+
 
 class FakeLink:
     """A link to a robot of which nothing is known, that keeps what it is asked."""
@@ -123,6 +157,18 @@ def test_tab_leads_to_all_controls_and_each_has_a_name(opened):
         assert all(boxes.nth(i).get_attribute("aria-label") for i in range(boxes.count()))
 
 
+def test_all_letters_are_readable_in_light_and_dark(opened):
+    page, *_ = opened
+    for is_dark in (False, True):
+        for title in TITLES:
+            show(page, title)
+            page.get_by_role("checkbox", name="Dark").set_checked(is_dark)
+            page.wait_for_timeout(800)
+            found = page.evaluate(CONTRASTS)
+            assert {"spiraltrunk studio", title} <= {text for text, _ in found}
+            assert [(text, contrast) for text, contrast in found if contrast < 4.5] == []
+
+
 def test_folders_open_by_keyboard(opened):
     page, *_ = opened
     show(page, "Grasp")
@@ -149,6 +195,8 @@ def test_the_large_stop_by_keyboard(opened):
     button = page.get_by_role("button", name="STOP").bounding_box()
     assert button["height"] >= 60
     assert button["width"] >= 180
+    weight = "one => getComputedStyle(one).fontWeight"
+    assert int(page.get_by_text("STOP", exact=False).filter(visible=True).last.evaluate(weight)) >= 700
     for key in ("Enter", " ", "Escape"):
         asked.clear()
         if key == "Escape":

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("viser", reason="viser is not installed")
 
 from spiraltrunk.report.style import COLORS
-from spiraltrunk.studio.drawing.trunk_view import BODY, GHOST
+from spiraltrunk.studio.drawing.trunk_view import BODY, GHOST, linear_color
 from spiraltrunk.studio.grasp.stage_view import STRING_COLOR
 from spiraltrunk.studio.measure.error_scale import GAP, color_distances
 from spiraltrunk.studio.measure.picture import MEASURED
@@ -106,3 +106,48 @@ def test_letters_on_buttons_and_labels_are_readable():
     assert compute_contrast((200, 0, 0), "white") > 4.5
     assert compute_contrast("#5b6168", "white") > 6
     assert compute_contrast("#adb1b6", "#242424") > 6
+
+
+class LinesTab:
+    """Two lines across the scene, coloured in the two ways that there are."""
+
+    name = title = "lines"
+
+    def __init__(self, page):
+        self._page = page
+
+    def build(self):
+        one = np.array([[[-5.0, 0.0, 0.0], [5.0, 0.0, 0.0]]])
+        each = np.tile(np.array(linear_color(MEASURED), np.uint8), (1, 2, 1))
+        for height, colors in ((-0.4, MEASURED), (0.4, each)):
+            self._page.scene.add_line_segments(
+                f"/lines/{height}", one, colors, thickness=20.0, thickness_units="screen", position=(0.0, 0.0, height)
+            )
+
+    def show(self):
+        camera = self._page.client.camera
+        camera.position, camera.look_at = (0.0, -3.0, 0.0), (0.0, 0.0, 0.0)
+
+    def hide(self):
+        pass
+
+    def read_settings(self):
+        return {}
+
+    def apply_settings(self, settings):
+        pass
+
+    def close(self):
+        pass
+
+
+def test_lines_have_their_colour_on_the_page(studio, open_page, take_picture):
+    page = open_page(studio([LinesTab]))
+    for _ in range(40):
+        page.wait_for_timeout(250)
+        column = take_picture(page, "lines")[:, 430]
+        drawn = column[column.min(axis=1) < 200]
+        if len(drawn) >= 30:  # Both lines, 20 pixels each.
+            break
+    assert 30 <= len(drawn) <= 44
+    assert (np.abs(drawn - MEASURED).max(axis=1) < 16).mean() > 0.85

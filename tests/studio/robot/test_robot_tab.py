@@ -57,6 +57,8 @@ def test_connect_home_enable_jog_stop_and_close(hub, studio, open_page, take_pic
     poses = tmp_path / "poses.json"
     running = studio([partial(RobotTab, hub=hub, poses=poses)])
     page = open_page(running)
+    page.get_by_text("the design; no robot is connected").wait_for(timeout=PATIENT)
+    assert (take_picture(page, "design")[200:620, 380:500].max(axis=2) < 220).mean() > 0.2
     press(page, "Connect")
     press(page, "Home")
     press(page, "Enable")
@@ -103,6 +105,21 @@ def test_connect_home_enable_jog_stop_and_close(hub, studio, open_page, take_pic
     wait_until(lambda: find_mode(hub) is Mode.SAFE and max(map(abs, hub.state.true_torques)) < OFF)
     assert hub.owner == ""
     other.get_by_role("button", name="Take control", exact=True).wait_for(timeout=PATIENT)
+
+
+def test_stop_while_homing(studio, open_page):
+    hub = RobotHub(presets.PAPER, patience=60.0)
+    page = open_page(studio([partial(RobotTab, hub=hub)]))
+    press(page, "Connect")
+    press(page, "Home")
+    wait_until(lambda: find_mode(hub) is Mode.HOMING and max(map(abs, hub.state.true_torques)) > OFF)
+    page.get_by_role("button", name="STOP").click(timeout=PATIENT)
+    wait_until(lambda: find_mode(hub) is Mode.FAULT and max(map(abs, hub.state.true_torques)) < OFF)
+    page.get_by_text("stopped by a person").first.wait_for(timeout=PATIENT)
+    press(page, "I found the cause: clear the fault")
+    page.get_by_text("No torque. Home it first.").wait_for(timeout=PATIENT)
+    assert page.get_by_role("button", name="Enable", exact=True).count() == 0
+    hub.close()
 
 
 class IdleLink:

@@ -6,7 +6,7 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.model.statics.pull_sequences import wind_cables
 from spiraltrunk.studio.drawing.half_sections import build_halves
-from spiraltrunk.studio.drawing.trunk_view import color_by_joint, line_color, place_sections
+from spiraltrunk.studio.drawing.trunk_view import color_by_joint, linear_color, place_sections
 
 DESIGN = presets.PAPER
 
@@ -39,4 +39,4 @@ def test_a_joint_colours_what_lies_beside_it():
 
 
 def test_colours_of_lines_are_linear_light():
-    assert line_color((255, 0, 128)) == (255, 0, 56)
+    assert linear_color((255, 0, 128)) == (255, 0, 56)

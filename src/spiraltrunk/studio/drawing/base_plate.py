@@ -9,7 +9,6 @@ from viser import transforms
 
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.model.kinematics.frames import base_orientation
-from spiraltrunk.studio.drawing.trunk_view import line_color
 from spiraltrunk.studio.page.page import Page
 
 INK = (120, 120, 120)
@@ -25,7 +24,7 @@ def add_base(page: Page, name: str, design: TrunkDesign) -> Any:
         wxyz=(float(np.sqrt(0.5)), 0.0, float(np.sqrt(0.5)), 0.0), position=(-0.01 * size, 0.0, 0.0),
     )  # fmt: skip
     page.scene.add_line_segments(
-        f"{name}/axis", np.array([[[-0.12 * size, 0.0, 0.0], [0.0, 0.0, 0.0]]]), line_color(INK), thickness=2.0,
+        f"{name}/axis", np.array([[[-0.12 * size, 0.0, 0.0], [0.0, 0.0, 0.0]]]), INK, thickness=2.0,
         thickness_units="screen",
     )  # fmt: skip
     return frame

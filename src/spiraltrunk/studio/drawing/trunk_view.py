@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -22,6 +23,9 @@ GHOST = (230, 159, 0)
 
 _SOLID, _DATA = 0.7, 1.0
 """Part of a colour that is kept: viser's lamps and its surroundings brighten a shiny surface [-]."""
+
+HANGING = math.pi / 2
+"""Angle of the axis of a base below the horizontal from which the trunk hangs [rad]."""
 
 UPRIGHT = (float(np.sqrt(0.5)), float(np.sqrt(0.5)), 0.0, 0.0)
 """Turn from the frame of `Shape`, whose y is up, to the scene's, whose z is up."""
@@ -47,6 +51,11 @@ def place_frames(frames: np.ndarray, theta_0: float, roll: float = 0.0) -> Poses
     """Poses of all sections by their frames in that of the base, shape (n_section, 4, 4), and its pose [rad]."""
     base = base_orientation(float(theta_0), float(roll))
     return Poses(position=frames[:, :3, 3] @ base.T, rotation=base @ frames[:, :3, :3])
+
+
+def place_straight(design: TrunkDesign) -> Poses:
+    """Poses of all sections of the straight trunk that hangs from its base."""
+    return place_sections(design, np.tile(np.eye(3), (design.n_joint, 1, 1)), HANGING)
 
 
 @final
@@ -90,7 +99,7 @@ class TrunkView:
         self._light = _DATA if is_data else _SOLID
         if not is_data:
             segments = np.zeros((design.n_cable * (2 * count - 1), 2, 3))
-            each = [line_color(parse_color(COLORS[cable % len(COLORS)])) for cable in range(design.n_cable)]
+            each = [linear_color(parse_color(COLORS[cable % len(COLORS)])) for cable in range(design.n_cable)]
             colors = np.repeat(each, 2 * count - 1, axis=0)
             self._cables = page.scene.add_line_segments(
                 f"{root}/cables",
@@ -109,6 +118,11 @@ class TrunkView:
         if self._cables is not None:
             self._cables.points = self._compute_cables(poses)
         self.root.visible = True
+
+    def draw_straight(self) -> None:
+        """Show the trunk straight below its base, in one colour."""
+        colors = np.tile(BODY, (self._design.n_section, 1))
+        self.draw(place_straight(self._design), colors, colors)
 
     def hide(self) -> None:
         """Make it invisible until it is drawn again."""
@@ -133,14 +147,17 @@ def parse_color(text: str) -> tuple[int, int, int]:
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
 
-def line_color(color: tuple[int, int, int]) -> tuple[int, int, int]:
-    """Colour to give to lines so that the page shows ``color``."""
+def linear_color(color: tuple[int, int, int]) -> tuple[int, int, int]:
+    """Colour of a batch of meshes, or of each line of several, as which the page shows ``color``.
+
+    One colour for all lines is shown as it is given.
+    """
     red, green, blue = to_linear(np.array(color)).tolist()
     return red, green, blue
 
 
 def to_linear(colors: np.ndarray, light: float = 1.0) -> np.ndarray:
-    """Linear light of sRGB colours, 0 to 255: the page takes colours of lines and of batches of meshes as such.
+    """Linear light of sRGB colours, 0 to 255: the page takes colours of several lines and of batches as such.
 
     Args:
         colors: sRGB, 0 to 255.

@@ -9,7 +9,8 @@ import numpy as np
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.model.kinematics.measured_shapes import compute_marker_offset
 from spiraltrunk.studio.drawing.base_plate import add_base, turn_base
-from spiraltrunk.studio.drawing.trunk_view import UPRIGHT, Poses, TrunkView, line_color
+from spiraltrunk.studio.drawing.note import add_note
+from spiraltrunk.studio.drawing.trunk_view import HANGING, UPRIGHT, Poses, TrunkView, linear_color
 from spiraltrunk.studio.measure.error_scale import color_distances
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.workflows.validate.overlay import RunOverlay
@@ -28,16 +29,19 @@ class MeasurePicture:
         self._root = page.scene.add_frame("/measure/all", show_axes=False)
         self._model = TrunkView(page, "/measure/all/model", design, opacity=0.75, is_data=True)
         self._measured = page.scene.add_frame("/measure/all/measured", show_axes=False, wxyz=UPRIGHT, visible=False)
-        self._base = add_base(page, "/measure/all/measured/base", design)
+        page.scene.add_frame("/measure/all/world", show_axes=False, wxyz=UPRIGHT)
+        self._base = add_base(page, "/measure/all/world/base", design)
+        self._note: Any = add_note(page, "/measure/all/world/note", design, "the design; no recording yet")
         self._balls: Any = None
         self._line: Any = page.scene.add_line_segments(
-            "/measure/all/measured/line", np.zeros((count - 1, 2, 3)), line_color(MEASURED), thickness=3.0,
+            "/measure/all/measured/line", np.zeros((count - 1, 2, 3)), MEASURED, thickness=3.0,
             thickness_units="screen",
         )  # fmt: skip
         self._away: Any = page.scene.add_line_segments(
-            "/measure/all/measured/away", np.zeros((count, 2, 3)), line_color(MEASURED), thickness=1.5,
+            "/measure/all/measured/away", np.zeros((count, 2, 3)), MEASURED, thickness=1.5,
             thickness_units="screen",
         )  # fmt: skip
+        self.draw_straight()
 
     def draw(self, run: RunOverlay, take: int, moment: int, most: float) -> None:
         """Draw one moment of a take; the scale of colours ends at ``most`` [m]."""
@@ -57,7 +61,7 @@ class MeasurePicture:
         self._line.points = np.stack([seen[:-1], seen[1:]], axis=1)
         self._away.points = np.stack([place, points], axis=1)
         turn_base(self._base, run.theta_0)
-        self._measured.visible = True
+        self._measured.visible, self._note.visible = True, False
 
     def _add_balls(self) -> Any:
         """Measured points; the package of the ball is imported here, in use."""
@@ -68,13 +72,14 @@ class MeasurePicture:
         wxyz = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
         return self._page.scene.add_batched_meshes_simple(
             "/measure/all/measured/points", np.array(ball.vertices), np.array(ball.faces), wxyz, np.zeros((count, 3)),
-            batched_scales=np.full(count, 1e-6), batched_colors=line_color(MEASURED), lod="off",
+            batched_scales=np.full(count, 1e-6), batched_colors=linear_color(MEASURED), lod="off",
         )  # fmt: skip
 
-    def hide(self) -> None:
-        """Draw nothing."""
-        self._model.hide()
-        self._measured.visible = False
+    def draw_straight(self) -> None:
+        """Draw the straight trunk alone, where nothing is compared."""
+        self._model.draw_straight()
+        turn_base(self._base, HANGING)
+        self._measured.visible, self._note.visible = False, True
 
     def remove(self) -> None:
         """Take all nodes out of the scene."""

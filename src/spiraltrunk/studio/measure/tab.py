@@ -243,7 +243,7 @@ class MeasureTab:
         if self._view is not None:
             self._view.remove()
             self._view = None
-        self._picture.hide()
+        self._picture.draw_straight()
 
     def _is_ready(self) -> bool:
         """Whether there are takes and nothing else runs; says so where not."""

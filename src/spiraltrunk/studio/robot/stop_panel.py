@@ -15,7 +15,7 @@ const style = document.createElement("style");
 style.textContent = `[id="${{id}}"] {{ height: 4.2em !important; background: #C80000 !important;
   color: white !important; font-size: 1.25em; font-weight: 800; letter-spacing: .06em;
   border: 3px solid #7A0000 !important; }}
-  [id="${{id}}"] * {{ font-weight: inherit; }}
+  [id="${{id}}"] * {{ font-weight: inherit !important; }}
   [id="${{id}}"]:focus-visible {{ outline: 4px solid #56B4E9; outline-offset: 2px; }}`;
 document.head.append(style);
 window.addEventListener("keydown", (event) => {{

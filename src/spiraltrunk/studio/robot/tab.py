@@ -6,8 +6,6 @@ import time
 from pathlib import Path
 from typing import Any, final
 
-import numpy as np
-
 from spiraltrunk.errors import StudioError
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.studio.drawing.camera import aim_at_trunk
@@ -147,13 +145,13 @@ class RobotTab:
         if state is None:
             _write(self._table, "")
             self._gauges.clear()
+            self._find_picture().draw_straight()
             return
         _write(self._table, format_cables(state))
         if time.monotonic() > self._plotted + PLOT_PERIOD:
             self._plotted = time.monotonic()
             self._gauges.draw(self._hub.states)
-        if state.frames is not None:
-            self._draw_trunk(state.frames)
+        self._find_picture().draw(state.frames)
 
     def _open_buttons(self, state: RobotState | None, *, is_mine: bool) -> None:
         """Show the buttons that apply, and open the controls that do."""
@@ -202,9 +200,9 @@ class RobotTab:
         self._hub.ask(self._watcher, request)
 
     def _follow_design(self) -> None:
-        """Controls are those of the robot's design."""
+        """Controls and picture are those of the robot's design, or of the page's where none is connected."""
         setup = self._hub.setup
-        design = self._design if setup is None else setup.design
+        design = self._page.design if setup is None else setup.design
         if design is not self._design:
             self._design = design
             self._build_moves()
@@ -230,12 +228,13 @@ class RobotTab:
             raise StudioError("the lengths of the cables are not known; home the robot first")
         return tuple(cable.pull for cable in state.snapshot.cables)
 
-    def _draw_trunk(self, frames: np.ndarray) -> None:
+    def _find_picture(self) -> TwinPicture:
+        """The picture of the present design."""
         if self._picture is None or self._picture.design is not self._design:
             if self._picture is not None:
                 self._picture.remove()
             self._picture = TwinPicture(self._page, f"/{self.name}/trunk", self._design)
-        self._picture.draw(frames)
+        return self._picture
 
 
 @final

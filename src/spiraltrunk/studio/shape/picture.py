@@ -15,7 +15,6 @@ from spiraltrunk.studio.drawing.trunk_view import (
     UPRIGHT,
     TrunkView,
     color_by_joint,
-    line_color,
     place_sections,
 )
 from spiraltrunk.studio.page.page import Page
@@ -49,7 +48,7 @@ class ShapePicture:
         self._add_gravity()
         size = design.length
         self._missed = page.scene.add_line_segments(
-            "/shape/all/world/missed", np.zeros((1, 2, 3)), line_color(MISSED), thickness=3.0, thickness_units="screen",
+            "/shape/all/world/missed", np.zeros((1, 2, 3)), MISSED, thickness=3.0, thickness_units="screen",
             visible=False,
         )  # fmt: skip
         self._handle: Any = page.scene.add_transform_controls(
