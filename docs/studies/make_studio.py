@@ -1,10 +1,12 @@
 """Takes the pictures of tutorials/studio.md: each tab of the page after its main act, in a headless Chromium.
 
-`python docs/studies/make_studio.py [TAB ...]`; it needs the extra `studio`, playwright and Debian's chromium.
+`python docs/studies/make_studio.py [--out DIR] [PICTURE ...]`; a picture is a tab, such as `Shape`, or one in dark
+colours, such as `Shape-dark`. It needs the extra `studio`, playwright and Debian's chromium.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import shutil
@@ -16,7 +18,7 @@ from io import BytesIO
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 from spiraltrunk.files.atomic import atomic_file
 
@@ -30,6 +32,9 @@ FLAGS = [
     "--enable-unsafe-swiftshader", "--enable-webgl",
 ]  # fmt: skip
 """Flags with which Debian's Chromium draws WebGL without a screen or a GPU."""
+
+DARK = "-dark"
+"""End of the name of a picture in dark colours."""
 
 LONGEST = 300_000
 """Longest wait for what a tab computes [ms]."""
@@ -74,28 +79,52 @@ TABS: dict[str, Callable[[Page], None]] = {
 """What is done in each tab before its picture."""
 
 
+PICTURES = (*TABS, "Measure-dark")
+"""Pictures of the tour."""
+
+
 def main(arguments: Sequence[str]) -> int:
-    """Take the pictures of the tabs that are named, of all without a name."""
+    """Take the pictures that are named, those of the tour without a name."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=IMAGES)
+    allowed = [f"{title}{look}" for title in TABS for look in ("", DARK)]
+    parser.add_argument("pictures", nargs="*", metavar="PICTURE", help=", ".join(allowed))
+    given = parser.parse_args(arguments)
+    if unknown := set(given.pictures) - set(allowed):
+        parser.error(f"{', '.join(sorted(unknown))}; allowed: {', '.join(allowed)}")
     with open_studio() as address, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
-        for title in arguments or TABS:
-            page = browser.new_page(viewport=SIZE)
-            page.set_default_timeout(60_000)
-            page.goto(address)
-            page.get_by_role("button", pressed=True).wait_for()
-            page.wait_for_timeout(2000)
-            notice = page.get_by_text("Software WebGL rendering detected").locator("xpath=ancestor::*[@role='alert']")
-            if notice.count():
-                notice.get_by_role("button").click()
-            page.get_by_role("button", name=title, exact=True).click()
-            page.get_by_role("button", name=title, exact=True, pressed=True).wait_for()
-            TABS[title](page)
-            page.mouse.move(430, 790)
-            page.wait_for_timeout(4000)
-            write_picture(page.screenshot(timeout=LONGEST), IMAGES / f"studio_{title.lower()}.png")
+        for name in given.pictures or PICTURES:
+            page = open_page(browser, address)
+            show_tab(page, name.removesuffix(DARK), is_dark=name.endswith(DARK))
+            file = f"studio_{name.lower().replace('-', '_')}.png"
+            write_picture(page.screenshot(timeout=LONGEST), given.out / file)
             page.close()
         browser.close()
     return 0
+
+
+def open_page(browser: Browser, address: str) -> Page:
+    """A page of the studio, without viser's notice that WebGL is drawn by software."""
+    page = browser.new_page(viewport=SIZE)
+    page.set_default_timeout(60_000)
+    page.goto(address)
+    page.get_by_role("button", pressed=True).wait_for()
+    page.wait_for_timeout(2000)
+    notice = page.get_by_text("Software WebGL rendering detected").locator("xpath=ancestor::*[@role='alert']")
+    if notice.count():
+        notice.get_by_role("button").click()
+    return page
+
+
+def show_tab(page: Page, title: str, *, is_dark: bool) -> None:
+    """Show a tab after its main act."""
+    page.get_by_role("button", name=title, exact=True).click()
+    page.get_by_role("button", name=title, exact=True, pressed=True).wait_for()
+    page.get_by_role("checkbox", name="Dark").set_checked(is_dark)
+    TABS[title](page)
+    page.mouse.move(430, 790)
+    page.wait_for_timeout(4000)
 
 
 @contextmanager

@@ -25,6 +25,16 @@ SIZE = {"width": 1280, "height": 800}
 PATIENCE = 120_000
 """Longest wait for what a page does on a busy computer, which is no figure of the page [ms]."""
 
+LONGEST = 1800
+"""Longest duration of a slow test, most of which is drawing by software [s]."""
+
+
+def pytest_collection_modifyitems(items):
+    """Give slow tests of the page time on a busy computer."""
+    for item in items:
+        if item.path.is_relative_to(Path(__file__).parent) and item.get_closest_marker("slow"):
+            item.add_marker(pytest.mark.timeout(LONGEST))
+
 
 @pytest.fixture
 def studio():
@@ -40,27 +50,22 @@ def studio():
         one.stop()
 
 
-@pytest.fixture(scope="session")
-def playwright():
-    """What drives browsers."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    with sync_api.sync_playwright() as one:
-        yield one
-
-
 @pytest.fixture
-def browser(playwright):
-    """A headless Chromium for one test alone.
+def browser():
+    """A headless Chromium for one test alone, and what drives it.
 
     A page that a failed test leaves open goes on drawing. In a browser that all tests share it would slow down the
-    pages of all later ones, each of which waits for the same software renderer.
+    pages of all later ones, each of which waits for the same software renderer. What drives the browser leaves an event
+    loop in the thread of the tests, in which those of other modules could start none.
     """
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     program = shutil.which("chromium")
     if program is None:
         pytest.skip("no chromium here; on Debian: apt install chromium")
-    one = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
-    yield one
-    one.close()
+    with sync_api.sync_playwright() as playwright:
+        one = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
+        yield one
+        one.close()
 
 
 @pytest.fixture

@@ -70,7 +70,8 @@ def test_a_c3d_take_is_drawn_over_the_model(send, take_picture, c3d):
     page.get_by_text("rest-045_1.c3d").first.wait_for()
     page.wait_for_timeout(1000)
     take_picture(page, "c3d")
-    assert page.get_by_role("alert").count() == 0
+    page.get_by_role("alert").first.wait_for(state="detached", timeout=LONG)  # That of an error would stay.
+    assert page.get_by_role("alert").all_inner_texts() == []
 
 
 def test_damaged_and_foreign_files_are_told_one_by_one(send, virtual, c3d):
