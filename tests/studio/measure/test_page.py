@@ -17,18 +17,23 @@ def upload(page, file, *, number=0):
 
 
 def test_an_uploaded_take_is_drawn_over_the_model(studio, open_page, take_picture, virtual):
-    page = open_page(studio([MeasureTab]))
+    tabs = []
+    page = open_page(studio([lambda one: tabs.append(MeasureTab(one)) or tabs[-1]]))
     page.get_by_text("No recording yet").wait_for()
-    note = page.get_by_text("the design; no recording yet")
-    note.wait_for()
-    before = take_picture(page, "empty")
-    assert (before[200:620, 380:500].max(axis=2) < 220).mean() > 0.2
+    note = tabs[0]._picture._note
+    assert (note.text, note.visible) == ("the design; no recording yet", True)
+    for _ in range(60):
+        page.wait_for_timeout(500)
+        before = take_picture(page, "empty")
+        if is_trunk := (before[200:620, 380:500].max(axis=2) < 220).mean() > 0.2:
+            break
+    assert is_trunk
     upload(page, virtual / "rest-045_1.csv")
     page.get_by_text("mean RMSE").wait_for(timeout=LONG)
     page.get_by_text("rest-045_1.csv").first.wait_for()
     page.wait_for_timeout(1000)
     assert (np.abs(take_picture(page, "overlay") - before).max(axis=-1) > 40).sum() > 2000
-    note.wait_for(state="hidden")
+    assert not note.visible
     page.get_by_text("Synthetic takes, not a measurement.").wait_for()
 
 

@@ -55,14 +55,17 @@ def find_mode(hub):
 @pytest.mark.slow
 def test_connect_home_enable_jog_stop_and_close(hub, studio, open_page, take_picture, tmp_path):
     poses = tmp_path / "poses.json"
-    running = studio([partial(RobotTab, hub=hub, poses=poses)])
+    tabs = []
+    running = studio([lambda one: tabs.append(RobotTab(one, hub=hub, poses=poses)) or tabs[-1]])
     page = open_page(running)
-    page.get_by_text("the design; no robot is connected").wait_for(timeout=PATIENT)
-    assert (take_picture(page, "design")[200:620, 380:500].max(axis=2) < 220).mean() > 0.2
+    note = tabs[0]._picture._note
+    assert (note.text, note.visible) == ("the design; no robot is connected", True)
+    wait_until(lambda: (take_picture(page, "design")[200:620, 380:500].max(axis=2) < 220).mean() > 0.2)
     press(page, "Connect")
     press(page, "Home")
     press(page, "Enable")
     wait_until(lambda: find_mode(hub) is Mode.ARMED)
+    assert not note.visible
     before = take_picture(page, "straight")
     for _ in range(3):
         page.get_by_role("button", name="wind in").first.click(timeout=PATIENT)
