@@ -55,11 +55,12 @@ def format_warnings(warnings: Sequence[str], is_checking: bool) -> str:
     """HTML of the warnings, or what was checked."""
     if warnings:
         lines = "".join(f"<li>{escape(each)}</li>" for each in warnings)
-        body = f'<b style="color:#D55E00">▲ Warnings</b><ul style="margin:2px 0 0 1.1em;padding:0">{lines}</ul>'
+        listed = f'<ul style="margin:2px 0 0 1.1em;padding:0">{lines}</ul>'
+        body = f'<span style="color:#D55E00">▲</span> <b>Warnings</b>{listed}'
     elif is_checking:
         body = '<span style="opacity:0.7">Checking whether the parts can be made …</span>'
     else:
-        body = '<span style="color:#009E73">✓</span> No warnings: curl, drums, parts and screws fit.'
+        body = "✓ No warnings: curl, drums, parts and screws fit."
     return f'<div class="warnings" style="font-size:0.8em;margin:0 0.6rem 0.4rem 0.6rem">{body}</div>'
 
 

@@ -48,7 +48,7 @@ def format_working(step: str) -> str:
 
 def format_failed(reason: str) -> str:
     """Why there is no result."""
-    return _BLOCK.format(f'<b style="color: {_css((213, 94, 0))}">No comparison:</b> {escape(reason)}')
+    return _BLOCK.format(f'<span style="color: {_css((213, 94, 0))}">▲</span> <b>No comparison:</b> {escape(reason)}')
 
 
 def format_moment(run: RunOverlay, take: int, moment: int, result: dict[str, Any]) -> str:

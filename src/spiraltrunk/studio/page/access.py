@@ -16,7 +16,7 @@ if (!document.getElementById("spiraltrunk-access")) {
     [role=tab][aria-selected=false] { color: var(--mantine-color-dimmed) !important; opacity: 1 !important; }
     [data-mantine-color-scheme=dark] [role=tab][aria-selected=true] { color: #56B4E9 !important;
       box-shadow: inset 0 -2px 0 0 #56B4E9 !important; }
-    .mantine-Slider-markLabel { color: var(--mantine-color-dimmed) !important; }
+    .mantine-Slider-markLabel, .mantine-Notification-description { color: var(--mantine-color-dimmed) !important; }
     [data-folder]:focus-visible, [role=slider]:focus-visible { outline: 3px solid #56B4E9; outline-offset: 2px; }`;
   document.head.append(style);
   const nameFolders = () => {
@@ -56,7 +56,8 @@ if (!document.getElementById("spiraltrunk-access")) {
 }
 """
 """Heads of folders take the focus and open by Enter or Space; sliders and number boxes have the name of their label;
-labels, ends of sliders and tabs have a contrast of 5 and more to the ground (viser's: 3.3 on light, 3.0 on dark)."""
+labels, ends of sliders, tabs and notices have a contrast of 5 and more to the ground (viser's: 3.0
+and more)."""
 
 
 def open_access(client: ClientHandle) -> None:
