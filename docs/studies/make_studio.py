@@ -56,7 +56,7 @@ def show_grasp(page: Page) -> None:
     page.get_by_role("button", name="Run grasp").click()
     page.get_by_text("Success.").wait_for(timeout=LONGEST)
     box = page.get_by_role("textbox").and_(page.locator("[inputmode=decimal]")).filter(visible=True).first
-    box.fill("16")
+    box.fill("9")
     box.press("Enter")
 
 
@@ -67,8 +67,9 @@ def show_measure(page: Page) -> None:
 
 
 def show_robot(page: Page) -> None:
-    """The twin, connected."""
-    page.get_by_role("button", name="Connect").click()
+    """The twin, connected; that of a picture before stays connected for a while."""
+    take = page.get_by_role("button", name="Take control", exact=True)
+    page.get_by_role("button", name="Connect", exact=True).or_(take).click()
     page.get_by_role("button", name="Home", exact=True).wait_for(timeout=LONGEST)
     page.wait_for_timeout(3000)
 
@@ -79,8 +80,8 @@ TABS: dict[str, Callable[[Page], None]] = {
 """What is done in each tab before its picture."""
 
 
-PICTURES = (*TABS, "Measure-dark")
-"""Pictures of the tour."""
+PICTURES = ("Design", "Shape", "Grasp", "Measure", "Measure-dark", "Robot")
+"""Pictures of the tour; the robot stays connected for a while, and every tab shows STOP then."""
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -120,8 +121,10 @@ def open_page(browser: Browser, address: str) -> Page:
 def show_tab(page: Page, title: str, *, is_dark: bool) -> None:
     """Show a tab after its main act."""
     page.get_by_role("button", name=title, exact=True).click()
-    page.get_by_role("button", name=title, exact=True, pressed=True).wait_for()
+    shown = page.get_by_role("button", name=title, exact=True, pressed=True)
+    shown.wait_for()
     page.get_by_role("checkbox", name="Dark").set_checked(is_dark)
+    shown.scroll_into_view_if_needed()
     TABS[title](page)
     page.mouse.move(430, 790)
     page.wait_for_timeout(4000)
