@@ -103,10 +103,11 @@ EASE = 0.5
 """Tension kept at touch-down, over the tension that carried the object [-]."""
 EASE_RISE = 0.12
 """Rise of the base meanwhile [-]."""
-EASE_TIME = 0.4
+EASE_TIME = 0.3
 """Duration of the easing [s]."""
-OPEN_TIME = 2.8
-"""Duration of the opening [s]: opened faster, the trunk flings a cylinder against the rim of its place."""
+OPEN_TIME = 3.0
+"""Duration of the opening [s]: opened faster, the trunk flings a cylinder against the rim of its place, and its joints
+do not open from the base on."""
 
 _SMOOTHING = 0.2
 """Weight of a new reading in the exponential mean of the load, at 50 readings a second [-]."""

@@ -34,8 +34,9 @@ SINK = 0.01
 """Depth of the base below where the wrap bears the object, until it is tight [-]: strings keep the object level."""
 HEFT = 0.20
 """Rise of each of the two tests of the load [-]."""
-BACK_OFF = 0.09
-"""Retreat of the base while the trunk opens [-]: a trunk that straightens pushes ahead."""
+BACK_OFF = 0.15
+"""Retreat of the base while the trunk opens [-]: a trunk that straightens pushes ahead, after 0.09 so far that
+cylinders rock between the rims of their place for a second."""
 DRAG = 0.04
 """Distance by which the opening trunk drags an object that does not roll [-]: it is set down short by as much."""
 PRESS_SPEED = 0.15
@@ -64,6 +65,8 @@ FALL = 1.5
 two fifths of its time at 1.5."""
 LEAVE_SPEED = 0.5
 """Greatest speed at which the open trunk leaves [m/s]."""
+LEAVE_ACCELERATION = 1.6
+"""The same of its acceleration [m/s^2]."""
 REST_TIME = 0.6
 """Time at the end in which the object comes to rest [s]: cylinders rock between the rims of their place."""
 
@@ -138,7 +141,7 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
         wrap_move("hold", goal.hold, over, pull),
         wrap_move("bring", travel_time(near - over), near, pull),
         wrap_move("lower", lowering_time(near, low), low, pull),
-        wrap_move("leave", travel_time(away - clear, speed=LEAVE_SPEED), away, slack),
+        wrap_move("leave", travel_time(away - clear, speed=LEAVE_SPEED, acceleration=LEAVE_ACCELERATION), away, slack),
         wrap_move("rest", REST_TIME, away, slack),
     )
 
