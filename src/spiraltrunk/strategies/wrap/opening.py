@@ -39,6 +39,8 @@ LAST = 0.32
 object: the model does not know where a tip lies that slides."""
 STEP_TIME = 0.2
 """Duration of a step [s]."""
+RUBBING_STEP_TIME = 0.4
+"""The same where cables rub [s]: in half of it the tip gives way late, and drags a cylinder until it rocks."""
 TURN = 0.12
 """Largest turn of the base in a step [rad]."""
 CLEAR = 0.015
@@ -147,10 +149,11 @@ def _plan_steps(
     upright = np.array([*foot[:2], find_ground(observation) + along])
     off = (leaning - hook) * [1.0, 1.0, 0.0]
     moves, rotation = [], now[:3, :3]
+    duration = RUBBING_STEP_TIME if design.cable.friction > 0 else STEP_TIME
     for i, pull in enumerate(pulls[1:]):
         at = leaning + min(1.0, (i + 1) / n_eased) * (upright - leaning) - off
         rotation, position = _place_base(observation, width, pull * shut, (now[:3, :3], rotation), (held, axis, at))
-        moves.append(wrap_move("uncurl", STEP_TIME, position, cable_pulls(design, pull * shut, 0.0), rotation))
+        moves.append(wrap_move("uncurl", duration, position, cable_pulls(design, pull * shut, 0.0), rotation))
     return tuple(moves)
 
 
