@@ -103,7 +103,7 @@ EASE = 0.5
 """Tension kept at touch-down, over the tension that carried the object [-]."""
 EASE_RISE = 0.12
 """Rise of the base meanwhile [-]."""
-EASE_TIME = 0.3
+EASE_TIME = 0.4
 """Duration of the easing [s]."""
 OPEN_TIME = 3.0
 """Duration of the opening [s]: opened faster, the trunk flings a cylinder against the rim of its place, and its joints
