@@ -2,6 +2,9 @@
 
 `python docs/studies/study_robustness.py --out FOLDER` runs the trials. Then
 `python docs/studies/make_robustness.py FOLDER`. Without a folder the pages are made from robustness.json.
+
+`python docs/studies/make_robustness.py --survey CONDITION FOLDER` puts a survey in the place of a condition's trials, as
+of `spiraltrunk survey --friction 0.15 --trials 50 --out FOLDER`.
 """
 
 from __future__ import annotations
@@ -35,6 +38,9 @@ KEPT = ("condition", "strategy", "object", "index", "seed", "success", "reason",
 
 def main(folders: Sequence[str]) -> int:
     """Count, and fill both pages."""
+    if len(folders) == 3 and folders[0] == "--survey":
+        replace_condition(folders[1], Path(folders[2]))
+        folders = ()
     if len(folders) > 1:
         print("make_robustness: given several folders; allowed: one, of study_robustness.py's trials", file=sys.stderr)
         return 2
@@ -45,6 +51,15 @@ def main(folders: Sequence[str]) -> int:
     write_text(PAGE, fill_page(PAGE.read_text(), rows))
     write_text(README, fill_readme(README.read_text(), rows, rates))
     return 0
+
+
+def replace_condition(condition: str, folder: Path) -> None:
+    """Put the trials of a survey into robustness.json in the place of a condition's."""
+    source = json.loads((folder / "survey.json").read_text())["settings"]["source"]
+    trials = [json.loads(line) for line in (folder / "trials.jsonl").read_text().splitlines()]
+    kept = [row for row in json.loads(RESULT.read_text())["rows"] if row["condition"] != condition]
+    new = [{"condition": condition, "source": source, **row} for row in trials]
+    write_text(RESULT, format_rows([*kept, *new]))
 
 
 def load_figures() -> tuple[list[dict[str, Any]], dict[str, Any]]:
