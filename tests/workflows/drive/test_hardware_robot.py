@@ -49,8 +49,10 @@ def connect(file: RobotFile = FILE, machine: SimMachine | None = None, **options
     radius = size_drum(DESIGN).winding_radius
     motors = [MotorTwin(MotorParameters(drum_radius=radius, wound=-0.004)) for _ in file.motors.ids]
     board = BoardTwin() if file.watchdog == "board" else None
-    clock.attach(MotorTwins(far, load, motors, motor_ids=list(file.motors.ids), board=board))
     arm = None if machine is None else MachineArm(machine, clock)
+    if arm is not None:
+        clock.attach(arm)
+    clock.attach(MotorTwins(far, load, motors, motor_ids=list(file.motors.ids), board=board))
     try:
         with HardwareRobot(DESIGN, file, clock=clock, arm=arm, **options) as robot:
             yield robot

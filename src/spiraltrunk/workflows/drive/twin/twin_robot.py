@@ -105,7 +105,7 @@ class TwinRobot(Robot):
         twin = build_twin(
             design, self._assemble(), clock=clock,
             load=SlackLoad(self._load, self.slack, design.cable_stroke) if self.slack else self._load,
-            beside=() if self.servo is None else (self.servo,),
+            beside=[device for device in (self.servo, self.arm) if device is not None],
         )  # fmt: skip
         self.motors = twin.motors
         self.faults = twin.injector
