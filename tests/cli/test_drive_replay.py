@@ -29,7 +29,7 @@ def whole(tmp_path_factory) -> bytes:
     with LogWriter(path, 0.0, LogMetadata(design="", bus="virtual", is_twin=True, seed=3), waits=True) as log:
         for i in range(N):
             time = 0.02 * i
-            zeros = ("feedback_time", "angle", "speed", "torque", "torque_sent", "voltage", "target")
+            zeros = ("feedback_time", "angle", "speed", "torque", "torque_sent", "voltage", "felt", "target")
             same = dict.fromkeys(zeros, [0.0] * 3)
             log.write(
                 "/motors", time,
