@@ -102,6 +102,22 @@ def test_load_cells_have_no_offset_and_their_own_sense_unless_it_is_said():
     assert (settings.cables, settings.offsets, settings.scales) == ((1,), (0.0,), (1.0,))
 
 
+@pytest.mark.parametrize("port", ["/dev/ttyUSB0", "/dev/ttyUSB1"])
+def test_load_cells_have_a_port_of_their_own(port):
+    file = RobotFile(
+        name="x", bus="sts:/dev/ttyUSB0", motors=MotorSetup(family="sts", ids=(1, 2, 3)), watchdog="relay:/dev/ttyUSB1"
+    )
+    with pytest.raises(DesignError, match=rf"load_cells\.port is '{port}'; allowed: a port of its own"):
+        replace(file, load_cells=LoadCellSetup(port=port, cables=(1,)))
+
+
+@pytest.mark.parametrize("missing", ["port", "cables"])
+def test_load_cells_need_a_port_and_cables(missing):
+    text = EXAMPLE.replace('port = "/dev/ttyACM1"' if missing == "port" else "cables = [1, 2, 3]", "# ")
+    with pytest.raises(DesignError, match=rf"load_cells\.{missing} is missing"):
+        read(text)
+
+
 def test_every_key_has_values_that_are_refused():
     assert set(WRONG) == {f"{table}.{key.name}".lstrip(".") for table, keys in TABLES.items() for key in keys}
 

@@ -262,7 +262,9 @@ class TrunkDriver:
     def _tell_tension(self, i: int, reading: CableReading | None) -> float:
         """Tension of one cable [N]; that of a load cell is told without torque, too."""
         felt = self._loop.cells.tensions[i]
-        return felt if felt is not None else reading.tension if reading else 0.0
+        if felt is None:
+            return reading.tension if reading else 0.0
+        return max(felt, 0.0)
 
     def _show_cable(self, i: int, now: float) -> CableSnapshot:
         """What is shown of one cable; tension and speed are known while torque is on."""
