@@ -29,7 +29,7 @@ def whole(tmp_path_factory) -> bytes:
     with LogWriter(path, 0.0, LogMetadata(design="", bus="virtual", is_twin=True, seed=3), waits=True) as log:
         for i in range(N):
             time = 0.02 * i
-            zeros = ("feedback_time", "angle", "speed", "torque", "torque_sent", "voltage", "target")
+            zeros = ("feedback_time", "angle", "speed", "torque", "torque_sent", "voltage", "felt", "target")
             same = dict.fromkeys(zeros, [0.0] * 3)
             log.write(
                 "/motors", time,
@@ -130,5 +130,10 @@ def test_the_live_table_fits_the_terminal(width):
     assert "N" in lines[1]
     for number, line in enumerate(lines[2:5], start=1):
         assert line.split() == [str(number), "-123.9", "58.1", "60.0", "101", "1234"]
+    felt = [replace(cable, felt=5.0, cell_age=0.002) for cable in seen.cables[:2]]
+    told = io.StringIO()
+    wide = Console(file=told, width=width)
+    wide.print(draw_table(replace(seen, cables=(*felt, seen.cables[2])), width))
+    assert told.getvalue().splitlines()[5] == "load cells: 1 (2 ms), 2 (2 ms)"
     assert lines[5].startswith("late" if width == 40 else "loop late")
     assert "…" not in text.getvalue()

@@ -75,6 +75,24 @@ def test_a_wrong_robot_file_is_one_line_even_on_the_twin(given, wrong, robot, ca
     assert not any(word in told for word in ("recursion", "set_int_max", "array of 3"))
 
 
+def test_the_load_cells_of_the_file_are_on_the_twin_and_in_the_status(robot, capsys):
+    assert cli.main(["drive", "--robot", str(robot), "status"]) == 0
+    table = capsys.readouterr().out.splitlines()
+    assert "load cell [N]" in table[2]
+    assert all(abs(float(line.split()[-1])) < 1.0 for line in table[4:7])
+    for three, one in (
+        ("cables = [1, 2, 3]", "cables = [3]"),
+        ("[0.4, -0.1, 0.0]", "[0.4]"),
+        ("[1.0, 1.0, -1.0]", "[-1.0]"),
+    ):
+        robot.write_text(robot.read_text().replace(three, one))
+    assert cli.main(["drive", "--robot", str(robot), "status", "--json"]) == 0
+    cables = json.loads(capsys.readouterr().out)["cables"]
+    assert [cable["load_cell_n"] is None for cable in cables] == [True, True, False]
+    assert [cable["load_cell_age_ms"] is None for cable in cables] == [True, True, False]
+    assert cables[2]["load_cell_age_ms"] < 10.0
+
+
 def test_a_file_that_fits_is_taken_on_the_twin(robot, capsys):
     assert cli.main(["drive", "--robot", str(robot), "status", "--json"]) == 0
     state = json.loads(capsys.readouterr().out)

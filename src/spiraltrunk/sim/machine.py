@@ -26,6 +26,10 @@ from spiraltrunk.sim.sensors import Sensors
 GRIPPER_TIME = 0.4
 """Time of the gripper's servo from slack to full tension [s] (ours)."""
 
+ARM_PERIOD = 0.002
+"""Period of the set points of the arm's joints between two commands [s]: they go there on straight ways, as its
+controller interpolates. In one step of a control period, a joint's torque would reach its limit at 0.3 rad/s."""
+
 _DIVERGED = tuple(
     int(kind)
     for kind in (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
@@ -66,6 +70,11 @@ class SimMachine:
         gain, gear = self.model.actuator_gainprm[self._arm_motors, 0], self.model.actuator_gear[self._arm_motors, 0]
         self._arm_stiffness = gain * gear**2
         self._grippers = [] if self.design.gripper is None else _find_grippers(self.model)
+        timestep = self.options.timestep
+        self.arm_period = ARM_PERIOD if _divides(timestep, ARM_PERIOD) else timestep
+        """Time between two set points of the arm on its way to a target [s]: `ARM_PERIOD`, or the time step."""
+        n = round(CONTROL_PERIOD / self.arm_period)
+        self._shares = np.arange(1, n + 1)[:, None] / n
 
     @property
     def arm_limits(self) -> ArmLimits:
@@ -106,6 +115,20 @@ class SimMachine:
         """Set the targets of the arm's joints, shape (n_arm,) [rad]."""
         self._arm_command = position
         self.data.ctrl[self._arm_motors] = position + self._servo_offset
+
+    def interpolate_arm(self, position: np.ndarray) -> np.ndarray:
+        """Set points of the arm's joints on the straight way from the present ones to a target.
+
+        Args:
+            position: the target, shape (n_arm,) [rad].
+
+        Returns:
+            One set point for every `arm_period` of a control period, the target last, shape (n, n_arm) [rad].
+        """
+        start = self._arm_command
+        targets = start + self._shares * (position - start)
+        targets[-1] = position
+        return np.asarray(targets)
 
     def set_cables(self, tension: np.ndarray, pull: np.ndarray | float) -> None:
         """Set the largest tension [N] and the largest pull [m] of each cable, shape (n_cable,), until set again."""
@@ -188,6 +211,11 @@ class SimMachine:
         data.qacc[:] = 0.0
         mujoco.mj_inverse(self.model, data)
         return np.asarray((data.qfrc_inverse[self._truth.arm_v] - held) / self._arm_stiffness)
+
+
+def _divides(part: float, whole: float) -> bool:
+    count = round(whole / part)
+    return count >= 1 and abs(count * part - whole) < 1e-9
 
 
 def _find_grippers(model: mujoco.MjModel) -> list[slice | np.ndarray]:

@@ -20,10 +20,6 @@ from spiraltrunk.sim.machine import GRIPPER_TIME, SimMachine
 from spiraltrunk.sim.plant_state import Pending, PlantState
 from spiraltrunk.sim.scene.options import EXTREMES_PERIOD, SceneOptions
 
-ARM_PERIOD = 0.002
-"""Period of the set points of the arm's joints between two commands [s]: they go there on straight ways, as its
-controller interpolates. In one step of a control period, a joint's torque would reach its limit at 0.3 rad/s."""
-
 
 @final
 class SimPlant(SimMachine, Plant):
@@ -42,10 +38,6 @@ class SimPlant(SimMachine, Plant):
     def __init__(self, design: TrunkDesign | None = None, options: SceneOptions | None = None) -> None:
         super().__init__(design, options)
         self._pending: deque[Pending] = deque()
-        timestep = self.options.timestep
-        self._arm_period = ARM_PERIOD if _divides(timestep, ARM_PERIOD) else timestep
-        n = round(CONTROL_PERIOD / self._arm_period)
-        self._shares = np.arange(1, n + 1)[:, None] / n
 
     def reset(self) -> Observation:
         """Reset to the initial state: object at rest, trunk straight and slack, arm at rest in its home posture."""
@@ -86,24 +78,23 @@ class SimPlant(SimMachine, Plant):
         else:
             end = self.reach.approach(start, position, CONTROL_PERIOD)
         self._pull(command)
-        self._move_arm(start, end)
+        self._move_arm(end, has_arrived=end is start)
         self.record()
         return self._observe()
 
-    def _move_arm(self, start: np.ndarray, end: np.ndarray) -> None:
-        """Advance by a control period in which the arm's targets go from one position to another, (n_arm,) [rad]."""
-        if end is start:  # It has arrived.
+    def _move_arm(self, end: np.ndarray, *, has_arrived: bool) -> None:
+        """Advance by a control period in which the arm's targets go to a position, shape (n_arm,) [rad]."""
+        if has_arrived:
             self.set_arm(end)
             for _ in range(round(CONTROL_PERIOD / EXTREMES_PERIOD)):
                 self.advance(EXTREMES_PERIOD)
                 self.update_extremes()
             return
-        targets, ctrl, motors = start + self._shares * (end - start), self.data.ctrl, self._arm_motors
-        targets[-1] = end
-        ticks = round(EXTREMES_PERIOD / self._arm_period)
-        for i, target in enumerate(targets + self._servo_offset, 1):
+        ctrl, motors, period = self.data.ctrl, self._arm_motors, self.arm_period
+        ticks = round(EXTREMES_PERIOD / period)
+        for i, target in enumerate(self.interpolate_arm(end) + self._servo_offset, 1):
             ctrl[motors] = target
-            self.advance(self._arm_period)
+            self.advance(period)
             if i % ticks == 0:
                 self.update_extremes()
         self._arm_command = end
@@ -187,11 +178,6 @@ class SimPlant(SimMachine, Plant):
             base_torque=wrench[3:],
             camera=self.read_camera(),
         )
-
-
-def _divides(part: float, whole: float) -> bool:
-    count = round(whole / part)
-    return count >= 1 and abs(count * part - whole) < 1e-9
 
 
 def _copy(command: Command) -> Command:

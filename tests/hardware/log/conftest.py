@@ -26,7 +26,7 @@ def motor_values() -> Callable[[int], dict[str, list[float]]]:
     """Builds the fields of a motors' message that tell its number."""
     names = (
         "feedback_time", "angle", "speed", "torque", "torque_sent", "temperature", "voltage", "pull", "tension",
-        "target",
+        "felt", "target",
     )  # fmt: skip
     return lambda k: {name: [k + i / 3 for i in range(3)] for name in names}
 

@@ -48,7 +48,10 @@ def test_numbers_come_back_exactly(tmp_path: Path, build_metadata: Build) -> Non
     fault = Fault(kind=FaultKind.STALL, time=101.0, cable=2, text="4 N; allowed: 3 N")
     joints = np.array([1 / 3, np.nan])
     with LogWriter(tmp_path / "a.mcap", 100.0, build_metadata()) as log:
-        log_motors(log, 100.5, (state, None), sent=[0.25, 0], pull=[1e-3, -0.0], tension=[np.inf, 2.0], target=(3, 4))
+        log_motors(
+            log, 100.5, (state, None), sent=[0.25, 0], pull=[1e-3, -0.0], tension=[np.inf, 2.0], felt=[None, 2.0],
+            target=(3, 4),
+        )  # fmt: skip
         log_arm(
             log, ArmState(time=100.6, position=joints, velocity=joints, acceleration=joints, torque=joints, error="é")
         )
@@ -65,6 +68,7 @@ def test_numbers_come_back_exactly(tmp_path: Path, build_metadata: Build) -> Non
     np.testing.assert_array_equal(motors.torque_sent, [[0.25, 0.0]])
     np.testing.assert_array_equal(motors.voltage, [[np.nan, np.nan]])
     np.testing.assert_array_equal(motors.tension, [[np.nan, 2.0]])
+    np.testing.assert_array_equal(motors.felt, [[np.nan, 2.0]])
     np.testing.assert_array_equal(motors.target, [[3.0, 4.0]])
     np.testing.assert_array_equal(arm.position, [joints])
     assert arm.error == ("é",)

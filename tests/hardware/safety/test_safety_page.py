@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from spiraltrunk.hardware.motors.gm6020 import GM6020
+from spiraltrunk.hardware.motors.load_cell import LoadCellSettings
 from spiraltrunk.hardware.motors.sts.models import MODELS
 from spiraltrunk.hardware.safety import probe, reaction, watchdog
 from spiraltrunk.hardware.safety.fault import FaultKind
@@ -20,6 +21,7 @@ ROWS: dict[str, str] = {}
 for _line in PAGE.splitlines():
     if _line.startswith("| "):
         ROWS.setdefault(_line.split("|")[1].strip(), _line)
+AGE_MAX = LoadCellSettings.__dataclass_fields__["age_max"].default
 LIMITS, STS = SafetyLimits(), MODELS["sts3215-12v"].data_sheet
 
 
@@ -72,6 +74,15 @@ def test_every_state_has_a_row(mode: Mode) -> None:
         (FaultKind.OVER_TENSION, f"{100 * LIMITS.over_part:g} % beyond for {1e3 * LIMITS.over_time:g} ms"),
         (FaultKind.OVER_TENSION, f"{100 * LIMITS.over_part_at_once:g} % at once"),
         (FaultKind.LENGTH_LIMIT, f"{1e3 * LIMITS.length_margin:g} mm"),
+        (FaultKind.LOAD_CELL, f"{1e3 * AGE_MAX:g} ms"),
+        (FaultKind.LOAD_CELL, f"the same number for {LIMITS.cell_still:g} s"),
+        (FaultKind.LOAD_CELL, f"below {-LIMITS.cell_error:g} N"),
+        (
+            FaultKind.LOAD_CELL,
+            f"{LIMITS.cell_frictions:g} times the dry friction, {LIMITS.cell_error:g} N and a quarter of the larger",
+        ),
+        (FaultKind.LOAD_CELL, f"for {LIMITS.cell_time:g} s"),
+        (FaultKind.LOAD_CELL, f"for {LIMITS.cell_beyond:g} s"),
         (FaultKind.HOMING, f"{JAM_TIME:g} s"),
         (FaultKind.ARM, f"{1e3 * LIMITS.feedback_age:g} ms"),
         (FaultKind.WATCHDOG, f"{1e3 * watchdog.ANSWER_AGE:g} ms"),

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from spiraltrunk.design import presets
 from spiraltrunk.errors import DesignError
 from spiraltrunk.hardware.safety.limits import SafetyLimits
+from spiraltrunk.hardware.setup.load_cell_setup import LoadCellSetup
 from spiraltrunk.hardware.setup.robot_file import (
     TABLES,
     CableSetup,
@@ -48,6 +49,10 @@ WRONG = {
     "cables.speed_max_mm_s": ["0", "-1", "nan", "inf", "1e5", "1e9"],
     "cables.stiffness_n_mm": ["0", "-20", "nan", "inf", "4.99", "200.1", '"x"'],
     "cables.slack_mm": ["[1, 2]", "[nan, 0, 0]", "[100, 0, 0]", "[-100, 0, 0]", "[inf, 0, 0]", "1"],
+    "load_cells.port": ['""', '"socket://host:1"', "1"],
+    "load_cells.cables": ["[1, 1, 2]", "[0, 1, 2]", "[1, 2, 4]", "[1, 2]", "[]", "[1.5, 2, 3]", "1"],
+    "load_cells.offsets_n": ["[0, 0]", "[nan, 0, 0]", "[201, 0, 0]", "[-201, 0, 0]", "0"],
+    "load_cells.scales": ["[1, 1]", "[0, 1, 1]", "[nan, 1, 1]", "[1001, 1, 1]", "1"],
     "servo.least_us": ["499", "nan", "2600"],
     "servo.most_us": ["2501", "nan", "900"],
     "servo.open_us": ["899", "2101", "nan"],
@@ -84,8 +89,33 @@ def test_the_example_says_what_it_shows():
     assert file.motors == MotorSetup(family="gm6020", ids=(1, 2, 3), directions=(1, 1, -1))
     assert file.cables == CableSetup(tension_max=30.0, speed_max=0.1, slack=(0.002, 0.0015, 0.0015))
     assert (file.arm, file.watchdog, file.relay) == ("panda:192.168.1.2", "board", None)
+    assert file.load_cells is not None
+    settings = file.load_cells.build_settings(3)
+    assert (settings.port, settings.cables, settings.n_cable) == ("/dev/ttyACM1", (0, 1, 2), 3)
+    assert (settings.offsets, settings.scales) == ((0.4, -0.1, 0.0), (1.0, 1.0, -1.0))
     assert file.servo is not None
     assert file.servo.closed_us == 2000.0
+
+
+def test_load_cells_have_no_offset_and_their_own_sense_unless_it_is_said():
+    settings = LoadCellSetup(port="COM3", cables=(2,)).build_settings(3)
+    assert (settings.cables, settings.offsets, settings.scales) == ((1,), (0.0,), (1.0,))
+
+
+@pytest.mark.parametrize("port", ["/dev/ttyUSB0", "/dev/ttyUSB1"])
+def test_load_cells_have_a_port_of_their_own(port):
+    file = RobotFile(
+        name="x", bus="sts:/dev/ttyUSB0", motors=MotorSetup(family="sts", ids=(1, 2, 3)), watchdog="relay:/dev/ttyUSB1"
+    )
+    with pytest.raises(DesignError, match=rf"load_cells\.port is '{port}'; allowed: a port of its own"):
+        replace(file, load_cells=LoadCellSetup(port=port, cables=(1,)))
+
+
+@pytest.mark.parametrize("missing", ["port", "cables"])
+def test_load_cells_need_a_port_and_cables(missing):
+    text = EXAMPLE.replace('port = "/dev/ttyACM1"' if missing == "port" else "cables = [1, 2, 3]", "# ")
+    with pytest.raises(DesignError, match=rf"load_cells\.{missing} is missing"):
+        read(text)
 
 
 def test_every_key_has_values_that_are_refused():

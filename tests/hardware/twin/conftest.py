@@ -11,6 +11,7 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.bus.frame_bus import Frame
 from spiraltrunk.hardware.motors.gm6020 import TORQUE_PER_RAW, CommandMode, Feedback, decode_feedback, encode_command
+from spiraltrunk.hardware.motors.load_cell import LoadCellSettings
 from spiraltrunk.hardware.twin.assembly import AssemblyOptions, build_twin
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
@@ -71,7 +72,8 @@ def build() -> Callable[..., Setup]:
             fails_at_driver=not at_motors, noise=noise, seed=seed,
         )  # fmt: skip
         load = Anchor(0.0, 0.0, 0.0) if load is None else load
-        twin = build_twin(PAPER, options, load=load)
+        cells = LoadCellSettings(port="cells", cables=(0, 1, 2), offsets=(0.0,) * 3, scales=(1.0,) * 3)
+        twin = build_twin(PAPER, options, load=load, load_cells=cells)
         assert isinstance(twin.clock, TwinClock)
         return Setup(twin.clock, twin.bus, twin.motors, twin.injector, twin.board)
 

@@ -24,6 +24,7 @@ from .conftest import Setup, feedback_of
 NAMES = {
     "frame_loss", "delay", "reorder", "duplicate", "bus_off", "frozen_feedback", "corrupt", "id_swap", "encoder_wrap",
     "power_cycle", "over_temperature", "stall", "cable_break", "cable_slip", "tangled_drum",
+    "cell_silent", "cell_unplugged", "cell_stuck", "cell_wire_off",
 }  # fmt: skip
 ENDS = pytest.mark.parametrize("at_motors", [False, True], ids=["driver's end", "motors' end"])
 

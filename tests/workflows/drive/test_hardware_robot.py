@@ -17,11 +17,14 @@ from spiraltrunk.design.drum import size_drum
 from spiraltrunk.errors import DesignError, DriveError, MissingPackage, RunError
 from spiraltrunk.hardware.bus.can_bus import open_can_bus
 from spiraltrunk.hardware.log import load_log
+from spiraltrunk.hardware.motors import load_cell
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.setup.load_cell_setup import LoadCellSetup
 from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.clock import TwinClock
+from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import MotorTwins
 from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
@@ -49,8 +52,10 @@ def connect(file: RobotFile = FILE, machine: SimMachine | None = None, **options
     radius = size_drum(DESIGN).winding_radius
     motors = [MotorTwin(MotorParameters(drum_radius=radius, wound=-0.004)) for _ in file.motors.ids]
     board = BoardTwin() if file.watchdog == "board" else None
-    clock.attach(MotorTwins(far, load, motors, motor_ids=list(file.motors.ids), board=board))
     arm = None if machine is None else MachineArm(machine, clock)
+    if arm is not None:
+        clock.attach(arm)
+    clock.attach(MotorTwins(far, load, motors, motor_ids=list(file.motors.ids), board=board))
     try:
         with HardwareRobot(DESIGN, file, clock=clock, arm=arm, **options) as robot:
             yield robot
@@ -99,6 +104,43 @@ def test_nothing_is_opened_for_a_file_that_does_not_fit(monkeypatch):
     monkeypatch.setattr(hardware_robot, "open_can_bus", lambda *_, **__: pytest.fail("a bus was opened"))
     with pytest.raises(DesignError, match=r"motors\.ids is 2 ids; allowed: 3"):
         HardwareRobot(DESIGN, replace(FILE, motors=MotorSetup(family="gm6020", ids=(1, 2))))
+
+
+CELLS = LoadCellSetup(port="/dev/absent", cables=(1, 2, 3), offsets=(0.0, 0.3, 0.0), scales=(1.0, 1.0, -1.0))
+
+
+def test_load_cells_of_the_file_are_opened_used_and_closed(monkeypatch):
+    """A board whose cells tell 1.5 N at every cable, which the motors' friction may hide."""
+    board, asked = LoadCellTwin(CELLS.build_settings(3), lambda: [1.5] * 3), []
+
+    def open_board(port, baud):
+        asked.append((port, baud))
+        return board
+
+    monkeypatch.setattr(load_cell, "open_serial", open_board)
+    with connect(replace(FILE, load_cells=CELLS)) as robot:
+        robot.clock.attach(board)
+        robot.listen()
+        cables = robot.driver.snapshot().cables
+        assert [cable.felt for cable in cables] == pytest.approx([1.5] * 3, abs=0.15)
+        assert not board.is_closed
+    assert asked == [("/dev/absent", 115_200)]
+    assert board.is_closed
+
+
+def test_load_cells_that_are_absent_are_one_line_and_the_bus_is_closed(monkeypatch):
+    opened = []
+
+    def remember(*arguments, **named):
+        opened.append(open_can_bus(*arguments, **named))
+        return opened[0]
+
+    monkeypatch.setattr(hardware_robot, "open_can_bus", remember)
+    with pytest.raises(DriveError, match="serial port '/dev/absent' cannot be opened") as caught:
+        HardwareRobot(DESIGN, replace(FILE, load_cells=CELLS))
+    assert "\n" not in str(caught.value)
+    with pytest.raises(DriveError, match="closed"):
+        opened[0].receive()
 
 
 def test_the_bus_is_closed_where_the_arm_cannot_be_opened(monkeypatch):

@@ -15,7 +15,9 @@ from spiraltrunk.hardware.driver.homing_routine import HomingRoutine, ProbedHomi
 from spiraltrunk.hardware.driver.options import DriverOptions
 from spiraltrunk.hardware.driver.side import ArmSide, GripperSide
 from spiraltrunk.hardware.driver.targets import Targets
+from spiraltrunk.hardware.driver.tension_side import TensionSide
 from spiraltrunk.hardware.driver.winding import Winding
+from spiraltrunk.hardware.motors.load_cell import LoadCells
 from spiraltrunk.hardware.motors.motor_port import MotorPort, MotorState
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.safety import states
@@ -27,6 +29,7 @@ from spiraltrunk.hardware.safety.reading import CableReading
 from spiraltrunk.hardware.safety.states import Mode, SafetyState
 from spiraltrunk.hardware.safety.watch import Watches, find_silent, watch
 from spiraltrunk.hardware.safety.watchdog import Watchdog
+from spiraltrunk.hardware.safety.watches.cell_watch import find_untrue_zero
 from spiraltrunk.hardware.winder.winder import Winder
 
 UNHEARD: Final = frozenset(
@@ -50,12 +53,14 @@ class ControlLoop:
         clock: Clock,
         servo: ServoPort | None,
         arm: ArmPort | None,
+        load_cells: LoadCells | None,
         options: DriverOptions,
     ) -> None:
         """See `driver.TrunkDriver`."""
         sheet, n_motor = motors.data_sheet, motors.n_motor
         self.motors, self.watchdog, self.options = motors, watchdog, options
-        self.winding = Winding(winders, sheet)
+        self.cells = TensionSide(load_cells, n_motor, options.limits)
+        self.winding = Winding(winders, sheet, self.cells.has_cell)
         self.homing = ProbedHoming(homing)
         self.arm, self.gripper = ArmSide(arm, options.limits), GripperSide(servo, options.gripper)
         ranges, relation = self.winding.build_ranges(), CableRelation.from_design(design)
@@ -96,7 +101,16 @@ class ControlLoop:
         """Why torque must not be switched on now."""
         is_watched = self.options.without_watchdog or self.watchdog.is_present()
         watches = self.watches
-        return states.find_obstacles(self.feedback, now, watches.sheet, watches.limits, is_watched=is_watched)
+        found = states.find_obstacles(self.feedback, now, watches.sheet, watches.limits, is_watched=is_watched)
+        return (*found, *self.cells.find_obstacles(), *self._find_untrue_zeros())
+
+    def _find_untrue_zeros(self) -> tuple[str, ...]:
+        """Load cells that tell a tension which nothing holds; while no torque is on."""
+        told = [
+            find_untrue_zero(felt, allowed.friction, self.watches.limits)
+            for felt, allowed in zip(self.cells.tensions, self.watches.ranges, strict=True)
+        ]
+        return tuple(f"cable {i}: {text}" for i, text in enumerate(told, start=1) if text)
 
     def start_homing(self) -> None:
         """Begin homing; raises `DriveError` with every obstacle."""
@@ -152,8 +166,8 @@ class ControlLoop:
             self._send(self._advance(faults, now, dt), now)
 
     def _read(self, now: float) -> tuple[Fault, ...]:
-        """Read motors and arm."""
-        faults = self.arm.watch(now)
+        """Read motors, load cells and arm."""
+        faults = (*self.arm.watch(now), *self.cells.read(now))
         try:
             self.feedback = self.motors.read()
         except DriveError as error:
@@ -191,7 +205,7 @@ class ControlLoop:
             return self._home(motors, now, dt)
         faults = (*self._find_unwatched(now), *self._find_old(now))
         try:
-            self.readings, torques = self.winding.step(self.targets, motors, self.sent, dt)
+            self.readings, torques = self.winding.step(self.targets, motors, self.sent, dt, felt=self.cells.tensions)
         except DriveError as error:
             return self.sent, (*faults, _build_fault(FaultKind.IMPLAUSIBLE_FEEDBACK, str(error), now))
         self.seen, found, self.warnings = watch(self.watches, self.seen, self.readings, now, dt)
@@ -203,7 +217,8 @@ class ControlLoop:
     ) -> tuple[tuple[float, ...], tuple[Fault, ...]]:
         """Torques of homing, and the faults that were found; homing ends safe, without torque."""
         self.readings = tuple(
-            CableReading(motor=motor, torque=torque) for motor, torque in zip(motors, self.sent, strict=True)
+            CableReading(motor=motor, torque=torque, tension=felt or 0.0, felt=felt)
+            for motor, torque, felt in zip(motors, self.sent, self.cells.tensions, strict=True)
         )
         self.seen, found, self.warnings = watch(self._homing_watches, self.seen, self.readings, now, dt)
         step = self.homing.step(motors, now, dt)

@@ -23,7 +23,11 @@ class CableSnapshot:
     speed: float
     """Speed of winding in [m/s]."""
     tension: float
-    """Tension as the winder estimates it [N]."""
+    """Tension by a load cell, or, while torque is on, as the winder estimates it [N]."""
+    felt: float | None
+    """Tension by a load cell [N]; None without one, and where its reading may not be used."""
+    cell_age: float | None
+    """Age of the load cell's reading [s], infinite where none may be used; None where there is no load cell."""
     tension_target: float
     """Upper limit of the tension that was asked for [N]."""
     pull_target: float

@@ -30,10 +30,12 @@ from spiraltrunk.hardware.driver.targets import (
     read_tension,
     read_validity,
 )
+from spiraltrunk.hardware.motors.load_cell import LoadCells
 from spiraltrunk.hardware.motors.motor_port import MotorPort
 from spiraltrunk.hardware.motors.servo_port import ServoPort
 from spiraltrunk.hardware.safety import states
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
+from spiraltrunk.hardware.safety.reading import CableReading
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.safety.watchdog import Watchdog
 from spiraltrunk.hardware.winder.winder import Winder
@@ -53,6 +55,7 @@ class TrunkDriver:
         clock: Clock,
         servo: ServoPort | None = None,
         arm: ArmPort | None = None,
+        load_cells: LoadCells | None = None,
         homing: HomingRoutine | None = None,
         options: DriverOptions | None = None,
     ) -> None:
@@ -66,6 +69,7 @@ class TrunkDriver:
             clock: time.
             servo: the gripper's; None without one.
             arm: the arm; None without one.
+            load_cells: what measures the tension of some cables or all; None for what the motors tell.
             homing: how the zeros of the drums are found, by the winders by default; each motor is probed before.
             options: settings.
 
@@ -82,7 +86,7 @@ class TrunkDriver:
             raise DriveError(f"the period of control is {1e3 * options.period:g} ms; allowed: {allowed}")
         self._loop = ControlLoop(
             design=design, motors=motors, winders=winders, homing=homing or WinderHoming(winders), watchdog=watchdog,
-            clock=clock, servo=servo, arm=arm, options=options,
+            clock=clock, servo=servo, arm=arm, load_cells=load_cells, options=options,
         )  # fmt: skip
         self._clock, self._arm_port, self._has_servo = clock, arm, servo is not None
         self._schedule = Schedule(options.period)
@@ -234,6 +238,7 @@ class TrunkDriver:
         try:
             loop.gripper.release()
             loop.arm.close()
+            loop.cells.close()
         finally:
             loop.motors.close()
 
@@ -254,6 +259,13 @@ class TrunkDriver:
             lateness=self._schedule.summarise(),
         )  # fmt: skip
 
+    def _tell_tension(self, i: int, reading: CableReading | None) -> float:
+        """Tension of one cable [N]; that of a load cell is told without torque, too."""
+        felt = self._loop.cells.tensions[i]
+        if felt is None:
+            return reading.tension if reading else 0.0
+        return max(felt, 0.0)
+
     def _show_cable(self, i: int, now: float) -> CableSnapshot:
         """What is shown of one cable; tension and speed are known while torque is on."""
         loop = self._loop
@@ -262,7 +274,9 @@ class TrunkDriver:
         return CableSnapshot(
             pull=loop.winding.compute_pull(i, motor) if self.is_homed else 0.0,
             speed=reading.speed if reading else 0.0,
-            tension=reading.tension if reading else 0.0,
+            tension=self._tell_tension(i, reading),
+            felt=loop.cells.tensions[i],
+            cell_age=loop.cells.compute_age(i, now),
             tension_target=loop.targets.tension[i],
             pull_target=loop.targets.pull[i],
             angle=motor.angle if motor else math.nan,

@@ -26,8 +26,9 @@ STOOD_LENGTH = 1e-4
 class Winding:
     """Winders of one trunk with their states."""
 
-    def __init__(self, winders: Sequence[Winder], sheet: MotorDataSheet) -> None:
+    def __init__(self, winders: Sequence[Winder], sheet: MotorDataSheet, has_cell: Sequence[bool] = ()) -> None:
         self._winders, self._sheet = tuple(winders), sheet
+        self._has_cell = tuple(has_cell) or (False,) * len(self._winders)
         self._zeros = (0.0,) * len(self._winders)
         self._states = self._start()
         self._stood: list[tuple[float, ...]] = []
@@ -70,17 +71,26 @@ class Winding:
 
     @property
     def lag(self) -> float:
-        """Time by which the slowest estimate of a tension lags behind [s]."""
-        return max(1.0 / winder.gains.observer for winder in self._winders)
+        """Time by which the slowest estimate of a tension lags behind [s]; a load cell does not."""
+        pairs = zip(self._winders, self._has_cell, strict=True)
+        return max((1.0 / winder.gains.observer for winder, has_cell in pairs if not has_cell), default=0.0)
 
     def build_ranges(self) -> tuple[CableRange, ...]:
         """What the watches allow each cable."""
         return tuple(map(_build_range, self._winders))
 
     def step(
-        self, targets: Targets, motors: Sequence[MotorState], sent: Sequence[float], dt: float
+        self,
+        targets: Targets,
+        motors: Sequence[MotorState],
+        sent: Sequence[float],
+        dt: float,
+        *,
+        felt: Sequence[float | None] = (),
     ) -> tuple[tuple[CableReading, ...], tuple[float, ...]]:
         """Advance by ``dt`` [s]; a warm motor's tension above the floor is reduced.
+
+        ``felt`` are the tensions by load cells [N], None for a cable without one; empty where there is none at all.
 
         Raises:
             DriveError: where feedback is no number.
@@ -89,7 +99,10 @@ class Winding:
         stirred = self._find_stirred(motors)
         for i, (winder, motor) in enumerate(zip(self._winders, motors, strict=True)):
             target = WinderTarget(tension=self._limit(winder, targets.tension[i], motor), pull=targets.pull[i])
-            state, measured, torque = step(winder, self._states[i], target, motor, dt, is_stirred=stirred[i])
+            cell = felt[i] if felt else None
+            state, measured, torque = step(
+                winder, self._states[i], target, motor, dt, measured_tension=cell, is_stirred=stirred[i]
+            )
             states.append(state)
             torques.append(torque)
             readings.append(
@@ -99,7 +112,10 @@ class Winding:
                     pull=measured.pull,
                     speed=measured.speed,
                     tension=measured.tension,
-                    pull_at_tension=state.slow_pull,
+                    felt=cell,
+                    estimated=None if cell is None else state.tension,
+                    is_loss_most=measured.is_loss_most,
+                    pull_at_tension=None if cell is not None else state.slow_pull,
                     resistance=state.resistance,
                     tension_wanted=state.tension_set,
                     is_stirred=state.dither.stir > 0.0,

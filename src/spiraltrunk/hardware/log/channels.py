@@ -63,7 +63,10 @@ class MotorLog:
     pull: Vector
     """Cable pulled in since the straight trunk, shape (n, n_cable) [m]."""
     tension: Vector
-    """Estimated tension, shape (n, n_cable) [N]."""
+    """Tension by load cells, or as it is estimated, shape (n, n_cable) [N]."""
+    felt: Later
+    """Tension by load cells, shape (n, n_cable) [N]; NaN without a cell or a reading that may be used. In a log that
+    lacks it, shape (n, 0)."""
     target: Vector
     """Set tension of the winder, shape (n, n_cable) [N]."""
 

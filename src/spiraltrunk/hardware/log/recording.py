@@ -30,6 +30,7 @@ def log_motors(
     pull: Any,
     tension: Any,
     target: Any,
+    felt: Any = None,
 ) -> None:
     """Log the feedback of all motors, one per cable.
 
@@ -39,13 +40,16 @@ def log_motors(
         states: latest feedback of each motor.
         sent: torque that was sent last, shape (n_cable,) [N m].
         pull: cable pulled in since the straight trunk, shape (n_cable,) [m].
-        tension: estimated tension, shape (n_cable,) [N].
+        tension: tension by load cells, or as it is estimated, shape (n_cable,) [N].
         target: tension that the winder is told to hold, shape (n_cable,) [N].
+        felt: tension by load cells, shape (n_cable,) [N], NaN for a cable without; None for no load cells.
     """
     known = [_SILENT if state is None else state for state in states]
     values = {name: [getattr(state, name) for state in known] for name in _MOTOR_FIELDS}
     values["feedback_time"] = [state.time for state in known]
-    log.write("/motors", time, values | {"torque_sent": sent, "pull": pull, "tension": tension, "target": target})
+    felt = [None] * len(known) if felt is None else felt
+    told = {"torque_sent": sent, "pull": pull, "tension": tension, "felt": felt, "target": target}
+    log.write("/motors", time, values | told)
 
 
 _MOTOR_FIELDS = ("angle", "speed", "torque", "temperature", "voltage")

@@ -29,6 +29,7 @@ class FaultKind(Enum):
     TANGLED_DRUM = "tangled drum"
     OVER_TENSION = "tension over its ceiling"
     LENGTH_LIMIT = "length limit"
+    LOAD_CELL = "load cell"
     HOMING = "homing failed"
     ARM = "arm"
     SERVO = "servo"

@@ -137,6 +137,19 @@ class SafetyLimits:
     """Time for which it may be beyond [s]."""
     over_part_at_once: float = 0.5
     """Tension beyond its ceiling, as a part of it, that is a fault at once [-]."""
+    cell_still: float = 0.5
+    """Time for which a load cell may tell the same number [s]: the last digits of its amplifier fluctuate."""
+    cell_frictions: float = 1.5
+    """Dry friction over the assumed one by which a load cell and the motor may differ [-]; `cell_part` allows for more
+    where the friction is larger."""
+    cell_error: float = 3.0
+    """Error of a load cell's zero that is allowed [N]."""
+    cell_part: float = 0.25
+    """Error of a load cell's scale, or of the motor's torque, that is allowed [-]."""
+    cell_time: float = 0.2
+    """Time for which a load cell and the motor may differ by more [s]: the estimate lags behind by up to 60 ms."""
+    cell_beyond: float = 0.5
+    """Time for which a load cell may ask a winder with a slow drum for more force than friction explains [s]."""
     length_margin: float = 0.005
     """Length beyond its limits that is a fault [m]; the winder itself stops at the limits."""
 

@@ -25,7 +25,12 @@ class CableReading:
     speed: float = 0.0
     """Speed of winding in [m/s]."""
     tension: float = 0.0
-    """Tension as the winder estimates it [N]."""
+    """Tension by a load cell, or as the winder estimates it [N]."""
+    felt: float | None = None
+    """Tension by a load cell [N], as it came; None where there is none."""
+    estimated: float | None = None
+    """Tension as the winder estimates it [N], where a load cell measures it: it follows fast changes more slowly, to
+    which some limits are fit; None where that is ``tension``."""
     pull_at_tension: float | None = None
     """Pull at the time that this tension tells of [m]; None where that is now."""
     resistance: float = 0.0
@@ -35,6 +40,14 @@ class CableReading:
     """Tension that the winder aims at in this period, after its limits [N]."""
     is_stirred: bool = False
     """Whether an alternating torque makes the estimate of the tension swing, see `winder.dither`."""
+
+    is_loss_most: bool = False
+    """Whether a load cell asks for more force than any friction explains, see `winder.loss`."""
+
+    @property
+    def by_motor(self) -> float:
+        """Tension as the motor tells it [N]."""
+        return self.tension if self.estimated is None else self.estimated
 
 
 @explain_fields

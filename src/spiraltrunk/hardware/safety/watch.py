@@ -25,6 +25,7 @@ from spiraltrunk.hardware.safety.watches.cable_watch import (
     watch_tension,
     watch_untaken,
 )
+from spiraltrunk.hardware.safety.watches.cell_watch import CellState, watch_cell
 from spiraltrunk.hardware.safety.watches.feedback_watch import (
     FrozenState,
     MotionState,
@@ -69,6 +70,8 @@ class CableWatch:
     """Tangled drum."""
     tension: float = 0.0
     """Time beyond the ceiling [s]."""
+    cell: CellState = field(default_factory=CellState)
+    """Load cell."""
 
 
 @explain_fields
@@ -274,13 +277,15 @@ def _watch_cable(
     """The watches of one cable."""
     limits = watches.limits
     tension, found_tension = watch_tension(state.tension, reading, dt, allowed.tension_ceiling, limits)
-    if not watches.is_homed:
-        return CableWatch(tension=tension), (found_tension,)
+    friction, is_homed = allowed.friction, watches.is_homed
+    cell, found_cell = watch_cell(state.cell, reading, friction, dt, limits, is_homed=is_homed)
+    if not is_homed:
+        return CableWatch(tension=tension, cell=cell), (found_tension, found_cell)
     load = watch_load(state.load, reading, allowed.tension_least, dt, limits)
     slip, found_slip = watch_slip(state.slip, reading, dt, limits)
     tangle, found_tangle = watch_tangle(state.tangle, reading, allowed, limits)
-    after = CableWatch(load=load, slip=slip, tangle=tangle, tension=tension)
-    return after, (found_slip, found_tangle, found_tension, find_too_far(reading, allowed, limits))
+    after = CableWatch(load=load, slip=slip, tangle=tangle, tension=tension, cell=cell)
+    return after, (found_slip, found_tangle, found_tension, find_too_far(reading, allowed, limits), found_cell)
 
 
 def _warn(watches: Watches, state: WatchState, readings: tuple[CableReading, ...]) -> Iterator[str]:

@@ -22,6 +22,7 @@ from spiraltrunk.hardware.motors.motor_port import MotorDataSheet
 from spiraltrunk.hardware.motors.pwm_servo import ServoCalibration
 from spiraltrunk.hardware.motors.sts.codec import ID_MAX
 from spiraltrunk.hardware.motors.sts.models import MODELS
+from spiraltrunk.hardware.setup.load_cell_setup import LoadCellSetup
 
 FAMILIES = ("gm6020", "sts")
 """Motor families."""
@@ -146,6 +147,8 @@ class RobotFile:
     """The arm: none, panda:HOST or franky:HOST."""
     cables: CableSetup = field(default_factory=CableSetup)
     """The cables."""
+    load_cells: LoadCellSetup | None = None
+    """Load cells at the cables; None for what the motors tell of the tension."""
     servo: ServoCalibration | None = None
     """Pulses of the gripper's servo, measured; None without a gripper."""
 
@@ -159,9 +162,21 @@ class RobotFile:
         check_arm(self.arm)
         if self.servo is not None and kind is not BusKind.BOARD:
             raise DesignError("servo", got=Unquoted(f"there with bus {self.bus}"), allowed="only with board:PORT")
+        self._check_load_cells()
         if self.cables.slack and len(self.cables.slack) != len(self.motors.ids):
             got = Unquoted(f"{len(self.cables.slack)} numbers")
             raise DesignError("cables.slack", got=got, allowed=f"{len(self.motors.ids)}, one for each motor")
+
+    def _check_load_cells(self) -> None:
+        cells = self.load_cells
+        if cells is None:
+            return
+        if max(cells.cables) > len(self.motors.ids):
+            got = Unquoted(str(list(cells.cables)))
+            raise DesignError("load_cells.cables", got=got, allowed=f"1 to {len(self.motors.ids)}, the motors' cables")
+        if cells.port in (self.relay, parse_bus_address(self.bus).port):
+            allowed = "a port of its own, neither the bus's nor the relay's"
+            raise DesignError("load_cells.port", got=cells.port, allowed=allowed)
 
     def _check_watchdog(self, kind: BusKind) -> None:
         if self.watchdog == "board" and kind is BusKind.STS:
@@ -204,6 +219,12 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("stiffness_n_mm", CableSetup, "stiffness", _KILO),
         Key("slack_mm", CableSetup, "slack", MILLI, _NUMBERS),
     ),
+    "load_cells": (
+        Key("port", LoadCellSetup, "port", kind=_TEXT),
+        Key("cables", LoadCellSetup, "cables", kind=_COUNTS),
+        Key("offsets_n", LoadCellSetup, "offsets", kind=_NUMBERS),
+        Key("scales", LoadCellSetup, "scales", kind=_NUMBERS),
+    ),
     "servo": tuple(
         Key(name, ServoCalibration, name) for name in ("least_us", "most_us", "open_us", "slack_us", "closed_us")
     ),
@@ -226,6 +247,12 @@ directions = [1, 1, -1]         # -1: the motor's positive sense pays the cable 
 tension_max_n = 30.0            # lower than the design's
 speed_max_mm_s = 100.0
 slack_mm = [2.0, 1.5, 1.5]      # of the fully wrapped trunk
+
+[load_cells]                    # where the motors tell too little of the tension
+port = "/dev/ttyACM1"           # opened only by --bus robot
+cables = [1, 2, 3]              # of each cell, in the order of the board's frame
+offsets_n = [0.4, -0.1, 0.0]    # read with slack cables
+scales = [1.0, 1.0, -1.0]       # -1: mounted the other way round
 
 [servo]                         # measured with its cables on
 least_us = 900.0

@@ -10,11 +10,13 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.bus.memory_bus import build_memory_pair
 from spiraltrunk.hardware.clock import Clock
+from spiraltrunk.hardware.motors.load_cell import LoadCellSettings
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.clock import RealTimeTwin, TwinClock
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.hardware.twin.faults import FaultInjector, FaultyBus
+from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
 from spiraltrunk.hardware.twin.motor import MotorParameters, MotorTwin
 from spiraltrunk.hardware.twin.motors import FeedbackNoise, MotorTwins
 from spiraltrunk.hardware.twin.trunk.spring_trunk import SpringTrunk
@@ -60,7 +62,7 @@ class TwinAssembly:
     injector: FaultInjector
     """Where faults are injected."""
     devices: tuple[TwinDevice, ...]
-    """What is advanced, in this order: faults, what stands beside the motors, motors."""
+    """What is advanced, in this order: faults, what stands beside the motors, motors, load cells."""
 
     def in_real_time(self) -> RealTimeTwin:
         """The thread that advances a twin whose clock is the computer's."""
@@ -74,6 +76,7 @@ def build_twin(
     clock: Clock | None = None,
     load: CableLoad | None = None,
     beside: Sequence[TwinDevice] = (),
+    load_cells: LoadCellSettings | None = None,
 ) -> TwinAssembly:
     """A twin of the design's motors.
 
@@ -83,6 +86,7 @@ def build_twin(
         clock: time; a `TwinClock` of its own by default. With another one, `TwinAssembly.in_real_time` advances it.
         load: what the cables pull on; a hanging `SpringTrunk` by default.
         beside: further devices, such as the gripper's servo.
+        load_cells: load cells at the cables, see `MotorTwins.cells`; None for none.
     """
     options = AssemblyOptions() if options is None else options
     clock = TwinClock() if clock is None else clock
@@ -97,7 +101,10 @@ def build_twin(
         feedback_period=options.feedback_period, board=board, noise=options.noise, seed=options.seed,
     )  # fmt: skip
     injector = FaultInjector(twins, bus if options.fails_at_driver else far)
-    devices = (injector, *beside, twins)
+    devices: tuple[TwinDevice, ...] = (injector, *beside, twins)
+    if load_cells is not None:
+        twins.cells = LoadCellTwin(load_cells, lambda: twins.tensions, seed=options.seed)
+        devices = (*devices, twins.cells)
     if isinstance(clock, TwinClock):
         for device in devices:
             clock.attach(device)

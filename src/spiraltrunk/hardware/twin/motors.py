@@ -29,6 +29,7 @@ from spiraltrunk.hardware.safety.watchdog import HEARTBEAT_ID
 from spiraltrunk.hardware.twin.board import BoardTwin
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.device import TwinDevice
+from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
 from spiraltrunk.hardware.twin.motor import MotorTwin
 
 _AMPERE = CURRENT_MAX / CURRENT_RAW
@@ -104,6 +105,8 @@ class MotorTwins(TwinDevice):
         self._commands = [0.0] * len(self.motors)
         self.tensions: Sequence[float] = [0.0] * len(self.motors)
         """Tension of each cable at its drum [N]."""
+        self.cells: LoadCellTwin | None = None
+        """Load cells at the cables, to which faults of cells happen; None without any."""
         self.n_answered = 0
         """Number of times that all motors sent their feedback."""
         self._address()

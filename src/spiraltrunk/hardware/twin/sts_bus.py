@@ -16,6 +16,7 @@ from spiraltrunk.errors import DriveError
 from spiraltrunk.hardware.motors.sts import codec
 from spiraltrunk.hardware.twin.cable_load import CableLoad
 from spiraltrunk.hardware.twin.device import TwinDevice
+from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
 from spiraltrunk.hardware.twin.sts_servo import ServoTwin
 
 _SYNC_READ, _SYNC_WRITE = 0x82, 0x83
@@ -55,6 +56,8 @@ class StsTwin(TwinDevice):
         self.servos = tuple(servos)
         self.motors = tuple(servo.motor for servo in servos)
         """Motor of each servo, to which faults of devices happen."""
+        self.cells: LoadCellTwin | None = None
+        """Load cells at the cables, to which faults of cells happen; None without any."""
         self.faults = LineFaults()
         self.n_command = 0
         """Commands of duty cycles that arrived whole, to all servos at once [-]."""

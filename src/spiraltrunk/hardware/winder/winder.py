@@ -28,21 +28,14 @@ from spiraltrunk.hardware.winder.feedback_check import check_feedback
 from spiraltrunk.hardware.winder.friction import FrictionDirection, follow_motion, lead_at_rest
 from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS, WinderGains, derive_gains
 from spiraltrunk.hardware.winder.limits import FRICTION_SHARE, WinderLimits, build_limits
+from spiraltrunk.hardware.winder.loss import LOSS_RATE, LossBounds, follow_loss, is_most
+from spiraltrunk.hardware.winder.motion import MOST_PERIODS, Motion, low_pass
 
 LET_DOWN = 0.02
 """Rate at which a set tension falls that counts as letting down, over the slew limit [-] (ours)."""
 
 LANDING = 0.075
 """Rate at which the set tension approaches its floor from above, over the washout's [-] (ours: no slack then)."""
-
-TRIM_RATE = 4.0
-"""Rate of the integral part with a load cell [rad/s] (ours: far below the resonance)."""
-
-TRIM_SHARE = 0.2
-"""Largest correction by a load cell over the tension's ceiling, beside the friction [-] (ours)."""
-
-MOST_PERIODS = 3.0
-"""A late step is taken as this many periods at most, so that lateness makes no jump [-] (ours)."""
 
 
 @final
@@ -105,8 +98,10 @@ class WinderState(NamedTuple):
     """Pull through the low-pass of that estimate [m]."""
     direction: FrictionDirection = FrictionDirection()
     """Direction of winding that dry friction opposes."""
-    trim: float = 0.0
-    """Correction by a load cell [N]."""
+    force: float = 0.0
+    """Force that was commanded in the step before, without a dither [N]."""
+    loss: float = 0.0
+    """Part of that force that does not reach the cable, by a load cell [N]."""
     dither: Dither = Dither()
     """Dither, see `dither`."""
 
@@ -122,6 +117,8 @@ class WinderReading(NamedTuple):
     """Tension: the load cell's where there is one, else the estimate of `step` [N]."""
     is_limited: bool
     """Whether a limit of speed, length or torque holds the winder back."""
+    is_loss_most: bool = False
+    """Whether the loss by a load cell stands at its bound though the drum is slow: more than friction explains."""
 
 
 def build_winder(
@@ -185,7 +182,7 @@ def step(
     - the set tension s = clip(s_slow + m w_speed (v_wanted - v), floor, limit), slewed, with v_wanted = w_position
       (pull limit - x), and s_slow the low-pass of s as far as the governor lets it act: a stiffness
       of m w_speed w_position with an integral part that stops at the limits (automatic reset);
-    - the force f = s - m w_damping (v - v_slow) + friction * direction + trim, where v_slow is the low-pass of v;
+    - the force f = s - m w_damping (v - v_slow) + friction * direction, where v_slow is the low-pass of v;
     - the governor bounds f so that v stays within the speed limit and x within the soft limits of length: f <= R + m
       w_governor (v_allowed - v), with R the estimate of tension and friction, and the same from below up to the ceiling
       of the tension; a slack cable is slower than a taut one;
@@ -195,6 +192,8 @@ def step(
     T is that of a disturbance observer: torque / r - friction - m dv/dt through a first-order low-pass of
     ``w_observer`` (83 rad/s at 500 Hz), which ``slow_pull`` passes, too. While the rotor stands still T is
     uncertain by the dry friction over the radius, either way.
+
+    With a load cell T is measured, and the loss that it tells takes the place of friction * direction, see `loss`.
 
     Args:
         winder: the winder's constants.
@@ -219,58 +218,50 @@ def step(
         falls = wanted - state.tension_set < -1e-3 * winder.limits.tension_slew * motion.dt
         direction = lead_at_rest(direction, motion.dt, is_let_down=falls)
     speed, gains = motion.speed, winder.gains
-    slow_speed = state.slow_speed + _low_pass(gains.washout * motion.dt) * (speed - state.slow_speed)
+    slow_speed = state.slow_speed + low_pass(gains.washout * motion.dt) * (speed - state.slow_speed)
     shaken = _step_dither(winder, state, wanted, motion, is_stirred=is_stirred)
     friction = FRICTION_SHARE * winder.friction / motion.radius
+    loss = None if measured_tension is None else _follow_loss(winder, state, motor, motion, measured_tension)
     compensated = 0.0
     if dither is None:
         dither = compute_amplitude(shaken, (wanted - winder.limits.tension_floor) * motion.radius, winder.friction)
         compensated = max(1.0 - dither, 0.0) * friction * direction.share
-    trim = 0.0 if measured_tension is None else _trim(winder, state, wanted - felt, friction, motion)
-    force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed) + trim
-    force += max(compensated, winder.limits.tension_floor - wanted)  # Letting down ends with the rotor braked.
-    force = min(force, winder.limits.tension_ceiling + winder.friction / motion.radius + max(trim, 0.0))
-    governed = _govern(winder, force, _allow_speeds(winder, target.pull, wanted, tension, motion), resistance, motion)
+    force = _drag(winder.limits, wanted, speed) - motion.mass * gains.damping * (speed - slow_speed)
+    if loss is None:
+        force += max(compensated, winder.limits.tension_floor - wanted)  # Letting down ends with the rotor braked.
+    else:
+        force += loss
+    force = min(force, winder.limits.tension_ceiling + max(winder.friction / motion.radius, loss or 0.0))
+    governed = _govern(winder, force, _allow_speeds(winder, target.pull, wanted, felt, motion), resistance, motion)
     torque_max = winder.limits.torque_max
     torque = governed * motion.radius + dither * winder.friction * compute_sign(shaken, winder.n_half)
     torque = min(max(torque, -torque_max), torque_max)
-    slow_set = state.slow_set + _low_pass(gains.reset * motion.dt) * (wanted + governed - force - state.slow_set)
+    slow_set = state.slow_set + low_pass(gains.reset * motion.dt) * (wanted + governed - force - state.slow_set)
     after = WinderState(
         zero_angle=state.zero_angle, motor_time=motor.time, speed=speed, slow_speed=slow_speed, tension_limit=limit,
         tension_set=wanted, slow_set=slow_set, resistance=resistance, tension=tension, slow_pull=slow_pull,
-        direction=direction, trim=trim, dither=shaken,
+        direction=direction, force=governed, loss=loss or 0.0, dither=shaken,
     )  # fmt: skip
     is_limited = governed != force or abs(torque) == torque_max
-    return after, WinderReading(motion.pull, speed, felt, is_limited), torque
+    is_loss_most = loss is not None and abs(speed) < gains.slack_speed and is_most(loss, _bound_loss(winder, motion))
+    return after, WinderReading(motion.pull, speed, felt, is_limited, is_loss_most), torque
 
 
-class _Motion(NamedTuple):
-    """Where the winder is, and how it moves."""
-
-    pull: float
-    speed: float
-    radius: float
-    mass: float
-    """J / r^2 [kg]."""
-    dt: float
-    is_turning: bool
-
-
-def _read_motion(winder: Winder, state: WinderState, motor: MotorState, dt: float) -> _Motion:
+def _read_motion(winder: Winder, state: WinderState, motor: MotorState, dt: float) -> Motion:
     angle = motor.angle - state.zero_angle
     radius = winder.drum.radius(angle)
     is_turning = abs(motor.speed) > winder.angle_step / winder.gains.period
     dt = min(dt, MOST_PERIODS * winder.gains.period)
-    return _Motion(winder.drum.pull(angle), motor.speed * radius, radius, winder.inertia / radius**2, dt, is_turning)
+    return Motion(winder.drum.pull(angle), motor.speed * radius, radius, winder.inertia / radius**2, dt, is_turning)
 
 
-def _low_pass(exponent: float) -> float:
-    """Share of the way that a first-order low-pass goes in a step of ``exponent`` time constants [-]."""
-    return -math.expm1(-exponent)
+def _find_since(winder: Winder, state: WinderState, motor: MotorState, motion: Motion) -> float:
+    """Time between two frames of feedback, without jumps [s]."""
+    return min(max(motor.time - state.motor_time, motion.dt / 2), MOST_PERIODS * winder.gains.period)
 
 
 def _observe(
-    winder: Winder, state: WinderState, motor: MotorState, motion: _Motion
+    winder: Winder, state: WinderState, motor: MotorState, motion: Motion
 ) -> tuple[float, float, float, FrictionDirection]:
     """Estimates of resistance and tension [N], the pull as late as these [m], and direction that friction opposes."""
     if motor.time <= state.motor_time:
@@ -279,15 +270,15 @@ def _observe(
     if state.motor_time == -math.inf:
         return torque_force, max(torque_force, 0.0), motion.pull, FrictionDirection(0.0, motor.angle)
     direction = follow_motion(state.direction, motor.angle, winder.angle_step)
-    since = min(max(motor.time - state.motor_time, motion.dt / 2), MOST_PERIODS * winder.gains.period)
+    since = _find_since(winder, state, motor, motion)
     now = torque_force - motion.mass * (motion.speed - state.speed) / since
-    share = _low_pass(winder.gains.observer * since)
+    share = low_pass(winder.gains.observer * since)
     tension = state.tension + share * (now - winder.friction / motion.radius * direction.share - state.tension)
     slow_pull = state.slow_pull + share * (motion.pull - state.slow_pull)
     return state.resistance + share * (now - state.resistance), max(tension, 0.0), slow_pull, direction
 
 
-def _set_tension(winder: Winder, state: WinderState, target: WinderTarget, motion: _Motion) -> tuple[float, float]:
+def _set_tension(winder: Winder, state: WinderState, target: WinderTarget, motion: Motion) -> tuple[float, float]:
     """Upper limit of the tension, and the set tension, both after the slew limit [N]."""
     limits, gains = winder.limits, winder.gains
     slew = limits.tension_slew * motion.dt
@@ -305,17 +296,26 @@ def _follow(before: float, wanted: float, most: float) -> float:
     return min(max(wanted, before - most), before + most)
 
 
-def _step_dither(winder: Winder, state: WinderState, wanted: float, motion: _Motion, *, is_stirred: bool) -> Dither:
+def _step_dither(winder: Winder, state: WinderState, wanted: float, motion: Motion, *, is_stirred: bool) -> Dither:
     """Dither that starts while the set tension falls faster than `LET_DOWN` of its slew limit."""
     falls = state.tension_set - wanted > LET_DOWN * winder.limits.tension_slew * motion.dt
     is_stirred = is_stirred and winder.can_stir
     return step_dither(state.dither, motion.pull, motion.dt, winder.n_half, is_let_down=falls, is_stirred=is_stirred)
 
 
-def _trim(winder: Winder, state: WinderState, error: float, friction: float, motion: _Motion) -> float:
-    """Integral part that brings the load cell's tension to the set tension, bounded [N]."""
-    most = friction + TRIM_SHARE * winder.limits.tension_ceiling
-    return min(max(state.trim + TRIM_RATE * motion.dt * error, -most), most)
+def _follow_loss(winder: Winder, state: WinderState, motor: MotorState, motion: Motion, measured: float) -> float:
+    """Loss by the load cell [N], see `loss.follow_loss`; feedback that was seen before leaves it as it is."""
+    if motor.time <= state.motor_time or state.motor_time == -math.inf:
+        return state.loss
+    since = _find_since(winder, state, motor, motion)
+    loss = state.force - motion.mass * (motion.speed - state.speed) / since - measured
+    share = low_pass(LOSS_RATE * winder.gains.observer * since)
+    return follow_loss(state.loss, loss, measured, share, _bound_loss(winder, motion))
+
+
+def _bound_loss(winder: Winder, motion: Motion) -> LossBounds:
+    limits = winder.limits
+    return LossBounds(winder.friction / motion.radius, limits.tension_floor, limits.tension_ceiling)
 
 
 def _drag(limits: WinderLimits, wanted: float, speed: float) -> float:
@@ -325,7 +325,7 @@ def _drag(limits: WinderLimits, wanted: float, speed: float) -> float:
 
 
 def _allow_speeds(
-    winder: Winder, pull_limit: float, wanted: float, tension: float, motion: _Motion
+    winder: Winder, pull_limit: float, wanted: float, tension: float, motion: Motion
 ) -> tuple[float, float]:
     """Largest speed of winding in and, negative, of paying out [m/s].
 
@@ -341,7 +341,7 @@ def _allow_speeds(
     return max(min(stop_in, into), -fastest), min(max(stop_out, -fastest), fastest)
 
 
-def _govern(winder: Winder, force: float, speeds: tuple[float, float], resistance: float, motion: _Motion) -> float:
+def _govern(winder: Winder, force: float, speeds: tuple[float, float], resistance: float, motion: Motion) -> float:
     """The force that keeps the speed within the largest ones [N]."""
     damping = motion.mass * winder.gains.governor
     most = resistance + damping * (speeds[0] - motion.speed)

@@ -24,6 +24,7 @@ from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDrive
 from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
 from spiraltrunk.hardware.motors.gm6020 import compute_feedback_id
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
+from spiraltrunk.hardware.motors.load_cell import LoadCells
 from spiraltrunk.hardware.motors.motor_port import MotorPort
 from spiraltrunk.hardware.motors.pwm_servo import PwmServo
 from spiraltrunk.hardware.motors.servo_port import ServoPort
@@ -93,13 +94,14 @@ class HardwareRobot(Robot):
             options = replace(options, gripper=file.servo)
         with ExitStack() as opening:
             motors, servo, watchdog = self._open_motors(opening)
+            cells = self._open_cells(opening)
             self.arm = self._open_arm() if arm is None else arm
             if self.arm is not None:
                 opening.callback(self.arm.close)
             driver = TrunkDriver(
                 design=design,
                 motors=motors, winders=winders, watchdog=watchdog,
-                clock=self.clock, servo=servo, arm=self.arm, options=options,
+                clock=self.clock, servo=servo, arm=self.arm, load_cells=cells, options=options,
             )  # fmt: skip
             self._ports = opening.pop_all()
         self.driver = ThreadedDriver(driver) if clock is None else driver
@@ -139,6 +141,14 @@ class HardwareRobot(Robot):
         ids = [*map(compute_feedback_id, self.file.motors.ids), ANSWER_ID]
         bus = open_can_bus(self.file.bus, self.clock, feedback_ids=ids)
         return WatchedBus(bus), None
+
+    def _open_cells(self, opening: ExitStack) -> LoadCells | None:
+        """The load cells of the file; None without any."""
+        if self.file.load_cells is None:
+            return None
+        cells = LoadCells.from_settings(self.file.load_cells.build_settings(self.design.n_cable), self.clock)
+        opening.callback(cells.close)
+        return cells
 
     def _open_arm(self) -> ArmPort | None:
         """The arm of the file; None without one."""

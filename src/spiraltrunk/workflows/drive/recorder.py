@@ -38,6 +38,7 @@ class Recorder:
                 "voltage": [cable.voltage for cable in cables],
                 "pull": [cable.pull for cable in cables],
                 "tension": [cable.tension for cable in cables],
+                "felt": [cable.felt for cable in cables],
                 "target": [cable.tension_target for cable in cables],
             },
         )  # fmt: skip

@@ -201,11 +201,14 @@ def answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, An
         return DONE, format_json(state)
     from spiraltrunk.report import format_table
 
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (str(number), f"{cable['pull_mm']:.1f}", f"{cable['tension_n']:.1f}", f"{cable['temperature_degc']:.0f}")
         for number, cable in enumerate(state["cables"], start=1)
     ]
-    header = ("cable", "pull [mm]", "tension [N]", "motor [degC]")
+    header: tuple[str, ...] = ("cable", "pull [mm]", "tension [N]", "motor [degC]")
+    if any(cable["load_cell_age_ms"] is not None for cable in state["cables"]):
+        header += ("load cell [N]",)
+        rows = [(*row, _format_cell(cable)) for row, cable in zip(rows, state["cables"], strict=True)]
     title = f"{state['bus']}: {state['mode']}, {'homed' if state['is_homed'] else 'not homed'}\n"
     if steps is not None:
         worst = max(
@@ -216,3 +219,10 @@ def answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, An
         )
         title = f"{len(steps)} steps, pulls within {worst:.2f} mm of their targets\n{title}"
     return DONE, format_table(rows, header=header, title=title, indent=2)
+
+
+def _format_cell(cable: dict[str, Any]) -> str:
+    """Reading of a cable's load cell."""
+    if cable["load_cell_age_ms"] is None:
+        return "-"
+    return "none" if cable["load_cell_n"] is None else f"{cable['load_cell_n']:.2f}"

@@ -63,8 +63,9 @@ def draw_table(snapshot: Snapshot, width: int = 80) -> Any:
     state = "letting go" if snapshot.is_letting_go else snapshot.mode.value
     head = Text(f"{state}, {snapshot.time:.1f} s", style="bold")
     return Group(
-        head, _build_rows(snapshot, is_narrow=width < _WIDE), _describe_loop(snapshot, width), *_list_trouble(snapshot)
-    )
+        head, _build_rows(snapshot, is_narrow=width < _WIDE), *_describe_cells(snapshot),
+        _describe_loop(snapshot, width), *_list_trouble(snapshot),
+    )  # fmt: skip
 
 
 def _build_rows(snapshot: Snapshot, *, is_narrow: bool) -> Any:
@@ -85,6 +86,15 @@ def _build_rows(snapshot: Snapshot, *, is_narrow: bool) -> Any:
 
 def _format(figure: float, digits: int) -> str:
     return f"{figure:.{digits}f}" if math.isfinite(figure) else "-"
+
+
+def _describe_cells(snapshot: Snapshot) -> list[Any]:
+    """Which tensions are measured by load cells, and how old their readings are; nothing without any."""
+    from rich.text import Text
+
+    ages = [(i, cable.cell_age) for i, cable in enumerate(snapshot.cables, start=1) if cable.cell_age is not None]
+    told = ", ".join(f"{i} ({_format(1e3 * age, 0)} ms)" for i, age in ages)
+    return [Text(f"load cells: {told}")] if ages else []
 
 
 def _describe_loop(snapshot: Snapshot, width: int) -> Any:

@@ -113,6 +113,8 @@ def compute_state(snapshot: Snapshot) -> dict[str, Any]:
             {
                 "pull_mm": 1e3 * cable.pull,
                 "tension_n": cable.tension,
+                "load_cell_n": cable.felt,
+                "load_cell_age_ms": None if cable.cell_age is None else 1e3 * cable.cell_age,
                 "tension_target_n": cable.tension_target,
                 "torque_nm": cable.torque,
                 "torque_sent_nm": cable.torque_sent,

@@ -122,17 +122,17 @@ def watch_slip(
     drum is stirred, the estimate dips by itself, and the lengths alone tell a slip.
     """
     if reading.is_stirred:
-        return SlipState(tension=reading.tension), None
+        return SlipState(tension=reading.by_motor), None
     before = state.tension if state.pull is not None else state.tension - limits.slip_rate * dt
-    before = max(reading.tension, before)
-    is_dip = before - reading.tension >= max(limits.slip_tension, limits.slip_part * before)
+    before = max(reading.by_motor, before)
+    is_dip = before - reading.by_motor >= max(limits.slip_tension, limits.slip_part * before)
     if not is_dip or state.elapsed >= limits.slip_time:
-        return SlipState(tension=before if state.pull is None else reading.tension), None
+        return SlipState(tension=before if state.pull is None else reading.by_motor), None
     start = reading.pull if state.pull is None else min(state.pull, reading.pull)
     after = SlipState(tension=before, pull=start, elapsed=state.elapsed + dt)
     if reading.pull - start < limits.slip_length:
         return after, None
-    text = f"{1e3 * (reading.pull - start):.1f} mm came in while the tension fell to {reading.tension:.1f} N"
+    text = f"{1e3 * (reading.pull - start):.1f} mm came in while the tension fell to {reading.by_motor:.1f} N"
     allowed = f"allowed: {1e3 * limits.slip_length:g} mm"
     return after, Finding(FaultKind.CABLE_SLIP, f"{text}; {allowed}")
 
@@ -160,9 +160,9 @@ def watch_tangle(
     if reading.speed >= 0.0:
         return TangleState(), None
     if state.pull is None:
-        return TangleState(pull=reading.pull, tension=reading.tension), None
+        return TangleState(pull=reading.pull, tension=reading.by_motor), None
     yielding = allowed.drag * abs(reading.speed) + allowed.friction
-    rise = reading.tension - max(state.tension, reading.tension_wanted) - yielding
+    rise = reading.by_motor - max(state.tension, reading.tension_wanted) - yielding
     out = state.pull - reading.pull
     if out < limits.tangle_length or rise < limits.tangle_tension:
         return state, None
@@ -173,13 +173,14 @@ def watch_tangle(
 def watch_tension(
     elapsed: float, reading: CableReading, dt: float, ceiling: float, limits: SafetyLimits
 ) -> tuple[float, Finding | None]:
-    """A tension beyond its ceiling, for too long or by far; the state is for how long [s]."""
-    if reading.tension <= (1.0 + limits.over_part) * ceiling:
+    """A tension beyond its ceiling, for too long or by far, whatever tells it; the state is for how long [s]."""
+    tension = max(reading.tension, reading.by_motor)
+    if tension <= (1.0 + limits.over_part) * ceiling:
         return 0.0, None
     elapsed += dt
-    if elapsed < limits.over_time and reading.tension < (1.0 + limits.over_part_at_once) * ceiling:
+    if elapsed < limits.over_time and tension < (1.0 + limits.over_part_at_once) * ceiling:
         return elapsed, None
-    return elapsed, Finding(FaultKind.OVER_TENSION, f"the tension is {reading.tension:.1f} N; allowed: {ceiling:g} N")
+    return elapsed, Finding(FaultKind.OVER_TENSION, f"the tension is {tension:.1f} N; allowed: {ceiling:g} N")
 
 
 def find_too_far(reading: CableReading, allowed: CableRange, limits: SafetyLimits) -> Finding | None:

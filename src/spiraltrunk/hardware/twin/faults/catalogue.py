@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from spiraltrunk.errors import DesignError, UnknownName, Unquoted
+from spiraltrunk.hardware.twin.faults.cell_faults import CellSilent, CellStuck, CellUnplugged, CellWireOff
 from spiraltrunk.hardware.twin.faults.device_fault import DeviceFault
 from spiraltrunk.hardware.twin.faults.device_faults import (
     CableBreak,
@@ -34,6 +35,7 @@ FAULTS: Mapping[str, type[FrameFault] | type[DeviceFault]] = {
     for kind in (
         FrameLoss, Delay, Reorder, Duplicate, BusOff, FrozenFeedback, Corrupt,
         IdSwap, EncoderWrap, PowerCycle, OverTemperature, Stall, CableBreak, CableSlip, TangledDrum,
+        CellSilent, CellUnplugged, CellStuck, CellWireOff,
     )
 }  # fmt: skip
 """Every fault that a twin can have; the docstring of each describes the fault, those of its fields its settings."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import final
@@ -14,15 +15,19 @@ from spiraltrunk.hardware.arm.arm_port import ArmLoad, ArmState
 from spiraltrunk.hardware.arm.checks import ArmSettings
 from spiraltrunk.hardware.arm.guarded_arm import GuardedArm
 from spiraltrunk.hardware.clock import Clock
+from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.robot.arm import arm_payload
 
+_ROUNDING = 1e-9
+
 
 @final
-class MachineArm(GuardedArm):
-    """MuJoCo's arm, with the checks that a real one gets.
+class MachineArm(GuardedArm, TwinDevice):
+    """MuJoCo's arm, with the checks that a real one gets; it is advanced before the machine.
 
-    Its controller compensates housing and trunk exactly, as `SimMachine` has it; `set_load` is checked and kept.
+    Its controller goes from one target to the next on straight ways, as `SimPlant` has it. It compensates housing and
+    trunk exactly; `set_load` is checked and kept.
     """
 
     def __init__(self, machine: SimMachine, clock: Clock, lock: AbstractContextManager[object] | None = None) -> None:
@@ -35,6 +40,8 @@ class MachineArm(GuardedArm):
         self.load: ArmLoad | None = None
         """Load that was set."""
         self._machine = machine
+        self._way: deque[np.ndarray] = deque()
+        self._wait = 0.0
         self._lock = nullcontext() if lock is None else lock
 
     def _measure(self) -> ArmState:
@@ -48,11 +55,24 @@ class MachineArm(GuardedArm):
 
     def _follow(self, target: np.ndarray) -> None:
         with self._lock:
-            self._machine.set_arm(target)
+            self._way = deque(self._machine.interpolate_arm(target))
+            self._lead()
 
     def _halt(self) -> None:
         with self._lock:
+            self._way.clear()
             self._machine.hold_arm()
+
+    def advance(self, dt: float) -> None:
+        """See `TwinDevice.advance`: the next set point of the way, when it is due."""
+        if self._way and self._wait <= _ROUNDING:
+            with self._lock:
+                self._lead()
+        self._wait -= dt
+
+    def _lead(self) -> None:
+        self._machine.set_arm(self._way.popleft())
+        self._wait = self._machine.arm_period
 
     def _load(self, load: ArmLoad) -> None:
         self.load = load

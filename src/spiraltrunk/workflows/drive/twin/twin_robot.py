@@ -22,6 +22,7 @@ from spiraltrunk.hardware.driver.options import DriverOptions
 from spiraltrunk.hardware.driver.threaded_driver import SharedArm, ThreadedDriver
 from spiraltrunk.hardware.driver.trunk_driver import TrunkDriver
 from spiraltrunk.hardware.motors.gm6020_motors import GM6020Motors
+from spiraltrunk.hardware.motors.load_cell import LoadCells
 from spiraltrunk.hardware.plant import HardwarePlant
 from spiraltrunk.hardware.safety.watchdog import BoardWatchdog, WatchedBus
 from spiraltrunk.hardware.setup.robot_file import RobotFile
@@ -64,7 +65,7 @@ class TwinOptions:
     has_board: bool = True
     """Whether the board's watchdog is between bus and motors."""
     file: RobotFile | None = None
-    """Robot file whose ids, directions, periods, limits and slack the twin has; None for the design's own."""
+    """Robot file whose ids, directions, periods, limits, slack and load cells the twin has; None for none."""
     is_real_time: bool = False
     """Whether twin and driver follow the computer's clock, each in its thread; no run is like another then."""
 
@@ -106,7 +107,8 @@ class TwinRobot(Robot):
         twin = build_twin(
             design, self._assemble(), clock=clock,
             load=SlackLoad(self._load, self.slack, design.cable_stroke) if self.slack else self._load,
-            beside=() if self.servo is None else (self.servo,),
+            beside=[device for device in (self.servo, self.arm) if device is not None],
+            load_cells=self.wiring.load_cells,
         )  # fmt: skip
         self.motors = twin.motors
         self.faults = twin.injector
@@ -151,8 +153,13 @@ class TwinRobot(Robot):
         return TrunkDriver(
             design=self.design, motors=motors, winders=wiring.winders,
             watchdog=BoardWatchdog(bus, self.clock), clock=self.clock,
-            servo=self.servo, arm=self.arm, options=options,
+            servo=self.servo, arm=self.arm, load_cells=self._open_cells(), options=options,
         )  # fmt: skip
+
+    def _open_cells(self) -> LoadCells | None:
+        """The reader of the twin's load cells; None without any."""
+        settings, stream = self.wiring.load_cells, self.motors.cells
+        return None if settings is None or stream is None else LoadCells(settings, stream, self.clock)
 
     def prepare(self) -> None:
         """See `Robot.prepare`; the load of the arm is set before."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import final
 
 from spiraltrunk.design.trunk import TrunkDesign
+from spiraltrunk.hardware.motors.load_cell import LoadCellSettings
 from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
 from spiraltrunk.hardware.setup.robot_limits import build_winders, choose_period
 from spiraltrunk.hardware.winder.winder import Winder
@@ -22,6 +23,8 @@ class TwinWiring:
     """Ids, directions and periods."""
     cables: CableSetup
     """Limits and slack."""
+    load_cells: LoadCellSettings | None
+    """Load cells; None without any."""
     winders: list[Winder]
     """One per cable, with the lowered limits."""
     period: float
@@ -33,8 +36,8 @@ class TwinWiring:
 def build_wiring(design: TrunkDesign, file: RobotFile | None, *, period: float, feedback_period: float) -> TwinWiring:
     """The wiring of a file; without one, ids from 1 and the design's own limits.
 
-    Of a file for servos its directions and cables are taken, not its ids and periods. What is at the other end of its
-    bus, its watchdog, its arm and its gripper's pulses are the twin's own.
+    Of a file for servos its directions, cables and load cells are taken, not its ids and periods. What is at the other
+    end of its bus, its watchdog, its arm and its gripper's pulses are the twin's own.
 
     Args:
         design: the robot.
@@ -54,6 +57,8 @@ def build_wiring(design: TrunkDesign, file: RobotFile | None, *, period: float, 
         motors = replace(own, period=period) if own.period is None else own
         file = replace(file, bus=_BUS, watchdog="none", servo=None, motors=motors)
     return TwinWiring(
-        motors=file.motors, cables=file.cables, winders=build_winders(design, file),
+        motors=file.motors, cables=file.cables,
+        load_cells=None if file.load_cells is None else file.load_cells.build_settings(design.n_cable),
+        winders=build_winders(design, file),
         period=choose_period(file.motors), feedback_period=file.motors.feedback_period or feedback_period,
     )  # fmt: skip
