@@ -2,7 +2,7 @@
 
 ``python benchmarks/envs_tick.py [--ticks 1500] [--episodes 700]``
 
-A 50 Hz tick is timed as a whole and, in the same ticks, the 20 steps of MuJoCo in it; the ratio is of the two sums.
+A 50 Hz tick is timed as a whole and, in the same ticks, the steps of MuJoCo in it; the ratio is of the two sums.
 Times are the processor's in this thread, so that other work of the computer counts only as far as it takes the caches.
 The episodes of the second part have five ticks each; ``--ticks 0`` takes it alone.
 """

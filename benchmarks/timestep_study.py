@@ -1,4 +1,4 @@
-"""May the physics take steps of 2 ms? Paired trials of every strategy at 0.5, 1 and 2 ms, and the speed at each.
+"""Do rates depend on the time step? Paired trials of every strategy at 0.5, 1 and 2 ms, and the speed at each.
 
 The surveys stand in three folders below --out, as `spiraltrunk survey --timestep-ms` makes them, and go on where they
 were stopped; the steps take turns, nine trials each, so that whatever has ended is paired. The script ends after
@@ -36,7 +36,7 @@ from spiraltrunk.workflows.survey.plan import SurveyPlan
 from spiraltrunk.workflows.survey.run_survey import run_survey
 
 STEPS_MS = (1.0, 2.0, 0.5)
-"""Time steps, the present one first, with which the others are compared."""
+"""Time steps, first the one with which the others are compared."""
 
 ROUND = len(strategies.NAMES)
 """Trials of one step before the next one's turn: one of each strategy."""

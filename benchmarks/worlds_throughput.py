@@ -28,7 +28,7 @@ import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -47,6 +47,9 @@ from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.workflows.grasp.world import draw_scene
+
+TIMESTEP = 1e-3
+"""Time step, that of the published figures [s]."""
 
 PERIOD = 0.2
 """Time between two recorded moments [s]."""
@@ -91,7 +94,8 @@ class Job(NamedTuple):
 def record(until: float) -> tuple[mujoco.MjModel, Moments]:
     """The default grasp, up to a time [s]."""
     strategy = strategies.get("wrap-vertical")
-    plant = SimPlant(presets.PAPER, draw_scene(parse_object(DEFAULT_OBJECT), 0, strategy=strategy))
+    scene = replace(draw_scene(parse_object(DEFAULT_OBJECT), 0, strategy=strategy), timestep=TIMESTEP)
+    plant = SimPlant(presets.PAPER, scene)
     found: dict[str, list[np.ndarray]] = {name: [] for name in Moments.__annotations__}
 
     class _Enough(Exception):

@@ -13,6 +13,7 @@ from spiraltrunk.control.messages import Command
 from spiraltrunk.control.plant import Plant
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import RunError
+from spiraltrunk.hardware.twin.clock import STEP
 from spiraltrunk.sim import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
@@ -21,7 +22,7 @@ from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 @cache
 def _prepare(design):
     """A twin that is homed and armed, once."""
-    robot = TwinRobot(design, SceneOptions())
+    robot = TwinRobot(design, SceneOptions(timestep=STEP))
     robot.prepare()
     return robot
 

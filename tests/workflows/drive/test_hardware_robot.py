@@ -144,7 +144,7 @@ class Curl(Strategy[int]):
 @pytest.fixture
 def machine() -> SimMachine:
     """MuJoCo's arm and trunk, in place of the real ones."""
-    machine = SimMachine(DESIGN, draw_scene(OBJECT, 0))
+    machine = SimMachine(DESIGN, replace(draw_scene(OBJECT, 0), timestep=1e-3))
     machine.restore()
     return machine
 

@@ -10,6 +10,7 @@ from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import RunError
 from spiraltrunk.hardware.plant import REST, THINKING
+from spiraltrunk.hardware.twin.clock import STEP
 from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 
@@ -34,7 +35,7 @@ class Run:
 
 @pytest.fixture
 def run():
-    with TwinRobot(PAPER, SceneOptions()) as robot:
+    with TwinRobot(PAPER, SceneOptions(timestep=STEP)) as robot:
         robot.prepare()
         yield Run(robot)
 

@@ -115,7 +115,7 @@ def test_a_complete_survey_runs_nothing_again(whole: Path, fakes: ModuleType, pl
         ({"seed": 8}, "seed 7, not 8"),
         ({"objects": {"kick": ("a",)}}, "a survey of the strategies wrap-vertical, kick, not kick"),
         ({"objects": {"wrap-vertical": ("cylinder-60", "ball-80"), "kick": ("a",)}}, "objects"),
-        ({"timestep": 2e-3}, "timestep_s 0.001, not 0.002"),
+        ({"timestep": 1e-3}, "timestep_s 0.002, not 0.001"),
         ({"design": presets.get("spirob-15")}, "a survey of another design"),
     ],
 )

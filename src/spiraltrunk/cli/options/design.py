@@ -31,7 +31,7 @@ def add_timestep(parser: argparse.ArgumentParser) -> None:
     """Add ``--timestep-ms``."""
     parser.add_argument(
         "--timestep-ms", type=read_timestep, default=None, metavar="T", dest="timestep",
-        help="time step of the physics, 10 ms over a whole number, from 0.1 to 2.5 (default 1); 2 is faster",
+        help="time step of the physics, 10 ms over a whole number, from 0.1 to 2.5 (default 2); shorter is slower",
     )  # fmt: skip
 
 

@@ -18,8 +18,8 @@ SUPPORTS = ("hung", "ground")
 ORIENTATIONS = ("lying", "upright")
 """Orientations of an object on the ground: axis horizontal, or vertical."""
 
-TIMESTEP = 1e-3
-"""Time step of the physics, unless a scene has another [s]."""
+TIMESTEP = 2e-3
+"""Time step of the physics, unless a scene has another [s] (ours): rates of success are those of shorter steps."""
 
 TIMESTEP_LEAST, TIMESTEP_MOST = 1e-4, 2.5e-3
 """Shortest and longest time step of a scene [s] (ours): contacts are 4 ms soft, and at least two steps."""

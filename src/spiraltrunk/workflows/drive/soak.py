@@ -25,6 +25,7 @@ from spiraltrunk.files.results import Progress, ignore_progress, read_versions
 from spiraltrunk.hardware.log import LogMetadata, LogWriter
 from spiraltrunk.hardware.log.recording import log_warning
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.twin.clock import STEP
 from spiraltrunk.hardware.twin.faults import build_fault
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.drive.recorder import Recorder
@@ -109,11 +110,12 @@ def describe_injection(name: str) -> str:
 
 
 def record_commands(design: TrunkDesign, names: Sequence[str], seed: int = 0) -> Mapping[str, tuple[Command, ...]]:
-    """Commands of each strategy in a run in simulation."""
+    """Commands of each strategy in a run in simulation, with the twin's time step."""
     found = {}
     for name in names:
         strategy = strategies.get(name)
-        found[name] = run_trial(design, parse_object(strategy.objects[0]), strategy=strategy, seed=seed).log.commands
+        shape = parse_object(strategy.objects[0])
+        found[name] = run_trial(design, shape, strategy=strategy, seed=seed, timestep=STEP).log.commands
     return found
 
 

@@ -21,7 +21,7 @@ from spiraltrunk.files.results import read_versions
 from spiraltrunk.hardware.driver.snapshot import Snapshot
 from spiraltrunk.hardware.log import LoggedPlant, LogMetadata, LogWriter, describe_task
 from spiraltrunk.hardware.plant import HardwarePlant
-from spiraltrunk.hardware.twin.clock import TwinClock
+from spiraltrunk.hardware.twin.clock import STEP, TwinClock
 from spiraltrunk.sim.objects.catalogue import ObjectSpec
 from spiraltrunk.workflows.drive.recorder import Recorder
 from spiraltrunk.workflows.drive.robot import Robot
@@ -118,7 +118,8 @@ def run_on_twin(
         OutputError: where the log exists.
     """
     chosen = strategies.get(strategy) if isinstance(strategy, str) else strategy
-    scene = choose_ground(design, draw_scene(shape, seed, strategy=chosen, spread=spread), chosen)
+    drawn = replace(draw_scene(shape, seed, strategy=chosen, spread=spread), timestep=STEP)
+    scene = choose_ground(design, drawn, chosen)
     with TwinRobot(design, scene, TwinOptions(seed=seed) if options is None else options) as robot:
         if prepare is not None:
             prepare(robot)

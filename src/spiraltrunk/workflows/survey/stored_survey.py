@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Any, final
 
 from spiraltrunk.errors import SurveyError, describe_reason
-from spiraltrunk.sim.scene.options import TIMESTEP
 from spiraltrunk.workflows.survey.resume_log import read_rows
 from spiraltrunk.workflows.survey.row import Row
 
-_EARLIER: Mapping[str, Any] = {"timestep_s": TIMESTEP, "shard": None, "versions": {}, "source": ""}
-"""Settings that surveys of earlier versions lack."""
+_EARLIER: Mapping[str, Any] = {"timestep_s": 1e-3, "shard": None, "versions": {}, "source": ""}
+"""Settings that surveys of earlier versions lack, which were made with time steps of 1 ms."""
 
 _NEEDED = {"trials": int, "seed": int, "objects": dict, "design": str}
 """Settings that every survey has, with their types."""

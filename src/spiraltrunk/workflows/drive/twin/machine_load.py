@@ -10,8 +10,9 @@ import numpy as np
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.errors import DesignError
 from spiraltrunk.hardware.twin.cable_load import CableLoad
+from spiraltrunk.hardware.twin.clock import STEP
 from spiraltrunk.sim.machine import SimMachine
-from spiraltrunk.sim.scene.options import EXTREMES_PERIOD, TIMESTEP
+from spiraltrunk.sim.scene.options import EXTREMES_PERIOD
 
 STRONGEST = 10.0
 """Tension at which a simulated cable yields, over the design's largest [-]: far above what any motor pulls."""
@@ -28,12 +29,12 @@ class MachineLoad(CableLoad):
         machine: a machine that was restored.
 
     Raises:
-        DesignError: for a scene with another time step than the default, with which the motors' clock ticks.
+        DesignError: for a scene with another time step than `STEP`, with which the motors' clock ticks.
     """
 
     def __init__(self, machine: SimMachine) -> None:
-        if machine.options.timestep != TIMESTEP:
-            raise DesignError("scene.timestep", got=machine.options.timestep, allowed=f"{TIMESTEP:g} s on the twin")
+        if machine.options.timestep != STEP:
+            raise DesignError("scene.timestep", got=machine.options.timestep, allowed=f"{STEP:g} s on the twin")
         self.machine = machine
         self._most = np.full(machine.design.n_cable, STRONGEST * machine.design.cable.tension_max)
         self._steps = 0
@@ -51,14 +52,14 @@ class MachineLoad(CableLoad):
         """
         self.machine.set_cable_stiffness(np.asarray(stiffness, float))
         self.machine.set_cables(self._most, np.asarray(wound, float))
-        for _ in range(round(dt / TIMESTEP)):
+        for _ in range(round(dt / STEP)):
             self._step()
         return tuple(self.machine.read_cable_tension().tolist())
 
     def _step(self) -> None:
-        self.machine.advance(TIMESTEP)
+        self.machine.advance(STEP)
         self._steps += 1
-        if self._steps % round(EXTREMES_PERIOD / TIMESTEP) == 0:
+        if self._steps % round(EXTREMES_PERIOD / STEP) == 0:
             self.machine.update_extremes()
-        if self._steps % round(CONTROL_PERIOD / TIMESTEP) == 0:
+        if self._steps % round(CONTROL_PERIOD / STEP) == 0:
             self.machine.record()

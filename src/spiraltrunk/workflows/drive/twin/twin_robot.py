@@ -75,7 +75,8 @@ class TwinRobot(Robot):
 
     Args:
         design: the robot.
-        scene: the scene of a trial, simulated in MuJoCo; None for motors alone, on a trunk of two degrees of freedom.
+        scene: the scene of a trial, simulated in MuJoCo with time steps of 1 ms; None for motors alone, on a trunk of
+            two degrees of freedom.
         options: how the twin differs from the ideal.
 
     Raises:
