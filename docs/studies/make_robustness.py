@@ -3,8 +3,8 @@
 `python docs/studies/study_robustness.py --out FOLDER` runs the trials. Then
 `python docs/studies/make_robustness.py FOLDER`. Without a folder the pages are made from robustness.json.
 
-`python docs/studies/make_robustness.py --survey CONDITION FOLDER` puts a survey in the place of a condition's trials, as
-of `spiraltrunk survey --friction 0.15 --trials 50 --out FOLDER`.
+`python docs/studies/make_robustness.py --survey CONDITION FOLDER` puts a survey in the place of a condition's trials,
+as of `spiraltrunk survey --friction 0.15 --trials 50 --out FOLDER`.
 """
 
 from __future__ import annotations

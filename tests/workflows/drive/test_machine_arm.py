@@ -12,6 +12,7 @@ from spiraltrunk.hardware.twin.clock import TwinClock
 from spiraltrunk.hardware.twin.device import TwinDevice
 from spiraltrunk.sim.machine import ARM_PERIOD, SimMachine
 from spiraltrunk.sim.plant import SimPlant
+from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.workflows.drive.twin.machine_arm import MachineArm
 
 STEP = 1e-3
@@ -33,7 +34,7 @@ class Physics(TwinDevice):
 
 class Bench:
     def __init__(self):
-        self.machine, self.clock = SimMachine(PAPER), TwinClock(step=STEP)
+        self.machine, self.clock = SimMachine(PAPER, SceneOptions(timestep=STEP)), TwinClock(step=STEP)
         self.machine.restore()
         self.arm, self.physics = MachineArm(self.machine, self.clock), Physics(self.machine)
         self.clock.attach(self.arm)
