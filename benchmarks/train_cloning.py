@@ -2,9 +2,9 @@
 
 Backs the figures of docs/howto/policies.md. A survey with another seed than the demonstrations' draws other worlds.
 
-    spiraltrunk demos wrap-vertical --trials 310 --seed 777 --format robomimic --timestep-ms 2 --out out/demos
+    spiraltrunk demos wrap-vertical --trials 96 --seed 1777 --format robomimic --timestep-ms 2 --out out/demos
     python benchmarks/train_cloning.py --demos out/demos --most 300 --out out/clone.safetensors
-    spiraltrunk survey --strategies policy:out/clone.safetensors --trials 100 --seed 106 --timestep-ms 2
+    spiraltrunk survey --strategies policy:out/clone.safetensors --trials 100 --seed 306 --timestep-ms 2
 """
 
 from __future__ import annotations
