@@ -23,6 +23,7 @@ import numpy as np
 from spiraltrunk import strategies
 from spiraltrunk.envs import StrategyAgent, TrunkEnv
 from spiraltrunk.envs.register import IDS
+from spiraltrunk.sim.scene.options import TIMESTEP
 
 BAR = 1.25
 """Largest time of a tick over that of its physics [-]."""
@@ -36,9 +37,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Cost of a step of an environment, and memory over many episodes.")
     parser.add_argument("--ticks", type=int, default=1500)
     parser.add_argument("--episodes", type=int, default=700)
+    parser.add_argument("--timestep-ms", type=float, default=1e3 * TIMESTEP, help="step of the physics (default 2)")
     given = parser.parse_args()
     for name in IDS if given.ticks else ():
-        physics, whole = time_ticks(make(name), given.ticks)
+        physics, whole = time_ticks(make(name, timestep=given.timestep_ms / 1e3), given.ticks)
         print(f"{name}: {1e3 * physics:.2f} ms of physics, {1e3 * whole:.2f} ms a tick, ratio {whole / physics:.3f}")
     print(f"bar of the ratio: {BAR}")
     for count, memory in measure_memory(given.episodes):
