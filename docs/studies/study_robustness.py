@@ -37,6 +37,9 @@ from spiraltrunk.workflows.survey.run_entry import compute_row
 SEED = 23
 """Seed that the seeds of all trials are derived from; no strategy was tuned in its worlds before they were counted."""
 
+SURVEY_SEEDS = {"friction 0.15": 2028}
+"""Seeds of the surveys that stand in the page for a condition's trials (`make_robustness.py --survey`)."""
+
 FRICTION = 0.15
 """Coefficient of friction between cables and holes, as a print may have it [-]."""
 

@@ -51,7 +51,8 @@ def test_the_rows_are_trials_of_the_study(pages: ModuleType) -> None:
     for row in rows:
         objects = strategies.get(row["strategy"]).objects
         assert row["condition"] in study.CONDITIONS
-        assert row["seed"] == derive_seed(study.SEED, row["strategy"], row["index"])
+        seed = study.SURVEY_SEEDS.get(row["condition"], study.SEED)
+        assert row["seed"] == derive_seed(seed, row["strategy"], row["index"])
         assert row["object"] == objects[row["index"] % len(objects)]
     keys = [(row["condition"], row["strategy"], row["index"]) for row in rows]
     assert len(set(keys)) == len(keys)
