@@ -49,6 +49,7 @@ def main() -> int:
         "--minutes", type=float, default=math.inf, metavar="M", help="end after so much real time, if it is not over"
     )
     parser.add_argument("--out", type=Path, metavar="FILE", help="write every fault and the memory there, as JSON")
+    parser.add_argument("--load-cells", action="store_true", help="a load cell at each cable, and their faults")
     parser.add_argument("--log", type=Path, metavar="FILE", help="write an MCAP log, and check every fault in it")
     arguments = parser.parse_args()
     began, end = time.process_time(), time.monotonic() + 60.0 * arguments.minutes
@@ -63,6 +64,7 @@ def main() -> int:
     result = run_soak(
         PAPER, commands, duration=3600.0 * arguments.hours, seed=arguments.seed, fault_period=arguments.fault_period,
         progress=tell, is_enough=lambda: time.monotonic() > end, log=arguments.log,
+        has_cells=arguments.load_cells,
     )  # fmt: skip
     spent = time.process_time() - began
     causes = Counter((record.name or "nothing", record.kind or tell_motion(record)) for record in result.faults)

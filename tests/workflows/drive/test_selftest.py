@@ -25,7 +25,13 @@ def show(name: str, result: FaultResult) -> None:
     )
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
+MARKED = [
+    pytest.param(name, marks=pytest.mark.slow) if scenario.has_cells else name for name, scenario in SCENARIOS.items()
+]
+"""Each fault; those of load cells are tried by faster tests beside the driver."""
+
+
+@pytest.mark.parametrize("name", MARKED)
 def test_what_must_happen_happens(name, nominal):
     result = run_scenario(PAPER, SCENARIOS[name], seed=0, nominal=nominal)
     show(name, result)

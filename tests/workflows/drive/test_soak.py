@@ -66,6 +66,21 @@ def test_every_fault_is_noted_with_its_time_and_reaction():
 
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
+def test_faults_of_load_cells_are_noted_too(monkeypatch):
+    """Each stops the robot, and after it is mended the robot goes on."""
+    monkeypatch.setattr(soak, "FAULTS", ())
+    result = run_soak(PAPER, {"swing": swing(9.0)}, duration=150.0, seed=4, fault_period=2.0, has_cells=True)
+    show(result)
+    assert {one.name for one in result.faults} == set(soak.CELL_FAULTS)
+    assert result.n_lost == 0
+    for one in result.faults:
+        assert one.name.startswith("cell_")
+        assert one.noticed is not None
+        assert one.reaction < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
 def test_a_hot_motor_cools_before_the_next_homing(monkeypatch):
     monkeypatch.setattr(soak, "FAULTS", ("over_temperature",))
     result = run_soak(PAPER, {"swing": swing(9.0)}, duration=20.0, seed=1, fault_period=1.0)

@@ -13,6 +13,8 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.results import Progress, ignore_progress
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.setup.load_cell_setup import LoadCellSetup
+from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile
 from spiraltrunk.hardware.twin.faults import build_fault
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
@@ -74,6 +76,8 @@ class Scenario:
     """Whether the fault is there from the beginning, before homing."""
     strength: float = 1.0
     """Factor of the exercise's tensions [-]."""
+    has_cells: bool = False
+    """Whether the twin has load cells."""
 
 
 SCENARIOS: Mapping[str, Scenario] = {
@@ -103,8 +107,23 @@ SCENARIOS: Mapping[str, Scenario] = {
     "cable_break": Scenario(fault="cable_break", bar=CABLE_BAR, is_length_enough=True),
     "cable_slip": Scenario(fault="cable_slip", bar=CABLE_BAR, is_length_enough=True),
     "tangled_drum": Scenario(fault="tangled_drum"),
+    "cell_silent": Scenario(fault="cell_silent", bar=SAFE_BAR, is_safe_bar=True, has_cells=True),
+    "cell_unplugged": Scenario(fault="cell_unplugged", bar=SAFE_BAR, is_safe_bar=True, has_cells=True),
+    "cell_stuck": Scenario(fault="cell_stuck", has_cells=True),
+    "cell_reads_zero": Scenario(fault="cell_wire_off", strength=_STRONG, has_cells=True),
+    "cell_reads_negative": Scenario(fault="cell_wire_off", settings={"reading": -20.0}, has_cells=True),
+    "cell_out_of_range": Scenario(fault="cell_wire_off", settings={"reading": 500.0}, has_cells=True),
 }  # fmt: skip
 """Every fault of the self-test, by the name that its report has."""
+
+
+def build_cell_file(design: TrunkDesign) -> RobotFile:
+    """Robot file of a twin with a load cell at each cable."""
+    cables = tuple(range(1, design.n_cable + 1))
+    return RobotFile(
+        name="twin", bus="virtual:twin", motors=MotorSetup(family="gm6020", ids=cables),
+        load_cells=LoadCellSetup(port="cells", cables=cables),
+    )  # fmt: skip
 
 
 @explain_fields
@@ -135,9 +154,10 @@ class FaultResult:
 class _Exercise:
     """A twin that is pulled about, and what is seen of it."""
 
-    def __init__(self, design: TrunkDesign, seed: int, strength: float = 1.0) -> None:
+    def __init__(self, design: TrunkDesign, seed: int, strength: float = 1.0, *, has_cells: bool = False) -> None:
         self._strength = strength
-        self.robot = TwinRobot(design, options=TwinOptions(seed=seed))
+        file = build_cell_file(design) if has_cells else None
+        self.robot = TwinRobot(design, options=TwinOptions(seed=seed, file=file))
         self.warnings: set[str] = set()
         self.errors: list[float] = []
         self.most_wound = -math.inf
@@ -217,7 +237,7 @@ def _measure_nominal(design: TrunkDesign, seed: int) -> float:
 
 def run_scenario(design: TrunkDesign, scenario: Scenario, *, seed: int, nominal: float) -> FaultResult:
     """One fault; ``nominal`` is the tracking error without a fault [N]."""
-    exercise = _Exercise(design, seed, scenario.strength)
+    exercise = _Exercise(design, seed, scenario.strength, has_cells=scenario.has_cells)
     robot = exercise.robot
     if scenario.at_start and scenario.fault is not None:
         robot.faults.inject(build_fault(scenario.fault, scenario.settings))

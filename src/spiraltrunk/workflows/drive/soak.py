@@ -30,7 +30,7 @@ from spiraltrunk.hardware.twin.faults import build_fault
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.workflows.drive.recorder import Recorder
 from spiraltrunk.workflows.drive.robot import RENEWAL
-from spiraltrunk.workflows.drive.selftest import SCENARIOS
+from spiraltrunk.workflows.drive.selftest import SCENARIOS, build_cell_file
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 from spiraltrunk.workflows.grasp.trial import run_trial
 
@@ -39,6 +39,11 @@ FAULTS = (
     "power_cycle", "over_temperature", "stall", "cable_break", "cable_slip", "tangled_drum",
 )  # fmt: skip
 """Faults of the self-test that are drawn."""
+
+CELL_FAULTS = (
+    "cell_silent", "cell_unplugged", "cell_stuck", "cell_reads_zero", "cell_reads_negative", "cell_out_of_range",
+)  # fmt: skip
+"""Those that are drawn, too, where the twin has load cells."""
 
 FAULT_PERIOD = 300.0
 """Mean time between two faults [s] (ours)."""
@@ -129,6 +134,7 @@ def run_soak(
     progress: Progress = ignore_progress,
     is_enough: Callable[[], bool] = lambda: False,
     log: Path | None = None,
+    has_cells: bool = False,
 ) -> SoakResult:
     """Play random strategies for ``duration`` [s] of simulated time.
 
@@ -141,12 +147,13 @@ def run_soak(
         progress: called after every strategy.
         is_enough: asked after every strategy whether to end before ``duration``.
         log: MCAP file to write, which `soak_log.check_log` compares with the result; None for none.
+        has_cells: whether the twin has load cells, and their faults are drawn, too.
 
     Raises:
         RunError: where the twin cannot be homed again.
         OutputError: where the log exists.
     """
-    soak = _Soak(design, seed, fault_period)
+    soak = _Soak(design, seed, fault_period, has_cells=has_cells)
     with ExitStack() as closing:
         if log is not None:
             origin = soak.robot.clock.now()
@@ -175,8 +182,10 @@ def _run(
 class _Soak:
     """A robot in operation, and what was seen of it."""
 
-    def __init__(self, design: TrunkDesign, seed: int, fault_period: float) -> None:
-        self.robot = TwinRobot(design, options=TwinOptions(seed=seed))
+    def __init__(self, design: TrunkDesign, seed: int, fault_period: float, *, has_cells: bool = False) -> None:
+        file = build_cell_file(design) if has_cells else None
+        self.robot = TwinRobot(design, options=TwinOptions(seed=seed, file=file))
+        self._names = (*FAULTS, *CELL_FAULTS) if has_cells else FAULTS
         self.rng = np.random.default_rng(seed)
         self.n_strategy = self.n_command = self.n_lost = 0
         self.drift = 0.0
@@ -236,7 +245,7 @@ class _Soak:
         now = self.robot.clock.now()
         if now < self._next or self._active is not None:
             return
-        name = str(self.rng.choice(FAULTS))
+        name = str(self.rng.choice(self._names))
         scenario = SCENARIOS[name]
         assert scenario.fault is not None
         fault = build_fault(scenario.fault, scenario.settings)
