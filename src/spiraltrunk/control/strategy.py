@@ -105,8 +105,14 @@ class Strategy(ABC, Generic[State]):
         """Least and greatest width of its objects [m]: what the trunk can wrap, unless it grasps otherwise."""
         return graspable_range(design)
 
+    def grasp_task(self, task: Task) -> Task:
+        """The task with the object where it is grasped: where it is announced, unless it is pushed elsewhere first."""
+        return task
+
     def highest_base(self, task: Task) -> float | None:
         """Largest height of the trunk's base, hanging over the object, that it plans [m]; None where it plans none.
+
+        ``task`` is that of `grasp_task`.
 
         Raises:
             ModelError: where the robot cannot do what the task asks.
@@ -116,6 +122,8 @@ class Strategy(ABC, Generic[State]):
     def base_path(self, observation: Observation) -> tuple[np.ndarray, ...] | None:
         """Frames of the trunk's base that it plans to go through, each of shape (4, 4) [-, m]; None where it tells
         none.
+
+        The observation's task is that of `grasp_task`.
 
         Raises:
             ModelError: where the robot cannot do what the task asks.

@@ -88,6 +88,10 @@ class ActionPolicy(Strategy[ActionState]):
         """Least and greatest width of the objects of the strategy whose scenes it has [m]."""
         return self._scene.widths(design)
 
+    def grasp_task(self, task: Any) -> Any:
+        """The task of the grasp in the strategy whose scenes it has."""
+        return self._scene.grasp_task(task)
+
     def highest_base(self, task: Any) -> float | None:
         """Largest height of the base in the strategy whose scenes it has, which sets the ground [m].
 

@@ -30,6 +30,15 @@ SWAY_PERIODS = 1.7
 """Duration of a level move of the hanging trunk, over the period of its sway [-]: its tip then comes to rest with the
 base, to 3 % of the way in simulation; to 10 % after 1.3 periods, and to 30 % after 1.1."""
 
+LENGTH = 0.51
+"""Length of the trunk up to which fixed durations of moves hold [m]: turning a wrap's head with it, the arm's joint 2
+uses all but 2 % of its allowed speed."""
+
+
+def stretch(design: TrunkDesign) -> float:
+    """Factor of fixed durations for a trunk [-]: its length over LENGTH, at least 1; so much longer are its ways."""
+    return max(1.0, design.length / LENGTH)
+
 
 def travel_time(way: np.ndarray, *, speed: float = SPEED, acceleration: float = ACCELERATION) -> float:
     """Least duration of a minimum-jerk move along ``way``, shape (3,) [m], within speed and acceleration [s]."""

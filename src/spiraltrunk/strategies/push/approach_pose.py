@@ -20,7 +20,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, tilted_base
 from spiraltrunk.strategies.push.rolled_model import RolledTrunk, predict_rolled_trunk
 from spiraltrunk.strategies.sensing import find_ventral
-from spiraltrunk.strategies.timing import travel_time
+from spiraltrunk.strategies.timing import stretch, travel_time
 
 TILT = math.radians(60.0)
 """Tilt of the base from hanging towards the push [rad] (ours): a low front, and the housing clears the ground."""
@@ -45,7 +45,8 @@ ROLL_UP_TIME = 1.8
 """Duration of the rolling up [s] (ours)."""
 
 TURN_TIME = 1.8
-"""Duration of the turn into the pose [s] (ours): the wrist turns and bears the rolled trunk, which is then held out."""
+"""Duration of the turn into the pose, longer for long trunks (`stretch`) [s] (ours): the wrist turns and bears the
+rolled trunk, which is then held out."""
 
 BESIDE_TIME = 0.4
 """Least duration of a level move of the rolled trunk [s] (ours), which is stiff and does not sway."""
@@ -134,7 +135,8 @@ def roll_up(observation: Observation, pose: ApproachPose, base: np.ndarray) -> t
     ground, length = pose.height - pose.trunk.bottom, observation.task.design.length
     air = np.array([base[0], base[1], max(base[2], ground + (ABOVE + 1.0) * length)])
     over = np.array([base[0], base[1], max(base[2], ground + ABOVE * length)])
-    return replace(pose.move("roll up", ROLL_UP_TIME, air), rotation=None), pose.move("turn", TURN_TIME, over)
+    turn_time = TURN_TIME * stretch(observation.task.design)
+    return replace(pose.move("roll up", ROLL_UP_TIME, air), rotation=None), pose.move("turn", turn_time, over)
 
 
 def go_down(pose: ApproachPose, base: np.ndarray, here: np.ndarray) -> tuple[Move, ...]:

@@ -97,6 +97,27 @@ class Sweep(PushStrategy[SweepState]):
     def __init__(self, grasp: Callable[[Task], Strategy[Any]] | None = None) -> None:
         self._grasp = choose_grasp if grasp is None else grasp
 
+    def grasp_task(self, task: Task) -> Task:
+        """The task with the object at the place to which it is pushed, whence it is carried aside."""
+        target, goal = replace(task.target, position=task.goal.place), task.goal
+        return replace(task, target=target, goal=replace(goal, place=goal.place + goal.aside))
+
+    def highest_base(self, task: Task) -> float | None:
+        """Largest height of the base that the grasp plans [m]; None where it plans none.
+
+        Raises:
+            ModelError: where the grasp cannot do what the task asks.
+        """
+        return self._grasp(task).highest_base(task)
+
+    def base_path(self, observation: Observation) -> tuple[np.ndarray, ...] | None:
+        """Frames of the base that the grasp plans, each of shape (4, 4) [-, m]; None where it tells none.
+
+        Raises:
+            ModelError: where the grasp cannot do what the task asks.
+        """
+        return self._grasp(observation.task).base_path(observation)
+
     def init(self, observation: Observation) -> SweepState:
         """Plan the approach pose from design, object and goal."""
         pose = plan_pose(observation.task, CONTACT)

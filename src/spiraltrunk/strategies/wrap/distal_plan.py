@@ -52,10 +52,10 @@ from spiraltrunk.strategies.wrap.standing_plan import (
     OVERSHOOT,
     TAIL_END,
     TEST,
-    TIMES,
     WrapPlane,
     housing_sink,
     lateral_direction,
+    move_time,
 )
 
 # All of these are ours, tuned in simulated trials.
@@ -176,7 +176,7 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
     away = opened - BACK_OFF * design.length * side
 
     def move(action: str, position: np.ndarray, tension: np.ndarray = held.tension) -> Move:
-        return wrap_move(action, TIMES[action], position, tension, rotation)
+        return wrap_move(action, move_time(design, action), position, tension, rotation)
 
     return (
         move("turn", touch + clear + high, slack),
@@ -195,7 +195,7 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
         move("lower", lowered),
         move("uncurl", opened, loose.tension),
         wrap_move("open", OPEN_TIME, opened, slack, rotation),
-        wrap_move("open", TIMES["settle"], opened, slack, rotation),
+        wrap_move("open", move_time(design, "settle"), opened, slack, rotation),
         move("draw off", away, slack),
         move("leave", away + high, slack),
         move("rest", away + high, slack),

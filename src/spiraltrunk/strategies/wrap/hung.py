@@ -30,7 +30,7 @@ import numpy as np
 from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.design.trunk import ventral_cables
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
 from spiraltrunk.strategies.move_strategy import BORNE, LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
     Move,
@@ -63,10 +63,10 @@ from spiraltrunk.strategies.wrap.hung_plan import (
     HEFT,
     NEAR_TILTED,
     OVERSHOOT,
-    TOUCH_SPEED,
     lowering_time,
     plan_grip,
     plan_wrap,
+    touch_speed,
     wrap_again,
 )
 
@@ -177,7 +177,7 @@ class WrapVertical(MoveStrategy[WrapState]):
         """Whether the present move has ended: the way down to near the table where it is as slow as the lowering."""
         if _is_near(state, observation):
             velocity = base_velocity(state.sequence, observation.time)
-            return float(np.linalg.norm(velocity)) <= TOUCH_SPEED
+            return float(np.linalg.norm(velocity)) <= touch_speed(observation.task.design)
         return super().has_ended(state, observation)
 
     def next_move(self, state: WrapState, observation: Observation) -> WrapState:
@@ -195,7 +195,7 @@ class WrapVertical(MoveStrategy[WrapState]):
         if state.sequence.is_last:
             return replace(state, is_done=True)
         state = _go_on(state, observation)
-        return _straight_down(state) if action in _COMING_DOWN else state
+        return _straight_down(state, observation.task.design) if action in _COMING_DOWN else state
 
     def command(self, state: WrapState, observation: Observation) -> Command:
         """Command of the present move, the ventral cables kept together."""
@@ -295,21 +295,22 @@ def _try_again(state: WrapState, observation: Observation, shift: np.ndarray) ->
 
 def _correct_position(state: WrapState, observation: Observation) -> WrapState:
     """Shift the remaining moves so that the object, and not the base, comes over its place."""
-    offset = _load_offset(state, observation)
-    sequence = shift_later(state.sequence, -offset * observation.task.target.axis)
+    offset, task = _load_offset(state, observation), observation.task
+    sequence = shift_later(state.sequence, -offset * task.target.axis)
     if any(move.action == "rise on" for move in sequence.moves[: sequence.index]):
         sequence = shift_later(sequence, _sag_correction(observation))
-    return replace(state, offset=offset, sequence=_bring_higher(sequence, NEAR_TILTED * abs(offset)))
+    return replace(state, offset=offset, sequence=_bring_higher(task.design, sequence, NEAR_TILTED * abs(offset)))
 
 
-def _bring_higher(sequence: MoveSequence, rise: float) -> MoveSequence:
+def _bring_higher(design: TrunkDesign, sequence: MoveSequence, rise: float) -> MoveSequence:
     """The sequence with the slow lowering from higher by ``rise`` [m]."""
     up = np.array([0.0, 0.0, rise])
+    longer = lowering_time(design, up, 0.0 * up)
 
     def change(move: Move) -> Move:
         if move.action == "bring":
             return replace(move, position=move.position + up)
-        return replace(move, duration=move.duration + lowering_time(up, 0.0 * up)) if move.action == "lower" else move
+        return replace(move, duration=move.duration + longer) if move.action == "lower" else move
 
     return edit_moves(sequence, sequence.index + 1, change)
 
@@ -329,9 +330,9 @@ def _is_near(state: WrapState, observation: Observation) -> bool:
     return state.sequence.move.action in _COMING_DOWN and fraction(state.sequence, observation.time) > 0.5
 
 
-def _straight_down(state: WrapState) -> WrapState:
+def _straight_down(state: WrapState, design: TrunkDesign) -> WrapState:
     """The lowering that begins straight down and at its speed, which the base nearly has."""
-    return replace(state, sequence=replace(state.sequence, velocity=np.array([0.0, 0.0, -TOUCH_SPEED])))
+    return replace(state, sequence=replace(state.sequence, velocity=np.array([0.0, 0.0, -touch_speed(design)])))
 
 
 def _set_down(state: WrapState, observation: Observation) -> WrapState:
@@ -352,7 +353,7 @@ def _set_down(state: WrapState, observation: Observation) -> WrapState:
     aside = replace(raised, action="move along", duration=travel_time(along), position=touched + up + along)
     again = replace(aside, action="come near", duration=travel_time(up), position=touched + along)
     low = sequence.move.position + along
-    lower = replace(sequence.move, duration=lowering_time(again.position, low), position=low)
+    lower = replace(sequence.move, duration=lowering_time(design, again.position, low), position=low)
     sequence = insert_next(shift_later(sequence, along), (raised, aside, again, lower))
     return replace(state, is_moved=True, sequence=advance(sequence, observation.time))
 

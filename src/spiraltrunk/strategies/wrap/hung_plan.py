@@ -14,7 +14,7 @@ from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, insert_next
 from spiraltrunk.strategies.sensing import base_directions, find_ventral
-from spiraltrunk.strategies.timing import still_time, travel_time
+from spiraltrunk.strategies.timing import still_time, stretch, travel_time
 from spiraltrunk.strategies.wrap.hung_model import Wrap, predict_wrap, wrap_tension
 
 # All of these are ours, tuned in simulated trials.
@@ -59,7 +59,7 @@ NEAR_TILTED = 2.0
 """Addition for an object that is held beside its middle, over that lever [-]: its low end touches early."""
 TOUCH_SPEED = 0.029
 """Speed at which an object is set down [m/s]: a shut trunk is stiff, and passes the impact on to the arm, whose last
-joints bear 12 N m. From 0.035 on, some meet that limit."""
+joints bear 12 N m. From 0.035 on, some meet that limit, and long trunks before (`touch_speed`)."""
 FALL = 1.5
 """Duration of the lowering times that speed over its way [-]: a minimum-jerk path that begins at a speed keeps it over
 two fifths of its time at 1.5."""
@@ -140,7 +140,7 @@ def _moves(observation: Observation, pull: np.ndarray, wrap: Wrap) -> tuple[Move
         wrap_move("carry", travel_time(over - lifted), over, pull),
         wrap_move("hold", goal.hold, over, pull),
         wrap_move("bring", travel_time(near - over), near, pull),
-        wrap_move("lower", lowering_time(near, low), low, pull),
+        wrap_move("lower", lowering_time(design, near, low), low, pull),
         wrap_move("leave", travel_time(away - clear, speed=LEAVE_SPEED, acceleration=LEAVE_ACCELERATION), away, slack),
         wrap_move("rest", REST_TIME, away, slack),
     )
@@ -179,9 +179,15 @@ def wrap_again(sequence: MoveSequence, shift: np.ndarray, back: np.ndarray) -> M
     )
 
 
-def lowering_time(above: np.ndarray, low: np.ndarray) -> float:
-    """Duration of the lowering at TOUCH_SPEED between two positions of the base, each (3,) [m] [s]."""
-    return FALL * float(np.linalg.norm(low - above)) / TOUCH_SPEED
+def touch_speed(design: TrunkDesign) -> float:
+    """Speed at which an object is set down [m/s]: lower for long trunks, which are stiffer when shut, and reach further
+    from the arm's last joints."""
+    return TOUCH_SPEED / stretch(design) ** 2
+
+
+def lowering_time(design: TrunkDesign, above: np.ndarray, low: np.ndarray) -> float:
+    """Duration of the lowering at `touch_speed` between two positions of the base, each (3,) [m] [s]."""
+    return FALL * float(np.linalg.norm(low - above)) / touch_speed(design)
 
 
 def _base_beside(

@@ -17,6 +17,7 @@ from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, tilted_base
 from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.strategies.timing import stretch
 from spiraltrunk.strategies.wrap.hung_plan import wrap_move
 from spiraltrunk.strategies.wrap.standing_model import (
     cable_pulls,
@@ -70,7 +71,7 @@ TIMES = {
     "bring": 0.9, "lower": 2.0, "uncurl": 0.4, "settle": 0.2, "draw off": 1.0, "leave": 1.0, "rest": 0.5,
 }  # fmt: skip
 """Duration of each move by its action, those of "curl" and "uncurl" for one step of the ventral pull [s].
-Moves of the arm last longer where it would pass `ACCELERATION`."""
+They last longer for long trunks (`stretch`), and where the base would pass `ACCELERATION`."""
 ACCELERATION = (1.3, 2.6)
 """Largest acceleration of the base [m/s^2] and of its orientation [rad/s^2]: the arm's last joints bear 12 N m."""
 WRIST = (0.060, 0.280, 0.004)
@@ -120,6 +121,11 @@ class _Step:
     """Position of the base as the trunk closes, shape (3,) [m]."""
     opening: np.ndarray
     """Position of the base as it opens, shape (3,) [m]: a wrapped object lies deeper in the curl."""
+
+
+def move_time(design: TrunkDesign, action: str) -> float:
+    """Duration of a move for a trunk, as of TIMES [s]."""
+    return TIMES[action] * stretch(design)
 
 
 def lateral_direction(observation: Observation) -> np.ndarray:
@@ -185,7 +191,7 @@ def _moves(
     lifted, lowered = wrapped + test + high, place + last.closing
 
     def move(action: str, position: np.ndarray, tension: np.ndarray, step: _Step = last) -> Move:
-        return wrap_move(action, TIMES[action], position, tension, step.rotation)
+        return wrap_move(action, move_time(design, action), position, tension, step.rotation)
 
     slack, eased = open_.tension, [step for step in steps if step.pull >= SPRING]
     opened = place + eased[0].opening
@@ -206,7 +212,7 @@ def _moves(
         move("lower", lowered - SINK * _UP, level),
         *(move("uncurl", place + step.opening, step.slackening, open_) for step in reversed(eased)),
         wrap_move("open", OPEN_TIME, opened, slack, open_.rotation),
-        wrap_move("open", TIMES["settle"], opened, slack, open_.rotation),
+        wrap_move("open", move_time(design, "settle"), opened, slack, open_.rotation),
         move("draw off", away, slack, open_),
         move("leave", away + high, slack, open_),
         move("rest", away + high, slack, open_),

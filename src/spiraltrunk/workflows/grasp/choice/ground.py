@@ -69,7 +69,7 @@ def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy
     grounds = list_grounds(design, arm)
     for ground in grounds:
         tried = _with_ground(options, ground)
-        task = build_task(design, tried)
+        task = strategy.grasp_task(build_task(design, tried))
         top = strategy.highest_base(task)
         if top is None:
             return choose_place(design, tried, strategy, arm)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.robot.arm_ik import ArmReach
@@ -51,7 +51,7 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
 
 def _find_margin(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any], arm: ArmReach) -> float | None:
     """Least distance of a joint from the ends of its range on the planned path [rad]; None where none is known."""
-    path = strategy.base_path(_observe_start(design, options, arm))
+    path = strategy.base_path(_observe_start(strategy.grasp_task(build_task(design, options)), arm))
     if path is None or arm.limits.position is None:
         return None
     low, high = arm.limits.position
@@ -65,11 +65,11 @@ def _find_margin(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
     return margin
 
 
-def _observe_start(design: TrunkDesign, options: SceneOptions, arm: ArmReach) -> Observation:
+def _observe_start(task: Task, arm: ArmReach) -> Observation:
     """What a robot at its start observes without a camera: the object is where it is announced."""
-    none = np.zeros(design.n_cable)
+    none = np.zeros(task.design.n_cable)
     return Observation(
-        time=0.0, task=build_task(design, options), T_world_base=arm.T_base(arm.home), arm_position=arm.home,
+        time=0.0, task=task, T_world_base=arm.T_base(arm.home), arm_position=arm.home,
         arm_velocity=0.0 * arm.home, cable_pull=none, cable_tension=none, base_force=np.zeros(3),
         base_torque=np.zeros(3),
     )  # fmt: skip
