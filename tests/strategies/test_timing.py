@@ -9,11 +9,22 @@ import pytest
 
 from spiraltrunk.control.messages import Command
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.design.rules import GRAVITY
+from spiraltrunk.design.rules import GRAVITY, design_from_rules
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.trunk import section_name
 from spiraltrunk.strategies.moves import Move, MoveSequence, base_position, base_velocity
-from spiraltrunk.strategies.timing import ACCELERATION, LEAST_TIME, SPEED, still_time, sway_period, travel_time
+from spiraltrunk.strategies.timing import (
+    ACCELERATION,
+    LEAST_TIME,
+    LENGTH,
+    SPEED,
+    still_time,
+    stretch,
+    sway_period,
+    travel_time,
+)
+from spiraltrunk.strategies.wrap.hung_plan import touch_speed
+from spiraltrunk.strategies.wrap.standing_plan import TIMES, move_time
 
 
 def _move(way, duration):
@@ -59,6 +70,16 @@ def test_a_load_at_the_tip_makes_the_sway_slower_up_to_that_of_a_pendulum_of_the
     assert light < medium < heavy
     assert heavy == pytest.approx(2 * math.pi * math.sqrt(PAPER.length / GRAVITY), rel=1e-6)
     assert still_time(PAPER, np.zeros(3), 0.1) / still_time(PAPER, np.zeros(3)) == pytest.approx(medium / light)
+
+
+def test_moves_of_a_long_trunk_last_longer_and_it_is_set_down_more_slowly():
+    long, short = (design_from_rules(arm_radius=radius) for radius in (0.055, 0.036))
+    assert stretch(PAPER) == stretch(short) == 1.0
+    assert stretch(long) == pytest.approx(long.length / LENGTH)
+    assert move_time(PAPER, "turn") == TIMES["turn"]
+    assert move_time(long, "lift") == pytest.approx(TIMES["lift"] * stretch(long))
+    assert move_time(long, "turn") > 1.5 * move_time(long, "lift") / TIMES["lift"] * TIMES["turn"]
+    assert touch_speed(long) == pytest.approx(touch_speed(PAPER) / stretch(long) ** 2)
 
 
 def _tip_sway(way, duration):

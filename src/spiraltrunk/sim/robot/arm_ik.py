@@ -102,6 +102,20 @@ class ArmReach:
         square.flat[::7] += _REGULAR
         return self._read_frame(), _solve(square, jacobian @ (data.qfrc_inverse - torque))
 
+    def find_gearing(self, q: np.ndarray) -> float:
+        """Largest share of its speed that a joint uses as the base moves at 1 m/s without turning [s/m].
+
+        It is that of the worst direction, and grows towards the ends of the arm's reach. An arm without limits of speed
+        has 0.
+        """
+        if self.limits.velocity is None:
+            return 0.0
+        self.T_base(q)
+        mujoco.mj_comPos(self._model, self._data)
+        jacobian = self._jacobian
+        mujoco.mj_jacSite(self._model, self._data, jacobian[:3], jacobian[3:], self._site)
+        return float((np.linalg.norm(np.linalg.pinv(jacobian)[:, :3], axis=1) / self.limits.velocity).max())
+
     def follow(self, q: np.ndarray, T_world_base: np.ndarray, dt: float) -> np.ndarray:
         """Joint positions after one period ``dt`` [s] on the way from ``q`` [rad] to a frame of the trunk's base."""
         if q.tolist() == self.arrived[0].tolist() and np.array_equal(T_world_base, self.arrived[1]):

@@ -29,7 +29,7 @@ from spiraltrunk.strategies.push.approach_pose import go_down, plan_pose
 from spiraltrunk.strategies.push.push_strategy import PushState, PushStrategy, keep_together
 from spiraltrunk.strategies.push.steering import Steering, SteerPlan, command_of, is_over, steer
 from spiraltrunk.strategies.sensing import seen_position
-from spiraltrunk.strategies.timing import travel_time
+from spiraltrunk.strategies.timing import stretch, travel_time
 from spiraltrunk.strategies.wrap.standing import WrapHorizontal
 
 # All of these are ours, tuned in simulated trials.
@@ -204,7 +204,8 @@ def _withdraw(state: SweepState, steering: Steering, observation: Observation) -
 def _renew(state: SweepState, steering: Steering, observation: Observation) -> SweepState:
     """Rise off an object that may be jammed under the rolled trunk, and come down behind it again."""
     way = np.array([0.0, 0.0, 0.10])
-    up = state.pose.move("rise", travel_time(way), steering.base + way)
+    rise_time = travel_time(way) * stretch(observation.task.design)
+    up = state.pose.move("rise", rise_time, steering.base + way)
     moves = (up, replace(up, action="aim", duration=AIM_TIME))
     return replace(_go_on(state, steering, moves, observation), renewals=state.renewals + 1)
 

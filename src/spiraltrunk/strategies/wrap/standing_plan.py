@@ -72,6 +72,8 @@ TIMES = {
 }  # fmt: skip
 """Duration of each move by its action, those of "curl" and "uncurl" for one step of the ventral pull [s].
 They last longer for long trunks (`stretch`), and where the base would pass `ACCELERATION`."""
+LONG_TURN = 4
+"""Exponent of `stretch` for "turn" [-]: turned faster, the fingers of a long trunk swing into the arm's pedestal."""
 ACCELERATION = (1.3, 2.6)
 """Largest acceleration of the base [m/s^2] and of its orientation [rad/s^2]: the arm's last joints bear 12 N m."""
 WRIST = (0.060, 0.280, 0.004)
@@ -125,7 +127,7 @@ class _Step:
 
 def move_time(design: TrunkDesign, action: str) -> float:
     """Duration of a move for a trunk, as of TIMES [s]."""
-    return TIMES[action] * stretch(design)
+    return TIMES[action] * stretch(design) ** (LONG_TURN if action == "turn" else 1)
 
 
 def lateral_direction(observation: Observation) -> np.ndarray:

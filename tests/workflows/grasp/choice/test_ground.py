@@ -1,6 +1,5 @@
 """The ground is as high as the arm allows for what is lifted from it."""
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -116,6 +115,38 @@ def test_a_long_trunk_gets_its_object_further_ahead_where_no_joint_comes_near_it
     near = replace(chosen, position=scene.position)
     assert chosen.position[1] > scene.position[1]
     assert chosen.offset == scene.offset
-    before, after = (place._find_margin(LARGE_TRUNK, each, strategy, arm) for each in (near, chosen))
-    assert before < math.radians(2.0)
-    assert after > math.radians(8.0)
+    before, after = (place._find_ease(LARGE_TRUNK, each, strategy, arm) for each in (near, chosen))
+    assert before < 0.16  # 2 degrees of the 13
+    assert after > 0.62
+
+
+def test_an_object_is_moved_where_the_arm_would_be_near_the_end_of_its_reach():
+    """At the usual place joint 4 needs 4 times its speed for 1 m/s of the base, with every joint within its margin."""
+    strategy, design = strategies.get("wrap-horizontal"), design_from_rules(m=1.7)
+    arm, scene = ArmReach(design), draw_scene(parse_object("box-60"), 0, strategy=strategy)
+    chosen = choose_ground(design, scene, strategy)
+    assert chosen.position[1] > scene.position[1]
+    before, after = (place._find_ease(design, each, strategy, arm) for each in (scene, chosen))
+    assert before < 0.9
+    assert after >= 1.0
+
+
+@pytest.mark.parametrize("shape", ["ball-30", "cylinder-60"])
+def test_a_swept_object_stands_where_the_arm_can_lift_it(shape):
+    """Its grasp begins where it was swept to. With the paper's trunk that is reached as it stands."""
+    strategy = strategies.get("sweep")
+    scene = draw_scene(parse_object(shape), 0, strategy=strategy)
+    assert choose_ground(PAPER, scene, strategy) is scene
+    chosen = choose_ground(LARGE_TRUNK, scene, strategy)
+    fingers = shape == "ball-30"
+    assert (chosen.ground < 0.5) == fingers
+    assert (chosen.position[1] > scene.position[1]) != fingers
+
+
+def test_the_grasp_of_a_sweep_begins_at_its_goal():
+    strategy = strategies.get("sweep")
+    task = announce_task(PAPER, draw_scene(parse_object("ball-30"), 0, strategy=strategy), strategy)
+    grasp = strategy.grasp_task(task)
+    assert grasp.target.position == pytest.approx(task.goal.place)
+    assert grasp.goal.place == pytest.approx(task.goal.place + task.goal.aside)
+    assert strategy.highest_base(grasp) == strategies.get("tip-grip").highest_base(grasp)
