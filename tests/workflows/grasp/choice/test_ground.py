@@ -145,7 +145,7 @@ def test_a_swept_object_stands_where_the_arm_can_lift_it(shape):
 
 def test_the_grasp_of_a_sweep_begins_at_its_goal():
     strategy = strategies.get("sweep")
-    task = announce_task(PAPER, draw_scene(parse_object("ball-30"), 0, strategy=strategy), strategy)
+    task = announce_task(PAPER, parse_object("ball-30"), strategy)
     grasp = strategy.grasp_task(task)
     assert grasp.target.position == pytest.approx(task.goal.place)
     assert grasp.goal.place == pytest.approx(task.goal.place + task.goal.aside)
