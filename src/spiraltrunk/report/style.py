@@ -91,7 +91,7 @@ def style_axes(axes: Axes, ylabel: str = "", *, xlabel: str = "", title: str = "
     for text, write in ((ylabel, axes.set_ylabel), (xlabel, axes.set_xlabel), (title, axes.set_title)):
         if text:
             write(text, fontsize=NORMAL, color=INK)
-    axes.tick_params(labelsize=SMALL, colors=INK)
+    axes.tick_params(which="both", labelsize=SMALL, colors=INK)
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(visible=True, color="#00000018", linewidth=0.6)
     axes.set_axisbelow(True)
