@@ -62,7 +62,7 @@ def test_choices_and_results_are_told_in_words():
     assert describe_choice("kick", (able, push)) == "**kick** can take it: pushes."
     assert "cannot take it: too wide by 20 mm. Best: **pinch**." in describe_choice("tip-grip", (able, unable))
     assert describe_choice("auto", (unable,)) == "No strategy of this stage can take it; try the other stage."
-    assert format_ranking((able, unable)).splitlines()[1] == "- **tip-grip** ✗ no: too wide by 20 mm"
+    assert format_ranking((able, unable)).splitlines()[-1] == "- **tip-grip** ✗ no: too wide by 20 mm"
     assert describe_result(RESULT).startswith("**Success.** Held by the trunk alone for 3.0 s, set down 4 mm")
     kick = {**RESULT, "strategy": "kick", "hold_s": 0.0, "carry_m": 0.1734}
     assert describe_result(kick) == "**Success.** Moved along the ground by 173 mm."

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 pytest.importorskip("viser", reason="viser is not installed")
@@ -10,7 +11,8 @@ pytest.importorskip("viser", reason="viser is not installed")
 from spiraltrunk.design import presets
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.states import Mode
-from spiraltrunk.studio.robot.texts import format_cables, format_faults, format_run, format_status
+from spiraltrunk.studio.robot.gauges import find_ends
+from spiraltrunk.studio.robot.texts import format_cables, format_closed, format_faults, format_run, format_status
 from spiraltrunk.workflows.drive.remote.service import RobotService
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 
@@ -66,3 +68,30 @@ def test_lengths_are_shown_when_homed_and_tensions_when_armed(state):
     for part in ("12.3", "4.6", "20.0", "follows", "no page answers"):
         assert part in text
     assert math.isinf(state.page_age)
+
+
+def test_a_length_at_rest_has_no_minus(state):
+    cables = tuple(replace(cable, pull=-0.00002) for cable in state.snapshot.cables)
+    text = format_cables(show(state, cables=cables, is_homed=True))
+    assert "0.0" in text
+    assert "-0.0" not in text
+
+
+def test_a_closed_strategy_says_what_opens_it(state):
+    assert "Take control" in format_closed(state, is_mine=False)
+    assert "Clear the fault" in format_closed(show(state, mode=Mode.FAULT), is_mine=True)
+    assert "Disable the robot" in format_closed(show(state, mode=Mode.ARMED), is_mine=True)
+    assert "Wait" in format_closed(show(state, mode=Mode.HOMING), is_mine=True)
+
+
+@pytest.mark.parametrize(
+    ("values", "ends"),
+    [
+        ([-0.008, 0.01], (-5.0, 5.0)),
+        ([-60.0, 34.0], (-100.0, 50.0)),
+        ([math.nan, 7.0], (-5.0, 10.0)),
+        ([math.nan], (-5.0, 5.0)),
+    ],
+)
+def test_noise_at_rest_does_not_fill_a_plot(values, ends):
+    assert find_ends(np.array(values), -5.0, 5.0) == ends

@@ -46,6 +46,8 @@ _FIRST = {
     "tube_mm": 15.0, "neck_mm": 30.0, "mass_g": 250.0,
 }  # fmt: skip
 
+_HINT = "What is to be grasped; the numbers are widths in mm"
+
 _EMPTY = "No file yet: choose an STL or OBJ file of a closed surface, at most 25 MB."
 
 
@@ -73,7 +75,7 @@ class ObjectPicker:
         self._shape: ObjectSpec | None = None
         self._reading: Any = None
         options = (*CATALOGUE, BY_MEASURES, FROM_FILE)
-        self.source = Choice(page, "Object", options, DEFAULT_OBJECT, self._take_choice, hint="What is to be grasped")
+        self.source = Choice(page, "Object", options, DEFAULT_OBJECT, self._take_choice, hint=_HINT)
         self._measures = page.gui.add_folder("Measures of the object", visible=False)
         self._file = page.gui.add_folder("File of the object", visible=False)
         with self._measures:

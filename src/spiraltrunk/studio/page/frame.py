@@ -62,7 +62,11 @@ class Frame:
         self._shown = ""
         self._lay_out()
         tabs = [kind(page) for kind in kinds]
-        bar = page.gui.add_button_group("", tuple(tab.title for tab in tabs), hint="What the page shows")
+        bar = page.gui.add_button_group(
+            "",
+            tuple(tab.title for tab in tabs),
+            hint="Design a trunk, see its shape, run a grasp, compare with recordings, drive the robot; Alt+1 to 5",
+        )
         bar.on_click(lambda _: page.later("tab", lambda: self.show(str(bar.value))))
         for tab in tabs:
             self._add(tab)

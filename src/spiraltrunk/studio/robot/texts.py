@@ -17,7 +17,9 @@ _BADGES = {
 }  # fmt: skip
 """Colours of states, ground and letters: those of Okabe and Ito, darkened where white letters need it."""
 
-_TITLES = ("cable", "length [mm]", "goal [mm]", "tension [N]", "motor [&deg;C]")
+_FIRST = "The twin is a simulation of the robot: connect it to try everything without hardware."
+
+_TITLES = ("cable", "pulled in [mm]", "goal [mm]", "tension [N]", "motor [&deg;C]")
 
 
 def format_status(state: RobotState | None, *, robot: str, owner: str, is_mine: bool) -> str:
@@ -53,7 +55,7 @@ def find_mode(state: RobotState | None, robot: str) -> str:
 def _advise(state: RobotState | None, name: str, *, owner: str, is_mine: bool) -> str:
     """What to do next."""
     if state is None:
-        return "Starting takes some seconds." if name == "connecting" else "Choose a robot, and connect it."
+        return "Starting takes some seconds." if name == "connecting" else _FIRST
     if state.run:
         return "A strategy runs; STOP ends it."
     if not is_mine:
@@ -83,7 +85,7 @@ def _format_row(state: RobotState, i: int) -> str:
     is_armed = state.snapshot.mode is Mode.ARMED
     cells = (
         f'<span style="color:{COLORS[i % len(COLORS)]}">&#9632;</span> {i + 1}',
-        f"{1e3 * cable.pull:.1f}" if state.snapshot.is_homed else "&ndash;",
+        f"{round(1e3 * cable.pull, 1) + 0.0:.1f}" if state.snapshot.is_homed else "&ndash;",
         "&ndash;" if not is_armed else "follows" if goal is None else f"{1e3 * goal:.1f}",
         f"{cable.tension:.1f}" if is_armed else "&ndash;",
         "&ndash;" if math.isnan(cable.temperature) else f"{cable.temperature:.0f}",
@@ -115,6 +117,19 @@ def format_faults(state: RobotState) -> str:
     if state.note:
         lines.append(_bar("#0072B2", html.escape(state.note)))
     return _wrap("".join(lines)) if lines else ""
+
+
+def format_closed(state: RobotState, *, is_mine: bool) -> str:
+    """What to do before a strategy can run."""
+    mode = state.snapshot.mode
+    if not is_mine:
+        return _wrap("Take control to run a strategy.")
+    return _wrap(
+        {
+            Mode.FAULT: "Clear the fault to run a strategy.",
+            Mode.ARMED: "Disable the robot to run a strategy: it gets a twin of its own.",
+        }.get(mode, "Wait until the robot is safe.")
+    )
 
 
 def format_run(state: RobotState | None) -> str:
