@@ -68,7 +68,7 @@ class Gauges:
             {"label": f"cable {i + 1}", "stroke": color, "width": 2, "dash": DASHES[i % len(DASHES)]}
             for i, color in enumerate(colors)
         ]
-        empty = tuple(np.zeros(2) for _ in range(count + 1))
+        empty = (np.array([-_SHOWN, 0.0]), *(np.zeros(2) for _ in range(count)))  # Without a span, no axis is drawn.
         return self._page.gui.add_uplot(
             empty, tuple(series), title=title, height=_HEIGHT, scales=_scale(ends),
             legend={"show": False}, padding=(14, 10, 0, 0), axes=label_axes("Time before now [s]", ""),
