@@ -169,8 +169,8 @@ class MeasureTab:
         self._show_takes()
         self._compare()
 
-    def _take_protocol(self, _: str, content: bytes) -> None:
-        self._takes.set_protocol(content)
+    def _take_protocol(self, name: str, content: bytes) -> None:
+        self._takes.set_protocol(content, name)
         self._show_takes()
         self._compare()
         self._page.notice(f"protocol {self._takes.protocol.name!r}: {len(self._takes.protocol.runs)} runs", "done")
