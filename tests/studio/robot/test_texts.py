@@ -95,3 +95,12 @@ def test_a_closed_strategy_says_what_opens_it(state):
 )
 def test_noise_at_rest_does_not_fill_a_plot(values, ends):
     assert find_ends(np.array(values), -5.0, 5.0) == ends
+
+
+def test_a_stop_that_nobody_asked_for_is_not_called_a_person_s(state):
+    fault = Fault(kind=FaultKind.STOPPED, time=5.16, cable=None, text="a person stopped the robot")
+    stopped = show(state, mode=Mode.FAULT, faults=(fault,))
+    assert "a person stopped the robot" in format_faults(stopped)
+    text = format_faults(replace(stopped, note="the page in control did not answer for 1.1 s"))
+    assert "person" not in text
+    assert text.count("did not answer for 1.1 s") == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import math
 
+from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.report.style import COLORS
 from spiraltrunk.workflows.drive.recorder import REACTION
@@ -106,17 +107,23 @@ def _format_loop(state: RobotState) -> str:
 
 def format_faults(state: RobotState) -> str:
     """Faults with their times and the reaction, warnings, and what was done unasked; empty where there is nothing."""
-    snapshot, lines = state.snapshot, []
-    for fault in snapshot.faults:
-        where = "" if fault.cable is None else f", cable {fault.cable + 1}"
-        text = f"<b>{html.escape(fault.kind.value)}{where}</b>, {fault.time:.2f} s: {html.escape(fault.text)}"
-        lines.append(_bar("#B84A00", text))
+    snapshot = state.snapshot
+    lines = [_bar("#B84A00", _format_fault(fault, state.note)) for fault in snapshot.faults]
     if snapshot.faults:
         lines.append(f'<div style="opacity:.8;margin:2px 0 4px 10px">Reaction: {REACTION}.</div>')
     lines += [_bar("#E69F00", html.escape(warning)) for warning in snapshot.warnings]
-    if state.note:
+    if state.note and not any(fault.kind is FaultKind.STOPPED for fault in snapshot.faults):
         lines.append(_bar("#0072B2", html.escape(state.note)))
     return _wrap("".join(lines)) if lines else ""
+
+
+def _format_fault(fault: Fault, note: str) -> str:
+    """Kind, time and text; a stop that no person asked for has its cause in the note."""
+    kind, text = fault.kind.value, fault.text
+    if fault.kind is FaultKind.STOPPED and note:
+        kind, text = "stopped", note
+    where = "" if fault.cable is None else f", cable {fault.cable + 1}"
+    return f"<b>{html.escape(kind)}{where}</b>, {fault.time:.2f} s: {html.escape(text)}"
 
 
 def format_closed(state: RobotState, *, is_mine: bool) -> str:
