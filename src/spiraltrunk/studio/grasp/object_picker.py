@@ -49,7 +49,7 @@ _FIRST = {
 
 _HINT = "What is to be grasped; the numbers are widths in mm"
 
-_EMPTY = "No file yet: choose an STL or OBJ file of a closed surface, at most 25 MB."
+_EMPTY = "No file yet: drop or choose an STL or OBJ file of a closed surface, at most 25 MB."
 
 
 @final
