@@ -101,7 +101,7 @@ class MeasureTab:
         self._virtual = Choice(page, "Virtual run", runs, runs[0], lambda _: None, hint=hint)
         add_button(page, "Record a virtual session", self._record_virtual, hint="A printed trunk by simulated cameras")
         hint = "Run of the protocol that the next upload is a take of"
-        self._run = Choice(page, "Run of the upload", self._list_runs(), _BY_NAME, lambda _: None, hint=hint)
+        self._run = Choice(page, "Upload as", self._list_runs(), _BY_NAME, lambda _: None, hint=hint)
         hint = "A take that Motive exported"
         add_upload(page, "Upload a take (CSV, C3D)", self._take_upload, hint=hint, most=MOST_UPLOAD, kinds=".csv,.c3d")
         self._list: Any = page.gui.add_html(texts.format_takes(()))

@@ -30,6 +30,12 @@ if (!document.getElementById("spiraltrunk-access")) {
     try { sessionStorage.setItem("spiraltrunk-folders", JSON.stringify(kept)); } catch (error) {}
   };
   const isOpen = (body) => body.getAttribute("aria-hidden") !== "true";
+  const path = (head) => {
+    const names = [head.textContent];
+    for (let part = head.parentElement; part; part = part.parentElement)
+      if (part.previousElementSibling?.dataset.folder) names.unshift(part.previousElementSibling.textContent);
+    return names.join("/");
+  };
   const nameFolders = () => {
     for (const mark of document.querySelectorAll("svg.tabler-icon-chevron-down, svg.tabler-icon-chevron-up")) {
       const head = mark.parentElement, body = head.nextElementSibling;
@@ -45,7 +51,7 @@ if (!document.getElementById("spiraltrunk-access")) {
         event.preventDefault();
         head.click();
       });
-      const name = `${document.querySelector("button[data-shown=true]")?.textContent}/${head.textContent}`;
+      const name = path(head);
       const before = read()[name];
       if (before !== undefined && before !== isOpen(body)) head.click();
       head.addEventListener("click", () => keep(name, !isOpen(body)));
