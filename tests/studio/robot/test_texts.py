@@ -1,7 +1,9 @@
 """Texts of the robot's tab: what a person reads in each state, and that no text of a robot becomes markup."""
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,10 +13,36 @@ pytest.importorskip("viser", reason="viser is not installed")
 from spiraltrunk.design import presets
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.states import Mode
-from spiraltrunk.studio.robot.gauges import find_ends
+from spiraltrunk.studio.robot.gauges import SETTLED, Gauges, find_ends
 from spiraltrunk.studio.robot.texts import format_cables, format_closed, format_faults, format_run, format_status
 from spiraltrunk.workflows.drive.remote.service import RobotService
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
+
+
+class FakePlot:
+    """A plot that counts how often its scales are sent."""
+
+    def __init__(self):
+        self.n_scales = 0
+
+    def __setattr__(self, name, value):
+        if name == "scales":
+            self.n_scales += 1
+        super().__setattr__(name, value)
+
+
+class FakeGui:
+    """Controls of a page that keeps its plots."""
+
+    def __init__(self):
+        self.plots = []
+
+    def add_folder(self, title):
+        return nullcontext(SimpleNamespace())
+
+    def add_uplot(self, *_, **options):
+        self.plots.append(FakePlot())
+        return self.plots[-1]
 
 
 @pytest.fixture(scope="module")
@@ -104,3 +132,15 @@ def test_a_stop_that_nobody_asked_for_is_not_called_a_person_s(state):
     text = format_faults(replace(stopped, note="the page in control did not answer for 1.1 s"))
     assert "person" not in text
     assert text.count("did not answer for 1.1 s") == 1
+
+
+def test_the_scales_of_plots_are_sent_again_once_they_are_laid_out(state):
+    gui = FakeGui()
+    gauges = Gauges(SimpleNamespace(gui=gui))
+    for _ in range(2 * SETTLED):
+        gauges.draw((state, state))
+    assert [plot.n_scales for plot in gui.plots] == [1, 1, 1]
+    gauges.renew()
+    for _ in range(2 * SETTLED):
+        gauges.draw((state, state))
+    assert [plot.n_scales for plot in gui.plots] == [2, 2, 2]

@@ -23,6 +23,11 @@ _PLOTS = (("Pulled in [mm]", -5.0, 5.0), ("Tension [N]", 0.0, 5.0), ("Temperatur
 """Title of each plot, and the ends that its scale has at least, so that noise at rest is not drawn as a move."""
 
 
+SETTLED = 3
+"""Times that a plot is drawn after it was laid out, upon which its scale is sent again: viser lays a plot out without
+a width first, and loses the axis of the time where data arrive meanwhile [-] (ours)."""
+
+
 @final
 class Gauges:
     """Plots of lengths, tensions and temperatures."""
@@ -33,6 +38,11 @@ class Gauges:
         self._folder: Any = page.gui.add_folder("Plots of the last 30 s")
         self._plots: list[Any] = []
         self._ends: list[tuple[float, float]] = []
+        self._n_drawn = 0
+
+    def renew(self) -> None:
+        """The plots are laid out anew, as when their tab is shown."""
+        self._n_drawn = 0
 
     def clear(self) -> None:
         """Show nothing."""
@@ -46,10 +56,11 @@ class Gauges:
         if count != self._n_cable:
             self._build(count)
         self._folder.visible = True
+        self._n_drawn += 1
         time = np.array([state.snapshot.time for state in states])
         for i, values in enumerate(_collect(states, count)):
             ends = find_ends(values, *_PLOTS[i][1:])
-            if ends != self._ends[i]:
+            if ends != self._ends[i] or self._n_drawn == SETTLED:
                 self._ends[i], self._plots[i].scales = ends, _scale(ends)
             self._plots[i].data = (time - time[-1], *values.T)
 
@@ -57,6 +68,7 @@ class Gauges:
         for plot in self._plots:
             plot.remove()
         self._n_cable = count
+        self.renew()
         self._ends = [(least, most) for _, least, most in _PLOTS]
         with self._folder:
             self._plots = [self._add(title, count, (least, most)) for title, least, most in _PLOTS]

@@ -90,6 +90,7 @@ class RobotTab:
         """See `Tab.show`."""
         self._is_shown = True
         self._camera.show()
+        self._gauges.renew()
         self.draw()
 
     def hide(self) -> None:
