@@ -86,12 +86,12 @@ def test_a_cable_without_a_cell_is_left_alone():
 def test_a_reading_that_does_not_change_is_stuck():
     state, found_at = StillState(), None
     for i in range(100):
-        state, found = watch_still(state, 12.34, 0.01 * i, LIMITS)
+        state, found = watch_still(state, 12.34, 3.0 + 0.01 * i, LIMITS)
         if found is not None and found_at is None:
             found_at = 0.01 * i
             assert found.text == "its load cell has told 12.34 N without any change for 0.5 s; allowed: 0.5 s"
     assert found_at == pytest.approx(LIMITS.cell_still, abs=0.0101)
-    assert watch_still(state, 12.35, 1.0, LIMITS)[1] is None
+    assert watch_still(state, 12.35, 4.0, LIMITS)[1] is None
 
 
 @given(st.lists(st.floats(-50.0, 50.0), min_size=2, max_size=50))
