@@ -64,8 +64,10 @@ from spiraltrunk.strategies.wrap.attempts import (
     PRESS,
     carry_higher,
     has_toppled,
+    is_jammed,
     may_rise,
     rise_further,
+    tighten_here,
     try_again,
     yield_upwards,
 )
@@ -169,6 +171,8 @@ class StandingWrap(MoveStrategy[StandingState]):
         action = state.sequence.move.action
         if action == "touch":
             return _sense_touch(state, observation)
+        if action == "curl" and state.is_distal and is_jammed(observation, state.weight_empty):
+            return replace(state, sequence=_go_on(tighten_here(state.sequence, observation.time), observation))
         if action in ("curl", "tighten") and state.weight_empty - state.weight > PRESS:
             return replace(state, sequence=yield_upwards(state.sequence))
         if action in _STIFF:
