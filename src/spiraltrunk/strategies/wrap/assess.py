@@ -25,7 +25,7 @@ RATES = {"wrap-vertical": 0.98, "wrap-oblique-low": 0.95, "wrap-oblique": 0.92, 
 """Rates of success with ample margins [-]: over the catalogue (docs/validation/strategies.md)."""
 TOUCH_FORCE = 0.075
 """Horizontal force with which the trunk pushes a standing object as it closes and opens, at least [N] (ours): in
-simulated trials none of 10 objects that topple at less was lifted and set down, and 12 of 17 of those that topple at up
+simulated trials none of 8 objects that topple at less was lifted and set down, and 10 of 15 of those that topple at up
 to 0.12 N were (docs/validation/everyday.md)."""
 AMPLE_TOPPLE = 0.4
 """Force beyond it by which an object stands with an ample margin [N] (ours)."""
@@ -35,7 +35,7 @@ FLAT = 3.5
 """Largest ratio of the widths seen from above that a loop holds [-] (ours)."""
 RIM = 0.75
 """Least distance of a distal wrap's middle below the object's top, over the radius of its first section [-] (ours):
-nearer to it the round sections press on the rim and slip over it. In simulated trials none of 8 objects with less was
+nearer to it the round sections press on the rim and slip over it. In simulated trials none of 7 objects with less was
 held (docs/validation/everyday.md)."""
 HELD_WIDTH = 0.57
 """Largest width that a wrap holds, over the largest that the trunk encloses [-]: in simulated trials 150 mm of 268 mm;
