@@ -15,6 +15,7 @@ from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.assessment import assess
 from spiraltrunk.strategies.fingertip.assess import HELD_OPENING, grip_force
 from spiraltrunk.strategies.push.sweep import with_task
 from spiraltrunk.strategies.wrap.assess import FLAT, TOUCH_FORCE, TOUCH_HEIGHT, held_mass, wrapped_range
@@ -44,7 +45,7 @@ def compute_rules(design: TrunkDesign) -> dict[str, str]:
         "section of a wrapped thing": f"at most {FLAT:g} to 1",
         f"least height of a cylinder {_list(WIDTHS)} mm wide, wrapped": f"{_list(heights)} mm",
         "sideways push that a standing thing must bear": (
-            f"{TOUCH_FORCE:.2g} N at {100 * TOUCH_HEIGHT:.0f} % of its height"
+            f"{TOUCH_FORCE:.3g} N at {100 * TOUCH_HEIGHT:.0f} % of its height"
         ),
         "mass that a wrap holds": ", ".join(
             f"{held_mass(design, width):.1f} kg at {1e3 * width:.0f} mm" for width in WIDTHS
@@ -69,14 +70,16 @@ def standing_scene() -> SceneOptions:
 
 
 def find_least_height(observation: Observation, width: float) -> float:
-    """Least height of a standing cylinder for which one of the wraps has a plan, to 5 mm [m]."""
+    """Least height of a standing cylinder that one of the wraps can take and has a plan for, to 5 mm [m]."""
     for height in np.arange(0.030, 0.300, 0.005):
+        observed = resize(observation, width, float(height))
         for name in WRAPS:
             try:
-                strategies.get(name).init(resize(observation, width, float(height)))
+                strategies.get(name).init(observed)
             except ModelError:
                 continue
-            return float(height)
+            if assess(strategies.get(name), observed.task).feasible:
+                return float(height)
     return 0.0
 
 

@@ -62,7 +62,7 @@ def show_grasp(page: Page) -> None:
 
 def show_measure(page: Page) -> None:
     """A virtual take laid over the model."""
-    page.get_by_role("button", name="Take the virtual session").click()
+    page.get_by_role("button", name="Record a virtual session").click()
     page.get_by_text("mean RMSE").first.wait_for(timeout=LONGEST)
 
 

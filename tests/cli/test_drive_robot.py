@@ -9,6 +9,7 @@ import pytest
 
 from spiraltrunk import cli
 from spiraltrunk.hardware.setup.robot_file import format_example
+from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
 
 EXAMPLE = format_example()
 
@@ -46,6 +47,7 @@ def robot(tmp_path: Path) -> Path:
         (["jog"], "neither a cable nor --gamepad given; allowed: a cable and a length to wind in, or --gamepad alone"),
         (["selftest", "--only", "foo"], "unknown fault 'foo'; known: frame_loss_1_percent, "),
         (["jog", "4", "5"], "cable is 4; allowed: 1 to 3"),
+        (["cells"], "no load cells given; allowed: --robot FILE with a table [load_cells]"),
     ],
 )
 def test_bad_input_is_one_line(arguments, says, tmp_path, monkeypatch, capsys):
@@ -160,3 +162,71 @@ def test_a_move_that_ends_short_is_told(capsys):
 def test_the_seed_may_stand_behind_the_action(capsys):
     assert cli.main(["drive", "status", "--seed", "7", "--json"]) == 0
     assert '"mode": "safe"' in capsys.readouterr().out
+
+
+CELLS = """
+[load_cells]
+port = "cells"
+cables = [3, 1]
+offsets_n = [0.0, -1.5]
+scales = [-0.5, 1.0]
+"""
+
+
+@pytest.fixture
+def celled(robot):
+    text = robot.read_text()
+    robot.write_text((text[: text.index("[load_cells]")] if "[load_cells]" in text else text) + CELLS)
+    return str(robot)
+
+
+def test_zeros_of_load_cells_are_what_they_read_with_slack_cables(celled, capsys):
+    assert cli.main(["drive", "--robot", celled, "cells"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.splitlines()[-4:-2] == ["[load_cells]", "cables = [3, 1]"]
+    assert cli.main(["drive", "--robot", celled, "cells", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["reading_n"] == told["offsets_n"] == pytest.approx([0.0, -1.5], abs=0.02)
+    assert told["scales"] == [-0.5, 1.0]
+
+
+@pytest.mark.parametrize("held", [12.0, 25.0])
+def test_a_known_mass_gives_the_scale_of_its_cell_whatever_the_file_says(celled, held, monkeypatch, capsys):
+    """The twin's cell of cable 1 reads -1.5 N and the true tension; 2.4 kg that read 12 N more are a scale of 1.96."""
+    build = LoadCellTwin.__init__
+
+    def hang(self, settings, read_tensions, **options):
+        build(self, settings, lambda: (held, 0.0, 0.0), **options)
+
+    monkeypatch.setattr(LoadCellTwin, "__init__", hang)
+    assert cli.main(["drive", "--robot", celled, "cells", "--cable", "1", "--mass-kg", "2.4", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["offsets_n"] == [0.0, -1.5]
+    assert told["scales"] == [-0.5, pytest.approx(2.4 * 9.80665 / held, rel=2e-3)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--cable", "1"], "--cable and --mass-kg belong together"),
+        (["--mass-kg", "1"], "--cable and --mass-kg belong together"),
+        (["--cable", "2", "--mass-kg", "1"], "--cable is 2; allowed, with a load cell: 3, 1"),
+        (["--cable", "1", "--mass-kg", "0"], "mass is 0.0; allowed: "),
+        (["--cable", "1", "--mass-kg", "1e3"], "mass is 1000.0; allowed: "),
+        (["--cable", "1", "--mass-kg", "nan"], "allowed: a finite number"),
+        (["--cable", "1", "--mass-kg", "1"], "N with 1 kg and -1.50 N without; allowed: at least 1 N apart"),
+    ],
+)
+def test_a_calibration_that_cannot_be_is_one_line(celled, arguments, says, capsys):
+    assert cli.main(["drive", "--robot", celled, "cells", *arguments]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert says in printed.err.splitlines()[-1]
+
+
+def test_a_bus_without_motors_is_told(capsys):
+    assert cli.main(["drive", "--bus", "virtual:nobody", "status"]) == 0
+    printed = capsys.readouterr().out
+    assert "no feedback of motor 1, 2, 3" in printed
+    assert "nan" not in printed
+    assert "(p50/p99/p99.9)" in printed

@@ -17,6 +17,11 @@ from spiraltrunk.strategies.scores import margin_factor
 from spiraltrunk.strategies.wrap.assess import RATES
 
 GROUND = 0.60
+LONG = ObjectProfile(
+    height=np.array([0.0, 0.1]), width_least=np.full(2, 0.09), width_most=np.full(2, 0.16), girth=np.full(2, 0.39),
+    center_height=0.05, topple_angle=0.7, support_radius=0.045,
+)  # fmt: skip
+"""A thing with a handle: 90 mm wide, 160 mm long seen from above."""
 UP, LEVEL = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)
 
 
@@ -44,12 +49,15 @@ def _assess(name, *args, **kwargs):
             "by 2 mm: 39 mm, they open 40 mm and hold what is up to 37 mm wide",
         ),
         ("pinch", _task(0.03, 0.2, 0.5, axis=LEVEL), "would slip: it weighs 4.9 N, the fingers hold"),
+        ("tip-grip", _task(0.034, 0.02, 0.02, kind="cone"), "narrows upwards by 40 deg, friction holds up to 39 deg"),
         ("flip-grip", _task(0.03, 0.03, 0.02, ground=None), "the object hangs; the fingers take what rests on"),
         ("tip-grip", _task(0.03, 0.03, 0.02, design=replace(PAPER, gripper=None)), "the trunk has no gripper"),
         ("wrap-horizontal", _task(0.165, 0.24, 0.5), "too wide for the trunk by 12 mm: 165 mm, it wraps 153 mm"),
         ("wrap-oblique", _task(0.02, 0.24, 0.1), "too thin for the trunk by 13 mm: 20 mm, it wraps 33 mm or more"),
         ("wrap-oblique", _task(0.06, 0.24, 1.6), "too heavy by 86 g: the trunk holds 1514 g at that width"),
-        ("wrap-oblique-low", _task(0.04, 0.24, 0.02), "would topple at 0.027 N; the trunk touches with up to 0.04 N"),
+        ("wrap-oblique-low", _task(0.04, 0.24, 0.02), "would topple at 0.027 N; the closing trunk pushes with"),
+        ("wrap-oblique", _task(0.05, 0.05, 0.15), "too short: the trunk would press"),
+        ("wrap-horizontal", _task(0.09, 0.1, 0.5, kind="box", profile=LONG), "loop by 7 mm: 160 mm across"),
         ("wrap-horizontal", _task(0.08, 0.08, 0.2, kind="sphere"), "would roll away"),
         ("wrap-horizontal", _task(0.06, 0.24, 0.2, axis=LEVEL), "the object lies; this wrap takes one that stands"),
         ("wrap-vertical", _task(0.06, 0.24, 0.2), "the object rests on the ground; this wrap takes one that hangs"),

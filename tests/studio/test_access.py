@@ -184,6 +184,33 @@ def test_folders_open_by_keyboard(opened):
     page.get_by_role("button", name="Options (folder)", expanded=False).wait_for()
 
 
+def test_a_folder_is_found_as_it_was_left(opened):
+    page, *_ = opened
+    show(page, "Grasp")
+    options = page.get_by_role("button", name="Options (folder)")
+    options.click()
+    page.get_by_role("button", name="Options (folder)", expanded=True).wait_for()
+    show(page, "Shape")
+    show(page, "Grasp")
+    page.get_by_role("button", name="Options (folder)", expanded=True).wait_for()
+    page.reload()
+    page.get_by_role("button", name="Options (folder)", expanded=True).wait_for()
+    options.click()
+    page.get_by_role("button", name="Options (folder)", expanded=False).wait_for()
+    show(page, "Shape")
+    show(page, "Grasp")
+    page.wait_for_timeout(1000)
+    assert page.get_by_role("button", name="Options (folder)", expanded=False).count() == 1
+
+
+def test_buttons_that_show_an_icon_alone_have_a_name(opened):
+    page, *_ = opened
+    page.wait_for_timeout(1000)
+    nameless = """() => [...document.querySelectorAll("button")].filter((one) => one.checkVisibility()
+      && !one.innerText.trim() && !one.getAttribute("aria-label")).map((one) => one.outerHTML.slice(0, 300))"""
+    assert page.evaluate(nameless) == []
+
+
 def test_the_large_stop_by_keyboard(opened):
     page, _, hub = opened
     show(page, "Robot")

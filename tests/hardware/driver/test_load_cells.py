@@ -166,6 +166,24 @@ def test_a_cell_that_fails_is_a_fault_and_is_never_used_silently(robot, name):
     assert robot.is_off()
 
 
+@pytest.mark.parametrize("tension", [4.0, 6.0, 10.0])
+def test_a_cell_that_reads_0_at_a_low_tension_is_told_by_the_trunk_that_its_cable_bends(build, tension):
+    """Friction hides such a tension from the motor, with servos up to 15 N of it; the lengths tell that it is there."""
+    robot, pull = build(replace(CELLS, offsets=(0.0,) * 3, scales=(1.0,) * 3)), (tension,) * 3
+    robot.prepare()
+    robot.run(3.0, pull)
+    CellWireOff().begin(robot.twin)
+    began, highest = robot.clock.now(), 0.0
+    while not robot.driver.faults and robot.clock.now() < began + 3.0:
+        robot.run(0.01, pull)
+        highest = max(highest, *robot.twin.tensions)
+    first = robot.driver.faults[0]
+    print(f"0 at {tension:g} N: {first.time - began:.2f} s, at most {highest:.1f} N: {first.text}")
+    assert (first.kind, first.cable) == (FaultKind.LOAD_CELL, 0)
+    assert first.time - began <= 1.3
+    assert highest < tension + 10.0
+
+
 def test_a_cell_that_fails_while_the_drums_are_homed_ends_homing(robot):
     robot.run(0.3)
     robot.driver.home()

@@ -14,7 +14,10 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.moves import Move
+from spiraltrunk.strategies.moves import Move, base_position
+from spiraltrunk.strategies.wrap.assess import RIM
+from spiraltrunk.strategies.wrap.attempts import JAMMED
+from spiraltrunk.strategies.wrap.distal_plan import find_rim
 from spiraltrunk.strategies.wrap.set_down import (
     DISTAL_DRAG,
     center_place,
@@ -76,9 +79,37 @@ def test_from_80_mm_on_there_is_a_plan_in_which_the_housing_clears_the_ground(na
             assert low > seen.task.goal.ground + 0.01, move.action
 
 
-@pytest.mark.parametrize("name", ["cylinder-60", "cylinder-120", "bottle-70"])
+@pytest.mark.parametrize("name", WrapHorizontal.objects)
 def test_what_is_tall_enough_is_wrapped_in_full(name: str) -> None:
     assert not any(begin(name, number).is_distal for number in (4, 5, 6))
+
+
+@pytest.mark.parametrize("name", [JAR, "cylinder-90"])
+def test_where_the_object_jams_a_distal_wrap_closes_without_moving_the_arm_on(name: str) -> None:
+    seen, state = first_seen(name), begin(name)
+    at = next(i for i, move in enumerate(state.sequence.moves) if move.action == "curl")
+    state = replace(state, sequence=replace(state.sequence, index=at, since=seen.time - 0.1))
+    here, free = base_position(state.sequence, seen.time), -float(seen.base_force[2])
+    tight, lift, lower = (
+        next(move.position for move in state.sequence.moves if move.action == action)
+        for action in ("tighten", "lift", "lower")
+    )
+    for push, is_stopped in ((JAMMED - 0.1, False), (JAMMED + 0.1, name == JAR)):
+        pushed = replace(seen, base_force=np.array([push, 0.0, -free]))
+        sequence = FAMILY[2].sense(replace(state, weight=free, weight_empty=free), pushed).sequence
+        assert sequence.move.action == ("tighten" if is_stopped else "curl")
+        if is_stopped:
+            later = {move.action: move.position for move in sequence.moves[sequence.index :]}
+            np.testing.assert_allclose(later["tighten"], here, atol=1e-12)
+            np.testing.assert_allclose(later["lift"], lift + here - tight, atol=1e-12)
+            np.testing.assert_allclose(later["lower"], lower, atol=1e-12)
+
+
+def test_an_object_so_short_that_the_sections_press_on_its_rim_is_told() -> None:
+    for name, is_held in ((CAN, True), ("cylinder:diameter_mm=53,height_mm=51,mass_g=144", False)):
+        below, radius = find_rim(first_seen(name).task, WrapObliqueLow.plane)
+        assert radius in PAPER.section_radius
+        assert (below >= RIM * radius) == is_held
 
 
 @pytest.mark.parametrize("name", [CAN, JAR, TIN])

@@ -7,10 +7,11 @@ import pytest
 import trimesh
 
 from spiraltrunk.design import presets
-from spiraltrunk.errors import DesignError, ModelError
+from spiraltrunk.errors import DesignError, ModelError, SpiralTrunkError
 from spiraltrunk.sim.body_meshes import ModelMeshes
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.studio.grasp.jobs import build_scene, read_upload, run_grasp
+from spiraltrunk.studio.grasp.object_picker import name_upload
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.grasp.tab import list_strategies
 from spiraltrunk.studio.grasp.texts import describe_choice, describe_result, format_ranking
@@ -62,7 +63,7 @@ def test_choices_and_results_are_told_in_words():
     assert describe_choice("kick", (able, push)) == "**kick** can take it: pushes."
     assert "cannot take it: too wide by 20 mm. Best: **pinch**." in describe_choice("tip-grip", (able, unable))
     assert describe_choice("auto", (unable,)) == "No strategy of this stage can take it; try the other stage."
-    assert format_ranking((able, unable)).splitlines()[1] == "- **tip-grip** ✗ no: too wide by 20 mm"
+    assert format_ranking((able, unable)).splitlines()[-1] == "- **tip-grip** ✗ no: too wide by 20 mm"
     assert describe_result(RESULT).startswith("**Success.** Held by the trunk alone for 3.0 s, set down 4 mm")
     kick = {**RESULT, "strategy": "kick", "hold_s": 0.0, "carry_m": 0.1734}
     assert describe_result(kick) == "**Success.** Moved along the ground by 173 mm."
@@ -80,3 +81,13 @@ def test_a_run_reports_every_frame_once_and_ends_as_the_trial_does():
     trial = run_trial(presets.PAPER, parse_object("cylinder-60"), strategy="kick")
     assert result["reason"] == trial.verdict.reason
     assert frames.time[-1] == pytest.approx(trial.plant.trace[-1].time, abs=1 / RATE)
+
+
+@pytest.mark.parametrize("content", [b"", b"hello, no mesh", b"x" * 80 + b"\xff" * 4, b"solid a\nendsolid a\n"])
+def test_a_refused_file_is_told_by_the_name_that_the_person_knows(content):
+    with pytest.raises(SpiralTrunkError) as told:
+        read_upload(lambda _: None, content, "stl", 0.25, {})
+    text = name_upload(str(told.value), "mine.stl")
+    assert "mine.stl" in text
+    assert "object.stl" not in text
+    assert "/" not in text

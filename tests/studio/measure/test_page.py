@@ -51,7 +51,7 @@ def test_a_bad_file_is_told_in_one_line_and_forgotten(studio, open_page, tmp_pat
 @pytest.mark.slow
 def test_virtual_session_calibration_and_a_reload(studio, open_page):
     page = open_page(studio([MeasureTab]))
-    page.get_by_role("button", name="Take the virtual session").click()
+    page.get_by_role("button", name="Record a virtual session").click()
     page.get_by_text("Shape 27 of 27").wait_for(timeout=2 * LONG)
     page.get_by_role("tab", name="Calibrate").click()
     page.get_by_role("button", name="Calibrate", exact=True).click()

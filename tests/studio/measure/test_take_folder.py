@@ -47,7 +47,7 @@ def test_texts_call_files_as_the_person_does(folder):
 
 def test_a_protocol_brings_its_runs_and_clears_the_takes(folder):
     folder.add("twist_1.csv", b"x", None)
-    folder.set_protocol(b'schema = 1\nname = "mine"\n[[run]]\nname = "hang"\nkind = "rest"\ntilt_deg = 0\n')
+    folder.set_protocol(b'schema = 1\nname = "mine"\n[[run]]\nname = "hang"\nkind = "rest"\ntilt_deg = 0\n', "a.toml")
     assert [run.name for run in folder.protocol.runs] == ["hang"]
     assert folder.takes == []
     assert folder.add("hang.csv", b"x", None).run == "hang"
@@ -55,8 +55,8 @@ def test_a_protocol_brings_its_runs_and_clears_the_takes(folder):
 
 def test_a_bad_protocol_changes_nothing(folder):
     folder.add("twist_1.csv", b"x", None)
-    with pytest.raises(TakeError, match="protocol in TOML"):
-        folder.set_protocol(b"\xff\xfe")
+    with pytest.raises(TakeError, match=r"^'mine.toml': .* protocol in TOML"):
+        folder.set_protocol(b"\xff\xfe", "mine.toml")
     assert len(folder.takes) == 1
     assert folder.protocol.name == "paper"
 

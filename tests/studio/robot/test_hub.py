@@ -162,10 +162,17 @@ def test_values_out_of_their_range_are_not_sent(hub):
 def test_states_of_another_clock_are_not_drawn_with_those_before(hub):
     page = FakePage(hub, "page 1")
     hub.connect(page, "twin", DESIGN)
-    times = [5.0, 5.1, 0.1, 0.2]
-    for moment in times:
-        hub._link.on_state(SimpleNamespace(snapshot=SimpleNamespace(time=moment)))
-    assert [state.snapshot.time for state in hub.states] == [0.1, 0.2]
+
+    def tell(moment, run=""):
+        hub._link.on_state(SimpleNamespace(snapshot=SimpleNamespace(time=moment), run=run))
+        return [state.snapshot.time for state in hub.states]
+
+    tell(5.0)
+    assert tell(5.1) == [5.0, 5.1]
+    assert tell(0.1, "reach") == [0.1], "a strategy has a twin of its own, with a clock of its own"
+    assert tell(0.2, "reach") == [0.1, 0.2]
+    assert tell(5.2) == [5.2], "after it the twin before goes on, later by its own clock"
+    assert tell(5.3) == [5.2, 5.3]
 
 
 def test_only_the_robot_of_the_command_line_can_be_connected(monkeypatch):

@@ -1,8 +1,11 @@
 """Texts of the robot's tab: what a person reads in each state, and that no text of a robot becomes markup."""
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 pytest.importorskip("viser", reason="viser is not installed")
@@ -10,9 +13,36 @@ pytest.importorskip("viser", reason="viser is not installed")
 from spiraltrunk.design import presets
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.states import Mode
-from spiraltrunk.studio.robot.texts import format_cables, format_faults, format_run, format_status
+from spiraltrunk.studio.robot.gauges import SETTLED, Gauges, find_ends
+from spiraltrunk.studio.robot.texts import format_cables, format_closed, format_faults, format_run, format_status
 from spiraltrunk.workflows.drive.remote.service import RobotService
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
+
+
+class FakePlot:
+    """A plot that counts how often its scales are sent."""
+
+    def __init__(self):
+        self.n_scales = 0
+
+    def __setattr__(self, name, value):
+        if name == "scales":
+            self.n_scales += 1
+        super().__setattr__(name, value)
+
+
+class FakeGui:
+    """Controls of a page that keeps its plots."""
+
+    def __init__(self):
+        self.plots = []
+
+    def add_folder(self, title):
+        return nullcontext(SimpleNamespace())
+
+    def add_uplot(self, *_, **options):
+        self.plots.append(FakePlot())
+        return self.plots[-1]
 
 
 @pytest.fixture(scope="module")
@@ -66,3 +96,51 @@ def test_lengths_are_shown_when_homed_and_tensions_when_armed(state):
     for part in ("12.3", "4.6", "20.0", "follows", "no page answers"):
         assert part in text
     assert math.isinf(state.page_age)
+
+
+def test_a_length_at_rest_has_no_minus(state):
+    cables = tuple(replace(cable, pull=-0.00002) for cable in state.snapshot.cables)
+    text = format_cables(show(state, cables=cables, is_homed=True))
+    assert "0.0" in text
+    assert "-0.0" not in text
+
+
+def test_a_closed_strategy_says_what_opens_it(state):
+    assert "Take control" in format_closed(state, is_mine=False)
+    assert "Clear the fault" in format_closed(show(state, mode=Mode.FAULT), is_mine=True)
+    assert "Disable the robot" in format_closed(show(state, mode=Mode.ARMED), is_mine=True)
+    assert "Wait" in format_closed(show(state, mode=Mode.HOMING), is_mine=True)
+
+
+@pytest.mark.parametrize(
+    ("values", "ends"),
+    [
+        ([-0.008, 0.01], (-5.0, 5.0)),
+        ([-60.0, 34.0], (-100.0, 50.0)),
+        ([math.nan, 7.0], (-5.0, 10.0)),
+        ([math.nan], (-5.0, 5.0)),
+    ],
+)
+def test_noise_at_rest_does_not_fill_a_plot(values, ends):
+    assert find_ends(np.array(values), -5.0, 5.0) == ends
+
+
+def test_a_stop_that_nobody_asked_for_is_not_called_a_person_s(state):
+    fault = Fault(kind=FaultKind.STOPPED, time=5.16, cable=None, text="a person stopped the robot")
+    stopped = show(state, mode=Mode.FAULT, faults=(fault,))
+    assert "a person stopped the robot" in format_faults(stopped)
+    text = format_faults(replace(stopped, note="the page in control did not answer for 1.1 s"))
+    assert "person" not in text
+    assert text.count("did not answer for 1.1 s") == 1
+
+
+def test_the_scales_of_plots_are_sent_again_once_they_are_laid_out(state):
+    gui = FakeGui()
+    gauges = Gauges(SimpleNamespace(gui=gui))
+    for _ in range(2 * SETTLED):
+        gauges.draw((state, state))
+    assert [plot.n_scales for plot in gui.plots] == [1, 1, 1]
+    gauges.renew()
+    for _ in range(2 * SETTLED):
+        gauges.draw((state, state))
+    assert [plot.n_scales for plot in gui.plots] == [2, 2, 2]

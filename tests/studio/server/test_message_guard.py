@@ -85,8 +85,9 @@ def test_a_file_of_a_wrong_size_is_told_and_its_progress_ends(client, message):
     assert client.passed == []
     assert len(client.complaints) == 1
     assert "allowed: at most 25 MB" in client.complaints[0]
-    (ack,) = client.sent
+    ack, removal = client.sent
     assert (ack.transfer_uuid, ack.transferred_bytes) == ("a", ack.total_bytes)
+    assert removal.uuid == "upload-a", "what was refused is not called uploaded"
 
 
 def test_files_at_a_time_are_limited(client):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import threading
+import warnings
 import webbrowser
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -44,6 +45,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
     from spiraltrunk.studio.studio import Studio, StudioOptions
 
+    warnings.filterwarnings("ignore", message=r"Queued a \w+ on a closed connection")  # By a page that closes.
     design = load_design(arguments.design)
     file, hubs = _load_robot(arguments.robot, design), []
 

@@ -149,7 +149,12 @@ class SafetyLimits:
     cell_time: float = 0.2
     """Time for which a load cell and the motor may differ by more [s]: the estimate lags behind by up to 60 ms."""
     cell_beyond: float = 0.5
-    """Time for which a load cell may ask a winder with a slow drum for more force than friction explains [s]."""
+    """Time for which a load cell may ask a winder with a slow drum for more force than friction explains, or tell of a
+    slack cable that bends the trunk [s]."""
+    cell_bent: float = 0.001
+    """Cable wound in without slack to take in while its load cell tells of no load that is a fault of the cell [m]."""
+    cell_loosened: float = 2.5e-4
+    """Slack that the lengths may tell of meanwhile [m]."""
     length_margin: float = 0.005
     """Length beyond its limits that is a fault [m]; the winder itself stops at the limits."""
 

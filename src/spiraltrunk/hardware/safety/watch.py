@@ -25,7 +25,7 @@ from spiraltrunk.hardware.safety.watches.cable_watch import (
     watch_tension,
     watch_untaken,
 )
-from spiraltrunk.hardware.safety.watches.cell_watch import CellState, watch_cell
+from spiraltrunk.hardware.safety.watches.cell_watch import CellState, ClaimState, watch_cell, watch_claim
 from spiraltrunk.hardware.safety.watches.feedback_watch import (
     FrozenState,
     MotionState,
@@ -72,6 +72,8 @@ class CableWatch:
     """Time beyond the ceiling [s]."""
     cell: CellState = field(default_factory=CellState)
     """Load cell."""
+    claim: ClaimState = field(default_factory=ClaimState)
+    """A load cell's claim that its cable is slack."""
 
 
 @explain_fields
@@ -154,14 +156,14 @@ def watch(watches: Watches, state: WatchState, readings: tuple[CableReading, ...
     found: list[tuple[int | None, Finding]] = [*lost, *([swapped] if swapped else [])]
     motors, cables = [], []
     motions = [one.stall.compute_motion(reading.pull) for one, reading in zip(state.motors, readings, strict=True)]
-    for number, (reading, allowed) in enumerate(zip(readings, watches.ranges, strict=True)):
+    excesses = _compute_excesses(watches, readings)
+    for number, (reading, excess) in enumerate(zip(readings, excesses, strict=True)):
         others = _find_others(motions, number, limits)
         motor, findings = _watch_motor(watches, state.motors[number], reading, dt, others)
-        cable, more = _watch_cable(watches, state.cables[number], reading, allowed, dt)
+        cable, more = _watch_cable(watches, state.cables, number, reading, dt, excess=excess)
         motors.append(motor)
         cables.append(cable)
         found.extend((number, finding) for finding in (*findings, *more) if finding)
-    excesses = _compute_excesses(watches, readings)
     length, text = _watch_lengths(watches, state.length, cables, readings, dt, excess=max(excesses))
     untaken, stuck = watch_untaken(state.untaken, min(excesses), readings, dt, limits)
     found += [(None, stuck)] if stuck else []
@@ -272,20 +274,25 @@ def _watch_motor(
 
 
 def _watch_cable(
-    watches: Watches, state: CableWatch, reading: CableReading, allowed: CableRange, dt: float
+    watches: Watches, states: tuple[CableWatch, ...], number: int, reading: CableReading, dt: float, *, excess: float
 ) -> tuple[CableWatch, _Findings]:
-    """The watches of one cable."""
-    limits = watches.limits
+    """The watches of one cable; ``states`` are those of all."""
+    limits, state, allowed, is_homed = watches.limits, states[number], watches.ranges[number], watches.is_homed
     tension, found_tension = watch_tension(state.tension, reading, dt, allowed.tension_ceiling, limits)
-    friction, is_homed = allowed.friction, watches.is_homed
-    cell, found_cell = watch_cell(state.cell, reading, friction, dt, limits, is_homed=is_homed)
+    cell, found_cell = watch_cell(state.cell, reading, allowed.friction, dt, limits, is_homed=is_homed)
     if not is_homed:
         return CableWatch(tension=tension, cell=cell), (found_tension, found_cell)
     load = watch_load(state.load, reading, allowed.tension_least, dt, limits)
+    is_judged = all(other.load.elapsed == 0.0 for other in states[:number] + states[number + 1 :])
+    is_slack = load.elapsed > 0.0
+    claim, found_claim = watch_claim(
+        state.claim, reading, allowed, dt, limits, excess=excess, is_slack=is_slack, is_judged=is_judged
+    )
     slip, found_slip = watch_slip(state.slip, reading, dt, limits)
     tangle, found_tangle = watch_tangle(state.tangle, reading, allowed, limits)
-    after = CableWatch(load=load, slip=slip, tangle=tangle, tension=tension, cell=cell)
-    return after, (found_slip, found_tangle, found_tension, find_too_far(reading, allowed, limits), found_cell)
+    after = CableWatch(load=load, slip=slip, tangle=tangle, tension=tension, cell=cell, claim=claim)
+    found_far = find_too_far(reading, allowed, limits)
+    return after, (found_slip, found_tangle, found_tension, found_far, found_cell or found_claim)
 
 
 def _warn(watches: Watches, state: WatchState, readings: tuple[CableReading, ...]) -> Iterator[str]:

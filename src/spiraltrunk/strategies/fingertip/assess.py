@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from functools import lru_cache
+
+import numpy as np
 
 from spiraltrunk.control.messages import Target, Task
 from spiraltrunk.control.strategy import Assessment
@@ -15,7 +19,7 @@ from spiraltrunk.strategies.fingertip.finger_model import closing_tension
 from spiraltrunk.strategies.fingertip.flip_grip import TURN, FlipGrip, find_flip
 from spiraltrunk.strategies.fingertip.plan import tip_height
 from spiraltrunk.strategies.fingertip.tip_grip import Pinch
-from spiraltrunk.strategies.object_measures import height_of, widths_between
+from spiraltrunk.strategies.object_measures import height_of, is_upright, widths_between
 from spiraltrunk.strategies.scores import accept, margin_factor, refuse
 
 RATE = 0.98
@@ -34,6 +38,9 @@ HELD_OPENING = 0.92
 lifted balls and standing cylinders of 36 mm in 12 of 15, of 38 mm in 7 of 15, and of 40 mm in 2 of 15."""
 AMPLE_OPENING = 0.05
 """Part of the opening that is left up to that with an ample margin [-]: the catalogue's cones of 35 mm have it."""
+ROUND_TOP, ROUND = 0.9, 0.7
+"""Share of a lying object's height at which its least width tells a round side, and the largest there over the whole
+[-] (ours): 0.6 of a cylinder's, all of a box's."""
 AMPLE_GRIP = 0.6
 """Part of the friction that is left with an ample margin [-]: trials draw down to 0.5 of an announced 0.8."""
 
@@ -55,11 +62,20 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
         by = max(1.0, 1e3 * (least - held))
         limit = f"they open {1e3 * open_:.0f} mm and hold what is up to {1e3 * held:.0f} mm wide"
         return refuse(f"too wide for the fingers by {by:.0f} mm: {1e3 * least:.0f} mm, {limit}")
-    weight, hold = target.mass * GRAVITY, target.friction * grip_force(gripper)
+    weight, slope = target.mass * GRAVITY, cone_slope(target)
+    lifting = target.friction * math.cos(slope) - math.sin(slope)
+    hold = lifting * grip_force(gripper)
+    if weight > hold and slope > 0:
+        cone, most = math.degrees(slope), math.degrees(math.atan(target.friction))
+        able = f"the fingers hold {hold:.2g} N" if hold > 0 else "no grip holds it"
+        return refuse(
+            f"would slip off its slope: it narrows upwards by {cone:.0f} deg, friction holds up to {most:.0f} deg; "
+            f"it weighs {weight:.2g} N, {able}"
+        )
     if weight > hold:
         return refuse(f"would slip: it weighs {weight:.2g} N, the fingers hold {hold:.2g} N by friction")
     try:
-        tip_height(task)
+        tip_height(replace(task, target=replace(target, kind="cylinder")) if is_round(target) else task)
         if isinstance(strategy, FlipGrip):
             _check_flip(task.design, target.mass)
     except ModelError as error:
@@ -72,6 +88,23 @@ def assess_fingers(strategy: TipStrategy, task: Task) -> Assessment:
     }
     across = f"the fingers open {1e3 * open_:.0f} mm round {1e3 * least:.0f} mm"
     return accept(RATE, factors, f"{across} and hold {hold:.2g} N by friction, it weighs {weight:.2g} N")
+
+
+def cone_slope(target: Target) -> float:
+    """Angle from its axis by which the wall of a standing cone narrows upwards [rad]; 0 for another object.
+
+    A finger that presses on it with N lifts by N (mu cos a - sin a): by nothing where tan a is the friction or more.
+    """
+    return math.atan2(target.width / 2, target.length) if target.kind == "cone" and is_upright(target) else 0.0
+
+
+def is_round(target: Target) -> bool:
+    """Whether a solid of another kind lies on a round side, as a barrel does: fingers pass its top as a cylinder's."""
+    profile = target.profile
+    if profile is None or is_upright(target) or target.kind in ("sphere", "box"):
+        return False
+    top = float(np.interp(ROUND_TOP * profile.height[-1], profile.height, profile.width_least))
+    return top <= ROUND * float(profile.width_least.max())
 
 
 def gripped_width(task: Task) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.control.strategy import Milestone
-from spiraltrunk.strategies.fingertip.plan import gripper_of, gripping_base, opening
+from spiraltrunk.strategies.fingertip.plan import gripper_of, gripping_base, object_height, opening
 from spiraltrunk.strategies.moves import Move
 from spiraltrunk.strategies.timing import PEAK_SPEED, still_time, travel_time
 
@@ -23,6 +23,9 @@ CHECK = 0.6
 """Time to observe and to weigh the lifted object [s]: one camera observation at least, and torques are noisy."""
 LOOK_AGAIN = 1.2
 """Time to observe an object that was let go [s]: two camera observations at least, and it may roll."""
+TALL = 0.06
+"""Height from which an object counts as tall [m]: over it the base is near the end of the arm's reach, where an elbow
+that is nearly straight turns faster than the base moves, and it leaves as slowly as it lifts."""
 HOVER = 2.0
 """Height above the grip at which the robot observes and weighs [-]."""
 ASIDE = 0.05
@@ -144,7 +147,9 @@ def put(held: Move, observation: Observation, base: np.ndarray, gripper: float) 
     down = float(slowly[2]) / TOUCH_SPEED
     lower = replace(bring, action="lower", milestone=Milestone.SET_DOWN, duration=down, position=base)
     let_go = replace(lower, action="open", milestone=Milestone.RELEASED, duration=OPEN_TIME, gripper=gripper)
-    leave = replace(let_go, action="leave", duration=travel_time(above - base), position=above)
+    is_tall = object_height(task) > TALL
+    rise = travel_time(above - base, acceleration=GRIP_ACCELERATION) if is_tall else travel_time(above - base)
+    leave = replace(let_go, action="leave", duration=rise, position=above)
     return bring, lower, let_go, leave, replace(leave, action="rest", duration=REST_TIME)
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from spiraltrunk.control.messages import Observation
-from spiraltrunk.strategies.moves import PHASES, Move, MoveSequence, insert_next, shift_later
+from spiraltrunk.strategies.moves import PHASES, Move, MoveSequence, base_position, insert_next, shift_later
 from spiraltrunk.strategies.wrap.standing_plan import TEST
 
 # All of these are ours, tuned in simulated trials.
@@ -24,6 +24,9 @@ PRESS = 8.0
 """Force by which the trunk may press down as it closes [N]: one on a handle or a rim presses with 50 N."""
 YIELD = 0.0004
 """Rise of the base at each reading of a larger force [m]: 20 mm/s."""
+JAMMED = 10.0
+"""Force on the base from which a distal wrap closes without moving the arm further [N] (ours): what is wide and short
+jams between the thick sections and the ground, and the arm's wrist would press with 60 to 140 N, its torque limit."""
 TOPPLED = math.radians(45.0)
 """Lean from which a standing object has toppled [rad]."""
 
@@ -34,6 +37,18 @@ def yield_upwards(sequence: MoveSequence) -> MoveSequence:
     higher = shift_later(sequence, up, PHASES[:3])
     here = replace(sequence.move, position=sequence.move.position + up)
     return replace(higher, moves=(*higher.moves[:i], here, *higher.moves[i + 1 :]))
+
+
+def is_jammed(observation: Observation, free: float) -> bool:
+    """Whether the base is pushed by more than JAMMED; ``free`` is the weight before the object was touched [N]."""
+    return float(np.linalg.norm(observation.base_force + np.array([0.0, 0.0, free]))) > JAMMED
+
+
+def tighten_here(sequence: MoveSequence, time: float) -> MoveSequence:
+    """The sequence with the rest of the curl left out, and all moves before the release shifted to the base's place."""
+    i = next(k for k, move in enumerate(sequence.moves) if k > sequence.index and move.action == "tighten")
+    short = replace(sequence, moves=(*sequence.moves[: sequence.index + 1], *sequence.moves[i:]))
+    return shift_later(short, base_position(sequence, time) - sequence.moves[i].position, PHASES[:3])
 
 
 def may_rise(sequence: MoveSequence) -> bool:

@@ -27,7 +27,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
@@ -100,10 +100,8 @@ def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move,
         ModelError: where the cables cannot pull as needed, or the object is too short.
     """
     design, target = observation.task.design, observation.task.target
-    width, shut = girth_width(target, plane.distal_height * target.length), shut_pull(design)
-    loose = CLOSE * float(shut[min(wrap_start(design, width), design.n_joint - 1)] / shut[0])
-    pulls = _closing_pulls(loose)
-    tilt, height = _choose_tilt(observation, plane, width, pulls[-1])
+    width, loose, pulls = _choose_pulls(observation.task, plane)
+    tilt, height = _choose_tilt(observation.task, plane, width, pulls[-1])
     side = lateral_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     low = height - band_heights(design, width, tilt, _tension(design, pulls[-1]))[0]
@@ -121,6 +119,25 @@ def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move,
     return _moves(observation, (*steps, tight, held, step(loose)), frame @ tilted_base(_AHEAD, tilt))
 
 
+def find_rim(task: Task, plane: WrapPlane) -> tuple[float, float]:
+    """Distance of a distal wrap's middle below the object's top, and the radius of its first section [m].
+
+    Raises:
+        ModelError: where the cables cannot pull as needed, or the object is too short.
+    """
+    width, _, pulls = _choose_pulls(task, plane)
+    _, height = _choose_tilt(task, plane, width, pulls[-1])
+    return task.target.length - height, float(task.design.section_radius[wrap_start(task.design, width)])
+
+
+def _choose_pulls(task: Task, plane: WrapPlane) -> tuple[float, float, tuple[float, ...]]:
+    """Width of the object where it is wrapped [m], the pull at which it is loose, and those of the curl, as PULLS."""
+    design, target, shut = task.design, task.target, shut_pull(task.design)
+    width = girth_width(target, plane.distal_height * target.length)
+    loose = CLOSE * float(shut[min(wrap_start(design, width), design.n_joint - 1)] / shut[0])
+    return width, loose, _closing_pulls(loose)
+
+
 def _closing_pulls(close: float) -> tuple[float, ...]:
     """Ventral pulls of the curl on the ground up to ``close``, over the one that shuts joint 1 [-]."""
     more = close - PULLS[-1]
@@ -136,7 +153,7 @@ def _tension(design: TrunkDesign, pull: float) -> np.ndarray:
     return tension * min(1.0, 0.95 * design.cable.tension_max / max(float(tension.max()), 1e-9))
 
 
-def _choose_tilt(observation: Observation, plane: WrapPlane, width: float, pull: float) -> tuple[float, float]:
+def _choose_tilt(task: Task, plane: WrapPlane, width: float, pull: float) -> tuple[float, float]:
     """Flattest tilt of the base [rad] at which the housing clears the ground, and height of the wrap's middle [m].
 
     The wrap's sections clear the ground too. Where no tilt is steep enough, the steepest one is taken and the object
@@ -145,7 +162,7 @@ def _choose_tilt(observation: Observation, plane: WrapPlane, width: float, pull:
     Raises:
         ModelError: where the object is too short.
     """
-    design, length = observation.task.design, observation.task.target.length
+    design, length = task.design, task.target.length
     tension = _tension(design, pull)
     height = housing = tilt = math.inf
     for tilt in TILTS.tolist():

@@ -9,7 +9,8 @@ the object. The arm moves sideways until the cables' lengths show a touch, and r
 
 Prehension: ventral tension grows, and the arm follows the model so that the curling trunk leaves the object in place. A
 loose object falls over at half a newton; one that is pressed on is dragged along, out of a wide wrap. A
-trunk that comes down on a handle or a rim yields upwards. After tightening, a small rise tests the load, and rises
+trunk that comes down on a handle or a rim yields upwards, and a distal wrap that jams closes without the arm's moving
+on. After tightening, a small rise tests the load, and rises
 further where none is felt, as the closed trunk may have pressed on the ground. An object that is not held is set down,
 let go and, if it stands, grasped once more where it is then seen.
 
@@ -64,8 +65,10 @@ from spiraltrunk.strategies.wrap.attempts import (
     PRESS,
     carry_higher,
     has_toppled,
+    is_jammed,
     may_rise,
     rise_further,
+    tighten_here,
     try_again,
     yield_upwards,
 )
@@ -169,6 +172,8 @@ class StandingWrap(MoveStrategy[StandingState]):
         action = state.sequence.move.action
         if action == "touch":
             return _sense_touch(state, observation)
+        if action == "curl" and state.is_distal and is_jammed(observation, state.weight_empty):
+            return replace(state, sequence=_go_on(tighten_here(state.sequence, observation.time), observation))
         if action in ("curl", "tighten") and state.weight_empty - state.weight > PRESS:
             return replace(state, sequence=yield_upwards(state.sequence))
         if action in _STIFF:

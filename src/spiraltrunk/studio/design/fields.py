@@ -11,7 +11,7 @@ from spiraltrunk.design import TrunkDesign
 from spiraltrunk.design.schema import TABLES, Key, Kind, format_value, read_value
 from spiraltrunk.errors import DesignError
 from spiraltrunk.field_docs import read_field_docs
-from spiraltrunk.studio.page.controls import Scale
+from spiraltrunk.studio.page.controls import Scale, label_with_unit
 
 _UNITS = {
     "mm": "mm", "deg": "deg", "mpa": "MPa", "nm_per_rad": "N m/rad", "n": "N", "g": "g", "kg": "kg", "s": "s",
@@ -57,7 +57,7 @@ class ShownField:
     @property
     def text(self) -> str:
         """Label with unit."""
-        return f"{self.label} [{self.unit}]" if self.unit else self.label
+        return label_with_unit(self.label, self.unit)
 
     @property
     def scale(self) -> Scale:

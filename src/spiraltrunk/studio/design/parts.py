@@ -46,7 +46,7 @@ class PartExport:
             )
             self._bar: Any = page.gui.add_progress_bar(0.0, visible=False)
             self._stop: Any = add_button(
-                page, "Stop", self.stop, hint="Stop making parts; nothing is kept", visible=False
+                page, "Stop", self.stop, hint="Stop making parts; nothing is kept", visible=False, color="orange"
             )
             self._offer: Any = add_button(
                 page, "Download parts", self._send, hint="One ZIP file with parts, bill of materials and guide",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, final
@@ -46,7 +47,9 @@ _FIRST = {
     "tube_mm": 15.0, "neck_mm": 30.0, "mass_g": 250.0,
 }  # fmt: skip
 
-_EMPTY = "No file yet: choose an STL or OBJ file of a closed surface, at most 25 MB."
+_HINT = "What is to be grasped; the numbers are widths in mm"
+
+_EMPTY = "No file yet: drop or choose an STL or OBJ file of a closed surface, at most 25 MB."
 
 
 @final
@@ -73,7 +76,7 @@ class ObjectPicker:
         self._shape: ObjectSpec | None = None
         self._reading: Any = None
         options = (*CATALOGUE, BY_MEASURES, FROM_FILE)
-        self.source = Choice(page, "Object", options, DEFAULT_OBJECT, self._take_choice, hint="What is to be grasped")
+        self.source = Choice(page, "Object", options, DEFAULT_OBJECT, self._take_choice, hint=_HINT)
         self._measures = page.gui.add_folder("Measures of the object", visible=False)
         self._file = page.gui.add_folder("File of the object", visible=False)
         with self._measures:
@@ -192,11 +195,17 @@ class ObjectPicker:
         if upload is not self._upload or reason == "stopped":
             return
         if shape is None:
+            reason = name_upload(str(reason), upload.name)
             self._notes.content = f"*{upload.name}* cannot be used: {reason}"
             self._page.notice(f"{upload.name}: {reason}")
             return
         self._shape = shape
         size = " x ".join(f"{1e3 * extent:.0f}" for extent in shape.size)
-        warnings = "".join(f"\n- {warning}" for warning in shape.warnings)
+        warnings = "".join(f"\n- {name_upload(warning, upload.name)}" for warning in shape.warnings)
         self._notes.content = f"*{upload.name}*: {size} mm, {1e3 * shape.mass:g} g{warnings}"
         self._on_change()
+
+
+def name_upload(text: str, name: str) -> str:
+    """A text in which the file of `read_upload` has the name that the person knows it by."""
+    return re.sub(rf"[^\s']*\bobject\.({'|'.join(FORMS)})\b", lambda _: name, text)

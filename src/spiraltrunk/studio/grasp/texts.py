@@ -11,6 +11,8 @@ from spiraltrunk.workflows.grasp.recording import Frames
 
 START = "Pick an object and press **Run grasp**. The grasp is simulated and shown as it is computed."
 
+_CHANCE = "Chance: the rate of success measured in simulation, times a factor for each margin that is small.\n\n"
+
 RANKING = "Asking the models which strategy can take the object ..."
 
 
@@ -31,7 +33,7 @@ def describe_choice(strategy: str, candidates: Sequence[Candidate]) -> str:
 
 def format_ranking(candidates: Sequence[Candidate]) -> str:
     """What the models predict for all strategies, a line each."""
-    return "\n".join(f"- **{each.strategy}** {_format_score(each)}: {each.reason}" for each in candidates)
+    return _CHANCE + "\n".join(f"- **{each.strategy}** {_format_score(each)}: {each.reason}" for each in candidates)
 
 
 def _format_score(candidate: Candidate) -> str:

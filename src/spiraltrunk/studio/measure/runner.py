@@ -20,7 +20,9 @@ class Runner:
         self._page = page
         self._status: Any = page.gui.add_html(texts.EMPTY)
         self._bar: Any = page.gui.add_progress_bar(0.0, visible=False)
-        self._stop: Any = add_button(page, "Stop", self.stop, hint="Stop the work that runs", visible=False)
+        self._stop: Any = add_button(
+            page, "Stop", self.stop, hint="Stop the work that runs", visible=False, color="orange"
+        )
         self._job: Job | None = None
         self._work: Callable[..., Any] | None = None
         self.on_idle: Callable[[], None] = lambda: None

@@ -99,9 +99,9 @@ class MeasureTab:
         hint = "Run of the packaged protocol that the virtual session has two takes of"
         runs = tuple(jobs.list_virtual_runs())
         self._virtual = Choice(page, "Virtual run", runs, runs[0], lambda _: None, hint=hint)
-        add_button(page, "Take the virtual session", self._record_virtual, hint="A printed trunk by simulated cameras")
+        add_button(page, "Record a virtual session", self._record_virtual, hint="A printed trunk by simulated cameras")
         hint = "Run of the protocol that the next upload is a take of"
-        self._run = Choice(page, "Upload's run", self._list_runs(), _BY_NAME, lambda _: None, hint=hint)
+        self._run = Choice(page, "Upload as", self._list_runs(), _BY_NAME, lambda _: None, hint=hint)
         hint = "A take that Motive exported"
         add_upload(page, "Upload a take (CSV, C3D)", self._take_upload, hint=hint, most=MOST_UPLOAD, kinds=".csv,.c3d")
         self._list: Any = page.gui.add_html(texts.format_takes(()))
@@ -169,8 +169,8 @@ class MeasureTab:
         self._show_takes()
         self._compare()
 
-    def _take_protocol(self, _: str, content: bytes) -> None:
-        self._takes.set_protocol(content)
+    def _take_protocol(self, name: str, content: bytes) -> None:
+        self._takes.set_protocol(content, name)
         self._show_takes()
         self._compare()
         self._page.notice(f"protocol {self._takes.protocol.name!r}: {len(self._takes.protocol.runs)} runs", "done")
@@ -248,7 +248,7 @@ class MeasureTab:
     def _is_ready(self) -> bool:
         """Whether there are takes and nothing else runs; says so where not."""
         if not self._takes.takes:
-            self._page.notice("there is no take; upload one, or take the virtual session", "warning")
+            self._page.notice("there is no take; upload one, or record a virtual session", "warning")
         elif self._runner.is_busy:
             self._page.notice("other work runs; wait, or stop it", "warning")
         return bool(self._takes.takes) and not self._runner.is_busy

@@ -95,15 +95,23 @@ class TakeFolder:
             self.remove(take)
         self.protocol, self.protocol_file = load_protocol(PACKAGED), PACKAGED
 
-    def set_protocol(self, content: bytes) -> None:
+    def set_protocol(self, content: bytes, name: str) -> None:
         """Take an uploaded protocol; recordings of another are forgotten.
+
+        Args:
+            content: the file.
+            name: what the person calls it.
 
         Raises:
             TakeError: where it is none.
         """
         file = self.next_file(".toml")
         file.write_bytes(content)
-        protocol = load_protocol(file)
+        try:
+            protocol = load_protocol(file)
+        except TakeError as error:
+            file.unlink()
+            raise TakeError(str(error).replace(str(file), name)) from None
         self.clear()
         self.protocol, self.protocol_file = protocol, str(file)
 

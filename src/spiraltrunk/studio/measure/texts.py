@@ -20,8 +20,8 @@ _MOST_NOTES = 3
 """Notes that are shown; the report has all of them [-]."""
 
 EMPTY = _BLOCK.format(
-    "<b>No recording yet.</b> Upload a take that Motive exported as CSV (or C3D), or take the built-in virtual "
-    "session: a printed trunk that deviates from its design, recorded by simulated cameras."
+    "<b>No recording yet.</b> Drop or upload a take that Motive exported as CSV (or C3D), or record a virtual session: "
+    "a printed trunk that deviates from its design, recorded by simulated cameras."
 )
 """What to do at first."""
 

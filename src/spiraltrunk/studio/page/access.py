@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 from viser import ClientHandle
 
 from spiraltrunk.studio.page.identity import run_script
@@ -19,11 +21,26 @@ if (!document.getElementById("spiraltrunk-access")) {
     .mantine-Slider-markLabel, .mantine-Notification-description { color: var(--mantine-color-dimmed) !important; }
     [data-folder]:focus-visible, [role=slider]:focus-visible { outline: 3px solid #56B4E9; outline-offset: 2px; }`;
   document.head.append(style);
+  const read = () => {
+    try { return JSON.parse(sessionStorage.getItem("spiraltrunk-folders")) || {}; } catch (error) { return {}; }
+  };
+  const keep = (name, isOpen) => {
+    const kept = read();
+    kept[name] = isOpen;
+    try { sessionStorage.setItem("spiraltrunk-folders", JSON.stringify(kept)); } catch (error) {}
+  };
+  const isOpen = (body) => body.getAttribute("aria-hidden") !== "true";
+  const path = (head) => {
+    const names = [head.textContent];
+    for (let part = head.parentElement; part; part = part.parentElement)
+      if (part.previousElementSibling?.dataset.folder) names.unshift(part.previousElementSibling.textContent);
+    return names.join("/");
+  };
   const nameFolders = () => {
     for (const mark of document.querySelectorAll("svg.tabler-icon-chevron-down, svg.tabler-icon-chevron-up")) {
       const head = mark.parentElement, body = head.nextElementSibling;
       if (!body || head.tagName !== "DIV" || head.style.cursor !== "pointer") continue;
-      head.setAttribute("aria-expanded", body.getAttribute("aria-hidden") !== "true");
+      head.setAttribute("aria-expanded", isOpen(body));
       if (head.dataset.folder) continue;
       head.dataset.folder = "true";
       head.tabIndex = 0;
@@ -34,6 +51,10 @@ if (!document.getElementById("spiraltrunk-access")) {
         event.preventDefault();
         head.click();
       });
+      const name = path(head);
+      const before = read()[name];
+      if (before !== undefined && before !== isOpen(body)) head.click();
+      head.addEventListener("click", () => keep(name, !isOpen(body)));
     }
   };
   const nameSliders = () => {
@@ -44,22 +65,36 @@ if (!document.getElementById("spiraltrunk-access")) {
         if (part.getAttribute("aria-label") !== label.textContent) part.setAttribute("aria-label", label.textContent);
     }
   };
+  const icons = {icons};
+  const nameIcons = () => {
+    for (const [icon, name] of Object.entries(icons))
+      for (const one of document.querySelectorAll(`button:has(> * > svg.${icon}), button:has(> svg.${icon})`))
+        one.setAttribute("aria-label", name);
+    for (const one of document.querySelectorAll(".mantine-Notification-closeButton"))
+      one.setAttribute("aria-label", "Close the notice");
+  };
   let waits = false;
   const look = () => {
     if (waits) return;
     waits = true;
-    setTimeout(() => { waits = false; nameFolders(); nameSliders(); }, 200);
+    setTimeout(() => { waits = false; nameFolders(); nameSliders(); nameIcons(); }, 200);
   };
   const options = { subtree: true, childList: true, attributes: true, attributeFilter: ["aria-hidden"] };
   new MutationObserver(look).observe(document.body, options);
   look();
 }
 """
-"""Heads of folders take the focus and open by Enter or Space; sliders and number boxes have the name of their label;
-labels, ends of sliders, tabs and notices have a contrast of 5 and more to the ground (viser's: 3.0
-and more)."""
+"""Heads of folders take the focus and open by Enter or Space, and a folder that was opened or closed is found so after
+another tab or a reload; sliders, number boxes and viser's icons have a name; labels, ends of sliders, tabs and notices
+have a contrast of 5 and more to the ground (viser's: 3.0 and more)."""
+
+_ICONS = {
+    "tabler-icon-list-search": "Commands (Ctrl+K)", "tabler-icon-adjustments": "Connection, view and scene tree",
+    "tabler-icon-arrow-back": "Back to the tabs",
+}  # fmt: skip
+"""Names of viser's buttons that show an icon alone."""
 
 
 def open_access(client: ClientHandle) -> None:
     """Make all controls of a page reachable by keyboard, named and readable; those that come later as well."""
-    run_script(client, _SCRIPT)
+    run_script(client, _SCRIPT.replace("{icons}", json.dumps(_ICONS)))

@@ -15,6 +15,9 @@ REST = 0.8
 """Time without a new value after which the person rests [s]."""
 
 
+_NO_BREAK = "\N{NO-BREAK SPACE}"
+
+
 @final
 @dataclass(frozen=True, kw_only=True)
 class Scale:
@@ -42,8 +45,8 @@ class Scale:
 
     @property
     def text(self) -> str:
-        """Label with unit."""
-        return f"{self.label} [{self.unit}]" if self.unit else self.label
+        """Label with unit, in which no line breaks."""
+        return label_with_unit(self.label, self.unit)
 
     def accepts(self, value: float) -> bool:
         """Whether a value lies on the scale."""
@@ -315,6 +318,11 @@ def add_upload(page: Page, label: str, act: Callable[[str, bytes], None], *, hin
 
     handle.on_upload(lambda _: page.later(f"upload {handle._impl.uuid}", take))
     return handle
+
+
+def label_with_unit(label: str, unit: str) -> str:
+    """Label with its unit in brackets, which stay in one line."""
+    return f"{label} [{unit.replace(' ', _NO_BREAK)}]" if unit else label
 
 
 def clean_name(name: str) -> str:

@@ -9,6 +9,7 @@ from typing import Any, final
 from viser import SceneNodeHandle
 
 from spiraltrunk.studio.page.access import open_access
+from spiraltrunk.studio.page.file_drop import open_drop
 from spiraltrunk.studio.page.identity import run_script
 from spiraltrunk.studio.page.lights import light_scene
 from spiraltrunk.studio.page.page import Page
@@ -62,7 +63,11 @@ class Frame:
         self._shown = ""
         self._lay_out()
         tabs = [kind(page) for kind in kinds]
-        bar = page.gui.add_button_group("", tuple(tab.title for tab in tabs), hint="What the page shows")
+        bar = page.gui.add_button_group(
+            "",
+            tuple(tab.title for tab in tabs),
+            hint="Design a trunk, see its shape, run a grasp, compare with recordings, drive the robot; Alt+1 to 5",
+        )
         bar.on_click(lambda _: page.later("tab", lambda: self.show(str(bar.value))))
         for tab in tabs:
             self._add(tab)
@@ -138,6 +143,7 @@ class Frame:
         self._page.scene.set_up_direction("+z")
         light_scene(self._page.scene)
         open_access(self._page.client)
+        open_drop(self._page.client)
 
     def _add(self, tab: Tab) -> None:
         root = self._page.scene.add_frame(f"/{tab.name}", show_axes=False, visible=False)

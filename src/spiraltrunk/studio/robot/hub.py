@@ -263,8 +263,8 @@ class RobotHub:
 
     def _take_state(self, state: RobotState) -> None:
         with self._lock:
-            if self._state is not None and state.snapshot.time < self._state.snapshot.time:
-                self._states.clear()  # Another clock: a strategy's twin, or the one before it.
+            if self._state is not None and _has_other_clock(self._state, state):
+                self._states.clear()
             self._state, self._heard = state, time.monotonic()
             self._states.append(state)
         self._notify()
@@ -289,3 +289,8 @@ class RobotHub:
             watchers = tuple(self._watchers)
         for one in watchers:
             act(one)
+
+
+def _has_other_clock(before: RobotState, now: RobotState) -> bool:
+    """Whether the clock is another one: that of a strategy's own twin, or after it that of the twin before."""
+    return now.snapshot.time < before.snapshot.time or (bool(before.run) and not now.run)

@@ -8,7 +8,7 @@ from typing import Any, final
 from spiraltrunk import strategies
 from spiraltrunk.studio.page.controls import Choice, add_button
 from spiraltrunk.studio.page.page import Page
-from spiraltrunk.studio.robot.texts import format_run
+from spiraltrunk.studio.robot.texts import format_closed, format_run
 from spiraltrunk.workflows.drive.remote.requests import Request, Run
 from spiraltrunk.workflows.drive.remote.state import RobotState
 
@@ -33,12 +33,14 @@ class StrategyControls:
         )
         self._text: Any = page.gui.add_html("")
 
-    def draw(self, state: RobotState | None, *, is_open: bool) -> None:
-        """Show the phase, and open or close the controls."""
+    def draw(self, state: RobotState | None, *, is_open: bool, is_mine: bool) -> None:
+        """Show the phase, and open or close the controls; closed ones say why."""
         for handle in (self._strategy.handle, self._object.handle, self._run):
             if handle.disabled == is_open:
                 handle.disabled = not is_open
         text = format_run(state)
+        if state is not None and not is_open and not state.run:
+            text = format_closed(state, is_mine=is_mine) + text
         if self._text.content != text:
             self._text.content = text
 

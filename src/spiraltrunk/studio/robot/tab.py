@@ -90,6 +90,7 @@ class RobotTab:
         """See `Tab.show`."""
         self._is_shown = True
         self._camera.show()
+        self._gauges.renew()
         self.draw()
 
     def hide(self) -> None:
@@ -176,7 +177,7 @@ class RobotTab:
         self._moves_folder.visible = is_armed
         self._strategy_folder.visible = state is not None and state.is_twin
         self._moves.open(is_armed)
-        self._strategy.draw(state, is_open=is_rest)
+        self._strategy.draw(state, is_open=is_rest, is_mine=is_mine)
 
     def _connect(self) -> None:
         self._hub.connect(self._watcher, self._robot.value, self._page.design)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import math
 
+from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.report.style import COLORS
 from spiraltrunk.workflows.drive.recorder import REACTION
@@ -17,7 +18,9 @@ _BADGES = {
 }  # fmt: skip
 """Colours of states, ground and letters: those of Okabe and Ito, darkened where white letters need it."""
 
-_TITLES = ("cable", "length [mm]", "goal [mm]", "tension [N]", "motor [&deg;C]")
+_FIRST = "The twin is a simulation of the robot: connect it to try everything without hardware."
+
+_TITLES = ("cable", "pulled in [mm]", "goal [mm]", "tension [N]", "motor [&deg;C]")
 
 
 def format_status(state: RobotState | None, *, robot: str, owner: str, is_mine: bool) -> str:
@@ -53,7 +56,7 @@ def find_mode(state: RobotState | None, robot: str) -> str:
 def _advise(state: RobotState | None, name: str, *, owner: str, is_mine: bool) -> str:
     """What to do next."""
     if state is None:
-        return "Starting takes some seconds." if name == "connecting" else "Choose a robot, and connect it."
+        return "Starting takes some seconds." if name == "connecting" else _FIRST
     if state.run:
         return "A strategy runs; STOP ends it."
     if not is_mine:
@@ -83,7 +86,7 @@ def _format_row(state: RobotState, i: int) -> str:
     is_armed = state.snapshot.mode is Mode.ARMED
     cells = (
         f'<span style="color:{COLORS[i % len(COLORS)]}">&#9632;</span> {i + 1}',
-        f"{1e3 * cable.pull:.1f}" if state.snapshot.is_homed else "&ndash;",
+        f"{round(1e3 * cable.pull, 1) + 0.0:.1f}" if state.snapshot.is_homed else "&ndash;",
         "&ndash;" if not is_armed else "follows" if goal is None else f"{1e3 * goal:.1f}",
         f"{cable.tension:.1f}" if is_armed else "&ndash;",
         "&ndash;" if math.isnan(cable.temperature) else f"{cable.temperature:.0f}",
@@ -104,17 +107,36 @@ def _format_loop(state: RobotState) -> str:
 
 def format_faults(state: RobotState) -> str:
     """Faults with their times and the reaction, warnings, and what was done unasked; empty where there is nothing."""
-    snapshot, lines = state.snapshot, []
-    for fault in snapshot.faults:
-        where = "" if fault.cable is None else f", cable {fault.cable + 1}"
-        text = f"<b>{html.escape(fault.kind.value)}{where}</b>, {fault.time:.2f} s: {html.escape(fault.text)}"
-        lines.append(_bar("#B84A00", text))
+    snapshot = state.snapshot
+    lines = [_bar("#B84A00", _format_fault(fault, state.note)) for fault in snapshot.faults]
     if snapshot.faults:
         lines.append(f'<div style="opacity:.8;margin:2px 0 4px 10px">Reaction: {REACTION}.</div>')
     lines += [_bar("#E69F00", html.escape(warning)) for warning in snapshot.warnings]
-    if state.note:
+    if state.note and not any(fault.kind is FaultKind.STOPPED for fault in snapshot.faults):
         lines.append(_bar("#0072B2", html.escape(state.note)))
     return _wrap("".join(lines)) if lines else ""
+
+
+def _format_fault(fault: Fault, note: str) -> str:
+    """Kind, time and text; a stop that no person asked for has its cause in the note."""
+    kind, text = fault.kind.value, fault.text
+    if fault.kind is FaultKind.STOPPED and note:
+        kind, text = "stopped", note
+    where = "" if fault.cable is None else f", cable {fault.cable + 1}"
+    return f"<b>{html.escape(kind)}{where}</b>, {fault.time:.2f} s: {html.escape(text)}"
+
+
+def format_closed(state: RobotState, *, is_mine: bool) -> str:
+    """What to do before a strategy can run."""
+    mode = state.snapshot.mode
+    if not is_mine:
+        return _wrap("Take control to run a strategy.")
+    return _wrap(
+        {
+            Mode.FAULT: "Clear the fault to run a strategy.",
+            Mode.ARMED: "Disable the robot to run a strategy: it gets a twin of its own.",
+        }.get(mode, "Wait until the robot is safe.")
+    )
 
 
 def format_run(state: RobotState | None) -> str:

@@ -76,13 +76,15 @@ class _Guard:
         self._gui._handle_file_transfer_part(client_id, message)
 
     def _refuse(self, message: Any, size: int, reason: str) -> None:
-        """Tell why a file is not taken, and end the progress that the page shows of it."""
+        """Tell why a file is not taken, and end and remove the progress that the page shows of it."""
         self._connection.queue_message(
             _messages.FileTransferPartAck(
                 source_component_uuid=message.source_component_uuid, transfer_uuid=message.transfer_uuid,
                 transferred_bytes=size, total_bytes=size,
             )
         )  # fmt: skip
+        progress = _messages.RemoveNotificationMessage(uuid=f"upload-{message.transfer_uuid}")
+        self._connection.queue_message(progress)
         self._complain(reason)
 
 

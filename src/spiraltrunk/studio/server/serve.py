@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 from collections.abc import Callable
+from http import HTTPStatus
 from typing import Any
 from unittest import mock
 
@@ -58,17 +59,18 @@ def start_server(opened: socket.socket, gate: Gate) -> ViserServer:
     Raises:
         RunError: where viser did not start through the gate, as another version of it might.
     """
-    begun = threading.Event()
+    begun, built = threading.Event(), threading.Event()
     genuine = websockets.asyncio.server.serve
 
     def serve_guarded(handler: Any, host: str, port: int, **options: Any) -> Any:
         begun.set()
-        options["process_request"] = _guard(gate, options["process_request"])
+        options["process_request"] = _guard(gate, built, options["process_request"])
         options["max_size"] = MOST_MESSAGE
         return genuine(handler, sock=opened, **options)
 
     with _STARTING, mock.patch.object(websockets.asyncio.server, "serve", serve_guarded), silence():
         server = ViserServer(host=gate.host, port=gate.port, label="spiraltrunk studio", verbose=False)
+    built.set()
     if not begun.is_set():
         server.stop()
         raise RunError("this version of viser starts its server in another way; install the one in constraints.txt")
@@ -81,12 +83,20 @@ def silence() -> Any:
     return mock.patch("rich.print", return_value=None)
 
 
-def _guard(gate: Gate, theirs: Callable[..., Response | None]) -> Callable[..., Response | None]:
-    """Requests that the gate refuses are answered by its reason, others as before."""
+def _guard(
+    gate: Gate, built: threading.Event, theirs: Callable[..., Response | None]
+) -> Callable[..., Response | None]:
+    """Requests that the gate refuses are answered by its reason, others as before.
+
+    Viser listens before it is built: a page that an earlier studio left open connects then, and comes back a second
+    later where it is refused.
+    """
 
     def process(connection: ServerConnection, request: Request) -> Response | None:
         headers = dict(request.headers.raw_items())
         refusal = gate.check(request.path, headers)
+        if refusal is None and not built.is_set() and headers.get("Upgrade", "").lower() == "websocket":
+            refusal = Refusal(status=HTTPStatus.SERVICE_UNAVAILABLE, reason="the studio is starting")
         if refusal is not None:
             return _answer(refusal)
         if "Accept-Encoding" in request.headers:

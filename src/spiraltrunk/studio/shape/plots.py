@@ -16,7 +16,7 @@ from spiraltrunk.studio.page.page import Page
 if TYPE_CHECKING:
     from spiraltrunk.model.kinematics.shape import Shape
 
-_HEIGHT = 145
+_HEIGHT = 136
 """Height of a plot [px]."""
 
 _PAPER, _EQUILIBRIUM, _LIMIT = "#E69F00", "#7C8896", "#999999"

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 _BLOCK = '<div style="font-size: 0.8rem; line-height: 1.45; padding: 0 0.75em 0.4em 0.75em">{}</div>'
 
+_LIMIT = '<span style="white-space: nowrap">- - joint limit</span>'
+
+_DRAG = "<br>Drag the arrows at the tip: the cables follow."
+
 OUT_OF_REACH = 5e-4
 """Distance left from which on a place counts as out of reach [m]: half a millimetre."""
 
@@ -26,7 +30,7 @@ def format_legend(design: TrunkDesign) -> str:
     """Colours of the scene and the plots."""
     cables = [(COLORS[i % len(COLORS)], f"cable {i + 1}{_name_side(design, i)}") for i in range(design.n_cable)]
     marks = [(_css(SHUT), "shut joint"), (_css(BODY), "section"), (_css(GHOST), "paper's model"), *cables]
-    return _BLOCK.format(" ".join(_mark(color, text) for color, text in marks))
+    return _BLOCK.format(" ".join([*(_mark(color, text) for color, text in marks), _LIMIT]) + _DRAG)
 
 
 def format_compiling(what: str) -> str:

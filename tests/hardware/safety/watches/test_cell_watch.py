@@ -11,12 +11,14 @@ from hypothesis import strategies as st
 from spiraltrunk.hardware.motors.motor_port import MotorState
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
-from spiraltrunk.hardware.safety.reading import CableReading
+from spiraltrunk.hardware.safety.reading import CableRange, CableReading
 from spiraltrunk.hardware.safety.watches.cell_watch import (
     CellState,
+    ClaimState,
     StillState,
     find_untrue_zero,
     watch_cell,
+    watch_claim,
     watch_still,
 )
 
@@ -84,12 +86,12 @@ def test_a_cable_without_a_cell_is_left_alone():
 def test_a_reading_that_does_not_change_is_stuck():
     state, found_at = StillState(), None
     for i in range(100):
-        state, found = watch_still(state, 12.34, 0.01 * i, LIMITS)
+        state, found = watch_still(state, 12.34, 3.0 + 0.01 * i, LIMITS)
         if found is not None and found_at is None:
             found_at = 0.01 * i
             assert found.text == "its load cell has told 12.34 N without any change for 0.5 s; allowed: 0.5 s"
     assert found_at == pytest.approx(LIMITS.cell_still, abs=0.0101)
-    assert watch_still(state, 12.35, 1.0, LIMITS)[1] is None
+    assert watch_still(state, 12.35, 4.0, LIMITS)[1] is None
 
 
 @given(st.lists(st.floats(-50.0, 50.0), min_size=2, max_size=50))
@@ -111,3 +113,78 @@ def test_without_torque_friction_alone_holds_a_cable():
         text = find_untrue_zero(felt, FRICTION, LIMITS)
         assert text.startswith(f"its load cell tells {felt:.1f} N without torque; allowed: -3 to ")
         assert text.endswith("measure its zero and its sense")
+
+
+RANGE = CableRange(tension_least=1.0, tension_ceiling=60.0, pull_least=-0.1, pull_most=0.2, friction=FRICTION)
+
+
+def claim(slack, *, speed=0.01, felt=0.0, resistance=6.0, is_judged=True, starts_taut=True):
+    """When a cell that tells of a slack cable is found [s], and the text; ``slack`` is a function of time [m].
+
+    The drum winds in with ``speed`` [m/s], and the lengths tell of the slack.
+    """
+    state = ClaimState()
+    for number in range(100):
+        t = number * DT
+        motor = MotorState(time=t, angle=0.0, speed=0.0, torque=0.0, temperature=30.0)
+        reading = CableReading(motor=motor, torque=0.0, felt=felt, pull=0.02 + speed * t, resistance=resistance)
+        state, found = watch_claim(
+            state, reading, RANGE, DT, LIMITS, excess=0.004 - slack(t), is_judged=is_judged,
+            is_slack=number > 0 or not starts_taut,
+        )  # fmt: skip
+        if found is not None:
+            assert found.kind is FaultKind.LOAD_CELL
+            return t, found.text
+    return math.inf, ""
+
+
+def taut(t):
+    return 0.0
+
+
+def test_a_cell_that_tells_of_slack_while_its_cable_bends_the_trunk_is_a_fault():
+    """1 mm at 10 mm/s from the last load on takes 0.1 s; the lengths must tell of no slack for 0.5 s."""
+    time, text = claim(taut)
+    assert time == pytest.approx(LIMITS.cell_beyond, abs=1.5 * DT)
+    assert text == "its load cell tells 0.0 N while 5.0 mm of its cable bent the trunk; allowed: 1 mm"
+    assert claim(taut, speed=0.0013)[0] == pytest.approx(LIMITS.cell_bent / 0.0013, abs=1.5 * DT)
+    assert claim(taut, speed=9e-4)[0] == math.inf
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"felt": None}, {"is_judged": False}, {"starts_taut": False}, {"speed": -0.01},
+        {"resistance": FRICTION + LIMITS.cell_error},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_what_is_no_claim_is_no_fault(options):
+    """No cell, another slack cable, lengths of a taut cable unknown, paid out, or no more force than friction."""
+    assert claim(taut, **options)[0] == math.inf
+    assert claim(taut, resistance=FRICTION + LIMITS.cell_error + 0.01)[0] < 0.6
+
+
+def test_slack_that_is_taken_in_is_no_fault_until_the_lengths_tell_of_none():
+    """Slack appears at once, and its end is seen 0.25 mm early: from there on 1 mm and 0.5 s count."""
+    assert claim(lambda t: max(0.0, 0.004 - 0.01 * t) if t else 0.0)[0] == pytest.approx(0.375 + 0.5, abs=1.5 * DT)
+    assert claim(lambda t: 0.0003 if t else 0.0)[0] == math.inf
+    assert claim(lambda t: 0.0002 if t else 0.0)[0] < 0.6
+
+
+@given(
+    speed=st.floats(1e-4, 0.2), growths=st.lists(st.floats(0.0, 0.2), min_size=1, max_size=100),
+)  # fmt: skip
+def test_a_cable_that_a_trunk_loosens_as_fast_as_it_is_wound_in_is_the_only_honest_claim_that_is_told(speed, growths):
+    """Honest slack: it grows as the trunk loosens the cable, and shrinks as that is wound in; taut, the cell tells."""
+    state, slack, pull, loosened = ClaimState(), 0.0, 0.0, 0.0
+    for number, growth in enumerate(growths):
+        pull += speed * DT
+        slack = max(0.0, slack + (growth - speed) * DT)
+        loosened = loosened + growth * DT if 0.0 < slack <= LIMITS.cell_loosened else 0.0
+        motor = MotorState(time=number * DT, angle=0.0, speed=0.0, torque=0.0, temperature=30.0)
+        reading = CableReading(motor=motor, torque=0.0, felt=0.0, pull=pull, resistance=1e3)
+        state, found = watch_claim(
+            state, reading, RANGE, DT, LIMITS, excess=-slack, is_slack=slack > 0.0, is_judged=True
+        )
+        assert found is None or loosened >= LIMITS.cell_bent - LIMITS.cell_loosened - 2 * speed * DT

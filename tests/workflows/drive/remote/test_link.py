@@ -43,6 +43,33 @@ class Heard:
         return kept[-1]
 
 
+class Ended:
+    """A process that said its end and left a request unread, as one does that is asked while it ends."""
+
+    def __init__(self, pipe):
+        self.pipe = pipe
+
+    def start(self):
+        self.pipe.send(("end", None))
+
+    def join(self, _=None):
+        pass
+
+    def is_alive(self):
+        return False
+
+
+def test_a_request_that_was_left_unread_is_no_reason():
+    ends = []
+    ignore = lambda *_: None  # noqa: E731
+    link = RobotLink(RobotSetup(design=presets.PAPER), on_state=ignore, on_refusal=ignore, on_end=ends.append)
+    link._process = Ended(link._theirs)
+    link.close()  # Asks for the end, which nobody reads.
+    link.start()
+    link.join()
+    assert ends == [None]
+
+
 def test_a_robot_is_told_and_closed():
     heard = Heard()
     state = heard.wait(heard.states)

@@ -9,7 +9,7 @@ from spiraltrunk.cli.arguments import Parser, add_parser, read_seed, read_text
 from spiraltrunk.cli.arguments import read_number as read_number
 from spiraltrunk.cli.output import Answer, UsageError
 from spiraltrunk.cli.output import quote as quote
-from spiraltrunk.cli.verbs.drive import actions, poses, run_strategy, selftest
+from spiraltrunk.cli.verbs.drive import actions, cells, poses, run_strategy, selftest
 
 ACTIONS = {
     "status": actions.add_status,
@@ -22,6 +22,7 @@ ACTIONS = {
     "replay": run_strategy.add_replay,
     "selftest": selftest.add_selftest,
     "ports": poses.add_ports,
+    "cells": cells.add_cells,
 }
 """Actions, in the order of the help."""
 

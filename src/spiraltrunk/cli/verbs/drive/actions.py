@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -202,7 +203,7 @@ def answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, An
     from spiraltrunk.report import format_table
 
     rows: list[tuple[str, ...]] = [
-        (str(number), f"{cable['pull_mm']:.1f}", f"{cable['tension_n']:.1f}", f"{cable['temperature_degc']:.0f}")
+        (str(number), f"{cable['pull_mm']:.1f}", f"{cable['tension_n']:.1f}", _format_warmth(cable))
         for number, cable in enumerate(state["cables"], start=1)
     ]
     header: tuple[str, ...] = ("cable", "pull [mm]", "tension [N]", "motor [degC]")
@@ -218,7 +219,22 @@ def answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, An
             if should == should
         )
         title = f"{len(steps)} steps, pulls within {worst:.2f} mm of their targets\n{title}"
-    return DONE, format_table(rows, header=header, title=title, indent=2)
+    return DONE, "\n".join([format_table(rows, header=header, title=title, indent=2), *_list_notes(state)])
+
+
+def _list_notes(state: dict[str, Any]) -> list[str]:
+    """Motors without feedback, and how late the loop woke by the computer's clock."""
+    silent = [str(i) for i, cable in enumerate(state["cables"], start=1) if math.isnan(cable["temperature_degc"])]
+    late = [state["lateness_ms"][part] for part in ("p50", "p99", "p999")]
+    notes = [f"no feedback of motor {', '.join(silent)}: no supply, another id, or another bus"] if silent else []
+    if any(late):
+        notes.append(f"loop late {'/'.join(f'{part:.1f}' for part in late)} ms (p50/p99/p99.9)")
+    return ["", *notes] if notes else []
+
+
+def _format_warmth(cable: dict[str, Any]) -> str:
+    """Temperature of a cable's motor."""
+    return "-" if math.isnan(cable["temperature_degc"]) else f"{cable['temperature_degc']:.0f}"
 
 
 def _format_cell(cable: dict[str, Any]) -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.hardware.safety.fault import FaultKind
 from spiraltrunk.hardware.safety.limits import SafetyLimits
-from spiraltrunk.hardware.safety.reading import CableReading, Finding
+from spiraltrunk.hardware.safety.reading import CableRange, CableReading, Finding
 
 
 def find_silent_cell(age_max: float) -> Finding:
@@ -104,6 +104,62 @@ def watch_cell(
 def _compute_allowed(felt: float, resistance: float, friction: float, limits: SafetyLimits) -> float:
     """Largest difference of a cell's tension and the motor's force [N]."""
     return limits.cell_frictions * friction + limits.cell_error + limits.cell_part * max(abs(felt), abs(resistance))
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ClaimState:
+    """What a load cell's claim that its cable is slack is compared with."""
+
+    pull: float = math.nan
+    """Cable wound in when the cell told of a load, or the lengths of slack, for the last time [m]; NaN at first."""
+    excess: float = 0.0
+    """Excess of the lengths when the cell told of a load for the last time [m]."""
+    elapsed: float = 0.0
+    """Time since ``pull`` was set [s]."""
+
+
+def watch_claim(
+    state: ClaimState,
+    reading: CableReading,
+    allowed: CableRange,
+    dt: float,
+    limits: SafetyLimits,
+    *,
+    excess: float,
+    is_slack: bool,
+    is_judged: bool,
+) -> tuple[ClaimState, Finding | None]:
+    """A cell that says that its cable is slack, while the drum bends the trunk by winding it in.
+
+    A slack cable lowers the excess of the lengths by its slack, whatever the trunk does. The claim is untrue where the
+    drum winds in `cell_bent` while the lengths tell of at most `cell_loosened` of slack for `cell_beyond`, so that the
+    trunk is bent by it, and the motor feels more than its dry friction. The tension at which a cell and its motor
+    disagree in `watch_cell` comes late or never then, for the trunk yields.
+
+    Args:
+        state: state after the period before.
+        reading: the cable; one without a load cell is left alone.
+        allowed: what the cable may do.
+        dt: period [s].
+        limits: when it is a fault.
+        excess: excess of the cable, of lengths without their elastic part [m].
+        is_slack: whether the cell says that the cable carries no load.
+        is_judged: whether all other cables carry load; lengths tell nothing of one cable where two are slack.
+    """
+    felt = reading.felt
+    if felt is None or not is_slack:
+        return ClaimState(pull=reading.pull, excess=excess), None
+    if excess < state.excess - limits.cell_loosened:
+        return ClaimState(pull=reading.pull, excess=state.excess), None
+    state = replace(state, elapsed=state.elapsed + dt)
+    wound = reading.pull - state.pull
+    is_light = reading.resistance <= allowed.friction + limits.cell_error
+    if not (wound >= limits.cell_bent and state.elapsed >= limits.cell_beyond and is_judged) or is_light:
+        return state, None
+    text = f"its load cell tells {felt:.1f} N while {1e3 * wound:.1f} mm of its cable bent the trunk"
+    return state, Finding(FaultKind.LOAD_CELL, f"{text}; allowed: {1e3 * limits.cell_bent:g} mm")
 
 
 def find_untrue_zero(felt: float | None, friction: float, limits: SafetyLimits) -> str:

@@ -93,7 +93,7 @@ class RobotLink:
                     self._on_refusal(*values)
                 else:
                     reason = values[0]
-        except EOFError:
+        except (EOFError, ConnectionError):  # Reset where the process has left a request unread.
             pass
         except OSError as error:
             reason = str(error)

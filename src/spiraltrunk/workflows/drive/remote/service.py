@@ -94,6 +94,7 @@ class RobotService:
             case Disarm():
                 self._let_go()
             case Stop():
+                self._note = ""
                 driver.stop()
             case Leave():
                 self._asked = -math.inf
