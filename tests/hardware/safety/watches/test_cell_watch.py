@@ -16,6 +16,7 @@ from spiraltrunk.hardware.safety.watches.cell_watch import (
     CellState,
     ClaimState,
     StillState,
+    find_silent_cell,
     find_untrue_zero,
     watch_cell,
     watch_claim,
@@ -81,6 +82,10 @@ def test_the_time_begins_anew_when_they_agree():
 
 def test_a_cable_without_a_cell_is_left_alone():
     assert follow(None, 1e3) == (math.inf, "")
+
+
+def test_a_silent_cell_is_told_with_its_limit():
+    assert find_silent_cell(0.05).text == "no plausible reading of its load cell for 50 ms"
 
 
 def test_a_reading_that_does_not_change_is_stuck():
