@@ -73,11 +73,19 @@ if (!document.getElementById("spiraltrunk-access")) {
     for (const one of document.querySelectorAll(".mantine-Notification-closeButton"))
       one.setAttribute("aria-label", "Close the notice");
   };
+  const settled = new WeakMap();
+  const settlePlots = () => {
+    for (const {chart} of Object.values(window.__viserTestpoints?.uplots ?? {})) {
+      if (!chart?.width || settled.get(chart) === chart.width) continue;
+      settled.set(chart, chart.width);
+      chart.redraw(false, true);
+    }
+  };
   let waits = false;
   const look = () => {
     if (waits) return;
     waits = true;
-    setTimeout(() => { waits = false; nameFolders(); nameSliders(); nameIcons(); }, 200);
+    setTimeout(() => { waits = false; nameFolders(); nameSliders(); nameIcons(); settlePlots(); }, 200);
   };
   const options = { subtree: true, childList: true, attributes: true, attributeFilter: ["aria-hidden"] };
   new MutationObserver(look).observe(document.body, options);
@@ -86,7 +94,8 @@ if (!document.getElementById("spiraltrunk-access")) {
 """
 """Heads of folders take the focus and open by Enter or Space, and a folder that was opened or closed is found so after
 another tab or a reload; sliders, number boxes and viser's icons have a name; labels, ends of sliders, tabs and notices
-have a contrast of 5 and more to the ground (viser's: 3.0 and more)."""
+have a contrast of 5 and more to the ground (viser's: 3.0 and more). A plot is laid out without a width first, and loses
+an axis where data arrive before it has one: its axes are computed again."""
 
 _ICONS = {
     "tabler-icon-list-search": "Commands (Ctrl+K)", "tabler-icon-adjustments": "Connection, view and scene tree",
