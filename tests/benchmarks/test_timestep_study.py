@@ -33,6 +33,7 @@ def count(out: Path) -> dict[str, int]:
     return {path.name: len((path / "trials.jsonl").read_text().splitlines()) for path in out.glob("*ms")}
 
 
+@pytest.mark.slow
 def test_steps_take_turns_and_are_compared(
     study: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

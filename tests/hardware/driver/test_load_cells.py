@@ -94,6 +94,7 @@ def test_tensions_are_measured_with_and_without_torque(robot):
     assert max(cable.cell_age for cable in snapshot.cables) <= 0.01
 
 
+@pytest.mark.slow
 def test_the_error_of_friction_is_removed(build):
     """Mean error of the cables' true tensions from 12 s on, without and with cells; both are printed."""
     errors = []

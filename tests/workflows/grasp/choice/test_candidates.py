@@ -50,11 +50,19 @@ def test_a_standing_cylinder_is_for_the_wraps(reach):
     assert "too wide for the fingers by 50 mm" in next(each.reason for each in found if each.strategy == "pinch")
 
 
-@pytest.mark.parametrize("length", [112, 122, 150])
+@pytest.mark.parametrize("length", [112, 122, 128])
 def test_a_standing_thing_with_a_handle_is_for_the_wraps(length):
     """A mug is wider across its handle than it is tall, and stands all the same."""
     found = rank_object(PAPER, parse_object(f"box:x_mm={length},y_mm=80,z_mm=95,mass_g=300"))
     assert {each.strategy for each in found if each.feasible} == {"wrap-oblique-low", "wrap-oblique", "wrap-horizontal"}
+
+
+def test_a_thing_that_is_longer_than_the_loop_is_wide_is_refused_by_its_corners():
+    """150 x 80 mm are 170 mm across the corners; of four such things none was lifted."""
+    found = rank_object(PAPER, parse_object("box:x_mm=150,y_mm=80,z_mm=95,mass_g=300"))
+    assert not any(each.feasible for each in found)
+    told = "too long for the trunk's loop by 17 mm: 170 mm across, with handle and corners; it goes round 153 mm"
+    assert {each.reason for each in found if each.strategy.startswith("wrap")} == {told}
 
 
 def test_what_was_tried_is_left_out(reach):
