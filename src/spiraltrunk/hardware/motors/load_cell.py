@@ -19,7 +19,7 @@ from spiraltrunk.hardware.clock import Clock
 from spiraltrunk.hardware.motors.serial_port import SerialStream, open_serial
 
 _MARK = b"\xaa\x55"
-GRAVITY = 9.80665
+STANDARD_GRAVITY = 9.80665
 """Standard gravity [m/s^2]."""
 _LENGTH_MAX = 1e4
 """Largest plausible length [mm] (ours)."""
@@ -178,13 +178,14 @@ def check_known_mass(tension: float, mass: float) -> None:
         DesignError: where the mass is not positive.
     """
     check_number("mass", mass, above=0.0, most=100.0)
-    for unit, expected in (("N", mass * GRAVITY), ("kg", mass), ("g", 1e3 * mass), ("lbf", 2.20462 * mass)):
+    for unit, expected in (("N", mass * STANDARD_GRAVITY), ("kg", mass), ("g", 1e3 * mass), ("lbf", 2.20462 * mass)):
         if math.isclose(tension, expected, rel_tol=0.1):
             if unit == "N":
                 return
             raise DriveError(
-                f"{mass:g} kg read {tension:g}: the cell sends {unit}; allowed: newtons, {mass * GRAVITY:.3g} N"
+                f"{mass:g} kg read {tension:g}: the cell sends {unit}; "
+                f"allowed: newtons, {mass * STANDARD_GRAVITY:.3g} N"
             )
     raise DriveError(
-        f"{mass:g} kg read {tension:g} N; allowed: {mass * GRAVITY:.3g} N within 10 %: set scale and offset"
+        f"{mass:g} kg read {tension:g} N; allowed: {mass * STANDARD_GRAVITY:.3g} N within 10 %: set scale and offset"
     )

@@ -9,10 +9,9 @@ the object. The arm moves sideways until the cables' lengths show a touch, and r
 
 Prehension: ventral tension grows, and the arm follows the model so that the curling trunk leaves the object in place. A
 loose object falls over at half a newton; one that is pressed on is dragged along, out of a wide wrap. A
-trunk that comes down on a handle or a rim yields upwards, and a distal wrap that jams closes without the arm's moving
-on. After tightening, a small rise tests the load, and rises
-further where none is felt, as the closed trunk may have pressed on the ground. An object that is not held is set down,
-let go and, if it stands, grasped once more where it is then seen.
+trunk that comes down on a handle or a rim yields upwards, and the arm stops where a distal wrap jams. After tightening,
+a small rise tests the load, and rises further where none is felt, as the closed trunk may have pressed on the ground.
+An object that is not held is set down, let go and, if it stands, grasped once more where it is then seen.
 
 Transport: equal cables turn the plane of the wrap towards level. Twice, the head turns by the lean that the camera
 sees. The arm lifts, carries and holds, with the ventral lengths held and the dorsal cable taut against them. Cable is

@@ -9,7 +9,7 @@ import numpy as np
 
 from spiraltrunk.checks import check_number
 from spiraltrunk.errors import DriveError
-from spiraltrunk.hardware.motors.load_cell import GRAVITY, LoadCellSettings
+from spiraltrunk.hardware.motors.load_cell import STANDARD_GRAVITY, LoadCellSettings
 from spiraltrunk.workflows.drive.robot import RENEWAL, Robot
 
 MEASURING = 2.0
@@ -79,7 +79,7 @@ def compute_scale(reading: CellReading, offset: float, mass: float) -> float:
             f"the cell reads {reading.mean:.2f} N with {mass:g} kg and {offset:.2f} N without; allowed: at least "
             f"{LEAST:g} N apart; does the mass hang on this cable, over its pulley?"
         )
-    return mass * GRAVITY / load
+    return mass * STANDARD_GRAVITY / load
 
 
 def check_mass(mass: float) -> None:

@@ -40,9 +40,7 @@ FAULTS = (
 )  # fmt: skip
 """Faults of the self-test that are drawn."""
 
-CELL_FAULTS = (
-    "cell_silent", "cell_unplugged", "cell_stuck", "cell_reads_zero", "cell_reads_negative", "cell_out_of_range",
-)  # fmt: skip
+CELL_FAULTS = tuple(name for name, scenario in SCENARIOS.items() if scenario.has_cells)
 """Those that are drawn, too, where the twin has load cells."""
 
 FAULT_PERIOD = 300.0
