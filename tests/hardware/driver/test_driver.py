@@ -110,8 +110,8 @@ class FakeWatchdog(Watchdog):
             raise DriveError("the relay is gone")
         self.n_fed += 1
 
-    def is_present(self) -> bool:
-        return self.is_there
+    def find_absence(self) -> str:
+        return "" if self.is_there else "its relay is open"
 
     def clear(self) -> None:
         self.n_cleared += 1

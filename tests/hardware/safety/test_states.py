@@ -39,8 +39,8 @@ def build_fault(kind: FaultKind = FaultKind.STALL, cable: int | None = 0, time: 
     return Fault(kind=kind, time=time, cable=cable, text="text")
 
 
-def find(*motors: MotorState | None, now: float = 10.01, is_watched: bool = True) -> tuple[str, ...]:
-    return find_obstacles(motors, now, SHEET, LIMITS, is_watched=is_watched)
+def find(*motors: MotorState | None, now: float = 10.01, absence: str = "") -> tuple[str, ...]:
+    return find_obstacles(motors, now, SHEET, LIMITS, absence=absence)
 
 
 def test_nothing_is_in_the_way_of_fresh_cool_watched_motors():
@@ -52,12 +52,12 @@ def test_each_obstacle_names_its_motor():
     assert "motor 1: the feedback is 60.0 ms old" in find(GOOD, now=10.06)[0]
     assert find(GOOD, now=10.0499) == ()
     assert len(find(GOOD, now=10.0501)) == 1
-    assert "watchdog" in find(GOOD, is_watched=False)[0]
+    assert find(GOOD, absence="its relay is open") == ("no watchdog is present: its relay is open",)
     warm = dataclasses.replace(GOOD, temperature=70.0)
     assert find(GOOD, warm) == ("motor 2 has 70 degC; allowed: below 70 degC",)
     assert find(dataclasses.replace(GOOD, temperature=69.9)) == ()
     assert "not finite" in find(dataclasses.replace(GOOD, angle=math.nan))[0]
-    assert len(find(None, None, is_watched=False)) == 3
+    assert len(find(None, None, absence="there is none")) == 3
 
 
 def test_arming_needs_homed_drums_and_no_obstacle():

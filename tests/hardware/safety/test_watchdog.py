@@ -81,12 +81,16 @@ def test_a_board_that_answers_is_present(clock, bus):
     watched = WatchedBus(bus)
     watchdog = BoardWatchdog(watched, clock)
     assert not watchdog.is_present()
+    assert watchdog.find_absence().startswith("its board has not answered")
     assert beat(watchdog, watched)
+    assert watchdog.find_absence() == ""
     assert HEARTBEAT_FORMAT.unpack(watched.answer.data) == (1, BoardMode.WATCHING)
     clock.time = 0.049
     assert watchdog.is_present()
     clock.time = 0.051
     assert not watchdog.is_present()
+    late = "its board answered 51 ms ago; allowed: below 50 ms; check its supply and the bus, and whether this computer"
+    assert watchdog.find_absence() == f"{late} is too busy"
 
 
 def test_a_board_that_has_tripped_is_present_again_when_a_person_cleared_it(clock, bus):
@@ -96,6 +100,7 @@ def test_a_board_that_has_tripped_is_present_again_when_a_person_cleared_it(cloc
     clock.time = 0.1
     for _ in range(3):
         assert not beat(watchdog, watched)
+    assert watchdog.find_absence() == "it has tripped; a person resets it"
     watchdog.clear()
     assert beat(watchdog, watched)
     clock.time = 0.2
@@ -186,6 +191,7 @@ def test_no_watchdog_is_never_present():
     watchdog.feed()
     watchdog.clear()
     assert not watchdog.is_present()
+    assert watchdog.find_absence() == "there is none; connect one, or say that there is none"
 
 
 class FakePort:
@@ -216,7 +222,9 @@ def test_a_relay_is_fed_by_bytes_and_present_by_its_contact():
     assert watchdog.is_present()
     port.contact = False
     assert not watchdog.is_present()
+    assert watchdog.find_absence().startswith("its relay is open")
     port.is_gone = True
     assert not watchdog.is_present()
+    assert watchdog.find_absence().startswith("the relay's serial line is gone (gone)")
     with pytest.raises(DriveError, match=r"the relay's serial line is gone \(gone\)"):
         watchdog.feed()

@@ -99,9 +99,9 @@ class ControlLoop:
 
     def find_obstacles(self, now: float) -> tuple[str, ...]:
         """Why torque must not be switched on now."""
-        is_watched = self.options.without_watchdog or self.watchdog.is_present()
+        absence = "" if self.options.without_watchdog else self.watchdog.find_absence()
         watches = self.watches
-        found = states.find_obstacles(self.feedback, now, watches.sheet, watches.limits, is_watched=is_watched)
+        found = states.find_obstacles(self.feedback, now, watches.sheet, watches.limits, absence=absence)
         return (*found, *self.cells.find_obstacles(), *self._find_untrue_zeros())
 
     def _find_untrue_zeros(self) -> tuple[str, ...]:
@@ -231,9 +231,8 @@ class ControlLoop:
 
     def _find_unwatched(self, now: float) -> tuple[Fault, ...]:
         """A watchdog that is gone or has tripped."""
-        if self.options.without_watchdog or self.watchdog.is_present():
-            return ()
-        return (_build_fault(FaultKind.WATCHDOG, "the watchdog is gone or has tripped", now),)
+        absence = "" if self.options.without_watchdog else self.watchdog.find_absence()
+        return (_build_fault(FaultKind.WATCHDOG, f"the watchdog: {absence}", now),) if absence else ()
 
     def _find_old(self, now: float) -> tuple[Fault, ...]:
         """Targets that were not renewed in time, or whose successors were refused."""

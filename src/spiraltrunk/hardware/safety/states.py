@@ -56,7 +56,7 @@ def find_obstacles(
     sheet: MotorDataSheet,
     limits: SafetyLimits,
     *,
-    is_watched: bool,
+    absence: str,
 ) -> tuple[str, ...]:
     """Why torque must not be switched on now, one line each; empty if it may be.
 
@@ -65,9 +65,9 @@ def find_obstacles(
         now: time on the driver's clock [s].
         sheet: limits of the motors.
         limits: largest age of the feedback.
-        is_watched: whether a watchdog is present, or was done without explicitly.
+        absence: why the watchdog does not count as present; empty where it does, or was done without explicitly.
     """
-    obstacles = [] if is_watched else ["no watchdog is present; connect one, or say that there is none"]
+    obstacles = [f"no watchdog is present: {absence}"] if absence else []
     for number, motor in enumerate(motors, start=1):
         finding = find_stale(motor, now, limits) or (motor and find_impossible(motor, sheet, limits))
         if finding:

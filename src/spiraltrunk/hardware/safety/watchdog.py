@@ -64,9 +64,13 @@ class Watchdog(ABC):
             DriveError: where the line to it is gone.
         """
 
-    @abstractmethod
     def is_present(self) -> bool:
         """Whether it is known to be there and to let torques through."""
+        return not self.find_absence()
+
+    @abstractmethod
+    def find_absence(self) -> str:
+        """Why it does not count as present, in words; empty where it does."""
 
     @abstractmethod
     def clear(self) -> None:
@@ -80,9 +84,9 @@ class NoWatchdog(Watchdog):
     def feed(self) -> None:
         """Do nothing."""
 
-    def is_present(self) -> bool:
-        """Never."""
-        return False
+    def find_absence(self) -> str:
+        """It is never there."""
+        return "there is none; connect one, or say that there is none"
 
     def clear(self) -> None:
         """Do nothing."""
@@ -137,14 +141,20 @@ class BoardWatchdog(Watchdog):
         flags = CLEAR_FLAG if self._is_clearing else 0
         self._bus.send(Frame(HEARTBEAT_ID, HEARTBEAT_FORMAT.pack(self._counter, flags)))
 
-    def is_present(self) -> bool:
-        """Whether a fresh answer says that the board is watching; it ends a clearing, too."""
+    def find_absence(self) -> str:
+        """Empty where a fresh answer says that the board is watching; that ends a clearing, too."""
         answer = self._bus.answer
-        if answer is None or not self._clock.now() - answer.time < ANSWER_AGE:
-            return False
-        is_watching = HEARTBEAT_FORMAT.unpack(answer.data)[1] == BoardMode.WATCHING
-        self._is_clearing = self._is_clearing and not is_watching
-        return is_watching
+        if answer is None:
+            return "its board has not answered; check its supply and the bus, or say that there is none"
+        age = self._clock.now() - answer.time
+        if not age < ANSWER_AGE:
+            late = f"its board answered {1e3 * age:.0f} ms ago; allowed: below {1e3 * ANSWER_AGE:g} ms"
+            return f"{late}; check its supply and the bus, and whether this computer is too busy"
+        mode = HEARTBEAT_FORMAT.unpack(answer.data)[1]
+        if mode != BoardMode.WATCHING:
+            return "it has tripped; a person resets it" if mode == BoardMode.TRIPPED else "it waits for a heartbeat"
+        self._is_clearing = False
+        return ""
 
     def clear(self) -> None:
         """Set the clear flag until the board is watching."""
@@ -171,12 +181,13 @@ class RelayWatchdog(Watchdog):
                 f"the relay's serial line is gone ({error}); allowed: a port that is plugged in"
             ) from error
 
-    def is_present(self) -> bool:
-        """Whether the relay's second contact is closed."""
+    def find_absence(self) -> str:
+        """Empty where the relay's second contact is closed."""
         try:
-            return bool(self._port.cts)
-        except OSError:
-            return False
+            is_closed = bool(self._port.cts)
+        except OSError as error:
+            return f"the relay's serial line is gone ({error}); allowed: a port that is plugged in"
+        return "" if is_closed else "its relay is open; check its supply, and that CTS is wired to its second contact"
 
     def clear(self) -> None:
         """Do nothing: the relay closes again when it is fed."""
