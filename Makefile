@@ -1,6 +1,7 @@
 # `make` lists what there is. On a fresh machine Python >= 3.11, pip and make are enough; the rest goes into .venv.
 PYTHON ?= python3
-JOBS ?= auto
+# One worker more than cores: a test that waits for another process leaves its core to it.
+JOBS ?= $(shell $(PYTHON) -c 'import os; print(min(8, (os.cpu_count() or 1) + 1))')
 OUT ?= out
 
 VENV := .venv

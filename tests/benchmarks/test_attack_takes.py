@@ -49,7 +49,7 @@ def attack_with(attack, work: Path, capsys, *more: str) -> dict:
 
 @pytest.mark.parametrize(
     "what",
-    [("validate", "csv", 120), ("validate", "c3d", 20), ("validate", "protocol", 60), ("calibrate", "bench", 60),
+    [("validate", "csv", 40), ("validate", "c3d", 8), ("validate", "protocol", 60), ("calibrate", "bench", 20),
      pytest.param(("validate", "csv", 2000), marks=pytest.mark.slow),
      pytest.param(("validate", "c3d", 400), marks=pytest.mark.slow),
      pytest.param(("calibrate", "csv", 100), marks=pytest.mark.slow)],

@@ -170,6 +170,7 @@ def start(work: str, folder: Path, *arguments: str) -> subprocess.Popen[str]:
         signal.signal(signal.SIGINT, before)
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_a_data_set_and_says_how_to_go_on(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     argv = ["kick", "--trials", "9", "--workers", "1", "--format", "robomimic"]

@@ -12,6 +12,7 @@ from spiraltrunk.design import presets
 pytest.importorskip("build123d", reason="solids need the extra cad")
 
 
+@pytest.mark.slow
 def test_json_alone_on_standard_output(capsys, tmp_path):
     out = str(tmp_path / "made")
     code = main(["export", "--parts", "horn", "drums", "--formats", "stl", "--out", out, "--json"])

@@ -86,6 +86,7 @@ def test_exploded_parts_do_not_overlap_along_the_axis() -> None:
     np.testing.assert_allclose(turned.assembled().vertices[:, 2], 12.0 - turned.mesh.vertices[:, 2])
 
 
+@pytest.mark.slow
 def test_the_same_parts_give_the_same_pictures(tmp_path) -> None:
     for name in ("one", "other"):
         write_pictures(PARTS[:2], tmp_path / name, title="five balls", n_cable=3)

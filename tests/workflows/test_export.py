@@ -136,6 +136,7 @@ def test_the_same_seed_makes_the_same_meshes(tmp_path, short):
     assert make(tmp_path / "c", 6) != first
 
 
+@pytest.mark.slow
 def test_a_part_that_fails_leaves_nothing(tmp_path):
     """The tip of this trunk is thinner than two lines; what was in the folder stays as it was."""
     folder = tmp_path / "out"

@@ -39,6 +39,7 @@ def test_an_export_refuses_for_a_reason_that_was_found():
     assert str(refusal.value) in find_faults(thin)
 
 
+@pytest.mark.slow
 def test_archive_holds_what_an_export_writes(tmp_path):
     pytest.importorskip("build123d", reason="solids need the extra cad")
     told = []

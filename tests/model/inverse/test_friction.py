@@ -61,6 +61,7 @@ def replay(solution: InverseSolution, row: int, friction: float) -> Shape:
     return shape
 
 
+@pytest.mark.slow
 def test_paths_replayed_by_the_statics_end_at_the_targets() -> None:
     tips = draw(10, 0.2, 3)
     solution = inverse.solve(PAPER, tips, friction=0.2)

@@ -529,6 +529,7 @@ def tube():
     return trimesh.creation.annulus(r_min=30, r_max=40, height=100, sections=32)
 
 
+@pytest.mark.slow
 def test_convex_parts_leave_a_pipe_open(put):
     pytest.importorskip("coacd")
     path = put(tube())

@@ -227,6 +227,7 @@ def test_stop_while_homing_leaves_no_torque_and_no_homed_robot():
     hub.close()
 
 
+@pytest.mark.slow
 def test_a_page_that_does_not_answer_loses_the_true_torque_of_the_twin():
     hub, page, wait = connect_twin(pace=20.0)
     hub.ask(page, Home())

@@ -113,7 +113,9 @@ def test_successes_are_the_data_set(original: Path) -> None:
     ]
 
 
-@pytest.mark.parametrize("name", ["lerobot", "robomimic", "minari"])
+@pytest.mark.parametrize(
+    "name", ["lerobot", *(pytest.param(name, marks=pytest.mark.slow) for name in ("robomimic", "minari"))]
+)
 def test_workers_and_interruptions_change_nothing(fakes: ModuleType, tmp_path: Path, name: str) -> None:
     plan = replace(PLAN, format=name)
     run(fakes, tmp_path / "one", plan)

@@ -26,7 +26,8 @@ def show(name: str, result: FaultResult) -> None:
 
 
 MARKED = [
-    pytest.param(name, marks=pytest.mark.slow) if scenario.has_cells else name for name, scenario in SCENARIOS.items()
+    pytest.param(name, marks=pytest.mark.slow) if scenario.has_cells or name in ("duplicate", "reorder") else name
+    for name, scenario in SCENARIOS.items()
 ]
 """Each fault; those of load cells are tried by faster tests beside the driver."""
 
@@ -80,6 +81,7 @@ def test_a_tangled_drum_is_told_as_tangled_or_as_what_looks_alike(factor, streng
     assert result.cause in {FaultKind.TANGLED_DRUM.value, *UNCERTAIN, *may_stand}
 
 
+@pytest.mark.slow
 def test_a_slip_that_is_too_short_goes_on_unnoticed(nominal):
     """SAFETY.md says so."""
     scenario = Scenario(fault="cable_slip", settings={"length": 0.002}, is_stop=False)

@@ -114,7 +114,10 @@ def step_at_random(seed: int, duration: float) -> TwinRobot:
     return robot
 
 
-@pytest.mark.parametrize(("seed", "duration"), [(0, 15.0), (1, 15.0), (13, 12.0), (94, 8.0)])
+@pytest.mark.parametrize(
+    ("seed", "duration"),
+    [*(pytest.param(*row, marks=pytest.mark.slow) for row in ((0, 15.0), (1, 15.0), (13, 12.0))), (94, 8.0)],
+)
 def test_steps_of_the_tension_and_slack_cables_are_no_fault(seed, duration):
     """In the last two, cables that had been slack become taut at once, which looked like a slip."""
     robot = step_at_random(seed, duration)
@@ -138,6 +141,7 @@ def test_an_hour_of_the_strategies_raises_nothing():
     assert result.drift < 1e-3
 
 
+@pytest.mark.slow
 def test_a_stall_knows_how_far_its_drum_turns_without_it(monkeypatch):
     """The swing turns the drum, the rest before it does not; the first strategy is compared with nothing."""
     monkeypatch.setattr(soak, "FAULTS", ("stall",))
@@ -158,6 +162,7 @@ def test_a_stall_knows_how_far_its_drum_turns_without_it(monkeypatch):
     assert one._turned is None
 
 
+@pytest.mark.slow
 def test_the_log_tells_every_fault_with_its_time_and_reaction(tmp_path):
     """What is missing or different is told: a fault that never was, another time, another kind."""
     path = tmp_path / "soak.mcap"

@@ -109,6 +109,7 @@ def test_a_row_of_another_shard_is_refused(shards: Path) -> None:
         merge(shards, "1", "2", "3")
 
 
+@pytest.mark.slow
 def test_overlap_lack_and_strangers_are_told(shards: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     run_survey(replace(plan, shard=Shard(number=1, count=2)), folder=shards / "half", work=fakes.work)
     run_survey(replace(plan, seed=8, shard=Shard(number=2, count=COUNT)), folder=shards / "seed", work=fakes.work)

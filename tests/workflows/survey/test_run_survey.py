@@ -277,7 +277,7 @@ def test_a_folder_has_one_survey_at_a_time(whole: Path, fakes: ModuleType, plan:
         run_survey(plan, folder=whole, work=fakes.work)
 
 
-@pytest.mark.parametrize("work", ["raise_second", "die_second"])
+@pytest.mark.parametrize("work", ["raise_second", pytest.param("die_second", marks=pytest.mark.slow)])
 def test_a_trial_that_breaks_is_a_failed_trial(fakes: ModuleType, plan: SurveyPlan, tmp_path: Path, work: str) -> None:
     kind = {"raise_second": "ValueError: no plan for seed N", "die_second": "its process died (SIGKILL)"}[work]
     result = run_survey(plan, workers=2, folder=tmp_path, work=getattr(fakes, work))
