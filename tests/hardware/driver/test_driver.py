@@ -103,7 +103,7 @@ class FakeMotors(MotorPort):
 
 class FakeWatchdog(Watchdog):
     def __init__(self) -> None:
-        self.n_fed, self.is_there, self.n_cleared, self.is_gone = 0, True, 0, False
+        self.n_fed, self.is_there, self.n_cleared, self.is_gone, self.n_ended = 0, True, 0, False, 0
 
     def feed(self) -> None:
         if self.is_gone:
@@ -116,6 +116,9 @@ class FakeWatchdog(Watchdog):
     def clear(self) -> None:
         self.n_cleared += 1
         self.is_there = True
+
+    def end(self) -> None:
+        self.n_ended += 1
 
 
 class FakeArm(ArmPort):
@@ -709,9 +712,20 @@ def test_close_lets_go_and_releases_everything_once():
     assert rig.motors.torque == [0.0] * 3
     assert rig.motors.is_closed
     assert rig.arm.is_closed
+    assert rig.watchdog.n_ended == 1
     rig.driver.close()
+    assert rig.watchdog.n_ended == 1
     with pytest.raises(DriveError, match="the driver is closed"):
         rig.driver.tick()
+
+
+def test_a_driver_whose_motors_may_not_obey_does_not_end_the_watch(rig):
+    rig.pull()
+    rig.motors.is_silent = True
+    rig.run(0.3)
+    assert rig.driver.mode is Mode.FAULT
+    rig.driver.close()
+    assert rig.watchdog.n_ended == 0
 
 
 def test_two_ticks_at_one_moment_are_one(rig):

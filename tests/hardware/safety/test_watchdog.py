@@ -100,11 +100,34 @@ def test_a_board_that_has_tripped_is_present_again_when_a_person_cleared_it(cloc
     clock.time = 0.1
     for _ in range(3):
         assert not beat(watchdog, watched)
-    assert watchdog.find_absence() == "it has tripped; a person resets it"
+    assert watchdog.find_absence().startswith("it has tripped, as no heartbeat came within 20 ms")
     watchdog.clear()
     assert beat(watchdog, watched)
     clock.time = 0.2
     assert not beat(watchdog, watched), "one clearing is good for one trip"
+
+
+def test_a_host_that_ends_in_order_leaves_a_board_that_waits_for_the_next(clock, bus):
+    watched = WatchedBus(bus)
+    first = BoardWatchdog(watched, clock)
+    assert beat(first, watched)
+    first.end()
+    watched.receive()
+    assert first.find_absence() == "its board waits for a heartbeat"
+    clock.time = 1.0
+    second = BoardWatchdog(WatchedBus(bus), clock)
+    assert beat(second, second._bus), "it did not trip in a second without heartbeats"
+
+
+def test_the_end_of_a_host_does_not_clear_a_board_that_has_tripped(clock, bus):
+    watched = WatchedBus(bus)
+    watchdog = BoardWatchdog(watched, clock)
+    assert beat(watchdog, watched)
+    clock.time = 0.1
+    watchdog.end()
+    watched.receive()
+    assert "has tripped" in watchdog.find_absence()
+    assert not beat(watchdog, watched)
 
 
 def test_the_counter_goes_around(clock, bus):
@@ -161,7 +184,8 @@ def test_a_board_that_tripped_stays_so_until_the_clear_flag():
     assert later.counter == 2
     assert hear(watch, HEARTBEAT_FORMAT.pack(2, 2), 0.022).mode is BoardMode.TRIPPED
     assert hear(watch, HEARTBEAT_FORMAT.pack(2, 1), 0.022).mode is BoardMode.WATCHING
-    assert hear(watch, HEARTBEAT_FORMAT.pack(2, 3), 0.022).mode is BoardMode.WATCHING
+    assert hear(watch, HEARTBEAT_FORMAT.pack(2, 5), 0.022).mode is BoardMode.WATCHING
+    assert hear(watch, HEARTBEAT_FORMAT.pack(2, 3), 0.022).mode is BoardMode.TRIPPED, "the last one of a host"
 
 
 def test_a_late_heartbeat_does_not_hide_the_silence_before_it():

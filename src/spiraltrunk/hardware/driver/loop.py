@@ -232,7 +232,7 @@ class ControlLoop:
     def _find_unwatched(self, now: float) -> tuple[Fault, ...]:
         """A watchdog that is gone or has tripped."""
         absence = "" if self.options.without_watchdog else self.watchdog.find_absence()
-        return (_build_fault(FaultKind.WATCHDOG, f"the watchdog: {absence}", now),) if absence else ()
+        return (_build_fault(FaultKind.WATCHDOG, absence, now),) if absence else ()
 
     def _find_old(self, now: float) -> tuple[Fault, ...]:
         """Targets that were not renewed in time, or whose successors were refused."""
@@ -256,7 +256,7 @@ class ControlLoop:
         """Feed the watchdog and send the torques; where they cannot be sent that is a fault, and no state changes."""
         has_torque = self.state.mode is not Mode.SAFE and not (self.state.mode is Mode.FAULT and self.is_released(now))
         faults: tuple[Fault, ...] = ()
-        if self._is_feeding(now):
+        if self.is_feeding(now):
             try:
                 self.watchdog.feed()
             except DriveError as error:
@@ -271,7 +271,7 @@ class ControlLoop:
         elif faults:
             self.warnings = tuple(fault.text for fault in faults)
 
-    def _is_feeding(self, now: float) -> bool:
+    def is_feeding(self, now: float) -> bool:
         """Whether the watchdog is fed: not after the ramp of a fault that leaves in doubt whether motors obey."""
         is_unheard = any(fault.kind in UNHEARD for fault in self.state.faults)
         return not (is_unheard and self.is_released(now))

@@ -64,6 +64,8 @@ class Snapshot:
     """Whether torques ramp to zero, after a fault or on disarming."""
     is_watched: bool
     """Whether a watchdog is present."""
+    absence: str
+    """Why none is, in words; empty where one is."""
     faults: tuple[Fault, ...]
     """Latched faults, the first cause first."""
     warnings: tuple[str, ...]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from types import TracebackType
 from typing import final
 
@@ -236,6 +237,9 @@ class TrunkDriver:
             self.tick()
         self._is_closed = True
         try:
+            if loop.is_feeding(self._clock.now()):
+                with suppress(DriveError):  # Unheard, a board trips, as it does without.
+                    loop.watchdog.end()
             loop.gripper.release()
             loop.arm.close()
             loop.cells.close()
@@ -253,7 +257,8 @@ class TrunkDriver:
         loop, now = self._loop, self._clock.now()
         return Snapshot(
             time=now, mode=self.mode, is_homed=self.is_homed, is_letting_go=not loop.is_released(now),
-            is_watched=loop.watchdog.is_present(), faults=self.faults, warnings=loop.warnings,
+            is_watched=not (absence := loop.watchdog.find_absence()), absence=absence, faults=self.faults,
+            warnings=loop.warnings,
             cables=tuple(self._show_cable(i, now) for i in range(len(loop.sent))), arm=loop.arm.state,
             gripper=loop.targets.gripper, n_refused=self._n_refused, loss=loop.seen.loss.loss,
             lateness=self._schedule.summarise(),

@@ -28,6 +28,9 @@ HEARTBEAT_FORMAT: Final = struct.Struct(">HB")
 CLEAR_FLAG: Final = 0x01
 """Flag of a heartbeat: a person has cleared the fault, so the board may let torques through again."""
 
+END_FLAG: Final = 0x02
+"""Flag of a heartbeat: the host ends in order, its torque is off; a watching board waits for the next host."""
+
 TIMEOUT: Final = 0.020
 """Silence after which the board takes the torque off [s] (ours: ten periods of control)."""
 
@@ -36,6 +39,14 @@ RELEASE: Final = 0.040
 
 ANSWER_AGE: Final = 0.050
 """Largest age of the board's answer with which it counts as present [s] (ours: as for a motor's feedback)."""
+
+END_COUNT: Final = 3
+"""Heartbeats with the end flag, as a frame may be lost [-] (ours)."""
+
+_TRIPPED: Final = (
+    f"it has tripped, as no heartbeat came within {1e3 * TIMEOUT:g} ms: a program was killed, or this computer is too "
+    "busy; find the cause, then clear it: spiraltrunk drive clear NAME, with your name"
+)
 
 PULSE: Final = b"\x55"
 """Byte that is written to keep a relay closed: its bits alternate, so that the line itself is the pulse."""
@@ -46,7 +57,7 @@ class BoardMode(IntEnum):
     """What a board's watchdog does."""
 
     WAITING = 0
-    """No heartbeat has come yet; every torque is zero."""
+    """No heartbeat has come yet, or the last host ended in order; every torque is zero."""
     WATCHING = 1
     """Torques pass."""
     TRIPPED = 2
@@ -76,6 +87,14 @@ class Watchdog(ABC):
     def clear(self) -> None:
         """Let it pass torques again after it has tripped; a person decides that."""
 
+    @abstractmethod
+    def end(self) -> None:
+        """Tell it that the host ends in order, with all torque off, so that it does not trip.
+
+        Raises:
+            DriveError: where the line to it is gone.
+        """
+
 
 @final
 class NoWatchdog(Watchdog):
@@ -89,6 +108,9 @@ class NoWatchdog(Watchdog):
         return "there is none; connect one, or say that there is none"
 
     def clear(self) -> None:
+        """Do nothing."""
+
+    def end(self) -> None:
         """Do nothing."""
 
 
@@ -137,8 +159,10 @@ class BoardWatchdog(Watchdog):
 
     def feed(self) -> None:
         """Queue the next heartbeat."""
+        self._queue(CLEAR_FLAG if self._is_clearing else 0)
+
+    def _queue(self, flags: int) -> None:
         self._counter = (self._counter + 1) & 0xFFFF
-        flags = CLEAR_FLAG if self._is_clearing else 0
         self._bus.send(Frame(HEARTBEAT_ID, HEARTBEAT_FORMAT.pack(self._counter, flags)))
 
     def find_absence(self) -> str:
@@ -152,13 +176,19 @@ class BoardWatchdog(Watchdog):
             return f"{late}; check its supply and the bus, and whether this computer is too busy"
         mode = HEARTBEAT_FORMAT.unpack(answer.data)[1]
         if mode != BoardMode.WATCHING:
-            return "it has tripped; a person resets it" if mode == BoardMode.TRIPPED else "it waits for a heartbeat"
+            return _TRIPPED if mode == BoardMode.TRIPPED else "its board waits for a heartbeat"
         self._is_clearing = False
         return ""
 
     def clear(self) -> None:
         """Set the clear flag until the board is watching."""
         self._is_clearing = True
+
+    def end(self) -> None:
+        """Send heartbeats with the end flag; if all are lost, the board trips."""
+        for _ in range(END_COUNT):
+            self._queue(END_FLAG)
+        self._bus.flush()
 
 
 @final
@@ -191,3 +221,6 @@ class RelayWatchdog(Watchdog):
 
     def clear(self) -> None:
         """Do nothing: the relay closes again when it is fed."""
+
+    def end(self) -> None:
+        """Do nothing: the relay opens."""

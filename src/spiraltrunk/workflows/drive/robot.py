@@ -20,6 +20,9 @@ LONGEST_HOMING = 120.0
 RENEWAL = 0.02
 """Time between two targets of a move [s] (ours)."""
 
+CLEARING = 0.2
+"""Time in which a watchdog that is cleared answers [s] (ours)."""
+
 LISTENING = 0.1
 """Time for which the motors' feedback is looked at, once it has come [s] (ours)."""
 
@@ -76,6 +79,24 @@ class Robot(ABC):
                 return
             self.run(RENEWAL)
         self.run(LISTENING)
+
+    def clear(self, person: str) -> None:
+        """Let a watchdog that has tripped pass torque again, as a person decided.
+
+        Args:
+            person: who decided it.
+
+        Raises:
+            DriveError: where there is nothing to clear, for an empty name, and where the watchdog stays away.
+        """
+        self.listen()
+        if not self.driver.snapshot().absence and self.driver.mode is Mode.SAFE:
+            raise DriveError("there is nothing to clear: the watchdog is present, and there is no fault")
+        self.driver.clear_fault(person)
+        self.run(CLEARING)
+        absence = self.driver.snapshot().absence
+        if absence:
+            raise DriveError(f"no watchdog is present: {absence}")
 
     def home(self) -> None:
         """Wait for feedback, and find the zeros of the drums.

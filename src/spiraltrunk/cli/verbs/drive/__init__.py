@@ -9,10 +9,11 @@ from spiraltrunk.cli.arguments import Parser, add_parser, read_seed, read_text
 from spiraltrunk.cli.arguments import read_number as read_number
 from spiraltrunk.cli.output import Answer, UsageError
 from spiraltrunk.cli.output import quote as quote
-from spiraltrunk.cli.verbs.drive import actions, cells, poses, run_strategy, selftest
+from spiraltrunk.cli.verbs.drive import actions, cells, clear, poses, run_strategy, selftest
 
 ACTIONS = {
     "status": actions.add_status,
+    "clear": clear.add_clear,
     "home": actions.add_home,
     "pull": actions.add_pull,
     "jog": actions.add_jog,

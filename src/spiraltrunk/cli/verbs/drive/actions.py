@@ -227,6 +227,8 @@ def _list_notes(state: dict[str, Any]) -> list[str]:
     silent = [str(i) for i, cable in enumerate(state["cables"], start=1) if math.isnan(cable["temperature_degc"])]
     late = [state["lateness_ms"][part] for part in ("p50", "p99", "p999")]
     notes = [f"no feedback of motor {', '.join(silent)}: no supply, another id, or another bus"] if silent else []
+    if state["watchdog_absence"]:
+        notes.append(f"no watchdog is present: {state['watchdog_absence']}")
     if any(late):
         notes.append(f"loop late {'/'.join(f'{part:.1f}' for part in late)} ms (p50/p99/p99.9)")
     return ["", *notes] if notes else []

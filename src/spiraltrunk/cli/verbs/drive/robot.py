@@ -108,6 +108,7 @@ def compute_state(snapshot: Snapshot) -> dict[str, Any]:
         "mode": snapshot.mode.value,
         "is_homed": snapshot.is_homed,
         "is_watched": snapshot.is_watched,
+        "watchdog_absence": snapshot.absence,
         "time_s": snapshot.time,
         "cables": [
             {

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from spiraltrunk.field_docs import explain_fields
-from spiraltrunk.hardware.safety.watchdog import CLEAR_FLAG, HEARTBEAT_FORMAT, RELEASE, TIMEOUT, BoardMode
+from spiraltrunk.hardware.safety.watchdog import CLEAR_FLAG, END_FLAG, HEARTBEAT_FORMAT, RELEASE, TIMEOUT, BoardMode
 
 
 @explain_fields
@@ -26,13 +26,19 @@ class BoardWatch:
 
 
 def hear(watch: BoardWatch, data: bytes, now: float) -> BoardWatch:
-    """The board after a frame `HEARTBEAT_ID`; one of another length, or with the same counter, is no heartbeat."""
+    """The board after a frame `HEARTBEAT_ID`; one of another length, or with the same counter, is no heartbeat.
+
+    One with `END_FLAG` is the last one of a host that ends in order: a board that has not tripped waits for the next.
+    """
     if len(data) != HEARTBEAT_FORMAT.size:
         return watch
     counter, flags = HEARTBEAT_FORMAT.unpack(data)
     if counter == watch.counter:
         return watch
     watch = advance(watch, now)
+    if flags & END_FLAG:
+        mode = BoardMode.TRIPPED if watch.mode is BoardMode.TRIPPED else BoardMode.WAITING
+        return BoardWatch(mode=mode, heard=now, tripped=watch.tripped, counter=counter)
     is_passing = watch.mode is not BoardMode.TRIPPED or bool(flags & CLEAR_FLAG)
     mode = BoardMode.WATCHING if is_passing else BoardMode.TRIPPED
     return BoardWatch(mode=mode, heard=now, tripped=watch.tripped, counter=counter)
