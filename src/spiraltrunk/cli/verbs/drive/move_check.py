@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, final
 
 from spiraltrunk.cli.output import DONE, UsageError, complain, format_count, quote
-from spiraltrunk.field_docs import explain_fields
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
@@ -28,7 +27,6 @@ SHORT = 0.5
 """Distance from the target at the end of a move above which there is a warning [mm] (ours)."""
 
 
-@explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
 class MoveSettings:
