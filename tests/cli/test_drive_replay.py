@@ -6,13 +6,14 @@ import io
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from rich.console import Console
 
 from spiraltrunk import cli
-from spiraltrunk.cli.verbs.drive.live import draw_table
+from spiraltrunk.cli.verbs.drive.live import draw_table, show_robot
 from spiraltrunk.design import presets
 from spiraltrunk.files.output_folder import open_output
 from spiraltrunk.hardware.log import LogMetadata, LogWriter
@@ -137,3 +138,18 @@ def test_the_live_table_fits_the_terminal(width):
     assert told.getvalue().splitlines()[5] == "load cells: 1 (2 ms), 2 (2 ms)"
     assert lines[5].startswith("late" if width == 40 else "loop late")
     assert "…" not in text.getvalue()
+
+
+def test_the_live_table_counts_from_the_start_of_the_command(monkeypatch):
+    """The clock of a robot, and of a twin in real time, is the computer's, which counts from its start."""
+    monkeypatch.setenv("TERM", "xterm")
+    with TwinRobot(presets.PAPER) as twin:
+        twin.listen()
+        seen = replace(twin.driver.snapshot(), time=3493.6)
+    screen = io.StringIO()
+    screen.isatty = lambda: True
+    robot = SimpleNamespace(clock=SimpleNamespace(now=lambda: 3491.5), watch=None)
+    with show_robot(robot, screen):
+        robot.watch(SimpleNamespace(snapshot=lambda: seen))
+    assert "safe, 2.1 s" in screen.getvalue()
+    assert "3493" not in screen.getvalue()

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import math
+import os
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
 
 from spiraltrunk import cli
+from spiraltrunk.cli.verbs.drive.figures import format_figure
+from spiraltrunk.cli.verbs.drive.move_check import MoveSettings, read_move, warn_short_steps
+from spiraltrunk.design import presets
 from spiraltrunk.hardware.setup.robot_file import format_example
 from spiraltrunk.hardware.twin.load_cells import LoadCellTwin
 
@@ -32,14 +39,14 @@ def robot(tmp_path: Path) -> Path:
         (["--bus", "virtual:x", "selftest"], "allowed: virtual, the twin"),
         (["--bus", "virtual:x", "run", "wrap-vertical"], "the robot has no arm"),
         (["--robot", "absent.toml", "status"], "robot is 'absent.toml'; allowed: a robot file in TOML; No such file"),
-        (["pose", "curled"], "unknown pose 'curled'; known: none yet, `drive pose NAME --save` saves one"),
+        (["pose", "curled"], "known: none yet, `drive pose NAME --save MM MM MM`, with the length"),
         (["pose", "curled", "--poses", "/dev/zero"], "no regular file; allowed: a file of poses"),
         (["pose", "curled", "--poses", "."], "this is a folder; allowed: a file of poses"),
         (["pose", "curled", "--save", "1", "0", "0", "--poses", "/dev/null"], "this is no regular file"),
         (["jog", "1", "5", "--save", "x" * 100], "name of a pose is"),
         (["jog", "1", "5", "--save", "curled", "--poses", "/dev/zero"], "no regular file"),
         (["pose", "curled", "--save", "10"], "1 length given; allowed: 3"),
-        (["pose", "curled", "--save", "1e9", "0", "0"], "allowed"),
+        (["pose", "curled", "--save", "1e9", "0", "0"], "cable 1: 1e+09 mm; allowed: -133 to 143 mm"),
         (["pose", "curled", "--save", "nan", "0", "0"], "allowed: a finite number"),
         (["jog", "1", "5", "--gamepad"], "a cable and a length and --gamepad given; allowed: a cable"),
         (["jog", "1", "--gamepad"], "a cable and --gamepad given; allowed:"),
@@ -152,6 +159,116 @@ def test_bad_moves_are_refused_before_a_robot_is_there(monkeypatch, capsys, argu
     line = capsys.readouterr().err
     assert told in line
     assert line.count("\n") == 1
+
+
+def test_a_limit_of_the_robot_file_holds_for_moves(monkeypatch, robot, capsys):
+    """30 N and 100 mm/s of the file; the design's and the drive's own are 60 N and 300 mm/s."""
+    for module in ("actions", "poses"):
+        monkeypatch.setattr(f"spiraltrunk.cli.verbs.drive.{module}.open_robot", lambda *_, **__: pytest.fail("opened"))
+    for action in (["pull", "40", "0", "0"], ["jog", "1", "5"], ["pose", "x"], ["protocol", "paper", "bend-dorsal"]):
+        for option, value, allowed in (
+            ("--tension-n", "31", "--tension-n is 31; allowed: 0 to 30 N, the tension_max_n of "),
+            ("--speed-mm-s", "101", "--speed-mm-s is 101; allowed: 0.1 to 100 mm/s, the speed_max_mm_s of "),
+        ):
+            assert cli.main(["drive", "--robot", str(robot), *action, option, value]) == 2
+            line = capsys.readouterr().err
+            assert allowed in line
+            assert line.count("\n") == 1
+
+
+def test_a_move_without_options_keeps_the_limits_of_the_robot_file(robot):
+    given = Namespace(robot=None, tension_n=None, speed_mm_s=None, hold_s=1.0)
+    assert read_move(given, presets.PAPER) == MoveSettings(tension=20.0, speed=0.02, hold=1.0)
+    given.robot = str(robot)
+    assert read_move(given, presets.PAPER) == MoveSettings(tension=20.0, speed=0.02, hold=1.0)
+    robot.write_text(EXAMPLE.replace("tension_max_n = 30.0", "tension_max_n = 10.0").replace("s = 100.0", "s = 15.0"))
+    assert read_move(given, presets.PAPER) == MoveSettings(tension=10.0, speed=0.015, hold=1.0)
+    given.tension_n, given.speed_mm_s = 10.0, 15.0
+    assert read_move(given, presets.PAPER) == MoveSettings(tension=10.0, speed=0.015, hold=1.0)
+
+
+def test_a_file_of_poses_that_cannot_be_written_is_told_before_anything_moves(monkeypatch, tmp_path, capsys):
+    def refuse(place):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(place))
+
+    monkeypatch.setattr("spiraltrunk.files.atomic.acquire_lock", refuse)
+    monkeypatch.setattr("spiraltrunk.cli.verbs.drive.actions.open_robot", lambda *_, **__: pytest.fail("opened"))
+    for way in (["1", "5"], ["--gamepad"]):
+        poses = str(tmp_path / "new" / "poses.json")
+        assert cli.main(["drive", "jog", *way, "--save", "x", "--poses", poses]) == 2
+        line = capsys.readouterr().err
+        assert "poses.json' cannot be written: Read-only file system; allowed: a file in a folder" in line
+        assert line.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+PROTOCOL = """
+name = "short"
+[[run]]
+name = "bend"
+kind = "bend-dorsal"
+tilt_deg = 0
+steps = 1
+step_mm = 50
+[[run]]
+name = "rest"
+kind = "rest"
+tilt_deg = 0
+"""
+
+
+@pytest.fixture
+def held(monkeypatch):
+    """The twin, whose cable 1 no pull winds in by more than 44.3 mm."""
+    from spiraltrunk.workflows.drive.robot import Robot
+
+    at = [0.0, 0.0, 0.0]
+
+    def pull_to(self, pulls, **_):
+        at[:] = [min(pull, 0.0443) if pull == pull else -0.0 for pull in pulls]
+
+    monkeypatch.setattr(Robot, "prepare", lambda self: None)
+    monkeypatch.setattr(Robot, "pull_to", pull_to)
+    monkeypatch.setattr(Robot, "read_pulls", lambda self: list(at))
+
+
+def test_a_protocol_names_the_cable_and_the_step_that_missed_its_target_most(held, tmp_path, capsys):
+    """The exit code is that of `pull`, which ends short in the same way."""
+    protocol = tmp_path / "protocol.toml"
+    protocol.write_text(PROTOCOL)
+    code = cli.main(["drive", "protocol", str(protocol), "bend"])
+    printed = capsys.readouterr()
+    told = [line.partition("spiraltrunk: ")[2] for line in printed.err.splitlines() if "target" in line]
+    cause = "the tension is at its limit, or friction holds it"
+    assert told == [f"cable 1 ended 1 of 2 steps away from its target, most in step 2, 5.7 mm at 44.3 mm: {cause}"]
+    assert printed.out.startswith("2 steps, pulls within 5.70 mm of their targets")
+    assert "-0.0" not in printed.out
+    assert cli.main(["drive", "pull", "50", "0", "0"]) == code == 0
+    assert f"cable 1 ended at 44.3 mm, 5.7 mm from its target: {cause}" in capsys.readouterr().err
+
+
+def test_a_protocol_at_its_targets_warns_of_nothing(capsys):
+    free = math.nan
+    warn_short_steps([{"target_mm": [5.0, free], "pull_mm": [5.0 + away, -9.0]} for away in (0.0, 0.4, -0.4)])
+    assert capsys.readouterr().err == ""
+    warn_short_steps([{"target_mm": [5.0, free], "pull_mm": [5.0 + away, -9.0]} for away in (0.6, -3.0, 0.1)])
+    told = capsys.readouterr().err
+    assert "cable 1 ended 2 of 3 steps away from its target, most in step 2, 3.0 mm at 2.0 mm: " in told
+    assert "cable 2" not in told
+
+
+def test_a_run_that_pulls_at_no_cable_ends_without_a_distance(held, tmp_path, capsys):
+    protocol = tmp_path / "protocol.toml"
+    protocol.write_text(PROTOCOL)
+    assert cli.main(["drive", "protocol", str(protocol), "rest"]) == 0
+    assert capsys.readouterr().out.startswith("1 step, all cables free")
+
+
+@pytest.mark.parametrize(
+    ("figure", "shown"), [(-0.0, "0.0"), (-0.04, "0.0"), (-0.06, "-0.1"), (2.5, "2.5"), (math.nan, "-")]
+)
+def test_a_zero_has_no_sign(figure, shown):
+    assert format_figure(figure, 1) == shown
 
 
 def test_a_move_that_ends_short_is_told(capsys):

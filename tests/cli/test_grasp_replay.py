@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -63,6 +65,21 @@ def test_another_ending_is_refused_before_anything_runs(
     assert "allowed: a file that ends in .html" in capsys.readouterr().err
     assert cli.main(["grasp", "--replay", str(tmp_path)]) == 2
     assert titles == []
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_anything_runs(
+    titles: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(place: Path) -> int:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(place))
+
+    monkeypatch.setattr("spiraltrunk.files.atomic.acquire_lock", refuse)
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.trial, "run_trial", lambda *_, **__: pytest.fail("a trial ran"))
+    assert cli.main(["grasp", "--replay", str(tmp_path / "grasp.html")]) == 2
+    error = capsys.readouterr().err
+    assert "--replay: " in error
+    assert "cannot be written: Read-only file system; allowed" in error
+    assert error.count("\n") == 1
 
 
 def test_without_the_extra_one_line_tells_how_to_install_it(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import re
@@ -104,6 +105,25 @@ def test_any_file_of_anothers_is_refused(data: bytes, form: str, tmp_path_factor
     path.write_bytes(data)
     with pytest.raises(OutputError):
         check_output_file(path, form)
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_place_that_cannot_be_written_is_refused_before_there_is_anything_to_write(
+    form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "new" / "deep" / f"a.{form}"
+    check_output_file(path, form)
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(OutputError, match="cannot be written: File name too long"):
+        check_output_file(tmp_path / f"{'a' * 300}.{form}", form)
+
+    def refuse(place: Path) -> int:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(place))
+
+    monkeypatch.setattr("spiraltrunk.files.atomic.acquire_lock", refuse)
+    with pytest.raises(OutputError, match=rf"a\.{form}' cannot be written: Read-only file system; allowed: a place"):
+        check_output_file(path, form)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_links_and_folders_are_refused(tmp_path: Path) -> None:

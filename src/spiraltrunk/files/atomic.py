@@ -45,6 +45,22 @@ def atomic_file(path: str | Path) -> Iterator[Path]:
             os.close(lock)
 
 
+def check_place(path: str | Path) -> None:
+    """Make a draft of the file and remove it, so that a place that cannot be written is known before long work.
+
+    Raises:
+        OSError: where the folder cannot be made or the file not be written; it names ``path``.
+    """
+    with suppress(FileNotFoundError):
+        os.lstat(path)  # A name that is too long.
+    with suppress(_DraftRemoved), atomic_file(path):
+        raise _DraftRemoved
+
+
+class _DraftRemoved(Exception):
+    """Leaves `atomic_file` without a file."""
+
+
 def write_file(path: str | Path, data: bytes) -> None:
     """Replace the file by one with this content, or leave it as it was.
 

@@ -12,7 +12,7 @@ import zlib
 from pathlib import Path
 
 from spiraltrunk.errors import OutputError
-from spiraltrunk.files.atomic import write_file
+from spiraltrunk.files.atomic import check_place, write_file
 
 _TEXT = b"Written by spiraltrunk; SHA-256 of the rest: "
 
@@ -31,7 +31,7 @@ FORMATS = (*_COMMENTS, "png")
 
 
 def check_output_file(path: str | Path, form: str) -> None:
-    """Refuse a place where no file can be written, or where one is that must not be replaced.
+    """Refuse a place where no file can be written, or where one is that must not be replaced; nothing stays there.
 
     Args:
         path: the file.
@@ -41,6 +41,15 @@ def check_output_file(path: str | Path, form: str) -> None:
         OutputError: with the path, or that of the file in place of its folder.
     """
     target = Path(path)
+    _check_replaced(target, form)
+    try:
+        check_place(target)
+    except OSError as error:
+        raise _refuse(target, error) from None
+
+
+def _check_replaced(target: Path, form: str) -> None:
+    """Refuse a folder, a file in place of a folder, or a file that must not be replaced."""
     try:
         if target.is_dir():
             raise OutputError(f"{str(target)!r} is a folder; allowed: a file, existing or new")
@@ -68,7 +77,7 @@ def write_output_file(path: str | Path, data: bytes, form: str) -> None:
     Raises:
         OutputError: where it cannot be written, or must not be replaced.
     """
-    check_output_file(path, form)
+    _check_replaced(Path(path), form)
     try:
         write_file(path, _seal(data, form))
     except OSError as error:

@@ -49,7 +49,7 @@ def _file(poses):
         (_file({"a": {"pulls_mm": [1, 2, "3"]}}), "a list of numbers"),
         (_file({"a": {"pulls_mm": [1, 2, 3], "more": 1}}), "a list of numbers"),
         (_file({"a": {"pulls_mm": [1, 2]}}), "has 2 pulls; allowed: 3"),
-        (_file({"a": {"pulls_mm": [1, 400, 3]}}), r"pull of cable 1 is 400 mm; allowed: -20 to 80 mm"),
+        (_file({"a": {"pulls_mm": [1, 400, 3]}}), r"pull of cable 2 is 400 mm; allowed: -20 to 80 mm"),
         (_file({"a": {"pulls_mm": [1, float("nan"), 3]}}), "holds NaN"),
         (_file({"a": {"pulls_mm": [1, 10**400, 3]}}), "numbers"),
         (_file({"": {"pulls_mm": [1, 2, 3]}}), "name of a pose"),
@@ -99,7 +99,7 @@ def test_a_folder_cannot_be_written(tmp_path):
 
 
 def test_a_pose_that_does_not_fit_the_design():
-    with pytest.raises(DriveError, match="cable 0"):
+    with pytest.raises(DriveError, match=r"pull of cable 1 is 90 mm; allowed: -20 to 80 mm"):
         check_pose(Pose("far", (0.09, 0.0, 0.0)), LIMITS)
     for pulls in ((float("nan"), 0.0, 0.0), [0.0], (20.0,)):
         with pytest.raises(DesignError):

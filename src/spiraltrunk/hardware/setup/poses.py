@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, NoReturn, final
 
 from spiraltrunk.checks import check_numbers, check_text
 from spiraltrunk.errors import DesignError, DriveError, OutputError, SpiralTrunkError, UnknownName, describe
-from spiraltrunk.files.atomic import write_text
+from spiraltrunk.files.atomic import check_place, write_text
 from spiraltrunk.files.text_lines import check_regular
 
 FORMAT = "spiraltrunk poses 1"
@@ -22,6 +22,8 @@ SIZE_MAX = 1_000_000
 """Largest file that is read [bytes] (ours)."""
 NAME_MAX = 60
 """Longest name [characters] (ours)."""
+HINT = "`drive pose NAME --save MM MM MM`, with the length of each cable,"
+"""Command that saves a pose."""
 
 
 @final
@@ -57,7 +59,7 @@ def check_pose(pose: Pose, limits: PullLimits) -> None:
     """
     if len(pose.pulls) != len(limits.least):
         raise DriveError(f"pose {pose.name!r} has {len(pose.pulls)} pulls; allowed: {len(limits.least)}, one per cable")
-    for cable, (pull, least, most) in enumerate(zip(pose.pulls, *limits, strict=True)):
+    for cable, (pull, least, most) in enumerate(zip(pose.pulls, *limits, strict=True), start=1):
         if not least <= pull <= most:
             raise DriveError(
                 f"pose {pose.name!r}: pull of cable {cable} is {1e3 * pull:g} mm; "
@@ -73,7 +75,7 @@ def find_pose(poses: Mapping[str, Pose], name: str) -> Pose:
         UnknownName: with the names that exist.
     """
     if not poses:
-        raise DriveError(f"unknown pose {describe(name)}; known: none yet, `drive pose NAME --save` saves one")
+        raise DriveError(f"unknown pose {describe(name)}; known: none yet, {HINT} saves one")
     if name not in poses:
         raise UnknownName("pose", name, sorted(poses))
     return poses[name]
@@ -92,7 +94,7 @@ def load_poses(path: str | Path, limits: PullLimits) -> dict[str, Pose]:
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        allowed = "allowed: a file of poses, which `drive pose NAME --save` makes"
+        allowed = f"allowed: a file of poses, which {HINT} makes"
         raise DriveError(f"{describe(str(path))} cannot be read: {_explain(error)}; {allowed}") from error
     try:
         poses = _read_poses(data)
@@ -123,8 +125,24 @@ def write_poses(path: str | Path, poses: Mapping[str, Pose]) -> None:
     try:
         write_text(path, text + "\n")
     except OSError as error:
-        allowed = "allowed: a file in a folder that can be written"
-        raise OutputError(f"{describe(str(path))} cannot be written: {_explain(error)}; {allowed}") from error
+        raise _refuse_place(path, error) from error
+
+
+def check_poses_place(path: str | Path) -> None:
+    """Refuse a place where no file can be written; nothing stays there.
+
+    Raises:
+        OutputError: with the place and the reason.
+    """
+    try:
+        check_place(path)
+    except OSError as error:
+        raise _refuse_place(path, error) from error
+
+
+def _refuse_place(path: str | Path, error: OSError) -> OutputError:
+    allowed = "allowed: a file in a folder that can be written"
+    return OutputError(f"{describe(str(path))} cannot be written: {_explain(error)}; {allowed}")
 
 
 def save_pose(path: str | Path, pose: Pose, limits: PullLimits) -> None:

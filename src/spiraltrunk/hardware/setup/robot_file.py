@@ -6,6 +6,8 @@ It names ports, but opens none. It can lower limits of the design and of the mot
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -13,6 +15,7 @@ from typing import Any, final
 
 from spiraltrunk.checks import check_number, check_numbers, check_text, check_type
 from spiraltrunk.design.schema import MILLI, MOST_BYTES, Key, Kind, convert_error, parse_toml, read_table
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, DriveError, Unquoted
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.files.text_lines import check_regular
@@ -82,7 +85,7 @@ class MotorSetup:
             got = Unquoted(str(list(self.directions)))
             raise DesignError("motors.directions", got=got, allowed=f"{len(self.ids)} numbers, each 1 or -1")
         if self.period is not None:
-            check_number("motors.period", self.period, least=self.data_sheet.period, most=0.05)
+            check_number("motors.period", self.period, least=self.data_sheet.period, below=math.inf)
         if self.feedback_period is not None:
             if (least := self.data_sheet.feedback_period) is None:
                 allowed = f"none: motors of the family {self.family} are asked for their feedback"
@@ -268,8 +271,8 @@ def format_example() -> str:
     return _EXAMPLE
 
 
-def load_robot_file(path: str | Path) -> RobotFile:
-    """The robot of that TOML file.
+def load_robot_file(path: str | Path, design: TrunkDesign | None = None) -> RobotFile:
+    """The robot of that TOML file; where its ``design`` is given, with one motor for each of its cables.
 
     Raises:
         DesignError: for a file that cannot be read, is not TOML, or says what cannot be; it names the key.
@@ -280,7 +283,7 @@ def load_robot_file(path: str | Path) -> RobotFile:
         check_regular(place)
         with place.open("rb") as file:
             data = file.read(MOST_BYTES + 1)
-        return parse_robot_file(data, source=str(path))
+        return parse_robot_file(data, source=str(path), design=design)
     except DesignError:
         raise
     except (OSError, ValueError) as error:
@@ -288,7 +291,7 @@ def load_robot_file(path: str | Path) -> RobotFile:
         raise DesignError("robot", got=str(path), allowed=f"a robot file in TOML; {reason}") from error
 
 
-def parse_robot_file(data: bytes, *, source: str) -> RobotFile:
+def parse_robot_file(data: bytes, *, source: str, design: TrunkDesign | None = None) -> RobotFile:
     """`load_robot_file` from bytes, which errors call ``source``.
 
     Raises:
@@ -297,12 +300,12 @@ def parse_robot_file(data: bytes, *, source: str) -> RobotFile:
     """
     document = parse_toml(data)
     try:
-        return _assemble(document)
+        return _assemble(document, design)
     except DesignError as error:
         raise _as_typed(error, source) from None
 
 
-def _assemble(document: dict[str, Any]) -> RobotFile:
+def _assemble(document: dict[str, Any], design: TrunkDesign | None) -> RobotFile:
     parts = [table for table in TABLES if table]
     top = {name: value for name, value in document.items() if name not in parts}
     values = read_table("", top, TABLES[""], ["schema", *(f"[{part}]" for part in parts)])
@@ -311,7 +314,10 @@ def _assemble(document: dict[str, Any]) -> RobotFile:
     for part in parts:
         if part in document:
             keys = TABLES[part]
-            values[part] = keys[0].owner(**read_table(part, document[part], keys))
+            fields = read_table(part, document[part], keys)
+            if part == "motors" and design is not None:  # First: other arrays are as long as that of the ids.
+                check_motor_count(fields["ids"], design)
+            values[part] = keys[0].owner(**fields)
     return RobotFile(**values)
 
 
@@ -326,6 +332,17 @@ def _as_typed(error: DesignError, source: str) -> DesignError:
                     got = Unquoted(f"{float(got) / float(key.unit):g}")
                 error = convert_error(error, f"{table}.{key.name}{bracket}{index}", key.unit, got)
     return DesignError(error.name, got=error.got, allowed=error.allowed, file=source)
+
+
+def check_motor_count(ids: Sequence[int], design: TrunkDesign) -> None:
+    """Refuse another number of motors than the design has cables.
+
+    Raises:
+        DesignError: with both numbers.
+    """
+    if len(ids) != design.n_cable:
+        allowed = f"{design.n_cable}, one for each cable of {design.name}"
+        raise DesignError("motors.ids", got=Unquoted(f"{len(ids)} ids"), allowed=allowed)
 
 
 def check_arm(arm: str) -> tuple[str, str] | None:

@@ -8,7 +8,7 @@ from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.hardware.safety.limits import SafetyLimits
-from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile, load_robot_file
+from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile, check_motor_count, load_robot_file
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS
 from spiraltrunk.hardware.winder.limits import WinderLimits
@@ -16,6 +16,9 @@ from spiraltrunk.hardware.winder.winder import Winder, build_winder
 
 PERIOD = 0.002
 """Period of control of motors that allow it [s]: 500 Hz."""
+
+_KEYS = {"winder.period": "motors.period_ms", "winder.tension_floor": "cables.tension_floor_n"}
+"""Keys of a robot file, by the fields of a winder that they set."""
 
 
 def choose_period(motors: MotorSetup) -> float:
@@ -39,17 +42,16 @@ def build_winders(design: TrunkDesign, file: RobotFile) -> list[Winder]:
     Raises:
         DesignError: where the file has another number of motors than the design has cables, or a limit that is none.
     """
-    count = len(file.motors.ids)
-    if count != design.n_cable:
-        raise DesignError(
-            "motors.ids", got=Unquoted(f"{count} ids"), allowed=f"{design.n_cable}, one for each cable of {design.name}"
-        )
+    check_motor_count(file.motors.ids, design)
     drum = DrumGeometry(design=size_drum(design))
-    winder = build_winder(
-        design, file.motors.data_sheet, drum, choose_period(file.motors),
-        stiffness=choose_stiffness(file.cables), tension_floor=file.cables.tension_floor,
-    )  # fmt: skip
-    return [replace(winder, limits=lower_limits(winder.limits, file.cables))] * count
+    try:
+        winder = build_winder(
+            design, file.motors.data_sheet, drum, choose_period(file.motors),
+            stiffness=choose_stiffness(file.cables), tension_floor=file.cables.tension_floor,
+        )  # fmt: skip
+    except DesignError as error:
+        raise DesignError(_KEYS.get(error.name, error.name), got=error.got, allowed=error.allowed) from None
+    return [replace(winder, limits=lower_limits(winder.limits, file.cables))] * design.n_cable
 
 
 def load_fitting_file(path: str, design: TrunkDesign) -> RobotFile:
@@ -58,7 +60,7 @@ def load_fitting_file(path: str, design: TrunkDesign) -> RobotFile:
     Raises:
         DesignError: where it cannot be read, or does not fit.
     """
-    file = load_robot_file(path)
+    file = load_robot_file(path, design)
     try:
         build_winders(design, file)
     except DesignError as error:

@@ -62,7 +62,7 @@ def derive_gains(period: float, inertia: float, radius: float, stiffness: float 
     Raises:
         DesignError: where a value is out of its range, or the period is too long for the resonance.
     """
-    check_number("winder.period", period, least=1e-4, most=0.1)
+    check_number("winder.period", period, least=1e-4, below=math.inf)
     check_number("winder.inertia", inertia, least=1e-7, most=10.0)
     check_number("winder.radius", radius, least=1e-3, most=1.0)
     check_number("winder.stiffness", stiffness, least=1.0, most=1e7)
@@ -71,9 +71,11 @@ def derive_gains(period: float, inertia: float, radius: float, stiffness: float 
         most = PHASE_MOST / (LATENCY * resonance)
         raise DesignError(
             "winder.period", got=Unquoted(f"{1e3 * period:g} ms"),
-            allowed=f"at most {1e3 * most:.2g} ms: rotor and cable resonate at {resonance / (2 * math.pi):.3g} Hz; "
+            allowed=f"at most {math.floor(1e4 * most) / 10:g} ms: "
+            f"rotor and cable resonate at {resonance / (2 * math.pi):.3g} Hz; "
             "a shorter period, a smaller drum or a softer cable",
         )  # fmt: skip
+    check_number("winder.period", period, most=0.1)
     crossover = 1 / (2 * latency)
     speed = _SPEED * crossover
     return WinderGains(

@@ -69,14 +69,19 @@ def build_limits(
         DesignError: where the floor is out of its range, or the motor is too weak for twice the floor.
     """
     innermost = drum.design.winding_radius
+    is_given = tension_floor is not None
     if tension_floor is None:
         tension_floor = max(TENSION_FLOOR, FLOOR_MARGIN * (1 - FRICTION_SHARE) * motor.rotor_friction / innermost)
     check_number("winder.tension_floor", tension_floor, above=0.0, below=100.0)
     strongest = (motor.torque_max - motor.rotor_friction) / drum.radius_max
     ceiling = min(design.cable.tension_max, strongest)
     if not ceiling >= 2 * tension_floor:
-        got = Unquoted(f"{ceiling:.3g} N at most with {motor.name} on {1e3 * drum.radius_max:.1f} mm")
-        raise DesignError("winder.tension", got=got, allowed=f"at least twice the floor of {tension_floor:g} N")
+        most = f"{ceiling:.3g} N at most with {motor.name} on {1e3 * drum.radius_max:.1f} mm"
+        if is_given:
+            allowed = f"up to {ceiling / 2:.3g} N, half of the tension of {most}"
+            raise DesignError("winder.tension_floor", got=Unquoted(f"{tension_floor:g} N"), allowed=allowed)
+        allowed = f"at least twice the floor of {tension_floor:g} N"
+        raise DesignError("winder.tension", got=Unquoted(most), allowed=allowed)
     speed_max = SPEED_SHARE * motor.speed_max * innermost
     return WinderLimits(
         tension_floor=tension_floor, tension_max=design.cable.tension_max, tension_ceiling=ceiling,

@@ -140,7 +140,7 @@ def build_winder(
         DesignError: where the period is shorter than the motor's bus allows, or limits or gains cannot be met.
     """
     motor = motor if friction is None else replace(motor, rotor_friction=friction)
-    check_number("winder.period", period, least=motor.period, most=0.1)
+    check_number("winder.period", period, least=motor.period, below=math.inf)
     check_number("winder.friction", motor.rotor_friction, least=0.0, most=motor.torque_max)
     return Winder(
         drum=drum, limits=build_limits(design, drum, motor, tension_floor),

@@ -8,16 +8,24 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from spiraltrunk.cli.arguments import Parser, read_count, read_number, read_seed, read_text
-from spiraltrunk.cli.output import DONE, Answer, UsageError, complain, format_json
-from spiraltrunk.cli.verbs.drive.move_check import check_jog, check_lengths, check_move, warn_short
-from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, check_name, save_pose
+from spiraltrunk.cli.output import DONE, Answer, UsageError, complain, format_count, format_json
+from spiraltrunk.cli.verbs.drive.figures import format_figure
+from spiraltrunk.cli.verbs.drive.move_check import (
+    SPEED,
+    TENSION,
+    MoveSettings,
+    check_jog,
+    check_lengths,
+    list_distances,
+    read_move,
+    warn_short,
+    warn_short_steps,
+)
+from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, check_save, save_pose
 from spiraltrunk.cli.verbs.drive.robot import compute_state, open_robot
 
 if TYPE_CHECKING:
     from spiraltrunk.workflows.drive.robot import Robot
-
-_TENSION = 20.0
-"""Largest tension of a move, unless given [N] (ours): curls the paper's trunk half."""
 
 
 def add_action(actions: Any, name: str, run: Callable[[argparse.Namespace], Answer], what: str) -> Parser:
@@ -82,10 +90,13 @@ def add_protocol(actions: Any, name: str) -> None:
 def add_move(parser: Parser) -> None:
     """Add how cables are moved."""
     parser.add_argument(
-        "--tension-n", type=read_number, default=_TENSION, metavar="N",
-        help=f"largest tension of each cable (default {_TENSION:g})",
+        "--tension-n", type=read_number, metavar="N",
+        help=f"largest tension of each cable (default {TENSION:g}, or the limit of --robot where that is lower)",
     )  # fmt: skip
-    parser.add_argument("--speed-mm-s", type=read_number, default=20.0, metavar="V", help="speed (default 20)")
+    parser.add_argument(
+        "--speed-mm-s", type=read_number, metavar="V",
+        help=f"speed (default {SPEED:g}, or the limit of --robot where that is lower)",
+    )  # fmt: skip
     parser.add_argument(
         "--hold-s", type=read_number, default=1.0, metavar="S", help="time for which the end is held (default 1)"
     )
@@ -107,12 +118,12 @@ def _pull(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
 
     design = load_design(arguments.design)
-    check_move(arguments, design)
+    settings = read_move(arguments, design)
     check_lengths(design, arguments.pulls_mm)
     with open_robot(arguments) as robot:
         robot.prepare()
         pulls = [1e-3 * pull for pull in arguments.pulls_mm]
-        move(arguments, robot, pulls)
+        move(robot, pulls, settings)
         warn_short(robot, pulls)
         return answer(arguments, robot)
 
@@ -122,17 +133,17 @@ def _jog(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
 
     design = load_design(arguments.design)
-    check_move(arguments, design)
+    settings = read_move(arguments, design)
     if arguments.save is not None:
-        check_name(arguments, design, arguments.save)
+        check_save(arguments, design, arguments.save)
     if arguments.gamepad is not None:
-        return _jog_with_gamepad(arguments)
+        return _jog_with_gamepad(arguments, settings)
     check_jog(design, arguments.cable, arguments.way_mm)
     with open_robot(arguments) as robot:
         robot.prepare()
         pulls = robot.read_pulls()
         pulls[arguments.cable - 1] += 1e-3 * arguments.way_mm
-        move(arguments, robot, pulls)
+        move(robot, pulls, settings)
         warn_short(robot, pulls)
         _save(arguments, robot)
         return answer(arguments, robot)
@@ -149,13 +160,13 @@ def _check_jog_given(arguments: argparse.Namespace) -> None:
     raise UsageError(f"{told} given{missing}; allowed: a cable and a length to wind in, or --gamepad alone")
 
 
-def _jog_with_gamepad(arguments: argparse.Namespace) -> Answer:
+def _jog_with_gamepad(arguments: argparse.Namespace, settings: MoveSettings) -> Answer:
     from spiraltrunk.hardware.gamepad import Gamepad
     from spiraltrunk.workflows.drive.gamepad_jog import jog_with_gamepad
 
     with Gamepad(arguments.gamepad) as gamepad, open_robot(arguments, is_real_time=True) as robot:
         robot.prepare()
-        complain(jog_with_gamepad(robot, gamepad, tension=arguments.tension_n), DONE)
+        complain(jog_with_gamepad(robot, gamepad, tension=settings.tension), DONE)
         _save(arguments, robot)
         return answer(arguments, robot)
 
@@ -172,26 +183,28 @@ def _protocol(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.mocap.protocol.toml import load_protocol
 
     protocol = load_protocol(arguments.protocol)
-    check_move(arguments, load_design(arguments.design))
+    settings = read_move(arguments, load_design(arguments.design))
     steps = []
     with open_robot(arguments) as robot:
         schedule = build_schedule(robot.design, protocol, protocol.run(arguments.run_name))
         robot.prepare()
         for pull in schedule.pull.tolist():
-            move(arguments, robot, pull)
+            move(robot, pull, settings)
             cables = robot.driver.snapshot().cables
             steps.append(
                 {
-                    "pull_mm": [1e3 * one for one in robot.read_pulls()], "target_mm": [1e3 * one for one in pull],
+                    "pull_mm": [1e3 * one + 0.0 for one in robot.read_pulls()],
+                    "target_mm": [1e3 * one for one in pull],
                     "tension_n": [cable.tension for cable in cables],
                 }
-            )  # fmt: skip
+            )
+        warn_short_steps(steps)
         return answer(arguments, robot, steps)
 
 
-def move(arguments: argparse.Namespace, robot: Robot, pulls: list[float]) -> None:
-    """Wind the cables to these pulls [m], as the arguments of `add_move` say."""
-    robot.pull_to(pulls, tension=arguments.tension_n, speed=1e-3 * arguments.speed_mm_s, hold=float(arguments.hold_s))
+def move(robot: Robot, pulls: list[float], settings: MoveSettings) -> None:
+    """Wind the cables to these pulls [m]."""
+    robot.pull_to(pulls, tension=settings.tension, speed=settings.speed, hold=settings.hold)
 
 
 def answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, Any]] | None = None) -> Answer:
@@ -203,7 +216,7 @@ def answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, An
     from spiraltrunk.report import format_table
 
     rows: list[tuple[str, ...]] = [
-        (str(number), f"{cable['pull_mm']:.1f}", f"{cable['tension_n']:.1f}", _format_warmth(cable))
+        (str(number), format_figure(cable["pull_mm"], 1), format_figure(cable["tension_n"], 1), _format_warmth(cable))
         for number, cable in enumerate(state["cables"], start=1)
     ]
     header: tuple[str, ...] = ("cable", "pull [mm]", "tension [N]", "motor [degC]")
@@ -212,13 +225,9 @@ def answer(arguments: argparse.Namespace, robot: Robot, steps: list[dict[str, An
         rows = [(*row, _format_cell(cable)) for row, cable in zip(rows, state["cables"], strict=True)]
     title = f"{state['bus']}: {state['mode']}, {'homed' if state['is_homed'] else 'not homed'}\n"
     if steps is not None:
-        worst = max(
-            abs(is_ - should)
-            for step in steps
-            for is_, should in zip(step["pull_mm"], step["target_mm"], strict=True)
-            if should == should
-        )
-        title = f"{len(steps)} steps, pulls within {worst:.2f} mm of their targets\n{title}"
+        distances = [one for cable in range(len(rows)) for _, one in list_distances(steps, cable)]
+        told = f", pulls within {max(distances):.2f} mm of their targets" if distances else ", all cables free"
+        title = f"{format_count(len(steps), 'step')}{told}\n{title}"
     return DONE, "\n".join([format_table(rows, header=header, title=title, indent=2), *_list_notes(state)])
 
 
@@ -236,11 +245,11 @@ def _list_notes(state: dict[str, Any]) -> list[str]:
 
 def _format_warmth(cable: dict[str, Any]) -> str:
     """Temperature of a cable's motor."""
-    return "-" if math.isnan(cable["temperature_degc"]) else f"{cable['temperature_degc']:.0f}"
+    return format_figure(cable["temperature_degc"], 0)
 
 
 def _format_cell(cable: dict[str, Any]) -> str:
     """Reading of a cable's load cell."""
     if cable["load_cell_age_ms"] is None:
         return "-"
-    return "none" if cable["load_cell_n"] is None else f"{cable['load_cell_n']:.2f}"
+    return "none" if cable["load_cell_n"] is None else format_figure(cable["load_cell_n"], 2)

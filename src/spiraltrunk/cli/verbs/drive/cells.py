@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from spiraltrunk.cli.arguments import read_count, read_number
 from spiraltrunk.cli.output import DONE, Answer, UsageError, format_json
 from spiraltrunk.cli.verbs.drive.actions import add_action
+from spiraltrunk.cli.verbs.drive.figures import format_figure
 from spiraltrunk.cli.verbs.drive.robot import load_wiring, open_robot
 
 if TYPE_CHECKING:
@@ -29,7 +30,8 @@ def _cells(arguments: argparse.Namespace) -> Answer:
     from spiraltrunk.design import load_design
     from spiraltrunk.workflows.drive.cell_calibration import check_steady, compute_scale, measure_cells
 
-    file, design = load_wiring(arguments), load_design(arguments.design)
+    design = load_design(arguments.design)
+    file = load_wiring(arguments, design)
     if file is None or file.load_cells is None:
         raise UsageError("no load cells given; allowed: --robot FILE with a table [load_cells]")
     settings = file.load_cells.build_settings(design.n_cable)
@@ -85,11 +87,11 @@ def _answer(
     from spiraltrunk.report import format_table
 
     pairs = zip(cables, readings, strict=True)
-    rows = [(str(cable), f"{reading.mean:.2f}", f"{reading.noise:.2f}") for cable, reading in pairs]
+    rows = [(str(cable), format_figure(reading.mean, 2), format_figure(reading.noise, 2)) for cable, reading in pairs]
     table = format_table(rows, header=("cable", "reads [N]", "noise [N]"), title="", indent=2)
     lines = f"cables = {cables}\noffsets_n = {_format(offsets, 3)}\nscales = {_format(scales, 4)}"
     return DONE, f"{table}\n\n[load_cells]\n{lines}"
 
 
 def _format(numbers: Sequence[float], digits: int) -> str:
-    return f"[{', '.join(f'{number:.{digits}f}' for number in numbers)}]"
+    return f"[{', '.join(format_figure(number, digits) for number in numbers)}]"

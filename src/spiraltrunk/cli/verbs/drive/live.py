@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
 from spiraltrunk.cli.progress import print_progress
+from spiraltrunk.cli.verbs.drive.figures import format_figure
 
 if TYPE_CHECKING:
     from spiraltrunk.hardware.driver.snapshot import Snapshot
@@ -43,25 +43,29 @@ def show_robot(robot: Robot, stream: TextIO | None) -> Iterator[None]:
     from rich.live import Live
 
     console = Console(file=stream)
+    began = robot.clock.now()
     with Live(console=console, transient=True, auto_refresh=False) as live:
         shown = [0.0]
 
         def draw(driver: Driver) -> None:
             if time.monotonic() >= shown[0] + _REFRESH:
                 shown[0] = time.monotonic()
-                live.update(draw_table(driver.snapshot(), console.width), refresh=True)
+                live.update(draw_table(driver.snapshot(), console.width, began=began), refresh=True)
 
         robot.watch = draw
         yield
 
 
-def draw_table(snapshot: Snapshot, width: int = 80) -> Any:
-    """The robot's state for a terminal of so many columns: its mode, one line a cable, faults and warnings."""
+def draw_table(snapshot: Snapshot, width: int = 80, *, began: float = 0.0) -> Any:
+    """The robot's state for a terminal of so many columns: its mode, one line a cable, faults and warnings.
+
+    ``began`` is the time of the robot's clock at which the command began [s]; the time shown is counted from it.
+    """
     from rich.console import Group
     from rich.text import Text
 
     state = "letting go" if snapshot.is_letting_go else snapshot.mode.value
-    head = Text(f"{state}, {snapshot.time:.1f} s", style="bold")
+    head = Text(f"{state}, {max(snapshot.time - began, 0.0):.1f} s", style="bold")
     return Group(
         head, _build_rows(snapshot, is_narrow=width < _WIDE), *_describe_cells(snapshot),
         _describe_loop(snapshot, width), *_list_trouble(snapshot),
@@ -77,15 +81,11 @@ def _build_rows(snapshot: Snapshot, *, is_narrow: bool) -> Any:
     for title in _NARROW_TITLES if is_narrow else _TITLES:
         table.add_column(Text(title), justify="right", no_wrap=True)
     for number, cable in enumerate(snapshot.cables, start=1):
-        pull = f"{1e3 * cable.pull:.1f}" if snapshot.is_homed else "-"
-        tensions = (_format(figure, 1) for figure in (cable.tension, cable.tension_target))
-        rest = (_format(figure, 0) for figure in (cable.temperature, 1e3 * cable.feedback_age))
+        pull = format_figure(1e3 * cable.pull, 1) if snapshot.is_homed else "-"
+        tensions = (format_figure(figure, 1) for figure in (cable.tension, cable.tension_target))
+        rest = (format_figure(figure, 0) for figure in (cable.temperature, 1e3 * cable.feedback_age))
         table.add_row(str(number), pull, *tensions, *rest)
     return table
-
-
-def _format(figure: float, digits: int) -> str:
-    return f"{figure:.{digits}f}" if math.isfinite(figure) else "-"
 
 
 def _describe_cells(snapshot: Snapshot) -> list[Any]:
@@ -93,7 +93,7 @@ def _describe_cells(snapshot: Snapshot) -> list[Any]:
     from rich.text import Text
 
     ages = [(i, cable.cell_age) for i, cable in enumerate(snapshot.cables, start=1) if cable.cell_age is not None]
-    told = ", ".join(f"{i} ({_format(1e3 * age, 0)} ms)" for i, age in ages)
+    told = ", ".join(f"{i} ({format_figure(1e3 * age, 0)} ms)" for i, age in ages)
     return [Text(f"load cells: {told}")] if ages else []
 
 

@@ -1,13 +1,14 @@
-"""Arguments of moves, checked before a port is opened or a motor turns, and the warning of a move that ends short."""
+"""Arguments of moves, checked before a port is opened or a motor turns, and warnings of moves that end short."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, final
 
-from spiraltrunk.cli.output import DONE, UsageError, complain, format_count
+from spiraltrunk.cli.output import DONE, UsageError, complain, format_count, quote
 
 if TYPE_CHECKING:
     from spiraltrunk.design.trunk import TrunkDesign
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 SPEED_LEAST, SPEED_MOST = 0.1, 300.0
 """Speeds of a move [mm/s] (ours): nobody waits for less, and no GM6020 on the design's drum follows more."""
 
+TENSION, SPEED = 20.0, 20.0
+"""Largest tension of a move [N] and its speed [mm/s], unless given (ours): the tension curls the paper's trunk half."""
+
 HOLD_MOST = 3600.0
 """Longest time at the end of a move [s] (ours)."""
 
@@ -23,20 +27,60 @@ SHORT = 0.5
 """Distance from the target at the end of a move above which there is a warning [mm] (ours)."""
 
 
-def check_move(arguments: argparse.Namespace, design: TrunkDesign) -> None:
-    """Refuse tension, speed and hold that no move has.
+@final
+@dataclass(frozen=True, kw_only=True)
+class MoveSettings:
+    """How cables are moved."""
+
+    tension: float
+    """Largest tension of each cable [N]."""
+    speed: float
+    """Speed of the cable with the longest way [m/s]."""
+    hold: float
+    """Time for which the end is held [s]."""
+
+
+class _Limit(NamedTuple):
+    """Largest value of an option, and where it is from."""
+
+    most: float
+    unit: str
+
+
+def read_move(arguments: argparse.Namespace, design: TrunkDesign) -> MoveSettings:
+    """Tension, speed and hold of a move; what was not given is `TENSION` and `SPEED`, or the limit where that is lower.
 
     Raises:
-        UsageError: with the option, what was given and what is allowed.
+        UsageError: with the option, what was given and what is allowed by the design and the file of ``--robot``.
+        DesignError: for a robot file that does not fit.
     """
-    most = design.cable.tension_max
-    for option, value, least, largest, unit in (
-        ("--tension-n", arguments.tension_n, 0.0, most, "N, the largest of the design"),
-        ("--speed-mm-s", arguments.speed_mm_s, SPEED_LEAST, SPEED_MOST, "mm/s"),
-        ("--hold-s", arguments.hold_s, 0.0, HOLD_MOST, "s"),
+    tension, speed = _find_limits(arguments, design)
+    tension_n = min(TENSION, tension.most) if arguments.tension_n is None else arguments.tension_n
+    speed_mm_s = min(SPEED, speed.most) if arguments.speed_mm_s is None else arguments.speed_mm_s
+    for option, value, least, limit in (
+        ("--tension-n", tension_n, 0.0, tension),
+        ("--speed-mm-s", speed_mm_s, SPEED_LEAST, speed),
+        ("--hold-s", arguments.hold_s, 0.0, _Limit(HOLD_MOST, "s")),
     ):
-        if not least <= value <= largest:
-            raise UsageError(f"{option} is {value:g}; allowed: {least:g} to {largest:g} {unit}")
+        if not least <= value <= limit.most:
+            raise UsageError(f"{option} is {value:g}; allowed: {least:g} to {limit.most:g} {limit.unit}")
+    return MoveSettings(tension=tension_n, speed=1e-3 * speed_mm_s, hold=float(arguments.hold_s))
+
+
+def _find_limits(arguments: argparse.Namespace, design: TrunkDesign) -> tuple[_Limit, _Limit]:
+    """Largest tension [N] and speed [mm/s]: those of the design, lowered where the file of ``--robot`` says so."""
+    from spiraltrunk.cli.verbs.drive.robot import load_wiring
+
+    tension, speed = _Limit(design.cable.tension_max, "N, the largest of the design"), _Limit(SPEED_MOST, "mm/s")
+    file = load_wiring(arguments, design)
+    if file is None:
+        return tension, speed
+    where = f"of {quote(arguments.robot)}"
+    if file.cables.tension_max is not None:
+        tension = _Limit(file.cables.tension_max, f"N, the tension_max_n {where}")
+    if file.cables.speed_max is not None and 1e3 * file.cables.speed_max < SPEED_MOST:
+        speed = _Limit(round(1e3 * file.cables.speed_max, 9), f"mm/s, the speed_max_mm_s {where}")
+    return tension, speed
 
 
 def check_lengths(design: TrunkDesign, lengths_mm: Sequence[float]) -> None:
@@ -78,10 +122,33 @@ def check_jog(design: TrunkDesign, cable: int, way_mm: float) -> None:
         )
 
 
+_CAUSE = "the tension is at its limit, or friction holds it"
+"""Why a cable ends away from its target."""
+
+
 def warn_short(robot: Robot, pulls: Sequence[float]) -> None:
     """Warn of each cable that ended away from its target [m], held by its largest tension or by friction."""
     for number, (is_, wanted) in enumerate(zip(robot.read_pulls(), pulls, strict=True), start=1):
         left = 1e3 * (wanted - is_)
         if not math.isnan(left) and abs(left) > SHORT:
             text = f"cable {number} ended at {1e3 * is_:.1f} mm, {abs(left):.1f} mm from its target"
-            complain(f"{text}: the tension is at its limit, or friction holds it", DONE)
+            complain(f"{text}: {_CAUSE}", DONE)
+
+
+def warn_short_steps(steps: Sequence[dict[str, Any]]) -> None:
+    """Warn of each cable that ended steps of a protocol away from its targets, with the step where it was farthest."""
+    for cable in range(len(steps[0]["target_mm"])):
+        missed = {number: distance for number, distance in list_distances(steps, cable) if distance > SHORT}
+        if missed:
+            worst = max(missed, key=lambda number: missed[number])
+            where = f"most in step {worst}, {missed[worst]:.1f} mm at {steps[worst - 1]['pull_mm'][cable]:.1f} mm"
+            text = f"cable {cable + 1} ended {len(missed)} of {format_count(len(steps), 'step')} away from its target"
+            complain(f"{text}, {where}: {_CAUSE}", DONE)
+
+
+def list_distances(steps: Sequence[dict[str, Any]], cable: int) -> Iterator[tuple[int, float]]:
+    """Steps, counted from 1, in which a cable is not free, each with its distance from the target at the end [mm]."""
+    for number, step in enumerate(steps, start=1):
+        distance = abs(step["pull_mm"][cable] - step["target_mm"][cable])
+        if not math.isnan(distance):
+            yield number, distance

@@ -28,17 +28,19 @@ def read_poses(arguments: argparse.Namespace, design: TrunkDesign) -> dict[str, 
     return load_poses(arguments.poses, compute_pull_limits(design))
 
 
-def check_name(arguments: argparse.Namespace, design: TrunkDesign, name: str) -> None:
-    """Refuse a name that no pose has, or a file that holds no poses, before anything moves.
+def check_save(arguments: argparse.Namespace, design: TrunkDesign, name: str) -> None:
+    """Refuse, before anything moves, what `save_pose` would refuse after it.
 
     Raises:
-        DesignError: for the name.
-        DriveError: for the file.
+        DesignError: for a name that no pose has.
+        DriveError: for a file that holds no poses.
+        OutputError: for a file that cannot be written.
     """
-    from spiraltrunk.hardware.setup.poses import Pose
+    from spiraltrunk.hardware.setup.poses import Pose, check_poses_place
 
     Pose(name, ())
     read_poses(arguments, design)
+    check_poses_place(arguments.poses)
 
 
 def save_pose(arguments: argparse.Namespace, design: TrunkDesign, pulls: Sequence[float], name: str) -> None:

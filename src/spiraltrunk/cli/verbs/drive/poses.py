@@ -6,9 +6,9 @@ import argparse
 from typing import Any
 
 from spiraltrunk.cli.arguments import read_number, read_text
-from spiraltrunk.cli.output import DONE, Answer, UsageError, format_count, format_json
+from spiraltrunk.cli.output import DONE, Answer, format_json
 from spiraltrunk.cli.verbs.drive.actions import add_action, add_move, answer, move
-from spiraltrunk.cli.verbs.drive.move_check import check_move, warn_short
+from spiraltrunk.cli.verbs.drive.move_check import check_lengths, read_move, warn_short
 from spiraltrunk.cli.verbs.drive.pose_file import add_poses_file, read_poses, save_pose
 from spiraltrunk.cli.verbs.drive.robot import open_robot
 
@@ -36,18 +36,19 @@ def _pose(arguments: argparse.Namespace) -> Answer:
 
     design = load_design(arguments.design)
     if arguments.save is not None:
-        if len(arguments.save) != design.n_cable:
-            raise UsageError(
-                f"{format_count(len(arguments.save), 'length')} given; allowed: {design.n_cable}, one for each cable"
-            )
+        check_lengths(design, arguments.save)
         save_pose(arguments, design, [1e-3 * pull for pull in arguments.save], arguments.pose)
-        told = {"saved": arguments.pose, "pull_mm": [float(pull) for pull in arguments.save], "file": arguments.poses}
+        told = {
+            "saved": arguments.pose,
+            "pull_mm": [float(pull) + 0.0 for pull in arguments.save],
+            "file": arguments.poses,
+        }
         return DONE, format_json(told) if arguments.json else f"{arguments.pose} is saved in {arguments.poses}"
-    check_move(arguments, design)
+    settings = read_move(arguments, design)
     pose = find_pose(read_poses(arguments, design), arguments.pose)
     with open_robot(arguments) as robot:
         robot.prepare()
-        move(arguments, robot, list(pose.pulls))
+        move(robot, list(pose.pulls), settings)
         warn_short(robot, list(pose.pulls))
         return answer(arguments, robot)
 

@@ -47,18 +47,22 @@ def _build_robot(arguments: argparse.Namespace, design: TrunkDesign, *, is_real_
     if file is None:
         from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
-        is_real_time, wired = is_real_time or arguments.real_time, load_wiring(arguments)
+        is_real_time, wired = is_real_time or arguments.real_time, load_wiring(arguments, design)
         return TwinRobot(design, options=TwinOptions(seed=arguments.seed, is_real_time=is_real_time, file=wired))
     from spiraltrunk.workflows.drive.hardware_robot import HardwareRobot
 
     return HardwareRobot(design, replace(file, arm="none"), without_watchdog=arguments.without_watchdog)
 
 
-def load_wiring(arguments: argparse.Namespace) -> RobotFile | None:
-    """The robot file of the arguments, for the twin; None without one."""
-    from spiraltrunk.hardware.setup.robot_file import load_robot_file
+def load_wiring(arguments: argparse.Namespace, design: TrunkDesign) -> RobotFile | None:
+    """The robot file of the arguments; None without one. Nothing is opened.
 
-    return None if arguments.robot is None else load_robot_file(arguments.robot)
+    Raises:
+        DesignError: where it cannot be read, or does not fit the design.
+    """
+    from spiraltrunk.hardware.setup.robot_limits import load_fitting_file
+
+    return None if arguments.robot is None else load_fitting_file(arguments.robot, design)
 
 
 def read_robot_file(arguments: argparse.Namespace, design: TrunkDesign) -> RobotFile | None:
@@ -72,11 +76,8 @@ def read_robot_file(arguments: argparse.Namespace, design: TrunkDesign) -> Robot
     """
     from spiraltrunk.hardware.bus.bus_address import ALLOWED, BusKind, parse_bus_address
     from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile
-    from spiraltrunk.hardware.setup.robot_limits import load_fitting_file
 
-    bus, file = arguments.bus, None
-    if arguments.robot is not None:
-        file = load_fitting_file(arguments.robot, design)
+    bus, file = arguments.bus, load_wiring(arguments, design)
     if bus == "virtual":
         return None
     if arguments.real_time:
@@ -112,7 +113,7 @@ def compute_state(snapshot: Snapshot) -> dict[str, Any]:
         "time_s": snapshot.time,
         "cables": [
             {
-                "pull_mm": 1e3 * cable.pull,
+                "pull_mm": 1e3 * cable.pull + 0.0,  # No -0.
                 "tension_n": cable.tension,
                 "load_cell_n": cable.felt,
                 "load_cell_age_ms": None if cable.cell_age is None else 1e3 * cable.cell_age,

@@ -75,7 +75,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
             return run_on_twin(
                 design, shape, strategy=strategy, seed=arguments.seed, log=log,
                 options=TwinOptions(
-                    seed=arguments.seed, is_real_time=arguments.real_time, file=load_wiring(arguments)
+                    seed=arguments.seed, is_real_time=arguments.real_time, file=load_wiring(arguments, design)
                 ),
                 watch=lambda seen, status: progress(status.phase, 0, 0),
             )  # fmt: skip
