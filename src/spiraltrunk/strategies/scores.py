@@ -7,6 +7,9 @@ from spiraltrunk.control.strategy import Assessment
 AT_LIMIT = 0.5
 """Factor of a margin that is used up [-] (ours)."""
 
+RATE = "; rate "
+"""What stands between a reason and the rate of success."""
+
 
 def refuse(reason: str) -> Assessment:
     """The assessment of a task that the strategy cannot do."""
@@ -29,7 +32,7 @@ def accept(rate: float, factors: dict[str, float], reason: str) -> Assessment:
     score, told = rate, "".join(format_factor(name, factor) for name, factor in factors.items())
     for factor in factors.values():
         score *= factor
-    return Assessment(feasible=True, score=score, reason=f"{reason}; rate {rate:g}{told}")
+    return Assessment(feasible=True, score=score, reason=f"{reason}{RATE}{rate:g}{told}")
 
 
 def format_factor(name: str, factor: float) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import trimesh
@@ -60,6 +62,17 @@ def test_choices_and_results_are_told_in_words():
     push = Candidate(strategy="kick", feasible=True, score=0.0, reason="pushes")
     unable = Candidate(strategy="tip-grip", feasible=False, score=0.0, reason="too wide by 20 mm")
     assert describe_choice("pinch", (able, unable)) == "**pinch** can take it, predicted chance 90%: fits."
+    both = tuple(replace(able, reason=f"fits; rate 0.98{told}") for told in ("", ", times 0.92 for reach"))
+    assert describe_choice("pinch", both[:1]) == (
+        "**pinch** can take it, predicted chance 90% (the rate of success in simulation): fits."
+    )
+    assert describe_choice("pinch", both[1:]) == (
+        "**pinch** can take it, predicted chance 90% (rate of success in simulation 98%, times 0.92 for reach): fits."
+    )
+    assert format_ranking(both).splitlines()[-2:] == [
+        "- **pinch** ✓ 90%: fits",
+        "- **pinch** ✓ 90% (rate of success in simulation 98%, times 0.92 for reach): fits",
+    ]
     assert describe_choice("kick", (able, push)) == "**kick** can take it: pushes."
     assert "cannot take it: too wide by 20 mm. Best: **pinch**." in describe_choice("tip-grip", (able, unable))
     assert describe_choice("auto", (unable,)) == "No strategy of this stage can take it; try the other stage."

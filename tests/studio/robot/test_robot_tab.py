@@ -1,6 +1,7 @@
 """The Robot tab in a real browser: its main act on the twin, a second page beside it, and a page that is closed."""
 
 import time
+from dataclasses import replace
 from functools import partial
 from typing import ClassVar
 
@@ -14,9 +15,9 @@ from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.hardware.setup.poses import load_poses
 from spiraltrunk.studio.robot import hub as hub_module
 from spiraltrunk.studio.robot.hub import RobotHub
-from spiraltrunk.studio.robot.tab import RobotTab
+from spiraltrunk.studio.robot.tab import UNWATCHED, RobotTab
 from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
-from spiraltrunk.workflows.drive.remote.requests import Alive, Home, Leave, Stop
+from spiraltrunk.workflows.drive.remote.requests import Alive, Clear, Home, Leave, Stop
 from spiraltrunk.workflows.drive.remote.service import RobotService
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 
@@ -168,3 +169,24 @@ def test_the_browser_answers_and_a_second_page_can_only_stop(hub, studio, open_p
     wait_until(lambda: ("", Leave) in IdleLink.asked and not hub.owner)
     press(other, "Take control")
     wait_until(lambda: hub.owner == "page 2")
+
+
+class TrippedLink(IdleLink):
+    """A link to a robot that is safe, and whose board's watchdog has tripped."""
+
+    def start(self):
+        robot = TwinRobot(self.setup.design)
+        robot.run(0.1)
+        state = RobotService(robot).read_state(0.0)
+        for instant in np.arange(9) * UNWATCHED / 4:
+            self._on_state(replace(state, snapshot=replace(state.snapshot, time=instant, is_watched=False)))
+        robot.close()
+
+
+def test_a_board_that_has_tripped_is_cleared_while_the_robot_is_safe(hub, studio, open_page, monkeypatch):
+    monkeypatch.setattr(hub_module, "RobotLink", TrippedLink)
+    IdleLink.asked.clear()
+    page = open_page(studio([partial(RobotTab, hub=hub)]))
+    press(page, "Connect")
+    press(page, "I found the cause: clear the fault")
+    wait_until(lambda: ("page 1", Clear) in IdleLink.asked)

@@ -13,9 +13,12 @@ pytest.importorskip("viser", reason="viser is not installed")
 from spiraltrunk.design import presets
 from spiraltrunk.hardware.safety.fault import Fault, FaultKind
 from spiraltrunk.hardware.safety.states import Mode
+from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile
 from spiraltrunk.studio.robot.gauges import SETTLED, Gauges, find_ends
+from spiraltrunk.studio.robot.tab import UNWATCHED, has_tripped_board
 from spiraltrunk.studio.robot.texts import format_cables, format_closed, format_faults, format_run, format_status
 from spiraltrunk.workflows.drive.remote.service import RobotService
+from spiraltrunk.workflows.drive.remote.setup import RobotSetup
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 
 
@@ -144,3 +147,31 @@ def test_the_scales_of_plots_are_sent_again_once_they_are_laid_out(state):
     for _ in range(2 * SETTLED):
         gauges.draw((state, state))
     assert [plot.n_scales for plot in gui.plots] == [2, 2, 2]
+
+
+def test_the_plot_of_lengths_is_empty_until_the_robot_is_homed(state):
+    cables = tuple(replace(cable, pull=0.01) for cable in state.snapshot.cables)
+    gui = FakeGui()
+    Gauges(SimpleNamespace(gui=gui)).draw((show(state, cables=cables), show(state, cables=cables, is_homed=True)))
+    _, *pulls = gui.plots[0].data
+    assert np.isnan([pull[0] for pull in pulls]).all()
+    assert [pull[1] for pull in pulls] == pytest.approx([10.0] * len(cables))
+
+
+def test_a_board_that_has_tripped_is_told_from_a_late_answer_and_from_none(state):
+    def run(*watched):
+        times = np.arange(len(watched)) * UNWATCHED / 4
+        return [show(state, time=time, is_watched=is_watched) for time, is_watched in zip(times, watched, strict=True)]
+
+    twin = RobotSetup(design=presets.PAPER)
+    tripped = run(True, *[False] * 5)
+    assert has_tripped_board(twin, tripped)
+    assert not has_tripped_board(twin, run(*[True] * 5, False))
+    assert not has_tripped_board(twin, run(False, False))  # The board has not answered yet.
+    assert not has_tripped_board(twin, ())
+    assert not has_tripped_board(None, tripped)
+    motors = MotorSetup(family="gm6020", ids=(1, 2, 3))
+    for watchdog, is_done_without, expected in (("board", False, True), ("none", True, False), ("board", True, False)):
+        file = RobotFile(name="mine", bus="board:/dev/ttyACM0", watchdog=watchdog, motors=motors)
+        setup = RobotSetup(design=presets.PAPER, file=file, without_watchdog=is_done_without)
+        assert has_tripped_board(setup, tripped) is expected

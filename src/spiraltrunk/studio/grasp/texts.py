@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from spiraltrunk.strategies.scores import RATE
 from spiraltrunk.workflows.grasp.choice.auto import AUTO
 from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.recording import Frames
@@ -26,20 +27,36 @@ def describe_choice(strategy: str, candidates: Sequence[Candidate]) -> str:
     if found is None:
         return best
     if found.feasible:
+        reason, factors = _split_reason(found)
         chance = f", predicted chance {found.score:.0%}" if found.score > 0 else ""
-        return f"**{strategy}** can take it{chance}: {found.reason}."
+        return f"**{strategy}** can take it{chance}{f' ({factors})' if factors else ''}: {reason}."
     return f"⚠ **{strategy}** cannot take it: {found.reason}. {best}"
 
 
 def format_ranking(candidates: Sequence[Candidate]) -> str:
     """What the models predict for all strategies, a line each."""
-    return _CHANCE + "\n".join(f"- **{each.strategy}** {_format_score(each)}: {each.reason}" for each in candidates)
+    return _CHANCE + "\n".join(
+        f"- **{each.strategy}** {_format_score(each)}: {_split_reason(each)[0]}" for each in candidates
+    )
 
 
 def _format_score(candidate: Candidate) -> str:
     if not candidate.feasible:
         return "✗ no"
-    return f"✓ {candidate.score:.0%}" if candidate.score > 0 else "✓"
+    _, factors = _split_reason(candidate)
+    told = f" ({factors})" if "times" in factors else ""
+    return f"✓ {candidate.score:.0%}{told}" if candidate.score > 0 else "✓"
+
+
+def _split_reason(candidate: Candidate) -> tuple[str, str]:
+    """What decides, and how the chance follows from the rate of success that was measured in simulation."""
+    reason, _, told = candidate.reason.partition(RATE)
+    rate, comma, factors = told.partition(", ")
+    if not rate:
+        return reason, ""
+    if not comma:
+        return reason, "the rate of success in simulation"
+    return reason, f"rate of success in simulation {float(rate):.0%}, {factors}"
 
 
 def describe_frame(frames: Frames, index: int) -> str:

@@ -12,6 +12,7 @@ from spiraltrunk.studio.page.access import open_access
 from spiraltrunk.studio.page.file_drop import open_drop
 from spiraltrunk.studio.page.identity import run_script
 from spiraltrunk.studio.page.lights import light_scene
+from spiraltrunk.studio.page.number_boxes import open_number_boxes
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.tab import Tab
 from spiraltrunk.studio.page.theme import BRAND, set_theme
@@ -144,6 +145,7 @@ class Frame:
         light_scene(self._page.scene)
         open_access(self._page.client)
         open_drop(self._page.client)
+        open_number_boxes(self._page.client)
 
     def _add(self, tab: Tab) -> None:
         root = self._page.scene.add_frame(f"/{tab.name}", show_axes=False, visible=False)

@@ -99,9 +99,10 @@ def _scale(ends: tuple[float, float]) -> Any:
 
 
 def _collect(states: Sequence[RobotState], count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pulls [mm], tensions [N] and temperatures [°C], shape (n_state, n_cable)."""
+    """Pulls [mm], tensions [N] and temperatures [°C], shape (n_state, n_cable); no pull is known before homing."""
     rows = [state.snapshot.cables for state in states]
     pull = np.array([[1e3 * cable.pull for cable in row] for row in rows])
+    pull[[not state.snapshot.is_homed for state in states]] = np.nan
     tension = np.array([[cable.tension for cable in row] for row in rows])
     temperature = np.array([[cable.temperature for cable in row] for row in rows])
     return pull[:, :count], tension[:, :count], temperature[:, :count]

@@ -1,4 +1,4 @@
-"""The STOP button: in a panel of its own over the scene, so that no scrolling and no other tab hides it."""
+"""The STOP button: over the scene, where neither a tab nor a gesture of the page hides it."""
 
 from __future__ import annotations
 
@@ -9,21 +9,64 @@ from typing import Any, final
 from spiraltrunk.studio.page.identity import run_script
 from spiraltrunk.studio.page.page import Page
 
-_STYLE = """
-const id = {id};
-const style = document.createElement("style");
-style.textContent = `[id="${{id}}"] {{ height: 4.2em !important; background: #C80000 !important;
-  color: white !important; font-size: 1.25em; font-weight: 800; letter-spacing: .06em;
-  border: 3px solid #7A0000 !important; }}
-  [id="${{id}}"] * {{ font-weight: inherit !important; }}
-  [id="${{id}}"]:focus-visible {{ outline: 4px solid #56B4E9; outline-offset: 2px; }}`;
-document.head.append(style);
-window.addEventListener("keydown", (event) => {{
-  const button = document.getElementById(id);
-  if (event.key === "Escape" && button) button.click();
-}}, true);
+_HINT = "Stop the robot at once; every page may"
+
+_SCRIPT = """
+window.spiraltrunkStop ??= (() => {
+  const stop = { id: "", isShown: false }, button = document.createElement("button");
+  button.id = "spiraltrunk-stop";
+  button.type = "button";
+  const press = () => {
+    const theirs = document.getElementById(stop.id);
+    if (theirs) return theirs.click();
+    const key = new KeyboardEvent("keydown", { key: "Escape", code: "Escape", bubbles: true });
+    key.isOurs = true;
+    document.documentElement.dispatchEvent(key);
+  };
+  button.addEventListener("click", press);
+  window.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && !event.isOurs && stop.isShown) press();
+  }, true);
+  stop.refresh = () => {
+    if (!button.isConnected) document.body.prepend(button);
+    const theirs = document.getElementById(stop.id);
+    const isLost = theirs && getComputedStyle(theirs).pointerEvents === "none";
+    const text = isLost ? "STOP: no connection" : "STOP (Esc)";
+    if (button.textContent !== text) button.textContent = text;
+    button.dataset.lost = Boolean(isLost);
+    button.hidden = !stop.isShown;
+    const right = Math.max(0, ...[...document.querySelectorAll("canvas")].map((one) => one.getBoundingClientRect())
+      .filter((box) => box.width > innerWidth / 4).map((box) => innerWidth - box.right));
+    button.style.right = `${Math.max(0, Math.min(right + 15, innerWidth - 245))}px`;
+  };
+  const style = document.createElement("style");
+  style.id = "spiraltrunk-stop-style";
+  document.head.append(style);
+  stop.enter = (id, hint) => {
+    stop.id = id;
+    stop.isShown = false;
+    button.title = hint;
+    style.textContent = `[data-floating-window]:has([id="${id}"]), [id="${id}"] { display: none !important; }
+      #spiraltrunk-stop { position: fixed; bottom: 15px; z-index: 2147483647; width: 230px; height: 74px;
+        pointer-events: auto; cursor: pointer; background: #C80000; color: white; border: 3px solid #7A0000;
+        border-radius: 4px; font: 800 1.1rem sans-serif; letter-spacing: .06em; }
+      #spiraltrunk-stop[data-lost=true] { background: #5b6168; border-color: #3a3f45; }
+      #spiraltrunk-stop:focus-visible { outline: 4px solid #56B4E9; outline-offset: 2px; }`;
+    stop.refresh();
+  };
+  setInterval(stop.refresh, 200);
+  return stop;
+})();
 """
-"""Viser's buttons have one height, and its own keys are not heard from within a text box."""
+"""A window of viser can be minimised, docked, covered by another or dragged away. So the button that a person sees is
+an element of ours above all of them, and presses viser's, whose window is not drawn. Where the narrow layout has not
+built that one, Escape triggers viser's command. Viser's own keys are not heard from within a text box. Viser's button
+takes no pointer while the page has no connection: then ours says so.
+"""
+
+_ENTER = "window.spiraltrunkStop.enter({id}, {hint});"
+
+_SHOW = "window.spiraltrunkStop.isShown = {is_shown}; window.spiraltrunkStop.refresh();"
 
 
 @final
@@ -37,18 +80,18 @@ class StopPanel:
         self._page, self._stop = page, stop
         self._panel: Any = page.gui.add_panel(visible=False)
         with self._panel.add_tab("Robot"):
-            self._button = page.gui.add_button(
-                "STOP  (Esc)", color=(200, 0, 0), hint="Stop the robot at once; every page may"
-            )
+            self._button = page.gui.add_button("STOP  (Esc)", color=(200, 0, 0), hint=_HINT)
         self._panel.float(x=-15, y=-15, width=230)
         self._button.on_click(lambda _: page.try_act(stop))
         command = page.gui.add_command(
             "STOP the robot", description="torque ramps to zero within 40 ms", hotkey="escape"
         )
         command.on_trigger(lambda _: page.try_act(stop))
-        run_script(page.client, _STYLE.format(id=json.dumps(self._button._impl.uuid)))
+        enter = _ENTER.format(id=json.dumps(self._button._impl.uuid), hint=json.dumps(_HINT))
+        run_script(page.client, _SCRIPT + enter)
 
     def show(self, visible: bool) -> None:
         """Show or hide it."""
         if self._panel.visible != visible:
             self._panel.visible = visible
+            run_script(self._page.client, _SHOW.format(is_shown=json.dumps(visible)))

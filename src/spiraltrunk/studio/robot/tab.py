@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, final
 
@@ -22,10 +23,14 @@ from spiraltrunk.studio.robot.strategy_controls import StrategyControls
 from spiraltrunk.studio.robot.texts import format_cables, format_faults, format_status
 from spiraltrunk.studio.robot.twin_picture import TwinPicture
 from spiraltrunk.workflows.drive.remote.requests import Arm, Clear, Disarm, Home, Request
+from spiraltrunk.workflows.drive.remote.setup import RobotSetup
 from spiraltrunk.workflows.drive.remote.state import RobotState
 
 PLOT_PERIOD = 0.5
 """Time between two pictures of the plots [s] (ours)."""
+
+UNWATCHED = 1.0
+"""Time without a watchdog after which its board counts as tripped: a late answer lasts less [s] (ours)."""
 
 
 @final
@@ -160,10 +165,11 @@ class RobotTab:
         is_rest = is_mine and mode is Mode.SAFE and state is not None and not state.snapshot.is_letting_go
         is_armed = is_mine and mode is Mode.ARMED and state is not None and not state.snapshot.is_letting_go
         is_homed = state is not None and state.snapshot.is_homed
+        is_tripped = is_rest and has_tripped_board(self._hub.setup, self._hub.states)
         shown = {
             "connect": not self._hub.is_connected,
             "take": state is not None and not self._hub.owner,
-            "clear": is_mine and mode is Mode.FAULT,
+            "clear": is_mine and (mode is Mode.FAULT or is_tripped),
             "home": is_rest,
             "enable": is_rest and is_homed,
             "disable": is_armed,
@@ -257,6 +263,15 @@ class _PageWatcher:
     def show_message(self, text: str) -> None:
         """See `Watcher.show_message`."""
         self._tab.show_message(text)
+
+
+def has_tripped_board(setup: RobotSetup | None, states: Sequence[RobotState]) -> bool:
+    """Whether a board's watchdog is set up that has not let torques through for `UNWATCHED`."""
+    if setup is None or not setup.has_board or not states:
+        return False
+    end = states[-1].snapshot.time
+    latest = [state.snapshot for state in states if state.snapshot.time > end - UNWATCHED]
+    return len(latest) < len(states) and not any(snapshot.is_watched for snapshot in latest)
 
 
 def _write(handle: Any, content: str) -> None:

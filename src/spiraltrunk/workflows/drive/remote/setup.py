@@ -43,6 +43,11 @@ class RobotSetup:
         """What people call it."""
         return "twin" if self.file is None else f"{self.file.name} on {self.file.bus}"
 
+    @property
+    def has_board(self) -> bool:
+        """Whether a board's watchdog is between bus and motors."""
+        return self.file is None or (self.file.watchdog == "board" and not self.without_watchdog)
+
     def build(self) -> Robot:
         """Build it, and open its ports.
 
