@@ -17,13 +17,13 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.moves import Move, base_position
 from spiraltrunk.strategies.wrap.assess import RIM
 from spiraltrunk.strategies.wrap.attempts import JAMMED
-from spiraltrunk.strategies.wrap.distal_plan import find_rim
+from spiraltrunk.strategies.wrap.distal_plan import HEADROOM, find_height, find_rim
 from spiraltrunk.strategies.wrap.set_down import (
     DISTAL_DRAG,
     center_place,
     is_on_ground,
     righting,
-    set_down_distal,
+    set_down_clear,
 )
 from spiraltrunk.strategies.wrap.standing import StandingState, WrapHorizontal, WrapOblique, WrapObliqueLow
 from spiraltrunk.strategies.wrap.standing_model import band_heights, shut_pull, wrap_start
@@ -77,6 +77,19 @@ def test_from_80_mm_on_there_is_a_plan_in_which_the_housing_clears_the_ground(na
         for back in (PAPER.housing.neck_length, PAPER.housing.neck_length + PAPER.housing.length):
             low = (move.position - back * along)[2] - PAPER.housing.radius * math.sqrt(1 - along[2] ** 2)
             assert low > seen.task.goal.ground + 0.01, move.action
+
+
+@pytest.mark.parametrize("number", [4, 5, 6])
+def test_it_wraps_above_the_centre_and_below_the_rim(number: int) -> None:
+    plane = FAMILY[number - 4].plane
+    for height in (80, 100, 120, 135):
+        task = first_seen(f"cylinder:diameter_mm=60,height_mm={height},mass_g=200").task
+        below, radius = find_rim(task, plane)
+        wrapped = find_height(task, plane)
+        assert wrapped == pytest.approx(task.target.length - below)
+        assert wrapped > 0.5 * task.target.length
+        wanted = min(plane.distal_height * task.target.length, task.target.length - HEADROOM * radius)
+        assert wrapped >= wanted - 1e-9, "higher only where the ground asks for it"
 
 
 @pytest.mark.parametrize("name", WrapHorizontal.objects)
@@ -192,7 +205,7 @@ def test_the_housing_clears_the_ground_when_a_leaning_object_is_set_down() -> No
     state, seen = at_end_of("hold", np.array([0.0, math.sin(0.5), math.cos(0.5)]))
     ground = seen.task.goal.ground
     assert ground is not None
-    for move in set_down_distal(state.sequence, seen, 0.03).moves:
+    for move in set_down_clear(state.sequence, seen, 0.03).moves:
         if move.phase == "release":
             assert move.rotation is not None
             assert move.position[2] - housing_sink(PAPER, math.acos(-move.rotation[2, 0])) >= ground + 0.0149
@@ -206,7 +219,7 @@ def test_a_leaning_object_is_set_down_short_of_where_its_righting_ends() -> None
         if before.action not in ("lower", "uncurl", "open", "draw off", "leave", "rest"):
             continue
         # Lowered, righted and dragged, the object that is seen comes to stand at its place.
-        dragged = np.array([0.0, DISTAL_DRAG[1] * PAPER.length, 0.0])
+        dragged = PAPER.length * np.array([*DISTAL_DRAG, 0.0])
         moved = seen.camera.position + after.position - before.position + righting(seen, seen.camera) + dragged
         np.testing.assert_allclose((moved - seen.task.goal.place)[:2], 0.0, atol=1e-12)
     lean = righting(seen, seen.camera)

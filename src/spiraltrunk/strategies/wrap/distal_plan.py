@@ -5,9 +5,10 @@ stays open, and high, until the object is borne; it closes in the rise that test
 flattest at which the housing clears the ground. The wrapping sections keep their mean height while the trunk curls.
 
 Width and height of the object decide: the wider it is, the nearer to the base the wrap begins, and the further the
-trunk closes on the ground; the taller it is, the higher the wrap and the flatter its plane. Strategies 4 to 6 differ in
-the share of the height at which they wrap. Up to about 100 mm of height their plans are nearly the same, as the
-clearance of housing and trunk decides. The height from which they wrap in full, with the paper's trunk:
+trunk closes on the ground; the taller it is, the higher the wrap and the flatter its plane. An object is wrapped above
+its centre, so that its weight keeps it upright, and below its rim. Strategies 4 to 6 differ in the share of the height
+at which they wrap. Up to about 100 mm of height their plans are nearly the same, as the clearance of housing and trunk
+decides. The height from which they wrap in full, with the paper's trunk:
 
 | width | 4, 5 (oblique) | 6 (horizontal) |
 |---|---|---|
@@ -78,6 +79,13 @@ BAND_GAP = 0.015
 """Gap between the closed trunk and the ground, where the object is tall enough [m]: loaded, the trunk sags."""
 HIGHEST = 0.75
 """Largest height of the wrap's middle, over the object's length [-]."""
+HEADROOM = 1.0
+"""Distance of the wrap's middle below the object's top, where the ground leaves room for it, over the radius of its
+first section [-]: nearer to the rim the round sections slip over it."""
+
+LEAVE = 1.5
+"""Duration of the retreat upwards over that of a full wrap [-]: the base of a distal wrap is nearer to the arm's foot,
+where joint 2 moves further for the same way."""
 
 _AHEAD, _UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -119,15 +127,25 @@ def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move,
     return _moves(observation, (*steps, tight, held, step(loose)), frame @ tilted_base(_AHEAD, tilt))
 
 
-def find_rim(task: Task, plane: WrapPlane) -> tuple[float, float]:
-    """Distance of a distal wrap's middle below the object's top, and the radius of its first section [m].
+def find_height(task: Task, plane: WrapPlane) -> float:
+    """Height of a distal wrap's middle above the object's foot [m].
 
     Raises:
         ModelError: where the cables cannot pull as needed, or the object is too short.
     """
     width, _, pulls = _choose_pulls(task, plane)
-    _, height = _choose_tilt(task, plane, width, pulls[-1])
-    return task.target.length - height, float(task.design.section_radius[wrap_start(task.design, width)])
+    return _choose_tilt(task, plane, width, pulls[-1])[1]
+
+
+def find_rim(task: Task, plane: WrapPlane) -> tuple[float, float]:
+    """Distance of a distal wrap's middle below the object's top, and the radius of its first section [m].
+
+    Raises:
+        ModelError: as `find_height`.
+    """
+    width, _, _ = _choose_pulls(task, plane)
+    radius = float(task.design.section_radius[wrap_start(task.design, width)])
+    return task.target.length - find_height(task, plane), radius
 
 
 def _choose_pulls(task: Task, plane: WrapPlane) -> tuple[float, float, tuple[float, ...]]:
@@ -163,13 +181,14 @@ def _choose_tilt(task: Task, plane: WrapPlane, width: float, pull: float) -> tup
         ModelError: where the object is too short.
     """
     design, length = task.design, task.target.length
-    tension = _tension(design, pull)
+    tension, below_rim = _tension(design, pull), HEADROOM * float(design.section_radius[wrap_start(design, width)])
+    wanted = min(plane.distal_height * length, length - below_rim)
     height = housing = tilt = math.inf
     for tilt in TILTS.tolist():
         middle, lowest = band_heights(design, width, tilt, tension)
         housing = housing_sink(design, tilt) + middle + plane.ground_gap / 2
         clear = middle - lowest
-        height = max(plane.distal_height * length, clear, min(clear + BAND_GAP, HIGHEST * length))
+        height = max(wanted, clear, min(clear + BAND_GAP, HIGHEST * length))
         if housing <= height:
             break
     height = max(height, housing)
@@ -214,6 +233,6 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
         wrap_move("open", OPEN_TIME, opened, slack, rotation),
         wrap_move("open", move_time(design, "settle"), opened, slack, rotation),
         move("draw off", away, slack),
-        move("leave", away + high, slack),
+        wrap_move("leave", LEAVE * move_time(design, "leave"), away + high, slack, rotation),
         move("rest", away + high, slack),
     )

@@ -15,7 +15,7 @@ from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, shift_l
 from spiraltrunk.strategies.wrap.standing_plan import clear_height
 from spiraltrunk.strategies.wrap.upright import set_down_upright
 
-DRAG, DISTAL_DRAG = (-0.028, 0.0), (0.0, -0.060)
+DRAG, DISTAL_DRAG = (-0.028, 0.0), (-0.020, -0.040)
 """Displacements aside and ahead by which the opening trunk drags an object on average, of a full and of a distal wrap,
 over the trunk's length [-] (ours, tuned in simulated trials): it is set down as far on the other side."""
 UNKNOWN = 0.1
@@ -24,8 +24,8 @@ LOOK_ERROR = 0.005
 """Error of the camera [m] (ours)."""
 
 
-def set_down_distal(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
-    """The sequence with the object set down over its place, as upright as the housing allows.
+def set_down_clear(sequence: MoveSequence, observation: Observation, ground_gap: float) -> MoveSequence:
+    """The sequence with the object set down over its place, as upright as the housing and the arm's wrist allow.
 
     The housing keeps half of ``ground_gap`` [m] from the ground, and the wrist clears it, even where the object then
     does not reach it and is released a few millimetres above. Unchanged without a camera.

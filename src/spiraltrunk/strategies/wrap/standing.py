@@ -71,12 +71,12 @@ from spiraltrunk.strategies.wrap.attempts import (
     try_again,
     yield_upwards,
 )
-from spiraltrunk.strategies.wrap.distal_plan import plan_distal_moves
+from spiraltrunk.strategies.wrap.distal_plan import find_height, plan_distal_moves
 from spiraltrunk.strategies.wrap.light_object import is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
-from spiraltrunk.strategies.wrap.set_down import DISTAL_DRAG, DRAG, center_place, is_on_ground, set_down_distal
+from spiraltrunk.strategies.wrap.set_down import DISTAL_DRAG, DRAG, center_place, is_on_ground, set_down_clear
 from spiraltrunk.strategies.wrap.standing_plan import ACCELERATION, OVERSHOOT, WrapPlane, lateral_direction, plan_moves
-from spiraltrunk.strategies.wrap.upright import carry_upright, set_down_upright
+from spiraltrunk.strategies.wrap.upright import carry_upright
 
 # All of these are ours, tuned in simulated trials.
 EARLY = 0.05
@@ -128,6 +128,8 @@ class StandingState(LoadState):
     """Whether the wrap is a distal one."""
     stood: float = 0.0
     """Height of the object's centre as it was first seen [m]."""
+    height: float = 0.0
+    """Height above the object's foot at which its girth counts as the trunk opens [m]."""
 
     def is_carried(self, observation: Observation) -> bool:
         """Whether the trunk bears the object: by its weight, or by its height where it is too light to be felt."""
@@ -153,11 +155,13 @@ class StandingWrap(MoveStrategy[StandingState]):
     def init(self, observation: Observation) -> StandingState:
         """Plan positions and tensions from design and object."""
         moves, is_distal = _plan(observation, self.plane)
+        task = observation.task
+        height = find_height(task, self.plane) if is_distal else self.plane.opening_height * task.target.length
         return StandingState(
             sequence=begin(moves, observation), side=lateral_direction(observation), weight=weight(observation),
             lean=_lean(observation), pull=observation.cable_pull, seen=seen_position(observation),
             tight=next(move.tension for move in moves if move.action == "tighten"), is_distal=is_distal,
-            stood=float(seen_position(observation)[2]),
+            stood=float(seen_position(observation)[2]), height=height,
         )  # fmt: skip
 
     def sense(self, state: StandingState, observation: Observation) -> StandingState:
@@ -178,7 +182,7 @@ class StandingWrap(MoveStrategy[StandingState]):
         if action in _STIFF:
             return replace(state, sequence=_take_in(state, observation))
         if action == "lower" and not state.is_carried(observation) and is_on_ground(observation):
-            sequence = plan_opening(_stay(state.sequence, observation), observation, self._height(observation))
+            sequence = plan_opening(_stay(state.sequence, observation), observation, state.height)
             return replace(state, sequence=_go_on(sequence, observation))
         if action == "uncurl":
             load = state.weight - state.weight_empty
@@ -213,12 +217,11 @@ class StandingWrap(MoveStrategy[StandingState]):
         if action == "bring":
             sequence = center_place(sequence, observation, state.side, DISTAL_DRAG if state.is_distal else DRAG)
         if action == "lower":
-            sequence = plan_opening(sequence, observation, self._height(observation))
+            sequence = plan_opening(sequence, observation, state.height)
         if action == "uncurl":
-            sequence = right(sequence, observation, self._height(observation))
+            sequence = right(sequence, observation, state.height)
         if action == "hold":
-            set_down = set_down_distal if state.is_distal else set_down_upright
-            sequence = set_down(sequence, observation, self.plane.ground_gap)
+            sequence = set_down_clear(sequence, observation, self.plane.ground_gap)
         if sequence.is_last:
             return replace(state, is_done=True)
         sequence = _go_on(sequence, observation)
@@ -233,10 +236,6 @@ class StandingWrap(MoveStrategy[StandingState]):
         is_rounded = sequence.move.action in _ROUNDED and turn_left(sequence, time) < _TURNED
         return fraction(sequence, time) >= (CORNER if is_rounded else 1.0)
 
-    def _height(self, observation: Observation) -> float:
-        """Height above its foot at which an object's girth counts [m]."""
-        return self.plane.distal_height * observation.task.target.length
-
 
 @final
 class WrapObliqueLow(StandingWrap):
@@ -246,7 +245,7 @@ class WrapObliqueLow(StandingWrap):
     number = 4
     plane = WrapPlane(
         slope=math.radians(7.0), reach_slope=math.radians(-8.0), differential=-0.12, height=0.3, slender_height=0.62,
-        ground_gap=0.022, distal_height=0.4,
+        ground_gap=0.022, opening_height=0.4, distal_height=0.6,
     )  # fmt: skip
 
 
@@ -258,7 +257,7 @@ class WrapOblique(StandingWrap):
     number = 5
     plane = WrapPlane(
         slope=math.radians(8.0), reach_slope=math.radians(-8.0), differential=-0.14, height=0.5, slender_height=0.62,
-        ground_gap=0.022, distal_height=0.45,
+        ground_gap=0.022, opening_height=0.45, distal_height=0.62,
     )  # fmt: skip
 
 

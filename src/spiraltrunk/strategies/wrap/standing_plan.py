@@ -102,8 +102,10 @@ class WrapPlane:
     """The same at least for slender objects [-]."""
     ground_gap: float = 0.03
     """Gap between housing and ground [m]."""
-    distal_height: float = 0.5
-    """Height of a distal wrap over the object's length [-]."""
+    opening_height: float = 0.5
+    """Height over the object's length at which its girth counts as a full wrap opens [-]."""
+    distal_height: float = 0.65
+    """Height of a distal wrap over the object's length [-]: above its centre, so that its weight keeps it upright."""
 
 
 @final

@@ -9,14 +9,15 @@ import pytest
 
 from spiraltrunk.control.loop import run
 from spiraltrunk.control.messages import CameraObservation, Goal, Observation, Target, Task
-from spiraltrunk.control.plant import Plant
+from spiraltrunk.control.plant import CONTROL_PERIOD, Plant
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import UnknownName
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.objects.everyday import draw_everyday
 from spiraltrunk.sim.objects.profile import compute_profile
-from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, get_strategy, list_objects
+from spiraltrunk.strategies.moves import base_position
+from spiraltrunk.workflows.grasp.choice.auto import MOST_TRIES, Auto, _plan_way_back, get_strategy, list_objects
 from spiraltrunk.workflows.grasp.choice.candidates import Candidate
 from spiraltrunk.workflows.grasp.choice.seen_task import task_as_seen
 from spiraltrunk.workflows.grasp.trial import run_trial
@@ -125,6 +126,19 @@ def test_the_arm_is_brought_back_before_the_next_try():
     assert there.T_world_base == pytest.approx(log.observations[0].T_world_base, abs=1e-6)
     steps = np.diff([command.T_world_base[:3, 3] for command in log.commands], axis=0)
     assert np.abs(steps).max() < 0.02  # No jump: below 1 m/s.
+
+
+def test_the_way_back_goes_on_from_a_moving_base():
+    log = _run(Hand(_task(), holds=(True,)), "tip-grip")
+    state, seen = replace(log.state, velocity=np.array([0.0, 0.05, 0.2])), log.observations[-1]
+    before, first = state.command.T_world_base[:3, 3], base_position(_plan_way_back(state, seen), seen.time)
+    np.testing.assert_allclose((first - before) / CONTROL_PERIOD, state.velocity, atol=1e-9)
+
+
+def test_a_strategy_that_ended_does_not_rise_further_on_the_way_back():
+    log = _run(Hand(_task(), holds=(True,)), "tip-grip")
+    actions = [move.action for move in _plan_way_back(log.state, log.observations[-1]).moves]
+    assert actions == ["let go", "return", "look again"]
 
 
 def test_what_is_dropped_in_the_hold_is_seen():

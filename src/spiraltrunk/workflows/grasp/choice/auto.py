@@ -303,11 +303,18 @@ def _fail(state: AutoState, outcome: str, observation: Observation) -> AutoState
 
 
 def _plan_way_back(state: AutoState, observation: Observation) -> MoveSequence:
-    """Let go, rise, return to the start and look."""
-    here, home = state.command.T_world_base[:3, 3], state.T_home[:3, 3]
+    """Let go, rise, return to the start and look.
+
+    A strategy that came to its end has risen already: further up beside the object, the arm comes near a singularity.
+    """
+    status = strategies.get(state.attempts[-1].strategy).status(state.inner)
+    has_risen = status.is_done and status.gave_up is None
+    frame, home = state.command.T_world_base.copy(), state.T_home[:3, 3]
+    frame[:3, 3] += CONTROL_PERIOD * state.velocity  # The base goes on for this period, else it would stop in it.
+    here = frame[:3, 3]
     held = np.minimum(state.command.cable_tension, np.maximum(observation.cable_tension, 0.0))
-    start = replace(state.command, cable_tension=held, cable_pull=None)
-    over = np.array([here[0], here[1], max(here[2], home[2])])
+    start = replace(state.command, T_world_base=frame, cable_tension=held, cable_pull=None)
+    over = here if has_risen else np.array([here[0], here[1], max(here[2], home[2])])
     move = Move(
         phase="reach", action="let go", duration=LET_GO_TIME, position=here, tension=np.zeros(held.shape), gripper=-1.0
     )
@@ -316,7 +323,8 @@ def _plan_way_back(state: AutoState, observation: Observation) -> MoveSequence:
         rise, action="return", position=home, rotation=state.T_home[:3, :3], gripper=0.0,
         duration=_time_for(home - over),
     )  # fmt: skip
-    moves = (move, rise, back, replace(back, action="look again", duration=LOOK_TIME))
+    up = () if has_risen else (rise,)
+    moves = (move, *up, back, replace(back, action="look again", duration=LOOK_TIME))
     return replace(begin(moves, observation), start=start, velocity=state.velocity)
 
 
