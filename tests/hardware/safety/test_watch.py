@@ -235,6 +235,19 @@ def test_while_one_cable_is_slack_the_lengths_are_not_followed(watches):
     assert run(watches, 4.0, drift(0.0))[0] == {(FaultKind.SLACK, 1)}
 
 
+@pytest.mark.parametrize("told", [0.0, 3.9])
+def test_a_cell_that_tells_no_load_while_its_cable_bends_the_trunk_is_a_fault(watches, told):
+    """The first cable comes in, the others go out by half as much each, all with 3.9 N by their motors."""
+
+    def bend(t, cable, r):
+        felt = told if cable == 0 and t > 1.0 else 3.9
+        held = hold(r, 0.008 * t if cable == 0 else -0.004 * t, felt)
+        return dataclasses.replace(held, felt=felt, resistance=3.9)
+
+    kinds = run(watches, 1.9, bend)[0]
+    assert ((FaultKind.LOAD_CELL, 0) in kinds) == (told == 0.0)
+
+
 def test_elastic_length_is_no_slip(watches):
     """60 N more on each cable stretch it by 3 mm."""
     stretched = run(
