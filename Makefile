@@ -1,7 +1,6 @@
 # `make` lists what there is. On a fresh machine Python >= 3.11, pip and make are enough; the rest goes into .venv.
 PYTHON ?= python3
-# One worker more than cores: a test that waits for another process leaves its core to it.
-JOBS ?= $(shell $(PYTHON) -c 'import os; print(min(8, (os.cpu_count() or 1) + 1))')
+JOBS ?= auto
 OUT ?= out
 
 VENV := .venv
