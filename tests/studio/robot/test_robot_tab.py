@@ -179,7 +179,7 @@ class TrippedLink(IdleLink):
         robot.run(0.1)
         state = RobotService(robot).read_state(0.0)
         for instant in np.arange(9) * UNWATCHED / 4:
-            self._on_state(replace(state, snapshot=replace(state.snapshot, time=instant, is_watched=False)))
+            self._on_state(replace(state, snapshot=replace(state.snapshot, time=instant, absence="it has tripped")))
         robot.close()
 
 

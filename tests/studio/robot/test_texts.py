@@ -161,7 +161,10 @@ def test_the_plot_of_lengths_is_empty_until_the_robot_is_homed(state):
 def test_a_board_that_has_tripped_is_told_from_a_late_answer_and_from_none(state):
     def run(*watched):
         times = np.arange(len(watched)) * UNWATCHED / 4
-        return [show(state, time=time, is_watched=is_watched) for time, is_watched in zip(times, watched, strict=True)]
+        return [
+            show(state, time=time, absence="" if is_watched else "it has tripped")
+            for time, is_watched in zip(times, watched, strict=True)
+        ]
 
     twin = RobotSetup(design=presets.PAPER)
     tripped = run(True, *[False] * 5)

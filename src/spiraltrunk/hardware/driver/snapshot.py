@@ -62,10 +62,8 @@ class Snapshot:
     """Whether the drums are homed."""
     is_letting_go: bool
     """Whether torques ramp to zero, after a fault or on disarming."""
-    is_watched: bool
-    """Whether a watchdog is present."""
     absence: str
-    """Why none is, in words; empty where one is."""
+    """Why no watchdog is present, in words; empty where one is."""
     faults: tuple[Fault, ...]
     """Latched faults, the first cause first."""
     warnings: tuple[str, ...]
@@ -82,3 +80,8 @@ class Snapshot:
     """Mean part of the feedback that is lost while torque is on [-]."""
     lateness: Lateness
     """Lateness of the loop."""
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether a watchdog is present."""
+        return not self.absence

@@ -257,7 +257,7 @@ class TrunkDriver:
         loop, now = self._loop, self._clock.now()
         return Snapshot(
             time=now, mode=self.mode, is_homed=self.is_homed, is_letting_go=not loop.is_released(now),
-            is_watched=not (absence := loop.watchdog.find_absence()), absence=absence, faults=self.faults,
+            absence=loop.watchdog.find_absence(), faults=self.faults,
             warnings=loop.warnings,
             cables=tuple(self._show_cable(i, now) for i in range(len(loop.sent))), arm=loop.arm.state,
             gripper=loop.targets.gripper, n_refused=self._n_refused, loss=loop.seen.loss.loss,

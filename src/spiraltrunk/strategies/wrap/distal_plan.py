@@ -82,7 +82,6 @@ HIGHEST = 0.75
 HEADROOM = 1.0
 """Distance of the wrap's middle below the object's top, where the ground leaves room for it, over the radius of its
 first section [-]: nearer to the rim the round sections slip over it."""
-
 LEAVE = 1.5
 """Duration of the retreat upwards over that of a full wrap [-]: the base of a distal wrap is nearer to the arm's foot,
 where joint 2 moves further for the same way."""

@@ -21,7 +21,5 @@ def _clear(arguments: argparse.Namespace) -> Answer:
     with open_robot(arguments) as robot:
         robot.clear(arguments.person)
         code, text = answer(arguments, robot)
-    return (
-        code,
-        text if arguments.json else f"cleared by {arguments.person}: the watchdog lets torque through\n\n{text}",
-    )
+    told = "" if arguments.json else f"cleared by {arguments.person}: the watchdog lets torque through\n\n"
+    return code, told + text
