@@ -231,8 +231,8 @@ def joint_bends(qpos: np.ndarray, hinges: np.ndarray) -> np.ndarray:
         qpos: generalised positions, shape (n_q,).
         hinges: addresses of the two perpendicular hinges of each joint, in either order, shape (2, n_joint).
     """
-    first, second = np.cos(qpos[hinges])
-    return np.asarray(np.arccos(first * second))
+    cosines = np.cos(qpos[hinges])
+    return np.asarray(np.arccos(cosines[0] * cosines[1]))
 
 
 def read_contacts(geom: np.ndarray, dist: np.ndarray, kind: Sequence[int]) -> tuple[float, bool, bool, bool]:

@@ -72,8 +72,8 @@ def encode_agent(observation: Observation, command: Command | None = None) -> np
         observation.cable_tension, observation.base_force, observation.base_torque, lead,
         (0.0 if command is None else command.gripper, observation.time / LONGEST),
     ])  # fmt: skip
-    low, high = _find_agent_bounds(_Key(observation.task.design), len(observation.arm_position))
-    return np.asarray(np.minimum(np.maximum(values, low), high), dtype=np.float32)
+    low, high = _find_wide_bounds(_Key(observation.task.design), len(observation.arm_position))
+    return np.minimum(np.maximum(values, low), high).astype(np.float32)
 
 
 def environment_names() -> tuple[str, ...]:
@@ -157,6 +157,13 @@ def _measure(design: TrunkDesign) -> tuple[int, float, float]:
 @lru_cache(maxsize=16)
 def _find_agent_bounds(design: _Key[TrunkDesign], n_arm: int) -> tuple[np.ndarray, np.ndarray]:
     return _read_bounds(_agent_rows(n_arm, *_measure(design.value)))
+
+
+@lru_cache(maxsize=16)
+def _find_wide_bounds(design: _Key[TrunkDesign], n_arm: int) -> tuple[np.ndarray, np.ndarray]:
+    """The same bounds in float64, with which NumPy compares numbers of float64 without converting them each time."""
+    low, high = _find_agent_bounds(design, n_arm)
+    return low.astype(float), high.astype(float)
 
 
 def _agent_rows(n_arm: int, n_cable: int, pull: float, tension: float) -> list[Row]:

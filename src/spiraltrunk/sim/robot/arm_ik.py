@@ -59,8 +59,10 @@ class ArmReach:
         # Excludes positions where the allowed speed is 0: such a joint would stop all others.
         margin = standstill_margin(self.limits)
         self._limit.lower, self._limit.upper = self._limit.lower + margin, self._limit.upper - margin
+        self._range = self._limit.lower.tolist(), self._limit.upper.tolist()
         self._jacobian, self._target = np.zeros((6, self._model.nv)), np.zeros(7)
         self._task.transform_target_to_world = mink.SE3(wxyz_xyz=self._target)  # `set_target` would copy it.
+        self._halves = self._jacobian[:3], self._jacobian[3:]
         self._speed = None if self.limits.velocity is None else SPEED_SHARE * self.limits.velocity
 
         self.joint_names = tuple(self._model.joint(i).name for i in range(self._model.njnt))
@@ -98,7 +100,7 @@ class ArmReach:
         data.qpos[:], data.qvel[:], data.qacc[:] = q, dq, ddq
         mujoco.mj_inverse(self._model, data)
         jacobian = self._jacobian
-        mujoco.mj_jacSite(self._model, data, jacobian[:3], jacobian[3:], self._site)
+        mujoco.mj_jacSite(self._model, data, *self._halves, self._site)
         square = jacobian @ jacobian.T
         square.reshape(-1)[::7] += _REGULAR
         return self._read_frame(), _solve(square, jacobian @ (data.qfrc_inverse - torque))
@@ -164,8 +166,7 @@ class ArmReach:
         return _solve(hessian, error @ jacobian + _RETURN**2 * (self.home - q))
 
     def _is_within_limits(self, q: np.ndarray, step: np.ndarray) -> bool:
-        share, low, high = self._limit.gain, self._limit.lower.tolist(), self._limit.upper.tolist()
-        rows = zip(q.tolist(), step.tolist(), low, high, strict=True)
+        share, rows = self._limit.gain, zip(q.tolist(), step.tolist(), *self._range, strict=True)
         return all(share * (least - at) <= way <= share * (most - at) for at, way, least, most in rows)
 
     def _limited_step(self, dt: float) -> np.ndarray:
