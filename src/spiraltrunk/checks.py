@@ -212,7 +212,7 @@ def read_numbers(
         SpiralTrunkError: of class ``error``, with the first number out of the range, or where it is not numbers or of
             another shape.
     """
-    if type(value) is float and allowed is FINITE and shape is None and math.isfinite(value):
+    if type(value) is float and allowed is FINITE and not shape and math.isfinite(value):
         return np.array(value)
     array = read_array(name, value, shape, error=error)
     if not _are_within(array, allowed):

@@ -8,9 +8,11 @@ from typing import Any, final
 
 import numpy as np
 
+from spiraltrunk.checks import check_type
 from spiraltrunk.control.encoding import Setpoint
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.envs.worlds import World
+from spiraltrunk.errors import DesignError, Unquoted, describe
 from spiraltrunk.field_docs import explain_fields
 from spiraltrunk.sim.plant_state import PlantState
 from spiraltrunk.workflows.grasp.verdict.moments import Referee
@@ -59,3 +61,17 @@ class EnvState:
     """The episode in it."""
     generator: Mapping[str, Any]
     """State of the random generator of worlds."""
+
+
+def check_state(state: object, arguments: Mapping[str, Any]) -> None:
+    """Refuse the state of an environment that was made with other arguments, and anything but a state.
+
+    Raises:
+        DesignError: with the first argument that differs.
+    """
+    check_type("state", state, EnvState)
+    assert isinstance(state, EnvState)
+    for name, value in arguments.items():
+        if state.arguments[name] != value:
+            told = Unquoted(f"of an environment with {name} {describe(state.arguments[name])}")
+            raise DesignError("state", got=told, allowed=f"one with {name} {describe(value)}, as this one")

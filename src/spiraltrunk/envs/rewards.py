@@ -12,7 +12,7 @@ import numpy as np
 from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.sim.ground_truth import Sample
+from spiraltrunk.sim.ground_truth import Sample, as_slice
 from spiraltrunk.sim.machine import SimMachine
 from spiraltrunk.sim.robot.trunk import section_name
 from spiraltrunk.workflows.grasp.verdict.moments import Referee
@@ -41,7 +41,7 @@ class Progress(ABC):
     def __init__(self, machine: SimMachine) -> None:
         self._data = machine.data
         self._object = machine.model.body("object").id
-        self._sections = np.array([machine.model.body(section_name(n)).id for n in range(machine.design.n_section)])
+        self._sections = as_slice([machine.model.body(section_name(n)).id for n in range(machine.design.n_section)])
         self._radius = machine.options.shape.width / 2
         self._total = sum(self.weights.values())
         self.task: Task = machine.task
@@ -57,8 +57,8 @@ class Progress(ABC):
 
     def nearness(self) -> float:
         """1 where the trunk is at the object, falling to 0 with the distance of its nearest section."""
-        offset = self._data.xpos[self._sections] - self._data.xpos[self._object]
-        distance = math.sqrt(float((offset * offset).sum(axis=1).min()))
+        offsets = (self._data.xpos[self._sections] - self._data.xpos[self._object]).tolist()
+        distance = math.sqrt(min(x * x + y * y + z * z for x, y, z in offsets))
         return 1.0 - math.tanh(NEARNESS * max(distance - self._radius, 0.0))
 
 
@@ -80,7 +80,7 @@ class GraspProgress(Progress):
         reached, goal = referee.reached, self.task.goal
         is_held, is_gripped = Milestone.HELD in reached, sample.grip_force > 0.0
         terms = dict.fromkeys(self.weights, 1.0 if is_held else 0.0)
-        terms["near"] = max(self.nearness(), float(is_held))
+        terms["near"] = 1.0 if is_held else self.nearness()
         terms["place"] = terms["release"] = 0.0
         if is_held:
             distance = float(np.linalg.norm(sample.object_position - goal.place))

@@ -23,7 +23,7 @@ from spiraltrunk.control.messages import Command, Observation, Task
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design.toml import load_design
 from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.envs.env_state import EnvState
+from spiraltrunk.envs.env_state import EnvState, check_state
 from spiraltrunk.envs.episode import Episode, EpisodeRules
 from spiraltrunk.envs.joint_follower import read_arm_joints
 from spiraltrunk.envs.observing.privileged import encode_privileged
@@ -45,7 +45,7 @@ from spiraltrunk.envs.worlds import (
     draw_world,
     read_objects,
 )
-from spiraltrunk.errors import DesignError, RunError, Unquoted, describe
+from spiraltrunk.errors import RunError
 from spiraltrunk.sim.mujoco_log import quiet_steps
 from spiraltrunk.sim.photographer import Photographer, check_cameras
 from spiraltrunk.sim.plant import SimPlant
@@ -295,11 +295,7 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
         Raises:
             DesignError: for a state of another environment, and for anything but a state.
         """
-        check_type("state", state, EnvState)
-        for name, value in self._arguments.items():
-            if state.arguments[name] != value:
-                told = Unquoted(f"of an environment with {name} {describe(state.arguments[name])}")
-                raise DesignError("state", got=told, allowed=f"one with {name} {describe(value)}, as this one")
+        check_state(state, self._arguments)
         if self._world is None or self._world.key != state.world.key:
             self._build(state.world)
         assert self._plant is not None
@@ -314,14 +310,9 @@ class TrunkEnv(gymnasium.Env[Dictionary, np.ndarray]):
 
     def _draw(self, key: WorldKey) -> World:
         return draw_world(
-            key,
-            self.design,
-            job=self.job,
-            stage=self._stage,
-            spread=self._spread,
-            has_camera=self._has_camera,
+            key, self.design, job=self.job, stage=self._stage, spread=self._spread, has_camera=self._has_camera,
             timestep=self._timestep,
-        )
+        )  # fmt: skip
 
     def _build(self, world: World) -> None:
         self.close()

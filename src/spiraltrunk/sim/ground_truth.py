@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import mujoco
 import numpy as np
@@ -19,6 +19,10 @@ OBJECT, TRUNK, ROBOT, GROUND, OTHER = 1, 2, 4, 8, 16
 _STRING_LIMIT = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
 
 _NO_FORCE = np.zeros(0)
+
+Motion = tuple[list[float], list[float]]
+"""Angular and linear velocity of a body [rad/s, m/s], about the centre of mass of its kinematic tree, and that centre
+[m]: MuJoCo's ``cvel`` and ``subtree_com``."""
 
 
 @final
@@ -105,37 +109,43 @@ class TruthRecorder:
 
     def update_extremes(self, data: mujoco.MjData) -> None:
         """Update the extremes with the present state."""
-        first, second = np.cos(data.qpos[self._hinges])
-        self._bend = max(self._bend, float(np.arccos((first * second).min())))  # The largest angle.
-        if data.ncon == 0:
-            return
-        contact = data.contact
-        penetration, on_robot, _, arm_on_ground = read_contacts(contact.geom, contact.dist, self._kind)
+        self._widen_extremes(joint_bends(data.qpos, self._hinges), data.contact)
+
+    def _widen_extremes(self, bend: np.ndarray, contact: Any) -> bool:
+        """Update the extremes with joint bends and MuJoCo's contacts; whether the object touches a support."""
+        self._bend = max(self._bend, *bend.tolist())
+        penetration, on_robot, touches_table, arm_on_ground = read_contacts(contact.geom, contact.dist, self._kind)
         self._penetration = max(self._penetration, penetration)
         self._touches_robot |= on_robot
         self._arm_touches_ground |= arm_on_ground
+        return touches_table
 
     def sample(self, data: mujoco.MjData, arm_command: np.ndarray) -> Sample:
-        """Ground truth of the present state; resets the extremes. ``arm_command`` has shape (n_arm,) [rad]."""
-        kind, geom = self._kind, data.contact.geom.tolist()
-        pairs = [kind[a] + kind[b] for a, b in geom]
-        grip = self._find_grip(data, pairs) if OBJECT + TRUNK in pairs else []
-        force = data.efc_force[data.contact.efc_address[grip]] if grip else _NO_FORCE
+        """Ground truth of the present state, which its extremes include; resets the extremes.
+
+        Args:
+            data: the state.
+            arm_command: commanded positions of the arm's joints, shape (n_arm,) [rad].
+        """
+        bend, contact = joint_bends(data.qpos, self._hinges), data.contact
+        touches_table = self._widen_extremes(bend, contact)
+        grip = self._find_grip(contact)
+        force = data.efc_force[[row for _, _, row in grip]] if grip else _NO_FORCE
         sample = Sample(
             time=data.time,
             qpos=data.qpos.copy(),
             object_position=data.xpos[self._object].copy(),
             object_axis=data.xmat[self._object, 0:9:3].copy(),
-            joint_bend=joint_bends(data.qpos, self._hinges),
+            joint_bend=bend,
             cable_pull=self.straight_length - data.ten_length[self._cables],
             cable_tension=-data.actuator_force[self.motors],
             grip_force=sum(force.tolist()),
-            slip_velocity=self._slip_velocity(data, [(i, geom[i]) for i in grip], force),
+            slip_velocity=self._slip_velocity(data, contact, grip, force),
             string_tension=self._string_tension(data),
             penetration=self._penetration,
             bend_most=self._bend,
             touches_robot=self._touches_robot,
-            touches_table=OBJECT + GROUND in pairs,
+            touches_table=touches_table,
             arm_touches_ground=self._arm_touches_ground,
             arm_torque=data.qfrc_actuator[self.arm_v].copy(),
             arm_position=data.qpos[self.arm_q].copy(),
@@ -145,13 +155,19 @@ class TruthRecorder:
         self.reset()
         return sample
 
-    def _find_grip(self, data: mujoco.MjData, pairs: list[int]) -> list[int]:
-        """Contacts between trunk and object with a normal force, which is that of a contact's first constraint row."""
-        rows = data.contact.efc_address.tolist()
-        return [i for i, (pair, row) in enumerate(zip(pairs, rows, strict=True)) if pair == OBJECT + TRUNK and row >= 0]
+    def _find_grip(self, contact: Any) -> list[tuple[int, int, int]]:
+        """Index, body of the trunk and first constraint row of each contact between trunk and object that has a force.
+
+        That row's force is the normal force.
+        """
+        kind, body, found = self._kind, self._body, []
+        for i, ((a, b), row) in enumerate(zip(contact.geom.tolist(), contact.efc_address.tolist(), strict=True)):
+            if kind[a] + kind[b] == OBJECT + TRUNK and row >= 0:
+                found.append((i, body[b if kind[a] == OBJECT else a], row))
+        return found
 
     def _slip_velocity(
-        self, data: mujoco.MjData, contacts: list[tuple[int, list[int]]], force: np.ndarray
+        self, data: mujoco.MjData, contact: Any, grip: list[tuple[int, int, int]], force: np.ndarray
     ) -> np.ndarray:
         r"""Mean of the contacts' sliding velocities, :math:`\sum_i N_i P_i (v_o - v_t) / \sum_i N_i`, shape (3,) [m/s].
 
@@ -161,46 +177,42 @@ class TruthRecorder:
 
         Args:
             data: the state.
-            contacts: index and the two geoms of each contact between trunk and object.
+            contact: its contacts.
+            grip: contacts between trunk and object, as of `_find_grip`.
             force: their normal forces [N].
         """
         total = force.sum()
         if not total > 0.0:
             return np.zeros(3)
-        position, frame, slips = data.contact.pos, data.contact.frame, []
-        for index, pair in contacts:
-            first, second = pair if self._kind[pair[0]] == OBJECT else pair[::-1]
+        position, frame, slips = contact.pos, contact.frame, []
+        motion, center, root = data.cvel, data.subtree_com, self._root
+        held = motion[self._object].tolist(), center[root[self._object]].tolist()
+        for index, body, _ in grip:
             point = position[index].tolist()
-            moved = zip(self._velocity(data, first, point), self._velocity(data, second, point), strict=True)
-            u, v, w = (a - b for a, b in moved)
+            u, v, w = _velocity(held, point)
+            a, b, c = _velocity((motion[body].tolist(), center[root[body]].tolist()), point)
+            u, v, w = u - a, v - b, w - c
             x, y, z = frame[index, :3].tolist()
             along = u * x + v * y + w * z
             slips.append((u - along * x, v - along * y, w - along * z))
         return np.asarray(force @ np.array(slips) / total)
 
-    def _velocity(self, data: mujoco.MjData, geom: int, point: list[float]) -> tuple[float, float, float]:
-        """Velocity of a point as it moves with a geom's body [m/s].
-
-        MuJoCo's ``cvel`` is the velocity about the centre of mass of the body's kinematic tree.
-        """
-        body = self._body[geom]
-        a, b, c, u, v, w = data.cvel[body].tolist()
-        x, y, z = (p - q for p, q in zip(point, data.subtree_com[self._root[body]].tolist(), strict=True))
-        return u + (b * z - c * y), v + (c * x - a * z), w + (a * y - b * x)
-
     def _string_tension(self, data: mujoco.MjData) -> float:
         if not self._strings:
             return 0.0
         first = data.ne + data.nf  # Rows of limits follow those of equalities and of dry friction.
-        limits = slice(first, first + data.nl)
-        return sum(
-            force
-            for kind, tendon, force in zip(
-                data.efc_type[limits].tolist(), data.efc_id[limits].tolist(), data.efc_force[limits].tolist(),
-                strict=True,
-            )
-            if kind == _STRING_LIMIT and tendon in self._strings
-        )  # fmt: skip
+        end = first + data.nl
+        kinds, tendons = data.efc_type[first:end].tolist(), data.efc_id[first:end].tolist()
+        pairs = enumerate(zip(kinds, tendons, strict=True), first)
+        rows = [row for row, (kind, tendon) in pairs if kind == _STRING_LIMIT and tendon in self._strings]
+        return sum(data.efc_force[rows].tolist()) if rows else 0
+
+
+def _velocity(motion: Motion, point: list[float]) -> tuple[float, float, float]:
+    """Velocity of a point that moves with a body [m/s]."""
+    (a, b, c, u, v, w), (x, y, z), (i, j, k) = *motion, point
+    x, y, z = i - x, j - y, k - z
+    return u + (b * z - c * y), v + (c * x - a * z), w + (a * y - b * x)
 
 
 def as_slice(indices: Sequence[int]) -> slice | np.ndarray:
@@ -219,8 +231,8 @@ def joint_bends(qpos: np.ndarray, hinges: np.ndarray) -> np.ndarray:
         qpos: generalised positions, shape (n_q,).
         hinges: addresses of the two perpendicular hinges of each joint, in either order, shape (2, n_joint).
     """
-    first, second = np.cos(qpos[hinges])
-    return np.asarray(np.arccos(first * second))
+    cosines = np.cos(qpos[hinges])
+    return np.asarray(np.arccos(cosines[0] * cosines[1]))
 
 
 def read_contacts(geom: np.ndarray, dist: np.ndarray, kind: Sequence[int]) -> tuple[float, bool, bool, bool]:

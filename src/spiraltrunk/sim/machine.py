@@ -5,6 +5,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 
@@ -98,13 +101,14 @@ class SimMachine:
         self.data.ctrl[self._arm_motors] = self._arm_command + self._servo_offset
         self._friction.reset(self.data)
         mujoco.mj_forward(self.model, self.data)
-        self.trace.append(self._truth.sample(self.data, self._arm_command))
+        first = self._truth.sample(self.data, self._arm_command)
+        # No period precedes it, of which there would be extremes.
+        self.trace.append(replace(first, penetration=0.0, bend_most=0.0, touches_robot=False, arm_touches_ground=False))
 
     def restart_trace(self) -> None:
         """Let time and trace begin anew with the present state."""
         self.data.time = 0.0
         self.trace.clear()
-        self.update_extremes()
         self.trace.append(self._truth.sample(self.data, self._arm_command))
 
     def hold_arm(self) -> None:
@@ -155,7 +159,7 @@ class SimMachine:
         self._friction.step(self.data, round(duration / self.options.timestep))
 
     def update_extremes(self) -> None:
-        """Take the present contacts and joint bends into the extremes of the next sample."""
+        """Take the present contacts and joint bends into the extremes of the next sample, besides its own."""
         self._truth.update_extremes(self.data)
 
     def record(self) -> None:
@@ -196,8 +200,9 @@ class SimMachine:
 
     def has_diverged(self) -> bool:
         """Whether MuJoCo warned of a state that is not finite or too large; it resets the state then and goes on."""
-        counts = self.data.warning.number.tolist()
-        return any(counts[kind] for kind in _DIVERGED) or not np.isfinite(self.data.qpos).all()
+        counts, qpos = self.data.warning.number.tolist(), self.data.qpos
+        # MuJoCo warns from 1e10 on: below, squares sum up to a finite number. This takes a fifth of `np.isfinite`.
+        return any(counts[kind] for kind in _DIVERGED) or not math.isfinite(qpos.dot(qpos))
 
     def _find_servo_offset(self) -> np.ndarray:
         """Offset of the servos' targets by which they hold the trunk's weight at rest, shape (n_arm,) [rad].

@@ -20,6 +20,9 @@ from spiraltrunk.sim.machine import GRIPPER_TIME, SimMachine
 from spiraltrunk.sim.plant_state import Pending, PlantState
 from spiraltrunk.sim.scene.options import EXTREMES_PERIOD, SceneOptions
 
+_SPANS = round(CONTROL_PERIOD / EXTREMES_PERIOD)
+"""Spans of a control period, at the ends of which extremes are taken: at the last one with the sample [-]."""
+
 
 @final
 class SimPlant(SimMachine, Plant):
@@ -86,17 +89,19 @@ class SimPlant(SimMachine, Plant):
         """Advance by a control period in which the arm's targets go to a position, shape (n_arm,) [rad]."""
         if has_arrived:
             self.set_arm(end)
-            for _ in range(round(CONTROL_PERIOD / EXTREMES_PERIOD)):
+            for i in range(_SPANS):
+                if i > 0:
+                    self.update_extremes()
                 self.advance(EXTREMES_PERIOD)
-                self.update_extremes()
             return
         ctrl, motors, period = self.data.ctrl, self._arm_motors, self.arm_period
-        ticks = round(EXTREMES_PERIOD / period)
-        for i, target in enumerate(self.interpolate_arm(end) + self._servo_offset, 1):
-            ctrl[motors] = target
-            self.advance(period)
-            if i % ticks == 0:
+        targets = self.interpolate_arm(end) + self._servo_offset
+        for i, part in enumerate(targets.reshape(_SPANS, -1, end.size)):
+            if i > 0:
                 self.update_extremes()
+            for target in part:
+                ctrl[motors] = target
+                self.advance(period)
         self._arm_command = end
 
     def get_state(self) -> PlantState:
@@ -182,6 +187,7 @@ class SimPlant(SimMachine, Plant):
 
 def _copy(command: Command) -> Command:
     pull = None if command.cable_pull is None else command.cable_pull.copy()
-    return replace(
-        command, T_world_base=command.T_world_base.copy(), cable_tension=command.cable_tension.copy(), cable_pull=pull
-    )
+    return Command(
+        T_world_base=command.T_world_base.copy(), cable_tension=command.cable_tension.copy(), cable_pull=pull,
+        gripper=command.gripper,
+    )  # fmt: skip

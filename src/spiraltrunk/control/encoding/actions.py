@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from spiraltrunk.control.encoding.control_mode import ControlMode
+from spiraltrunk.control.encoding.rotation_vector import measure_turn, rotate_by
 from spiraltrunk.control.messages import Command, Task
 from spiraltrunk.control.plant import CONTROL_PERIOD
 from spiraltrunk.design.trunk import TrunkDesign
@@ -194,8 +194,8 @@ def interpolate_command(before: Command, after: Command, share: float) -> Comman
     T, start, end = before.T_world_base.copy(), before.T_world_base, after.T_world_base
     T[:3, 3] += share * (end[:3, 3] - start[:3, 3])
     if not np.array_equal(start[:3, :3], end[:3, :3]):
-        turn = Rotation.from_matrix(end[:3, :3] @ start[:3, :3].T).as_rotvec()
-        T[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix() @ start[:3, :3]
+        turn = measure_turn(end[:3, :3] @ start[:3, :3].T)
+        T[:3, :3] = rotate_by([share * part for part in turn]) @ start[:3, :3]
     pull = after.cable_pull
     if pull is not None and before.cable_pull is not None:
         with np.errstate(invalid="ignore"):
@@ -216,13 +216,14 @@ def read_action(action: np.ndarray, size: int) -> np.ndarray:
     """
     try:
         given = np.asarray(action, dtype=float)
-        is_right = given.shape == (size,) and all(map(math.isfinite, given.tolist()))
+        numbers = given.tolist()
+        is_right = given.shape == (size,) and all(map(math.isfinite, numbers))
     except (ValueError, TypeError):
         is_right = False
     if not is_right:
         told = describe(action.tolist() if isinstance(action, np.ndarray) else action)
         raise ModelError(f"action is {told}; allowed: {size} finite numbers from -1 to 1")
-    return np.minimum(np.maximum(given, -1.0), 1.0)
+    return np.array([min(max(each, -1.0), 1.0) for each in numbers])
 
 
 def _require_arm(arm: ArmJoints | None) -> ArmJoints:
@@ -252,7 +253,7 @@ def move_frame(start: np.ndarray, moved: Vectors) -> np.ndarray:
     T, (way, turn) = start.copy(), moved
     T[:3, 3] += way
     if any(turn):
-        T[:3, :3] = Rotation.from_rotvec(turn).as_matrix() @ start[:3, :3]
+        T[:3, :3] = rotate_by(turn) @ start[:3, :3]
     return T
 
 
@@ -264,7 +265,7 @@ def measure_displacement(end: np.ndarray, start: np.ndarray) -> Vectors:
     way = (end[:3, 3] - start[:3, 3]).tolist()
     if np.abs(end[:3, :3] - start[:3, :3]).max() < _SAME:
         return [way, [0.0, 0.0, 0.0]]
-    return [way, Rotation.from_matrix(end[:3, :3] @ start[:3, :3].T).as_rotvec().tolist()]
+    return [way, measure_turn(end[:3, :3] @ start[:3, :3].T)]
 
 
 def _task_frame(task: Task) -> np.ndarray:
@@ -279,24 +280,25 @@ def _place(action: np.ndarray, task: Task) -> np.ndarray:
     """Frame of the base from its pose in the frame of the announced object, shape (4, 4)."""
     frame, T = _task_frame(task), np.eye(4)
     T[:3, 3] = task.target.position + POSE_RANGE * frame @ action[:3]
-    T[:3, :3] = frame @ Rotation.from_rotvec(np.pi * action[3:]).as_matrix() @ HANGING
+    T[:3, :3] = frame @ rotate_by((np.pi * action[3:]).tolist()) @ HANGING
     return T
 
 
 def _measure_place(T: np.ndarray, task: Task) -> np.ndarray:
     frame = _task_frame(task)
-    turn = Rotation.from_matrix(frame.T @ T[:3, :3] @ HANGING.T).as_rotvec()
-    return np.concatenate([frame.T @ (T[:3, 3] - task.target.position) / POSE_RANGE, turn / np.pi])
+    turn = measure_turn(frame.T @ T[:3, :3] @ HANGING.T)
+    return np.concatenate([frame.T @ (T[:3, 3] - task.target.position) / POSE_RANGE, np.array(turn) / np.pi])
 
 
 def decode_cables(mode: ControlMode, given: np.ndarray, design: TrunkDesign) -> tuple[np.ndarray, np.ndarray | None]:
     """Largest tensions and pulls of an action's numbers for the cables, each of shape (n_cable,) [N, m]."""
-    n, most = design.n_cable, design.cable.tension_max
-    tension = (given[:n] + 1) / 2 * most if mode.sets_tension else np.full(n, PULL_TENSION * most)
+    n, most, numbers = design.n_cable, design.cable.tension_max, given.tolist()
+    shares = [(each + 1) / 2 for each in numbers[:n]] if mode.sets_tension else [PULL_TENSION] * n
+    tension = np.array([share * most for share in shares])
     if not mode.sets_pull:
         return tension, None
-    share = given[-n:]
-    return tension, np.where(share >= 1.0, np.inf, share * PULL_RANGE * design.cable_stroke)
+    stroke = design.cable_stroke
+    return tension, np.array([math.inf if each >= 1.0 else each * PULL_RANGE * stroke for each in numbers[-n:]])
 
 
 def _encode_cables(mode: ControlMode, command: Command, design: TrunkDesign) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from functools import cached_property
 from typing import final
 
 from spiraltrunk.checks import check_number
@@ -27,22 +28,22 @@ class ControlMode(Enum):
     POSE_TENSION_PULL = "pose-tension-pull"
     """Pose of the base in the frame of the announced object, largest tensions, then largest pulls of the cables."""
 
-    @property
+    @cached_property
     def sets_joints(self) -> bool:
         """Whether it sets the arm's joints, and not the base."""
         return self is ControlMode.JOINT_TENSION
 
-    @property
+    @cached_property
     def is_relative(self) -> bool:
         """Whether it displaces the base from where it was commanded to be."""
         return self.value.startswith("delta")
 
-    @property
+    @cached_property
     def sets_tension(self) -> bool:
         """Whether it sets largest tensions."""
         return "tension" in self.value
 
-    @property
+    @cached_property
     def sets_pull(self) -> bool:
         """Whether it sets largest pulls."""
         return self.value.endswith("pull")

@@ -72,8 +72,8 @@ def encode_agent(observation: Observation, command: Command | None = None) -> np
         observation.cable_tension, observation.base_force, observation.base_torque, lead,
         (0.0 if command is None else command.gripper, observation.time / LONGEST),
     ])  # fmt: skip
-    low, high = _find_agent_bounds(_Key(observation.task.design), len(observation.arm_position))
-    return np.asarray(np.minimum(np.maximum(values, low), high), dtype=np.float32)
+    low, high = _find_wide_bounds(_Key(observation.task.design), len(observation.arm_position))
+    return np.minimum(np.maximum(values, low), high).astype(np.float32)
 
 
 def environment_names() -> tuple[str, ...]:
@@ -93,16 +93,12 @@ def encode_environment(observation: Observation) -> np.ndarray:
     The announced object and the goal, which are constant in a run, and the camera's latest observation: whether there
     is one, its age over `LONGEST`, position and axis. Where nothing was seen, these are the announced ones, of age 0.
     """
-    task, camera = observation.task, observation.camera
-    if camera is None:
-        look = (0.0, 0.0, *task.target.position.tolist(), *task.target.axis.tolist())
-    else:
+    values, camera = _encode_task(_Key(observation.task)).copy(), observation.camera
+    if camera is not None:
         age = (observation.time - camera.time) / LONGEST
-        look = (1.0, age, *camera.position.tolist(), *camera.axis.tolist())
-    known, (low, high) = _encode_task(_Key(task)), environment_bounds()
-    values = np.empty(low.size, np.float32)
-    values[: known.size] = known
-    values[known.size :] = np.minimum(np.maximum(look, low[known.size :]), high[known.size :])
+        look = np.array((1.0, age, *camera.position.tolist(), *camera.axis.tolist()))
+        low, high = environment_bounds()
+        values[-look.size :] = np.minimum(np.maximum(look, low[-look.size :]), high[-look.size :])
     return values
 
 
@@ -124,10 +120,10 @@ class _Key(Generic[Kept]):
 
 @lru_cache(maxsize=8)
 def _encode_task(key: _Key[Task]) -> np.ndarray:
-    """The part of `encode_environment` that is constant in a run, float32 and read-only."""
-    described = _describe_task(key.value)
-    low, high = (bound[: len(described)] for bound in environment_bounds())
-    known = np.clip(described, low, high).astype(np.float32)
+    """`encode_environment` where nothing was seen, which is constant in a run, float32 and read-only."""
+    target = key.value.target
+    look = (0.0, 0.0, *target.position.tolist(), *target.axis.tolist())
+    known = np.clip((*_describe_task(key.value), *look), *environment_bounds()).astype(np.float32)
     known.flags.writeable = False
     return known
 
@@ -161,6 +157,13 @@ def _measure(design: TrunkDesign) -> tuple[int, float, float]:
 @lru_cache(maxsize=16)
 def _find_agent_bounds(design: _Key[TrunkDesign], n_arm: int) -> tuple[np.ndarray, np.ndarray]:
     return _read_bounds(_agent_rows(n_arm, *_measure(design.value)))
+
+
+@lru_cache(maxsize=16)
+def _find_wide_bounds(design: _Key[TrunkDesign], n_arm: int) -> tuple[np.ndarray, np.ndarray]:
+    """The same bounds in float64, with which NumPy compares numbers of float64 without converting them each time."""
+    low, high = _find_agent_bounds(design, n_arm)
+    return low.astype(float), high.astype(float)
 
 
 def _agent_rows(n_arm: int, n_cable: int, pull: float, tension: float) -> list[Row]:

@@ -144,7 +144,7 @@ def _next_velocity(
     behind: Sequence[float], feed: Sequence[float], velocity: Sequence[float], most: float, fastest: float
 ) -> list[float]:
     """`next_velocity` of one vector; in plain numbers, as arrays of three take three times as long."""
-    wanted, error = list(feed), math.hypot(*behind)
+    wanted, error = feed, math.hypot(*behind)
     if error > 0.0:
         rate = min(1.0 / CONTROL_PERIOD, BRAKING * math.sqrt(2.0 * most / error))
         wanted = [v + rate * e for v, e in zip(feed, behind, strict=True)]
