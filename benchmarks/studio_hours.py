@@ -20,13 +20,13 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from playwright.sync_api import Error, Page, sync_playwright
+from playwright.sync_api import CDPSession, Error, Page, sync_playwright
 
 FLAGS = [
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
@@ -44,7 +44,11 @@ BLOCKS = 10
 T_95 = 2.306
 """Student's t of 95 % for ten blocks and two parameters [-]."""
 
-MEMORIES = ("server_mb", "twin_mb", "page_mb", "browser_mb", "heap_mb")
+MEMORIES = ("server_mb", "twin_mb", "page_mb", "anon_mb", "shmem_mb", "file_mb", "heap_mb", "gpu_mb", "browser_mb")
+"""Of the page's process: all that is resident, of which anonymous (its own), shared with the GPU process (buffers of
+what is drawn) and mapped files (the browser's program, as far as it was used); the rest are whole processes."""
+
+KINDS_OF_MEMORY = {"anon_mb": "RssAnon", "shmem_mb": "RssShmem", "file_mb": "RssFile"}
 
 
 def read_arguments() -> argparse.Namespace:
@@ -131,22 +135,29 @@ def list_below(root: int, processes: dict[int, Any]) -> set[int]:
     return below
 
 
-def sample(server: int, page: Page, counts: Path) -> dict[str, float]:
+def read_kind(numbers: Iterable[int], kind: str) -> float:
+    """Resident memory of one kind of processes [MB]."""
+    lines = [line for number in numbers for line in Path(f"/proc/{number}/status").read_text().splitlines()]
+    return round(sum(int(line.split()[1]) for line in lines if line.startswith(kind)) / 1024, 1)
+
+
+def sample(server: int, session: CDPSession, counts: Path) -> dict[str, float]:
     """Memory and processor time of all, and the number of messages."""
     processes = read_processes()
     mine, served = list_below(os.getpid(), processes), list_below(server, processes)
     browser = {number for number in mine - served if "chrom" in processes[number][1]}
-    pages = {number for number in browser if "--type=renderer" in processes[number][1]}
-    session = page.context.new_cdp_session(page)
-    session.send("Performance.enable")
+    renderers = [number for number in browser if "--type=renderer" in processes[number][1]]
+    pages = {max(renderers, key=lambda number: processes[number][3])}  # Two more are kept in reserve, and do nothing.
+    gpu = {number for number in browser if "--type=gpu-process" in processes[number][1]}
+    session.send("HeapProfiler.collectGarbage")
     figures = {one["name"]: one["value"] for one in session.send("Performance.getMetrics")["metrics"]}
-    session.detach()
     with suppress(OSError, ValueError):
         figures |= json.loads(counts.read_text())
     of = lambda numbers: round(sum(processes[number][2] for number in numbers), 1)  # noqa: E731
     return {
         "server_mb": of({server}), "twin_mb": of(served), "page_mb": of(pages), "browser_mb": of(browser),
-        "heap_mb": round(figures["JSHeapUsedSize"] / 2**20, 1), "nodes": figures["Nodes"],
+        "gpu_mb": of(gpu), **{name: read_kind(pages, kind) for name, kind in KINDS_OF_MEMORY.items()},
+        "heap_mb": round(figures["JSHeapUsedSize"] / 2**20, 2), "nodes": figures["Nodes"],
         "cpu_s": round(sum(processes[number][3] for number in mine), 1),
         **{name: figures.get(name, 0) for name in ("sent", "received", "beats", "answers")},
     }  # fmt: skip
@@ -222,6 +233,8 @@ def use(arguments: argparse.Namespace) -> None:
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         prepare(page, address)
         page.set_default_timeout(30_000)
+        session = page.context.new_cdp_session(page)
+        session.send("Performance.enable")
         began = time.monotonic()
         with arguments.log.open("w") as log:
             while (spent := time.monotonic() - began) < 60 * arguments.minutes:
@@ -231,7 +244,7 @@ def use(arguments: argparse.Namespace) -> None:
                     n_lost += 1
                     print(f"an act was lost: {str(error).splitlines()[0]}", file=sys.stderr, flush=True)
                 seen = {"minutes": round(spent / 60, 2), "acts": acts.total(), "lost": n_lost, "haste": arguments.haste}
-                log.write(json.dumps(seen | sample(server, page, counts)) + "\n")
+                log.write(json.dumps(seen | sample(server, session, counts)) + "\n")
                 log.flush()
                 page.wait_for_timeout(max(0.0, 1000 * (began + spent + arguments.every - time.monotonic())))
 

@@ -108,6 +108,7 @@ def test_parts_are_made_and_offered_or_stopped(open_design, tmp_path):
     with zipfile.ZipFile(io.BytesIO((tmp_path / "parts.zip").read_bytes())) as archive:
         assert "parts/drum.stl" in archive.namelist()
     page.get_by_role("button", name="Make parts").click()
+    page.get_by_role("button", name="Stop").wait_for()  # The page's thread has begun, and made the folder.
     folder = tab._parts._folder
     page.get_by_role("button", name="Stop").click()
     page.get_by_text("Stopped.").wait_for(timeout=LONG)
