@@ -45,8 +45,7 @@ def build(design, options, groups=("all",)):
     """The build of these groups, with volumes of definitions in place of solids."""
     parts = build_parts(design, groups, options)
     made = [
-        SimpleNamespace(part=part, finding=SimpleNamespace(volume=find_volume(part.form), area=100.0))
-        for part in parts
+        SimpleNamespace(part=part, finding=SimpleNamespace(volume=find_volume(part.form), area=100.0)) for part in parts
     ]
     return Build(design, options, parts, build_bill(design, made, options))
 

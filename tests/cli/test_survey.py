@@ -47,6 +47,12 @@ def fakes(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return fakes
 
 
+@pytest.fixture
+def is_inline(fakes: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fake trials run in this process, as each other one takes seconds to start."""
+    monkeypatch.setattr(engine, "run_jobs", fakes.run_inline)
+
+
 def start(work: str, *arguments: str) -> subprocess.Popen[str]:
     """Begin the command with Ctrl-C heard, also where the tests run in the background and ignore it."""
     pipe = subprocess.PIPE
@@ -99,7 +105,7 @@ def test_json_is_the_survey_without_its_trials(tmp_path: Path, capsys: pytest.Ca
     assert printed.out.splitlines()[-1] == f"6 files in {tmp_path}"
 
 
-@pytest.mark.usefixtures("fakes")
+@pytest.mark.usefixtures("is_inline")
 def test_all_strategies_with_their_objects_or_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -163,7 +169,7 @@ def test_bad_input_is_refused(argv: list[str], told: str, tmp_path: Path, capsys
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.usefixtures("fakes")
+@pytest.mark.usefixtures("is_inline")
 def test_another_surveys_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["survey", "--strategies", "wrap-vertical", "--workers", "1", "--out", str(tmp_path)]
     assert cli.main([*argv, "--trials", "1"]) == 0
@@ -191,7 +197,7 @@ def test_without_ray_its_extra_is_named(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.usefixtures("fakes")
+@pytest.mark.usefixtures("is_inline")
 def test_shards_are_merged_and_surveys_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["survey", "--strategies", "wrap-vertical,kick", "--trials", "5", "--workers", "1", "--json"]
     folders = [str(tmp_path / name) for name in ("1", "2", "merged", "whole")]
