@@ -219,15 +219,16 @@ def test_shards_are_merged_and_surveys_compared(tmp_path: Path, capsys: pytest.C
     assert "--merge needs --out" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("is_inline")
 @pytest.mark.parametrize(
-    ("number", "code", "last", "to_all"),
+    ("number", "code", "last"),
     [
-        (signal.SIGINT, 130, "spiraltrunk: interrupted", True),
-        (signal.SIGTERM, 143, "spiraltrunk: terminated", False),
+        (signal.SIGINT, 130, "spiraltrunk: interrupted"),
+        pytest.param(signal.SIGTERM, 143, "spiraltrunk: terminated", marks=pytest.mark.slow),
     ],
 )
 def test_a_signal_leaves_what_has_ended(
-    number: signal.Signals, code: int, last: str, to_all: bool, tmp_path: Path
+    number: signal.Signals, code: int, last: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Ctrl-C reaches every process of the terminal, ``kill`` one."""
     out = tmp_path / "out"
@@ -238,7 +239,7 @@ def test_a_signal_leaves_what_has_ended(
         if line.startswith("spiraltrunk: 3/6"):
             break
     began = time.monotonic()
-    (os.killpg if to_all else os.kill)(running.pid, number)
+    (os.killpg if number == signal.SIGINT else os.kill)(running.pid, number)
     printed, said = running.communicate(timeout=30)
     assert time.monotonic() - began < 20, "a trial of a minute was waited for"
     assert (running.returncode, printed) == (code, ""), said
@@ -250,16 +251,10 @@ def test_a_signal_leaves_what_has_ended(
     held = load(out)
     assert not held["complete"]
     assert [row["index"] for row in held["rows"]] == [0, 1, 2]
-    if to_all:
-        assert_goes_on(out, arguments)
-
-
-def assert_goes_on(out: Path, arguments: tuple[str, ...]) -> None:
-    again = start("work", *arguments)
-    printed, said = again.communicate(timeout=240)
-    assert again.returncode == 0, said
-    assert said.startswith("spiraltrunk: 3/6 trials are there already\n")
-    assert json.loads(printed)["strategies"]["wrap-vertical"]["trials"] == 6
+    assert cli.main(["survey", *arguments]) == 0
+    captured = capsys.readouterr()
+    assert captured.err.startswith("spiraltrunk: 3/6 trials are there already\n")
+    assert json.loads(captured.out)["strategies"]["wrap-vertical"]["trials"] == 6
 
 
 def test_without_out_an_interrupted_survey_says_that_it_is_lost(tmp_path: Path) -> None:
