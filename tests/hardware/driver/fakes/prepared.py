@@ -13,6 +13,7 @@ from typing import Any
 from unittest import mock
 
 from spiraltrunk.design.presets import PAPER
+from spiraltrunk.workflows.drive.twin.twin_robot import TwinRobot
 
 _REDUCERS = {
     ModuleType: lambda module: (importlib.import_module, (module.__name__,)),
@@ -28,8 +29,9 @@ def copy_robot(robot: Any) -> Any:
     """A robot of its own in the same state."""
     with mock.patch.dict(copyreg.dispatch_table, _REDUCERS):
         copied = copy.deepcopy(robot, {id(PAPER): PAPER})
-    if copied.twin.cells is not None:
-        copied.twin.cells._read_tensions = lambda: copied.twin.tensions  # A function is not copied.
+    motors = copied.motors if isinstance(copied, TwinRobot) else copied.twin
+    if motors.cells is not None:
+        motors.cells._read_tensions = lambda: motors.tensions  # A function is not copied.
     return copied
 
 
