@@ -27,8 +27,11 @@ def show(name: str, result: FaultResult) -> None:
     )
 
 
+LATER = {"duplicate", "reorder", "frame_loss_1_percent"}
+"""Milder than faults of the bus that are tried."""
+
 MARKED = [
-    pytest.param(name, marks=pytest.mark.slow) if scenario.has_cells or name in ("duplicate", "reorder") else name
+    pytest.param(name, marks=pytest.mark.slow) if scenario.has_cells or name in LATER else name
     for name, scenario in SCENARIOS.items()
 ]
 """Each fault; those of load cells are tried by faster tests beside the driver."""
