@@ -94,7 +94,14 @@ def test_house_keeps_its_contracts() -> None:
         assert f"{name} KEPT" in lint.stdout
 
 
-@pytest.mark.parametrize("breach", BREACHES)
+FIRST = {contract: breach for breach, (_, _, contract) in reversed(BREACHES.items())}
+"""A breach of each contract."""
+
+
+@pytest.mark.parametrize(
+    "breach",
+    [pytest.param(breach, marks=[] if breach in FIRST.values() else [pytest.mark.slow]) for breach in BREACHES],
+)
 def test_breach_is_noticed(house: Path, breach: str) -> None:
     file, line, contract = BREACHES[breach]
     path = house / "src" / "spiraltrunk" / file

@@ -63,6 +63,7 @@ def test_sdist_holds_what_builds_it(built: Path) -> None:
     assert {"pyproject.toml", "README.md", "LICENSE", "src/spiraltrunk/__init__.py"} <= held
 
 
+@pytest.mark.slow
 def test_wheel_runs_without_the_repository(built: Path, tmp_path: Path) -> None:
     """The wheel's files alone, beside the packages that are installed here."""
     site = tmp_path / "site"

@@ -6,6 +6,7 @@ import math
 import re
 from collections import Counter
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -34,12 +35,17 @@ DESIGNS = {name: presets.get(name) for name in presets.NAMES}
 DESIGNS["bare"] = replace(presets.PAPER, gripper=None, name="bare")
 
 
+@cache
+def find_volume(form):
+    """Volume of a form, which many builds share [mm^3]."""
+    return compute_volume(form)
+
+
 def build(design, options, groups=("all",)):
     """The build of these groups, with volumes of definitions in place of solids."""
     parts = build_parts(design, groups, options)
     made = [
-        SimpleNamespace(part=part, finding=SimpleNamespace(volume=compute_volume(part.form), area=100.0))
-        for part in parts
+        SimpleNamespace(part=part, finding=SimpleNamespace(volume=find_volume(part.form), area=100.0)) for part in parts
     ]
     return Build(design, options, parts, build_bill(design, made, options))
 
@@ -89,7 +95,7 @@ def test_the_filament_is_the_parts_volumes_at_their_settings(built):
     for part in built.parts:
         if part.material.is_cast:
             continue
-        settings, volume = find_settings(part.name), compute_volume(part.form)
+        settings, volume = find_settings(part.name), find_volume(part.form)
         wall = min(volume, settings.lines * built.options.nozzle * 100.0)
         share = (wall + settings.infill * (volume - wall)) / volume
         masses[part.material.name] += part.count * 1e-6 * part.material.density * volume * share

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import spiraltrunk.cli.verbs.grasp
 import spiraltrunk.workflows.bench
 import spiraltrunk.workflows.grasp.artifacts
 import spiraltrunk.workflows.grasp.pictures
@@ -23,6 +24,8 @@ from spiraltrunk import cli
 from spiraltrunk.control.arm_limits import find_missing_limits
 from spiraltrunk.design import ArmDesign, load_design, presets, write_design
 from spiraltrunk.errors import MissingPackage, RunError
+from spiraltrunk.report import Series
+from spiraltrunk.report.trial.figures import FIGURES
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.robot.arm import arm_limits
 from spiraltrunk.workflows.bench import Claim
@@ -49,6 +52,17 @@ def played(trial: Trial, monkeypatch: pytest.MonkeyPatch) -> Trial:
     """The command line gets this trial without running it again."""
     monkeypatch.setattr(spiraltrunk.workflows.grasp.trial, "run_trial", lambda *args, **options: trial)
     return trial
+
+
+@pytest.fixture
+def unplotted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plots take seconds: here each is a file with its name in it."""
+
+    def write(series: Series, folder: Path) -> None:
+        for name in FIGURES:
+            (folder / name).write_text(name)
+
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.artifacts, "write_plots", write)
 
 
 def strict(text: str) -> dict[str, Any]:
@@ -147,6 +161,7 @@ def test_an_arm_that_states_no_limits_is_not_passed_in_silence(
     assert (result["limits_judged"], result["limits_not_judged"], printed.err) == (True, [], "")
 
 
+@pytest.mark.usefixtures("unplotted")
 def test_without_graphics_the_rest_is_written(
     played: Trial, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -161,6 +176,7 @@ def test_without_graphics_the_rest_is_written(
     ]
 
 
+@pytest.mark.usefixtures("unplotted")
 def test_old_pictures_do_not_outlive_their_trial(
     played: Trial, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -189,7 +205,7 @@ CUTS = {
     "where",
     [(spiraltrunk.workflows.grasp.trial, "run_trial"), (spiraltrunk.workflows.grasp.artifacts, "compute_result")],
 )
-@pytest.mark.usefixtures("played")
+@pytest.mark.usefixtures("played", "unplotted")
 def test_what_is_cut_short_leaves_nothing(
     cut: str,
     where: tuple[Any, str],
@@ -249,17 +265,32 @@ sys.exit(cli.main(["grasp", "kick", "--out", sys.argv[1]]))
 
 
 @pytest.mark.gl
-def test_pictures(tmp_path: Path) -> None:
-    """The whole verb in a fresh process, with a video of one frame a second."""
-    av = pytest.importorskip("av")
+@pytest.mark.usefixtures("played", "unplotted")
+def test_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Film strip and video of one frame a second, drawn by this process."""
+    monkeypatch.setattr(spiraltrunk.workflows.grasp.pictures, "FPS", 1)
+    monkeypatch.setattr(spiraltrunk.cli.verbs.grasp, "_WORKERS", 1)
+    assert cli.main(["grasp", "--out", str(tmp_path)]) == 0
+    check_pictures(tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.gl
+def test_pictures_of_a_fresh_process(tmp_path: Path) -> None:
+    """The whole verb, with the processes that draw the video."""
     command = [sys.executable, "-c", DRAWN, str(tmp_path)]
     ran = subprocess.run(command, env=os.environ, capture_output=True, text=True, check=False)
     if "no OpenGL" in ran.stderr:
         pytest.skip(ran.stderr.splitlines()[-1])
     assert ran.returncode == 0, ran.stderr
-    assert {path.name for path in tmp_path.glob("[!.]*")} == PLAIN | {"grasp.mp4", "filmstrip.png"}
-    duration = strict((tmp_path / "result.json").read_text())["phases"][-1]["end_s"]
-    with av.open(str(tmp_path / "grasp.mp4")) as video:
+    check_pictures(tmp_path)
+
+
+def check_pictures(folder: Path) -> None:
+    av = pytest.importorskip("av")
+    assert {path.name for path in folder.glob("[!.]*")} == PLAIN | {"grasp.mp4", "filmstrip.png"}
+    duration = strict((folder / "result.json").read_text())["phases"][-1]["end_s"]
+    with av.open(str(folder / "grasp.mp4")) as video:
         frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
     assert len(frames) == pytest.approx(duration, abs=1.0)
     assert frames[0].shape == (480, 640, 3)

@@ -39,7 +39,8 @@ def test_without_metadata_all_is_installed_again(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize(
     ("package", "arguments"),
     [("matplotlib", ["shape", "--dorsal-mm", "30", "--plot", "shape.png"]), ("mink", ["grasp", "kick", "--no-video"]),
-     ("trimesh", ["export", "--parts", "horn", "--formats", "stl", "--out", "out"])],
+     pytest.param("trimesh", ["export", "--parts", "horn", "--formats", "stl", "--out", "out"],
+                  marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_a_verb_without_its_package_is_one_line(package: str, arguments: list[str], tmp_path: Path) -> None:
     """A process of its own: here the package is loaded."""

@@ -218,8 +218,8 @@ sys.exit(cli.main(sys.argv[1:]))
     ("argv", "name"),
     [
         (("design", "--out", "{}/trunk.toml"), "trunk.toml"),
-        (("validate", "--plan", "--out", "{}"), "plan.md"),
-        (("calibrate", "--bench", "loads.csv", "--out", "{}"), "bench.png"),
+        pytest.param(("validate", "--plan", "--out", "{}"), "plan.md", marks=pytest.mark.slow),
+        pytest.param(("calibrate", "--bench", "loads.csv", "--out", "{}"), "bench.png", marks=pytest.mark.slow),
     ],
 )
 def test_a_full_disc_is_one_line_with_the_file_that_could_not_be_written(

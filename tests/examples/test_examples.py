@@ -9,8 +9,8 @@ import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples"
 EXAMPLES = sorted(path.name for path in FOLDER.glob("[0-9]*.py"))
-LONG = {"31_calibrate.py", "40_make_parts.py"}
-"""Examples of commands that other tests run whole."""
+LONG = {"20_own_stl.py", "31_calibrate.py", "40_make_parts.py"}
+"""Examples of which other tests run every part."""
 
 
 def test_there_are_examples():

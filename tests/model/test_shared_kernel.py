@@ -55,19 +55,25 @@ def test_second_process_compiles_and_this_one_loads(tmp_path: Path) -> None:
     ("program", "variables"),
     [
         ("small.tell()", {"NUMBA_NUM_THREADS": "1"}),
-        ("small.tell()", {"SPIRALTRUNK_COMPILES": "1"}),
-        ("sys.executable = '/opt/app'; small.tell()", {}),
-        ("sys.executable = None; small.tell()", {}),
-        ("sys.frozen = True; small.tell()", {}),
         ("sys.executable = '/opt/python'; small.tell()", {}),  # It cannot be started.
-        ("small.SHARED._kernel._cache.disable(); small.tell()", {}),
+        pytest.param("small.tell()", {"SPIRALTRUNK_COMPILES": "1"}, marks=pytest.mark.slow),
+        pytest.param("sys.executable = '/opt/app'; small.tell()", {}, marks=pytest.mark.slow),
+        pytest.param("sys.executable = None; small.tell()", {}, marks=pytest.mark.slow),
+        pytest.param("sys.frozen = True; small.tell()", {}, marks=pytest.mark.slow),
+        pytest.param("small.SHARED._kernel._cache.disable(); small.tell()", {}, marks=pytest.mark.slow),
     ],
 )
 def test_without_a_second_process_this_one_compiles(tmp_path: Path, program: str, variables: dict[str, str]) -> None:
     assert run(tmp_path, program, **variables) == "True 0\n"
 
 
-@pytest.mark.parametrize("begin", ["raise ValueError", "os._exit(3)", "os.kill(os.getpid(), 9)"])
+@pytest.mark.parametrize(
+    "begin",
+    [
+        "os.kill(os.getpid(), 9)",
+        *(pytest.param(one, marks=pytest.mark.slow) for one in ("raise ValueError", "os._exit(3)")),
+    ],
+)
 def test_where_the_second_process_fails_this_one_compiles(tmp_path: Path, begin: str) -> None:
     assert run(tmp_path, begin=begin) == "True 0\n"
 

@@ -22,8 +22,14 @@ def _load(name: str) -> ModuleType:
     return sys.modules[name]
 
 
+@pytest.fixture(scope="session")
+def prepared():
+    """Copies of prepared robots: `copy_robot` and `prepare_once`."""
+    return _load("prepared")
+
+
 @pytest.fixture
-def build_sts(monkeypatch):
+def build_sts(monkeypatch, prepared):
     """Builds a robot of STS servos; all are closed at the end."""
     robots = []
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -30,7 +31,8 @@ LIMITS = SafetyLimits()
 class Twin:
     """A robot of GM6020 with what a robot of servos has."""
 
-    def __init__(self, cells: LoadCellSetup | None) -> None:
+    def __init__(self, cells: LoadCellSetup | None, prepared: ModuleType) -> None:
+        self.cells, self.prepared = cells, prepared
         file = RobotFile(
             name="bench", bus="virtual:x", motors=MotorSetup(family="gm6020", ids=(1, 2, 3)), load_cells=cells
         )
@@ -47,7 +49,8 @@ class Twin:
             self.driver.tick()
 
     def prepare(self):
-        self.robot.prepare()
+        """Home and arm, or become a copy of a robot as this one that was."""
+        self.prepared.prepare_once(self, ("gm6020", self.cells), self.robot.prepare)
 
     def is_off(self):
         return all(abs(motor.torque) < 1e-3 for motor in self.twin.motors)
@@ -57,14 +60,14 @@ class Twin:
 
 
 @pytest.fixture(params=["gm6020", "sts"])
-def build(request, build_sts):
+def build(request, build_sts, prepared):
     """Builds a robot with load cells, or without."""
     robots = []
 
     def build(cells: LoadCellSetup | None = CELLS):
         if request.param == "sts":
             return build_sts(cells=None if cells is None else cells.build_settings(3))
-        robots.append(Twin(cells))
+        robots.append(Twin(cells, prepared))
         return robots[-1]
 
     yield build
@@ -77,8 +80,36 @@ def robot(build):
     return build()
 
 
+@pytest.fixture
+def pulling(robot, prepared):
+    """A robot that has pulled for 3 s, or a copy of one that has."""
+
+    def prepare():
+        robot.prepare()
+        robot.run(3.0, PULL)
+
+    prepared.prepare_once(robot, ("pulling", type(robot).__name__), prepare)
+    return robot
+
+
 def read_felt(robot):
     return [cable.felt for cable in robot.driver.snapshot().cables]
+
+
+def test_a_copy_of_a_prepared_robot_goes_on_as_that_does(robot, prepared):
+    """On which all tests here rest that begin with a prepared robot."""
+
+    def run(one):
+        for k in range(20):
+            one.run(0.05, (30.0, 5.0, 12.0 + k % 3))
+            yield one.driver.snapshot(), *one.twin.tensions
+
+    robot.run(0.1)  # So that it homes by itself.
+    robot.prepare()
+    copied = prepared.copy_robot(robot)
+    seen = list(run(copied))
+    assert seen == list(run(robot))
+    assert seen[0][1:] != seen[-1][1:]
 
 
 def test_tensions_are_measured_with_and_without_torque(robot):
@@ -123,10 +154,11 @@ def test_one_cell_is_used_and_the_other_cables_are_estimated(build):
     assert cables[1].tension == pytest.approx(robot.twin.tensions[1], abs=1.0)
 
 
-def test_steps_of_the_tensions_raise_no_alarm(robot):
+@pytest.mark.parametrize("count", [6, pytest.param(20, marks=pytest.mark.slow)])
+def test_steps_of_the_tensions_raise_no_alarm(robot, count):
     robot.prepare()
     draw = np.random.default_rng(5)
-    for _ in range(20):
+    for _ in range(count):
         robot.run(float(draw.uniform(0.3, 1.5)), tuple(draw.uniform(0.0, 40.0, 3)))
         assert robot.driver.faults == ()
 
@@ -145,10 +177,8 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_a_cell_that_fails_is_a_fault_and_is_never_used_silently(robot, name):
-    fault, bar, text = FAULTS[name]
-    robot.prepare()
-    robot.run(3.0, PULL)
+def test_a_cell_that_fails_is_a_fault_and_is_never_used_silently(pulling, name):
+    robot, (fault, bar, text) = pulling, FAULTS[name]
     fault.begin(robot.twin)
     began, highest = robot.clock.now(), 0.0
     while not robot.driver.faults and robot.clock.now() < began + bar + 1.0:
@@ -167,7 +197,7 @@ def test_a_cell_that_fails_is_a_fault_and_is_never_used_silently(robot, name):
     assert robot.is_off()
 
 
-@pytest.mark.parametrize("tension", [4.0, 6.0, 10.0])
+@pytest.mark.parametrize("tension", [4.0, pytest.param(6.0, marks=pytest.mark.slow), 10.0])
 def test_a_cell_that_reads_0_at_a_low_tension_is_told_by_the_trunk_that_its_cable_bends(build, tension):
     """Friction hides such a tension from the motor, with servos up to 15 N of it; the lengths tell that it is there."""
     robot, pull = build(replace(CELLS, offsets=(0.0,) * 3, scales=(1.0,) * 3)), (tension,) * 3
@@ -196,9 +226,8 @@ def test_a_cell_that_fails_while_the_drums_are_homed_ends_homing(robot):
     assert robot.is_off()
 
 
-def test_torque_is_not_switched_on_without_every_cell_and_is_again_afterwards(robot):
-    robot.prepare()
-    robot.run(1.0, PULL)
+def test_torque_is_not_switched_on_without_every_cell_and_is_again_afterwards(pulling):
+    robot = pulling
     CellSilent().begin(robot.twin)
     robot.run(0.3, PULL)
     robot.driver.clear_fault("a person")
@@ -245,9 +274,9 @@ def test_a_cell_upside_down_ends_homing_as_soon_as_its_cable_is_taut(build):
 
 
 @pytest.mark.parametrize("fault", [CableBreak(), CableSlip(length=0.01, cable=1), CableSlip(length=0.005)], ids=repr)
-def test_a_cable_that_breaks_or_slips_is_noticed_with_cells_too(robot, fault):
-    robot.prepare()
-    robot.run(6.0, PULL)
+def test_a_cable_that_breaks_or_slips_is_noticed_with_cells_too(pulling, fault):
+    robot = pulling
+    robot.run(3.0, PULL)
     fault.begin(robot.twin)
     began, motor = robot.clock.now(), robot.twin.motors[fault.cable]
     start = motor.wound

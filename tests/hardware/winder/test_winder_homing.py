@@ -30,7 +30,7 @@ def _rigs(rig, period, motor, *others):
     return [rig.Rig(winder, substeps=substeps, **cable) for cable in cables]
 
 
-@pytest.mark.parametrize("period", [1e-3, 2e-3])
+@pytest.mark.parametrize("period", [pytest.param(1e-3, marks=pytest.mark.slow), 2e-3])
 @pytest.mark.parametrize("other", [{}, {"slack": 0.05}, {"slack": 0.01, "stiffness": 300.0}])
 def test_all_cables_are_homed_together(rig, period, other):
     rigs = _rigs(rig, period, rig.DIRECT, other)
@@ -42,7 +42,7 @@ def test_all_cables_are_homed_together(rig, period, other):
         assert 0.2 * state.tension <= one.tension <= 3 * state.tension  # Dry friction is 2 N of it.
 
 
-@pytest.mark.parametrize("period", [10e-3, 20e-3])
+@pytest.mark.parametrize("period", [pytest.param(10e-3, marks=pytest.mark.slow), 20e-3])
 def test_a_geared_motor_is_homed(rig, period):
     rigs = _rigs(rig, period, rig.GEARED, {"slack": 0.005})
     state, _ = _home(rigs)
@@ -60,7 +60,7 @@ def test_control_goes_on_from_the_straight_trunk_without_a_jump(rig):
     assert max(abs(tension - before) for tension, *_ in seen) < 0.5
 
 
-@pytest.mark.parametrize("period", [1e-3, 2e-3])
+@pytest.mark.parametrize("period", [pytest.param(1e-3, marks=pytest.mark.slow), 2e-3])
 def test_a_broken_cable_fails_within_the_travel(rig, period):
     rigs = _rigs(rig, period, rig.DIRECT, {"stiffness": 0.0})
     state, _ = _home(rigs)

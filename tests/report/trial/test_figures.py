@@ -112,8 +112,14 @@ def test_overview_shares_its_time(series: Series) -> None:
     assert [axes.get_xlabel() for axes in columns] == ["", "", "", "", "", "Time [s]"]
 
 
-@pytest.mark.parametrize("spans", ["even", "short", "beyond", "none"])
-@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize(
+    ("name", "spans"),
+    [
+        pytest.param(name, spans, marks=[] if spans == "even" or name == "overview.png" else [pytest.mark.slow])
+        for name in FIGURES
+        for spans in ("even", "short", "beyond", "none")
+    ],
+)
 def test_nothing_is_cut_off_or_covered(build: Callable[..., Series], name: str, spans: str) -> None:
     changes = {
         "even": {},

@@ -10,6 +10,8 @@ from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
 PERIOD = 0.1
 
+pytestmark = pytest.mark.usefixtures("prepared_once")
+
 
 @pytest.mark.parametrize("minutes", [0.1, pytest.param(10.0, marks=[pytest.mark.slow, pytest.mark.timeout(7200)])])
 def test_constant_tensions_raise_no_alarm(minutes):

@@ -14,6 +14,8 @@ from spiraltrunk.hardware.twin.faults import build_fault
 from spiraltrunk.workflows.drive.robot import RENEWAL
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot
 
+pytestmark = pytest.mark.usefixtures("prepared_once")
+
 
 def pull(robot: TwinRobot, start: float, end: float, duration: float) -> None:
     """Cables 2 and 3 go from one tension to another [N]; cable 1 is at the floor."""

@@ -76,7 +76,7 @@ def test_it_finds_what_is_better_and_says_so(tmp_path: Path) -> None:
     assert read(tmp_path) == result
 
 
-@pytest.mark.parametrize("stop_at", [0, 3, 5, 7])
+@pytest.mark.parametrize("stop_at", [0, 5, *(pytest.param(one, marks=pytest.mark.slow) for one in (3, 7))])
 def test_an_interrupted_search_goes_on_as_if_it_had_not_been(tmp_path: Path, stop_at: int) -> None:
     whole = run_search(SETTINGS, tmp_path / "whole", trials=Fake())
     with pytest.raises(KeyboardInterrupt):

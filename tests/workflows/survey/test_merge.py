@@ -6,6 +6,7 @@ import json
 import shutil
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -27,9 +28,10 @@ COUNT = 3
 def made(fakes: ModuleType, plan: SurveyPlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A survey, and the same in shards."""
     folder = tmp_path_factory.mktemp("shards")
-    run_survey(plan, folder=folder / "whole", work=fakes.work)
+    run = partial(run_survey, work=fakes.work, engine=fakes.run_inline)
+    run(plan, folder=folder / "whole")
     for number in range(1, COUNT + 1):
-        run_survey(replace(plan, shard=Shard(number=number, count=COUNT)), folder=folder / str(number), work=fakes.work)
+        run(replace(plan, shard=Shard(number=number, count=COUNT)), folder=folder / str(number))
     return folder
 
 

@@ -238,7 +238,10 @@ def _in_any(forms: Sequence[Form], points: np.ndarray) -> np.ndarray:
     inside = np.zeros(len(points), dtype=bool)
     for form in forms:
         low, high = compute_bounds(form)
-        near = np.flatnonzero(~inside & (points >= low).all(axis=1) & (points <= high).all(axis=1))
+        is_near = ~inside
+        for axis in range(3):  # Column by column: a reduction of each row by itself takes several times as long.
+            is_near &= (points[:, axis] >= low[axis]) & (points[:, axis] <= high[axis])
+        near = np.flatnonzero(is_near)
         inside[near] = contains(form, points[near]) if len(near) else False
     return inside
 

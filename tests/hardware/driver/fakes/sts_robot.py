@@ -5,6 +5,8 @@ from __future__ import annotations
 from contextlib import nullcontext
 from dataclasses import replace
 
+from prepared import prepare_once
+
 from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.hardware.driver.options import DriverOptions
@@ -41,6 +43,7 @@ class Robot:
     def __init__(
         self, encoder_start: int = 1000, *, has_terminal: bool = False, cells: LoadCellSettings | None = None
     ) -> None:
+        self.key = None if has_terminal else ("sts", encoder_start, cells)
         drum = size_drum(PAPER)
         motor = replace(STS3215, drum_radius=drum.winding_radius, encoder_start=encoder_start)
         servos = [ServoTwin(i, replace(motor, wound=-0.002 * i)) for i in (1, 2, 3)]
@@ -86,6 +89,13 @@ class Robot:
             self.driver.tick()
 
     def prepare(self) -> None:
+        """Home and arm, or become a copy of a robot as this one that was."""
+        if self.key is None:
+            self._prepare()
+        else:
+            prepare_once(self, self.key, self._prepare)
+
+    def _prepare(self) -> None:
         self.run(0.2)
         self.driver.home()
         end = self.clock.now() + 60.0

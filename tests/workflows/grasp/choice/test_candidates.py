@@ -50,7 +50,7 @@ def test_a_standing_cylinder_is_for_the_wraps(reach):
     assert "too wide for the fingers by 50 mm" in next(each.reason for each in found if each.strategy == "pinch")
 
 
-@pytest.mark.parametrize("length", [112, 122, 128])
+@pytest.mark.parametrize("length", [*(pytest.param(one, marks=pytest.mark.slow) for one in (112, 122)), 128])
 def test_a_standing_thing_with_a_handle_is_for_the_wraps(length):
     """A mug is wider across its handle than it is tall, and stands all the same."""
     found = rank_object(PAPER, parse_object(f"box:x_mm={length},y_mm=80,z_mm=95,mass_g=300"))

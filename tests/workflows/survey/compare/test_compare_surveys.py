@@ -25,7 +25,9 @@ TRIALS = 20
 def made(fakes: ModuleType, plan: SurveyPlan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("compared")
     for name, step in (("a", 1e-3), ("b", 2e-3)):
-        run_survey(replace(plan, trials=TRIALS, timestep=step), folder=folder / name, work=fakes.work)
+        run_survey(
+            replace(plan, trials=TRIALS, timestep=step), folder=folder / name, work=fakes.work, engine=fakes.run_inline
+        )
     return folder
 
 
@@ -88,7 +90,12 @@ def test_what_has_no_twin_is_told(folder: Path) -> None:
 
 
 def test_surveys_of_other_worlds_have_no_pairs(folder: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
-    run_survey(replace(plan, objects={"pinch": ("ball-30",)}, seed=9), folder=folder / "other", work=fakes.work)
+    run_survey(
+        replace(plan, objects={"pinch": ("ball-30",)}, seed=9),
+        folder=folder / "other",
+        work=fakes.work,
+        engine=fakes.run_inline,
+    )
     result = compare_surveys(folder / "a", folder / "other")
     assert list(result["strategies"]) == ["wrap-vertical", "kick", "pinch"]
     assert result["overall"]["pairs"] == 0
@@ -114,7 +121,7 @@ def test_figures_and_speed_are_compared_over_pairs(folder: Path) -> None:
 def test_designs_that_differ_are_told_by_their_lines(folder: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     cable = replace(plan.design.cable, friction=0.15)
     rubs = replace(plan, design=replace(plan.design, cable=cable), timestep=1e-3)
-    run_survey(rubs, folder=folder / "rubs", work=fakes.work)
+    run_survey(rubs, folder=folder / "rubs", work=fakes.work, engine=fakes.run_inline)
     settings = compare_surveys(folder / "a", folder / "rubs")["settings"]
     assert set(settings) == {"trials", "design"}
     assert ["friction" in lines for lines in settings["design"]] == [True, True]

@@ -5,12 +5,20 @@ from __future__ import annotations
 import os
 import signal
 import time
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from spiraltrunk.processes.pool import Outcome
 from spiraltrunk.workflows.survey.plan import Entry
 from spiraltrunk.workflows.survey.row import build_empty_row
+
+
+def run_inline(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Outcome[Any, Any]]:
+    """An engine without processes, which take seconds to start."""
+    for job in jobs:
+        yield Outcome(job=job, result=work(job))
 
 
 def work(entry: Entry) -> dict[str, Any]:
