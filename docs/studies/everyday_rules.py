@@ -18,7 +18,8 @@ from spiraltrunk.sim.scene.options import SceneOptions
 from spiraltrunk.strategies.assessment import assess
 from spiraltrunk.strategies.fingertip.assess import HELD_OPENING, grip_force
 from spiraltrunk.strategies.push.sweep import with_task
-from spiraltrunk.strategies.wrap.assess import FLAT, TOUCH_FORCE, TOUCH_HEIGHT, held_mass, wrapped_range
+from spiraltrunk.strategies.wrap.assess import FLAT, TOUCH_FORCE, held_mass, wrapped_range
+from spiraltrunk.strategies.wrap.unsteady import TOUCH_HEIGHT
 from spiraltrunk.workflows.grasp.choice.candidates import REACH_SLACK, follow_frames
 from spiraltrunk.workflows.grasp.choice.ground import MARGIN
 

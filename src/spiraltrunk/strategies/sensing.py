@@ -73,6 +73,12 @@ def ventral_pull(observation: Observation) -> float:
     return float(observation.cable_pull[ventral_cables(observation.task.design)].mean())
 
 
+def measure_lean(observation: Observation) -> float:
+    """Mean pull of the dorsal cables minus that of the ventral ones [m]: it grows as something bends the trunk back."""
+    direction, pull = observation.task.design.cable_direction[:, 1], observation.cable_pull
+    return float(pull[direction > 0].mean() - pull[direction < 0].mean())
+
+
 def ventral_tension(observation: Observation) -> float:
     """Mean tension of the ventral cables [N]."""
     return float(observation.cable_tension[ventral_cables(observation.task.design)].mean())

@@ -22,6 +22,7 @@ from spiraltrunk.strategies.wrap.standing import (
     WrapObliqueLow,
 )
 from spiraltrunk.strategies.wrap.standing_model import object_center, shut_pull
+from spiraltrunk.strategies.wrap.unsteady import STEADY, push_that_topples
 from spiraltrunk.workflows.grasp.trial import run_trial
 
 PAPER = presets.PAPER
@@ -133,14 +134,14 @@ def test_the_same_state_and_sight_give_the_same_command(start: tuple[StandingSta
     np.testing.assert_array_equal(first[1].cable_tension, again[1].cable_tension)
 
 
-def touching(start: tuple[StandingState, Observation], lean: float) -> StandingState:
-    """Near the end of the sideways move, with the dorsal cable pulled in by ``lean`` [m]."""
+def touching(start: tuple[StandingState, Observation], lean: float, before: float = 0.01) -> StandingState:
+    """At a distance before the end of the sideways move [m], with the dorsal cable pulled in by ``lean`` [m]."""
     state, seen = start
     at = next(i for i, move in enumerate(state.sequence.moves) if move.action == "touch")
     touch = state.sequence.moves[at]
     assert touch.rotation is not None
     there = np.eye(4)
-    there[:3, :3], there[:3, 3] = touch.rotation, touch.position - [0.01, 0.0, 0.0]
+    there[:3, :3], there[:3, 3] = touch.rotation, touch.position - [before, 0.0, 0.0]
     sequence = replace(
         state.sequence, index=at, since=seen.time - 0.01, start=Command(T_world_base=there, cable_tension=touch.tension)
     )
@@ -157,6 +158,30 @@ def test_a_trunk_that_is_pushed_back_stops_and_curls(start: tuple[StandingState,
     np.testing.assert_allclose(shifted.position - planned.position, [beyond, 0.0, 0.0], atol=1e-5)
     places = [[m.position for m in s.sequence.moves if m.phase == "release"] for s in (state, start[0])]
     np.testing.assert_array_equal(*places)
+
+
+def test_what_topples_easily_is_not_touched_where_a_camera_sees_it() -> None:
+    steady, blind = (first_seen(f"cylinder:diameter_mm=60,height_mm=200,mass_g={mass}") for mass in (400, 60))
+    assert [push_that_topples(seen.task.target) < STEADY for seen in (steady, blind)] == [False, True]
+    light = look_at(blind)
+    assert [STRATEGY.init(seen).is_unsteady for seen in (look_at(steady), blind, light)] == [False, False, True]
+    state = touching((STRATEGY.init(light), light), 0.003, before=0.0)
+    assert state.sequence.move.action == "touch"  # Though it leans, until the move ends.
+    moves = STRATEGY.init(light).sequence.moves
+    touch, near = (next(move for move in moves if move.action == action) for action in ("touch", "near"))
+    way = np.linalg.norm(touch.position - near.position)  # To where the object is expected, and no further.
+    np.testing.assert_allclose(way, standing_plan.NEAR * PAPER.length, atol=1e-9)
+    ended = replace(state, sequence=replace(state.sequence, since=light.time - touch.duration))
+    after = STRATEGY.step(ended, light)[0].sequence
+    assert after.move.action == "curl"
+    planned = next(move for move in moves if move.action == "curl")
+    np.testing.assert_array_equal(after.move.position, planned.position)
+
+
+def look_at(seen: Observation) -> Observation:
+    """The same where a camera sees the object at its place."""
+    target = seen.task.target
+    return replace(seen, camera=CameraObservation(time=seen.time, position=target.position, axis=target.axis))
 
 
 def test_the_trunk_springs_open_where_it_stands(start: tuple[StandingState, Observation]) -> None:

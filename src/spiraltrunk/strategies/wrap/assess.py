@@ -14,12 +14,12 @@ from spiraltrunk.strategies.object_measures import (
     height_of,
     is_upright,
     topple_angle_of,
-    topple_force,
     widths_between,
 )
 from spiraltrunk.strategies.scores import accept, margin_factor, refuse
 from spiraltrunk.strategies.wrap.distal_plan import find_rim
 from spiraltrunk.strategies.wrap.standing import StandingWrap
+from spiraltrunk.strategies.wrap.unsteady import push_that_topples
 
 RATES = {"wrap-vertical": 0.98, "wrap-oblique-low": 0.95, "wrap-oblique": 0.92, "wrap-horizontal": 0.94}
 """Rates of success with ample margins [-]: over the catalogue (docs/validation/strategies.md)."""
@@ -29,8 +29,6 @@ simulated trials none of 8 objects that topple at less was lifted and set down, 
 to 0.12 N were (docs/validation/everyday.md)."""
 AMPLE_TOPPLE = 0.4
 """Force beyond it by which an object stands with an ample margin [N] (ours)."""
-TOUCH_HEIGHT = 0.6
-"""Height of the touch over the object's height [-] (ours)."""
 FLAT = 3.5
 """Largest ratio of the widths seen from above that a loop holds [-] (ours)."""
 RIM = 0.75
@@ -80,7 +78,6 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
         return refuse("the object hangs; this wrap takes one that stands on the ground")
     if target.kind != "sphere" and not is_upright(target):
         return refuse("the object lies; this wrap takes one that stands")
-    height = height_of(target)
     (least, most), around = widths_between(target, *_loop_band(target)), wrapped_width(task)
     unfit = _find_misfit(task, around)
     if unfit is not None:
@@ -94,7 +91,7 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
         return refuse(f"too long for the trunk's loop by {by:.0f} mm: {limit}")
     if topple_angle_of(target) == 0.0:
         return refuse("would roll away: nothing keeps it in place as the trunk touches it")
-    force = topple_force(target, TOUCH_HEIGHT * height)
+    force = push_that_topples(target)
     if force < TOUCH_FORCE:
         return refuse(f"would topple at {force:.2g} N; the closing trunk pushes with {TOUCH_FORCE:g} N or more")
     over_rim = _find_rim(strategy, task)

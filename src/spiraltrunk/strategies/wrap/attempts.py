@@ -8,8 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from spiraltrunk.control.messages import Observation
-from spiraltrunk.strategies.moves import PHASES, Move, MoveSequence, base_position, insert_next, shift_later
-from spiraltrunk.strategies.wrap.standing_plan import TEST
+from spiraltrunk.strategies.moves import (
+    PHASES,
+    Move,
+    MoveSequence,
+    advance,
+    allow_time,
+    base_position,
+    insert_next,
+    shift_later,
+)
+from spiraltrunk.strategies.wrap.standing_plan import ACCELERATION, TEST
 
 # All of these are ours, tuned in simulated trials.
 RISES = 2
@@ -31,6 +40,11 @@ TOPPLED = math.radians(45.0)
 """Lean from which a standing object has toppled [rad]."""
 
 
+def go_on(sequence: MoveSequence, observation: Observation) -> MoveSequence:
+    """Begin the next move, which lasts as long as the arm needs."""
+    return advance(allow_time(sequence, observation.time, *ACCELERATION), observation.time)
+
+
 def yield_upwards(sequence: MoveSequence) -> MoveSequence:
     """The sequence with the present move and the remaining ones before the release higher by YIELD."""
     up, i = np.array([0.0, 0.0, YIELD]), sequence.index
@@ -49,6 +63,12 @@ def tighten_here(sequence: MoveSequence, time: float) -> MoveSequence:
     i = next(k for k, move in enumerate(sequence.moves) if k > sequence.index and move.action == "tighten")
     short = replace(sequence, moves=(*sequence.moves[: sequence.index + 1], *sequence.moves[i:]))
     return shift_later(short, base_position(sequence, time) - sequence.moves[i].position, PHASES[:3])
+
+
+def stay_here(sequence: MoveSequence, observation: Observation) -> MoveSequence:
+    """The sequence with the remaining moves shifted up to the present height."""
+    rise = base_position(sequence, observation.time)[2] - sequence.move.position[2]
+    return shift_later(sequence, np.array([0.0, 0.0, rise]))
 
 
 def may_rise(sequence: MoveSequence) -> bool:

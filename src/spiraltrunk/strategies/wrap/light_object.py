@@ -37,3 +37,9 @@ def is_off_ground(observation: Observation, stood: float) -> bool:
     half, cosine = target.length / 2, min(1.0, abs(float(camera.axis[2])))
     low = half * cosine + target.width / 2 * math.sqrt(1.0 - cosine**2)
     return float(camera.position[2]) - stood > low - half + OFF_GROUND
+
+
+def describe_no_load(observation: Observation) -> str:
+    """Why a grasp ended with nothing lifted."""
+    sight = "the camera sees the object on the ground" if is_too_light(observation) else "the arm feels no load"
+    return f"nothing was lifted: {sight}"

@@ -6,12 +6,14 @@ twisting, that is by unequal ventral cables. Angles and heights are ours, tuned 
 
 Reach: the arm brings the trunk beside the object, the head tilted for the wanted plane. Two cables lift the tail beyond
 the object. The arm moves sideways until the cables' lengths show a touch, and retreats by as much as the trunk pressed.
+What topples easily is not touched (`unsteady`).
 
-Prehension: ventral tension grows, and the arm follows the model so that the curling trunk leaves the object in place. A
-loose object falls over at half a newton; one that is pressed on is dragged along, out of a wide wrap. A
-trunk that comes down on a handle or a rim yields upwards, and the arm stops where a distal wrap jams. After tightening,
-a small rise tests the load, and rises further where none is felt, as the closed trunk may have pressed on the ground.
-An object that is not held is set down, let go and, if it stands, grasped once more where it is then seen.
+Prehension: ventral tension grows, and the arm follows the model so that the curling trunk leaves the object in place.
+Tensions wait for the arm, which lags behind its commands (`arm_lag`). A loose object falls over at half a newton; one
+that is pressed on is dragged along, out of a wide wrap. A trunk that comes down on a handle or a rim yields upwards,
+and the arm stops where a distal wrap jams. After tightening, a small rise tests the load, and rises further where none
+is felt, as the closed trunk may have pressed on the ground. An object that is not held is set down, let go and, if it
+stands, grasped once more where it is then seen.
 
 Transport: equal cables turn the plane of the wrap towards level. Twice, the head turns by the lean that the camera
 sees. The arm lifts, carries and holds, with the ventral lengths held and the dorsal cable taut against them. Cable is
@@ -40,7 +42,7 @@ from typing import final
 
 import numpy as np
 
-from spiraltrunk.control.messages import Observation
+from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.move_strategy import LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
@@ -48,7 +50,6 @@ from spiraltrunk.strategies.moves import (
     Move,
     MoveSequence,
     advance,
-    allow_time,
     base_position,
     begin,
     build_frame,
@@ -58,24 +59,28 @@ from spiraltrunk.strategies.moves import (
     shift_later,
     turn_left,
 )
-from spiraltrunk.strategies.sensing import seen_position, ventral_tension, weight
+from spiraltrunk.strategies.sensing import measure_lean, seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
+from spiraltrunk.strategies.wrap.arm_lag import Tensions, delay_tension
 from spiraltrunk.strategies.wrap.attempts import (
     PRESS,
     carry_higher,
+    go_on,
     has_toppled,
     is_jammed,
     may_rise,
     rise_further,
+    stay_here,
     tighten_here,
     try_again,
     yield_upwards,
 )
 from spiraltrunk.strategies.wrap.distal_plan import find_height, plan_distal_moves
-from spiraltrunk.strategies.wrap.light_object import is_off_ground, is_too_light
+from spiraltrunk.strategies.wrap.light_object import describe_no_load, is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
 from spiraltrunk.strategies.wrap.set_down import DISTAL_DRAG, DRAG, center_place, is_on_ground, set_down_clear
-from spiraltrunk.strategies.wrap.standing_plan import ACCELERATION, OVERSHOOT, WrapPlane, lateral_direction, plan_moves
+from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, lateral_direction, plan_moves
+from spiraltrunk.strategies.wrap.unsteady import is_unsteady, stop_before
 from spiraltrunk.strategies.wrap.upright import carry_upright
 
 # All of these are ours, tuned in simulated trials.
@@ -130,6 +135,10 @@ class StandingState(LoadState):
     """Height of the object's centre as it was first seen [m]."""
     height: float = 0.0
     """Height above the object's foot at which its girth counts as the trunk opens [m]."""
+    is_unsteady: bool = False
+    """Whether the object is not touched before the trunk curls."""
+    recent: Tensions = ()
+    """Planned tensions of the last periods, which are delayed by the arm's lag."""
 
     def is_carried(self, observation: Observation) -> bool:
         """Whether the trunk bears the object: by its weight, or by its height where it is too light to be felt."""
@@ -155,35 +164,42 @@ class StandingWrap(MoveStrategy[StandingState]):
     def init(self, observation: Observation) -> StandingState:
         """Plan positions and tensions from design and object."""
         moves, is_distal = _plan(observation, self.plane)
-        task = observation.task
+        task, side, unsteady = observation.task, lateral_direction(observation), is_unsteady(observation)
+        moves = stop_before(moves, OVERSHOOT * task.design.length * side) if unsteady else moves
         height = find_height(task, self.plane) if is_distal else self.plane.opening_height * task.target.length
         return StandingState(
-            sequence=begin(moves, observation), side=lateral_direction(observation), weight=weight(observation),
-            lean=_lean(observation), pull=observation.cable_pull, seen=seen_position(observation),
+            sequence=begin(moves, observation), side=side, weight=weight(observation),
+            lean=measure_lean(observation), pull=observation.cable_pull, seen=seen_position(observation),
             tight=next(move.tension for move in moves if move.action == "tighten"), is_distal=is_distal,
-            stood=float(seen_position(observation)[2]), height=height,
+            stood=float(seen_position(observation)[2]), height=height, is_unsteady=unsteady,
         )  # fmt: skip
+
+    def step(self, state: StandingState, observation: Observation) -> tuple[StandingState, Command]:
+        """Next state and command, its tensions delayed by `delay_tension`."""
+        state, command = super().step(state, observation)
+        recent, tension = delay_tension(state.recent, state.sequence.move.action, command.cable_tension)
+        return replace(state, recent=recent), replace(command, cable_tension=tension)
 
     def sense(self, state: StandingState, observation: Observation) -> StandingState:
         """Measure lean, load and pulls; react to the touch, to slack cable and to touch-down."""
         state = replace(
             state,
             weight=state.weight + _SMOOTHING * (weight(observation) - state.weight),
-            lean=state.lean + _SMOOTHING * (_lean(observation) - state.lean),
+            lean=state.lean + _SMOOTHING * (measure_lean(observation) - state.lean),
             pull=state.pull + _SMOOTHING * (observation.cable_pull - state.pull),
         )
         action = state.sequence.move.action
         if action == "touch":
             return _sense_touch(state, observation)
         if action == "curl" and state.is_distal and is_jammed(observation, state.weight_empty):
-            return replace(state, sequence=_go_on(tighten_here(state.sequence, observation.time), observation))
+            return replace(state, sequence=go_on(tighten_here(state.sequence, observation.time), observation))
         if action in ("curl", "tighten") and state.weight_empty - state.weight > PRESS:
             return replace(state, sequence=yield_upwards(state.sequence))
         if action in _STIFF:
             return replace(state, sequence=_take_in(state, observation))
         if action == "lower" and not state.is_carried(observation) and is_on_ground(observation):
-            sequence = plan_opening(_stay(state.sequence, observation), observation, state.height)
-            return replace(state, sequence=_go_on(sequence, observation))
+            sequence = plan_opening(stay_here(state.sequence, observation), observation, state.height)
+            return replace(state, sequence=go_on(sequence, observation))
         if action == "uncurl":
             load = state.weight - state.weight_empty
             return replace(state, sequence=press_down(state.sequence, observation, load))
@@ -198,8 +214,8 @@ class StandingWrap(MoveStrategy[StandingState]):
             return replace(state, sequence=advance(rise_further(sequence), observation.time))
         if action in ("try", "lift") and not state.is_carried(observation):
             if action == "lift" or state.retries >= RETRIES:
-                return replace(state, is_done=True, gave_up=_no_load(observation))
-            sequence = _go_on(insert_next(sequence, try_again(sequence)), observation)
+                return replace(state, is_done=True, gave_up=describe_no_load(observation))
+            sequence = go_on(insert_next(sequence, try_again(sequence)), observation)
             return replace(state, sequence=sequence, retries=state.retries + 1)
         if action == "try":
             sequence = carry_higher(sequence)
@@ -224,7 +240,7 @@ class StandingWrap(MoveStrategy[StandingState]):
             sequence = set_down_clear(sequence, observation, self.plane.ground_gap)
         if sequence.is_last:
             return replace(state, is_done=True)
-        sequence = _go_on(sequence, observation)
+        sequence = go_on(sequence, observation)
         if action == "bring":  # What the winders pulled with to hold their lengths, and not what they were allowed.
             tension = np.clip(observation.cable_tension, 0.0, observation.task.design.cable.tension_max)
             sequence = replace(sequence, start=replace(sequence.start, cable_tension=tension))
@@ -270,11 +286,6 @@ class WrapHorizontal(StandingWrap):
     plane = WrapPlane(slope=math.radians(-12.0), differential=0.0, height=0.55)
 
 
-def _go_on(sequence: MoveSequence, observation: Observation) -> MoveSequence:
-    """Begin the next move, which lasts as long as the arm needs."""
-    return advance(allow_time(sequence, observation.time, *ACCELERATION), observation.time)
-
-
 def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...], bool]:
     """Moves of a full wrap, or of a distal one where the object is too short for it, and whether they are the latter.
 
@@ -287,20 +298,11 @@ def _plan(observation: Observation, plane: WrapPlane) -> tuple[tuple[Move, ...],
         return plan_distal_moves(observation, plane), True
 
 
-def _no_load(observation: Observation) -> str:
-    sight = "the camera sees the object on the ground" if is_too_light(observation) else "the arm feels no load"
-    return f"nothing was lifted: {sight}"
-
-
-def _lean(observation: Observation) -> float:
-    direction = observation.task.design.cable_direction[:, 1]
-    pull = observation.cable_pull
-    return float(pull[direction > 0].mean() - pull[direction < 0].mean())
-
-
 def _sense_touch(state: StandingState, observation: Observation) -> StandingState:
     """End the reach where the object bends the trunk back; until shortly before the object, measure the free lean."""
     design = observation.task.design
+    if state.is_unsteady:
+        return state
     if _beyond_touch(state, observation) < -EARLY * design.length:
         return replace(state, lean_free=state.lean)
     is_touched = state.lean - state.lean_free >= TOUCH * design.cable_stroke
@@ -309,9 +311,10 @@ def _sense_touch(state: StandingState, observation: Observation) -> StandingStat
 
 def _accept_touch(state: StandingState, observation: Observation) -> StandingState:
     """Begin the next move, all moves before the release shifted sideways to where the object was touched."""
-    shift = _beyond_touch(state, observation) - RELIEF * observation.task.design.length
+    relief = RELIEF * observation.task.design.length
+    shift = 0.0 if state.is_unsteady else _beyond_touch(state, observation) - relief
     sequence = shift_later(state.sequence, (shift - state.shift) * state.side, PHASES[:3])
-    return replace(state, sequence=_go_on(sequence, observation), shift=shift)
+    return replace(state, sequence=go_on(sequence, observation), shift=shift)
 
 
 def _beyond_touch(state: StandingState, observation: Observation) -> float:
@@ -345,9 +348,3 @@ def _hold_in_transport(sequence: MoveSequence, pull: np.ndarray, tension: np.nda
         return replace(move, pull=pull, tension=tension) if move.action in _STIFF else move
 
     return edit_moves(sequence, 0, hold)
-
-
-def _stay(sequence: MoveSequence, observation: Observation) -> MoveSequence:
-    """Shift the remaining moves up to the present height."""
-    rise = base_position(sequence, observation.time)[2] - sequence.move.position[2]
-    return shift_later(sequence, np.array([0.0, 0.0, rise]))
