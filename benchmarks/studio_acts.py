@@ -27,12 +27,9 @@ from typing import Any
 
 from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 
-FLAGS = [
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
-    "--disable-background-networking", "--disable-component-update", "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader", "--enable-webgl",
-]  # fmt: skip
-"""Flags with which Debian's Chromium draws WebGL without a screen or a GPU."""
+sys.path.insert(0, str(Path(__file__).parent))
+
+from studio_hours import FLAGS, KINDS_OF_MEMORY, read_kind
 
 SIZE = {"width": 1000, "height": 400}
 """A small window, which software draws sooner [px]."""
@@ -96,7 +93,7 @@ window.benchmarkActs = (() => {
 
 KINDS = {
     "design": ("Design", "design"), "shape": ("Shape", "shape"), "tabs": ("Design", "tabs"), "play": ("Grasp", "play"),
-    "scene": ("Grasp", "scene"),    "robot": ("Robot", "wait"), "still": ("Grasp", "wait"), "mix": ("Grasp", "mix"),
+    "scene": ("Grasp", "scene"), "robot": ("Robot", "wait"), "still": ("Grasp", "wait"), "mix": ("Grasp", "mix"),
 }  # fmt: skip
 """Tab that is shown first, and the act, for each kind: `robot` is a second with the twin connected,
 `scene` another design, for which the bodies of the tab Grasp are replaced, and
@@ -128,8 +125,8 @@ class Watch:
             self._wait(5000)
         figures = {one["name"]: one["value"] for one in self._page.send("Performance.getMetrics")["metrics"]}
         return {
-            **{f"page_{kind}_mb": read_resident(self._renderers, kind) for kind in ("anon", "shmem", "file")},
-            "gpu_anon_mb": read_resident(self._gpu, "anon"), "heap_mb": round(figures["JSHeapUsedSize"] / 2**20, 2),
+            **{f"page_{name}": read_kind(self._renderers, kind) for name, kind in KINDS_OF_MEMORY.items()},
+            "gpu_anon_mb": read_kind(self._gpu, "RssAnon"), "heap_mb": round(figures["JSHeapUsedSize"] / 2**20, 2),
             "nodes": figures["Nodes"], "listeners": figures["JSEventListeners"], "documents": figures["Documents"],
         }  # fmt: skip
 
@@ -169,12 +166,6 @@ class Watch:
             kind, name = kinds[nodes[i + at["type"]]], names[nodes[i + at["name"]]][:60]
             sizes[f"{kind}: {name}"] += nodes[i + at["self_size"]]
         return sizes
-
-
-def read_resident(processes: list[int], kind: str) -> float:
-    """Resident memory of one kind [MB]: anonymous, shared with the GPU process, or mapped files."""
-    lines = [line for one in processes for line in Path(f"/proc/{one}/status").read_text().splitlines()]
-    return round(sum(int(line.split()[1]) for line in lines if line.lower().startswith(f"rss{kind}")) / 1024, 1)
 
 
 @contextmanager
