@@ -104,7 +104,7 @@ def test_successes_are_the_data_set(original: Path) -> None:
     assert result["demonstrations"] == len(told)
     assert read_seeds(original) == [each["seed"] for each in result["episodes"]]
     assert read_seeds(original) == [derive_seed(7, name, index) for name, index in told]
-    assert result["files"] == ["demos.hdf5", "result.json", "trunk.toml"]
+    assert result["files"] == ["demos.hdf5", "result.json", "settings.json", "trunk.toml"]
     assert {path.name for path in original.glob("[!.]*")} == {*result["files"], "episodes", "trials"}
     assert len(list((original / "episodes").iterdir())) == len(told)
     rows = json.loads((original / "trials" / "survey.json").read_text())["rows"]
@@ -146,7 +146,7 @@ def test_failures_are_recorded_where_they_are_asked_for(fakes: ModuleType, tmp_p
 def test_without_a_success_there_is_no_data_set(fakes: ModuleType, tmp_path: Path) -> None:
     result = run(fakes, tmp_path, work=partial(fakes.fail, folder=tmp_path / "episodes"))
     assert (result["demonstrations"], result["complete"]) == (0, True)
-    assert result["files"] == ["result.json", "trunk.toml"]
+    assert result["files"] == ["result.json", "settings.json", "trunk.toml"]
     assert not (tmp_path / "demos.hdf5").exists()
 
 
@@ -223,6 +223,22 @@ def test_a_kill_at_any_moment_loses_no_ended_trial(fakes: ModuleType, tmp_path: 
     assert digest(folder) == digest(tmp_path / "straight")
 
 
+@pytest.mark.parametrize("trials", [1, 5])
+def test_a_kill_while_the_data_set_moves_in_is_gone_on_from(
+    fakes: ModuleType, tmp_path: Path, original: Path, trials: int
+) -> None:
+    """At that moment there is no result."""
+    with pytest.raises(KeyboardInterrupt):
+        run(fakes, tmp_path, watch=cut_after(trials))
+    (tmp_path / "result.json").unlink()
+    with pytest.raises(SurveyError, match="holds demonstrations with seed 7, not 8"):
+        run(fakes, tmp_path, replace(PLAN, survey=replace(SURVEY, seed=8)))
+    seen: list[int] = []
+    run(fakes, tmp_path, watch=lambda rows: seen.append(len(rows)))
+    assert seen == list(range(trials, 13))
+    assert digest(tmp_path) == digest(original)
+
+
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
@@ -244,7 +260,8 @@ def test_other_demonstrations_are_refused(
 
 
 @pytest.mark.parametrize(
-    "name", ["episodes/kick-000000.npz", "episodes", "trials/trials.jsonl", "demos.hdf5", "result.json"]
+    "name",
+    ["episodes/kick-000000.npz", "episodes", "trials/trials.jsonl", "demos.hdf5", "result.json", "settings.json"],
 )
 def test_a_folder_with_other_things_is_refused(fakes: ModuleType, tmp_path: Path, name: str) -> None:
     path = tmp_path / name

@@ -34,6 +34,10 @@ WRITER = "demos"
 RESULT = "result.json"
 """File with settings and counts."""
 
+SETTINGS = "settings.json"
+"""File with the settings alone: it is written before the first episode and stays, whereas `RESULT` is removed while a
+data set moves in, and a kill can come then."""
+
 TRIALS = "trials"
 """Name of the folder of the survey's log and tables."""
 
@@ -69,7 +73,7 @@ def list_files(name: str) -> tuple[str, ...]:
     Raises:
         UnknownName: lists the formats.
     """
-    return (RESULT, "trunk.toml", *get_format(name).files)
+    return (RESULT, SETTINGS, "trunk.toml", *get_format(name).files)
 
 
 def run_demos(
@@ -216,7 +220,8 @@ class _Run:
 
     def _write_about(self, draft: Path, result: dict[str, Any]) -> None:
         write_text(draft / "trunk.toml", format_design(self._plan.survey.design))
-        write_text(draft / RESULT, json.dumps(result, indent=2, allow_nan=False) + "\n")
+        write_text(draft / SETTINGS, _format_json(_compute_settings(self._plan)))
+        write_text(draft / RESULT, _format_json(result))
 
     def _compute_result(self, files: Sequence[Path], names: Sequence[str]) -> dict[str, Any]:
         plan, rows = self._plan, sort_rows(self._plan.survey, self._rows or ())
@@ -232,7 +237,7 @@ class _Run:
             "strategies": {name: _count(name, rows, episodes) for name in plan.survey.objects},
             "episodes": [{key: row[key] for key in keys} for row in episodes],
             "settings": _compute_settings(plan),
-            "files": sorted({*names, RESULT, "trunk.toml"}),
+            "files": sorted({*names, RESULT, SETTINGS, "trunk.toml"}),
         }
 
     def _list_kept(self) -> list[Row]:
@@ -259,27 +264,49 @@ def _compute_settings(plan: DemosPlan) -> dict[str, Any]:
 
 
 def _read_result(folder: Path, plan: DemosPlan) -> dict[str, Any] | None:
-    """The result of an earlier run of the plan; None where there is none.
+    """The result of an earlier run of the plan; None where there is none, or a kill came while it was replaced.
 
     Raises:
-        SurveyError: where the folder holds other demonstrations, or episodes or trials without a result.
+        SurveyError: where the folder holds other demonstrations, or episodes or trials without settings.
     """
-    path, settings = folder / RESULT, _compute_settings(plan)
-    try:
-        held: dict[str, Any] = json.loads(path.read_text())
-        told = held["settings"]
-        differing = [key for key in settings if settings[key] != told[key]]
-        if not {"complete", "files"} <= held.keys():
-            raise ValueError("no result of demonstrations")
-    except FileNotFoundError:
+    held = _read_object(folder / RESULT, {"settings", "complete", "files"})
+    told = held["settings"] if held is not None else _read_object(folder / SETTINGS, set())
+    if told is None:
         _check_empty(folder)
         return None
-    except (ValueError, TypeError, KeyError, RecursionError):
-        raise SurveyError(f"--out: {str(path)!r} is of no demonstrations; {_ALLOWED}") from None
+    settings = _compute_settings(plan)
+    if not isinstance(told, dict) or not settings.keys() <= told.keys():
+        raise _refuse_file(folder / (RESULT if held is not None else SETTINGS))
+    differing = [key for key in settings if settings[key] != told[key]]
     if differing:
         what = _describe_difference(differing[0], told[differing[0]], settings[differing[0]])
         raise SurveyError(f"--out: {str(folder)!r} holds demonstrations with {what}; {_ALLOWED}")
     return held
+
+
+def _read_object(path: Path, keys: set[str]) -> dict[str, Any] | None:
+    """The JSON object of a file, which has the keys; None where there is no file.
+
+    Raises:
+        SurveyError: where it is of no demonstrations.
+    """
+    try:
+        held = json.loads(path.read_text())
+    except FileNotFoundError:
+        return None
+    except (ValueError, RecursionError):
+        raise _refuse_file(path) from None
+    if not isinstance(held, dict) or not keys <= held.keys():
+        raise _refuse_file(path)
+    return held
+
+
+def _refuse_file(path: Path) -> SurveyError:
+    return SurveyError(f"--out: {str(path)!r} is of no demonstrations; {_ALLOWED}")
+
+
+def _format_json(value: dict[str, Any]) -> str:
+    return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
 
 def _describe_difference(name: str, there: Any, asked: Any) -> str:
@@ -294,11 +321,11 @@ def _describe_difference(name: str, there: Any, asked: Any) -> str:
 
 
 def _check_empty(folder: Path) -> None:
-    """Refuse a folder that has episodes and no result."""
+    """Refuse a folder that has episodes or trials and no settings."""
     with suppress(FileNotFoundError, NotADirectoryError):
         for path in (folder / FOLDER).iterdir():
-            raise SurveyError(f"--out: {str(path)!r} is there, but no {RESULT} of demonstrations; {_ALLOWED}")
+            raise SurveyError(f"--out: {str(path)!r} is there, but no {SETTINGS} of demonstrations; {_ALLOWED}")
     if (folder / FOLDER).exists() and not (folder / FOLDER).is_dir():
         raise SurveyError(f"--out: {str(folder / FOLDER)!r} is no folder; {_ALLOWED}")
     if (folder / TRIALS).exists() and not (folder / TRIALS / STATE).exists():
-        raise SurveyError(f"--out: {str(folder / TRIALS)!r} is of no demonstrations; {_ALLOWED}")
+        raise _refuse_file(folder / TRIALS)
