@@ -28,7 +28,7 @@ def attack(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 @pytest.mark.parametrize(
     ("commands", "rounds"),
     [
-        ("design;shape", 1),
+        pytest.param("design;shape", 1, marks=pytest.mark.slow),
         pytest.param(
             "shape --plot;grasp --no-video;survey;export", 8, marks=[pytest.mark.slow, pytest.mark.timeout(3600)]
         ),

@@ -21,6 +21,7 @@ def attack(tmp_path, monkeypatch):
     return module
 
 
+@pytest.mark.slow
 def test_mutated_models_are_compiled_or_refused(tmp_path):
     """A process of its own, as a hook on opened files stays for the life of one."""
     command = [sys.executable, str(SCRIPT), "--count", "20", "--seed", "3"]

@@ -44,7 +44,10 @@ def test_a_verb_holds_in_surroundings(attack, work, capsys) -> None:
 
 @pytest.mark.parametrize(
     ("command", "what", "code"),
-    [("shape --plot", "without matplotlib", 2), ("bench", "reader of standard output gone", 0)],
+    [
+        pytest.param("shape --plot", "without matplotlib", 2, marks=pytest.mark.slow),
+        ("bench", "reader of standard output gone", 0),
+    ],
 )
 def test_what_is_missing_is_one_line(attack, work, command: str, what: str, code: int) -> None:
     attack.make_work(work)

@@ -21,7 +21,8 @@ def attack():
     return module
 
 
-@pytest.mark.parametrize("count", [20, pytest.param(2000, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [20, 2000])
 def test_spoiled_surveys_go_on_or_are_refused(count: int) -> None:
     """A process of its own, as the tries use the alarm."""
     command = [sys.executable, str(SCRIPT), "--count", str(count), "--seed", "2"]

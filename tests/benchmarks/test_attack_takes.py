@@ -49,7 +49,9 @@ def attack_with(attack, work: Path, capsys, *more: str) -> dict:
 
 @pytest.mark.parametrize(
     "what",
-    [("validate", "csv", 40), ("validate", "c3d", 8), ("validate", "protocol", 60), ("calibrate", "bench", 20),
+    [("validate", "csv", 40), ("calibrate", "bench", 20),
+     pytest.param(("validate", "c3d", 8), marks=pytest.mark.slow),
+     pytest.param(("validate", "protocol", 60), marks=pytest.mark.slow),
      pytest.param(("validate", "csv", 2000), marks=pytest.mark.slow),
      pytest.param(("validate", "c3d", 400), marks=pytest.mark.slow),
      pytest.param(("calibrate", "csv", 100), marks=pytest.mark.slow)],

@@ -50,7 +50,13 @@ def build(design, options, groups=("all",)):
     return Build(design, options, parts, build_bill(design, made, options))
 
 
-@pytest.fixture(scope="module", params=[*DESIGNS])
+@pytest.fixture(
+    scope="module",
+    params=[
+        pytest.param(name, marks=pytest.mark.slow) if name in {"paper-large-grip", "spirob-1m"} else name
+        for name in DESIGNS
+    ],
+)
 def built(request):
     from spiraltrunk.cad.components.options import MakeOptions
 

@@ -25,16 +25,23 @@ from spiraltrunk.design import presets
 from spiraltrunk.design.materials import PETG
 from spiraltrunk.errors import PartError
 
+FAST = {"paper", "spirob-15"}
+"""The trunk of the paper and the smallest one."""
+
 GROUPS = ("trunk", "housing", "adapter", "wedge")
 
+NAMES = pytest.mark.parametrize(
+    "name", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in presets.NAMES]
+)
 
-@pytest.mark.parametrize("name", presets.NAMES)
+
+@NAMES
 def test_every_screw_of_a_preset_fits(name, options):
     design = presets.get(name)
     assert check_hardware(design, options, build_parts(design, GROUPS, options)) >= 26
 
 
-@pytest.mark.parametrize("name", presets.NAMES)
+@NAMES
 def test_no_two_parts_are_in_one_place(name, options):
     """Points of each part of the assembled robot, one drum for all, lie in no other part and in no motor."""
     design, random = presets.get(name), np.random.default_rng(0)

@@ -127,6 +127,7 @@ def test_what_does_not_go_with_merge_is_refused(tmp_path: Path, capsys: pytest.C
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("fakes")
 def test_shards_are_merged(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([*ARGV, "--shard", "1/1", "--format", "minari", "--out", str(tmp_path / "out")]) == 0

@@ -82,6 +82,7 @@ def test_a_place_that_cannot_be_written_is_refused_before_anything_runs(
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_without_the_extra_one_line_tells_how_to_install_it(tmp_path: Path) -> None:
     """A process of its own: here the package is loaded."""
     code = "import sys; sys.modules['viser'] = None; from spiraltrunk.cli import main; sys.exit(main(sys.argv[1:]))"

@@ -182,7 +182,7 @@ def test_the_ends_of_the_ranges_work(model: str, typed: str, capsys: pytest.Capt
     assert cli.main(["shape", "--model", model, "--theta0-deg", "135", *typed.split()]) == 0
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+@pytest.mark.parametrize("ending", ["png", "svg", pytest.param("pdf", marks=pytest.mark.slow)])
 def test_plot_is_written(ending: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "new" / f"shape.{ending}"
     read(f"--dorsal-mm 60 --plot {path}", capsys)

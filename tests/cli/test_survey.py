@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import functools
 import importlib
+import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -79,7 +80,7 @@ def load(folder: Path) -> dict[str, Any]:
     return json.loads((folder / "survey.json").read_text())
 
 
-@pytest.mark.usefixtures("fakes")
+@pytest.mark.usefixtures("is_inline")
 def test_json_is_the_survey_without_its_trials(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["survey", "--strategies", "wrap-vertical", "--trials", "6", "--workers", "2", "--out", str(tmp_path)]
     assert cli.main([*argv, "--json"]) == 0
@@ -140,10 +141,11 @@ def test_all_strategies_with_their_objects_or_one(
             ["--object", "cylinder-120", "--strategies", "pinch"],
             "mm wide where the fingers grip; allowed: 0 to 40 mm, what pinch can",
         ),
-        (["--object", "cylinder-60"], "what pinch can take"),
-        (
+        pytest.param(["--object", "cylinder-60"], "what pinch can take", marks=pytest.mark.slow),
+        pytest.param(
             ["--object", "sphere:diameter_mm=80,mass_g=9000", "--strategies", "wrap-vertical"],
             "g, what the trunk 'paper' holds at that width",
+            marks=pytest.mark.slow,
         ),
         (["--timestep-ms", "3"], "--timestep-ms: '3' given; allowed: 10 ms over a whole number, from 0.1 to 2.5 ms"),
         (["--timestep-ms", "0"], "allowed: 10 ms over a whole number"),
@@ -257,16 +259,25 @@ def test_a_signal_leaves_what_has_ended(
     assert json.loads(captured.out)["strategies"]["wrap-vertical"]["trials"] == 6
 
 
-def test_without_out_an_interrupted_survey_says_that_it_is_lost(tmp_path: Path) -> None:
-    running = start("hang_after_third", "--strategies", "wrap-vertical", "--trials", "5", "--workers", "1")
-    assert running.stderr is not None
-    for line in running.stderr:
-        if line.startswith("spiraltrunk: 3/5"):
-            break
-    running.send_signal(signal.SIGINT)
-    _, said = running.communicate(timeout=30)
-    assert running.returncode == 130
-    assert said.splitlines()[0] == "spiraltrunk: 3 of 5 trials are lost, as there is no --out"
+def test_without_out_an_interrupted_survey_says_that_it_is_lost(
+    fakes: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def cut(
+        work: Callable[[Entry], Row], entries: list[Entry], workers: int
+    ) -> Generator[Outcome[Entry, Row], None, None]:
+        yield from itertools.islice(fakes.run_inline(work, entries, workers), 3)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(engine, "run_jobs", cut)
+    assert cli.main(["survey", "--strategies", "wrap-vertical", "--trials", "5", "--workers", "1"]) == 130
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    said = printed.err.splitlines()
+    assert said[3].startswith("spiraltrunk: 3/5 ")
+    assert said[4:] == [
+        "spiraltrunk: 3 of 5 trials are lost, as there is no --out",
+        "spiraltrunk: interrupted",
+    ]
 
 
 def test_the_robot_that_was_asked_for_runs_the_trials(

@@ -240,6 +240,7 @@ def test_a_chosen_alignment_is_compared_with_the_plain_ones(folder: Path, capsys
     assert chosen["bend"] == pytest.approx(told["runs"]["bend"]["mean_rmse_m"])
 
 
+@pytest.mark.slow
 def test_a_path_that_is_no_utf_8_is_written(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     there = Path(shutil.copytree(folder, tmp_path / "a\udcff"))
     assert cli.main([*validate(there), "--out", str(tmp_path / "out")]) == 0

@@ -17,7 +17,9 @@ from spiraltrunk.envs.register import IDS
 SHORT = {"episode_s": 0.06}
 
 
-@pytest.mark.parametrize("name", IDS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if "Sweep" in name else name for name in IDS]
+)
 def test_the_checker_passes_without_a_warning(name):
     env = gymnasium.make(name).unwrapped
     with warnings.catch_warnings():

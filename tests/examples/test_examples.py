@@ -9,7 +9,7 @@ import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples"
 EXAMPLES = sorted(path.name for path in FOLDER.glob("[0-9]*.py"))
-LONG = {"20_own_stl.py", "31_calibrate.py", "40_make_parts.py"}
+LONG = {"10_own_strategy.py", "20_own_stl.py", "31_calibrate.py", "40_make_parts.py", "50_environment.py"}
 """Examples of which other tests run every part."""
 
 

@@ -107,7 +107,9 @@ def run_kernel(folder: Path, script: str, cache: Path) -> subprocess.CompletedPr
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize(("suffix", "damage"), [("nbi", b"\x80random bytes"), ("nbc", b"")])
+@pytest.mark.parametrize(
+    ("suffix", "damage"), [pytest.param("nbi", b"\x80random bytes", marks=pytest.mark.slow), ("nbc", b"")]
+)
 def test_damaged_cache_is_compiled_again(tmp_path: Path, suffix: str, damage: bytes) -> None:
     cache = tmp_path / "cache"
     assert run_kernel(tmp_path, KERNEL, cache).stdout == "8.0\n"

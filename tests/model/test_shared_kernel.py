@@ -55,7 +55,7 @@ def test_second_process_compiles_and_this_one_loads(tmp_path: Path) -> None:
     ("program", "variables"),
     [
         ("small.tell()", {"NUMBA_NUM_THREADS": "1"}),
-        ("sys.executable = '/opt/python'; small.tell()", {}),  # It cannot be started.
+        pytest.param("sys.executable = '/opt/python'; small.tell()", {}, marks=pytest.mark.slow),  # It does not start.
         pytest.param("small.tell()", {"SPIRALTRUNK_COMPILES": "1"}, marks=pytest.mark.slow),
         pytest.param("sys.executable = '/opt/app'; small.tell()", {}, marks=pytest.mark.slow),
         pytest.param("sys.executable = None; small.tell()", {}, marks=pytest.mark.slow),
@@ -78,11 +78,13 @@ def test_where_the_second_process_fails_this_one_compiles(tmp_path: Path, begin:
     assert run(tmp_path, begin=begin) == "True 0\n"
 
 
+@pytest.mark.slow
 def test_second_process_that_hangs_is_given_up(tmp_path: Path) -> None:
     program = "from spiraltrunk.model import shared_kernel; shared_kernel._PATIENCE = 0.1; small.tell()"
     assert run(tmp_path, program, begin="time.sleep(1000)") == "True 0\n"
 
 
+@pytest.mark.slow
 def test_a_script_without_a_guard_runs_once(tmp_path: Path) -> None:
     """A script is not run again by the process that compiles, as `multiprocessing` would."""
     assert run(tmp_path, "print('script'); small.tell()") == "script\nTrue 1\n"

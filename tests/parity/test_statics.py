@@ -15,7 +15,7 @@ def parity():
     return module
 
 
-@pytest.mark.parametrize("trial", [0, pytest.param(2, marks=pytest.mark.slow), 4, 9])
+@pytest.mark.parametrize("trial", [0, *(pytest.param(trial, marks=pytest.mark.slow) for trial in (2, 4, 9))])
 def test_mujoco_rests_where_the_model_puts_the_trunk(parity, trial):
     row = parity.compare("free", trial)
     assert row["simulated"] in {"CONVERGED", "STALLED", "ALL_SHUT"}

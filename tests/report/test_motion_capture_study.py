@@ -42,6 +42,7 @@ def test_what_the_page_claims_is_in_the_numbers() -> None:
     assert max(TOLD["statics"]["run"].values()) < 1e-4
 
 
+@pytest.mark.slow
 def test_the_study_gives_the_numbers(study: Any) -> None:
     protocol = load_protocol("paper")
     some = replace(protocol, runs=(protocol.run("rest-090"), protocol.run("twist")))

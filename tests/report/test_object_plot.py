@@ -37,7 +37,10 @@ def test_poses_that_are_alike_are_drawn_once():
     assert [title.splitlines()[0][:10] for title in titles] == ["poses 0, 1", "poses 2, 3", "poses 4, 5"]
 
 
-@pytest.mark.parametrize(("more", "said"), [(1, "and 1 more stable pose"), (3, "and 3 more stable poses")])
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [pytest.param(1, "and 1 more stable pose", marks=pytest.mark.slow), (3, "and 3 more stable poses")],
+)
 def test_poses_that_are_not_drawn_are_counted(more, said):
     picture = build_picture("cylinder-60")
     pose = picture.profile.stable_poses[0]

@@ -142,7 +142,9 @@ class Reached(Exception):
     """The action that was waited for has come."""
 
 
-@pytest.mark.parametrize("name", ["cylinder-33", "cylinder-60", "cylinder-90"])
+@pytest.mark.parametrize(
+    "name", ["cylinder-33", *(pytest.param(name, marks=pytest.mark.slow) for name in ("cylinder-60", "cylinder-90"))]
+)
 def test_the_object_settles_where_the_plan_expects_it(name):
     """Relative to the base: within 30 mm ahead and 60 mm below."""
     shape = parse_object(name)

@@ -47,6 +47,7 @@ def test_the_head_takes_the_place_of_the_title_and_nothing_else():
     assert given.endswith(after)
 
 
+@pytest.mark.slow
 def test_software_draws_without_smoothing(studio, open_page):
     page = open_page(studio([PlainTab]))
     smoothed, renderer = page.evaluate(CONTEXT)

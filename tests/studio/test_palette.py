@@ -141,6 +141,7 @@ class LinesTab:
         pass
 
 
+@pytest.mark.slow
 def test_lines_have_their_colour_on_the_page(studio, open_page, take_picture):
     page = open_page(studio([LinesTab]))
     for _ in range(40):

@@ -103,6 +103,7 @@ def test_an_error_is_a_notice_and_a_closed_page_closes_its_tabs(studio, open_pag
     wait_until(lambda: TABS[0].closed)
 
 
+@pytest.mark.slow
 def test_the_server_answers_while_its_tabs_are_loaded(studio, open_page):
     loaded = threading.Event()
 

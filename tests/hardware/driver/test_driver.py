@@ -248,6 +248,7 @@ def test_arming_holds_the_floor_and_targets_pull(rig):
     assert tensions == pytest.approx([10.0, floor, 20.0], abs=2.5)
 
 
+@pytest.mark.slow
 def test_10_s_of_nominal_running_raise_nothing(rig):
     def swing(one):
         t = one.clock.time

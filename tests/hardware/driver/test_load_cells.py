@@ -27,6 +27,9 @@ CELLS = LoadCellSetup(port="cells", cables=(1, 2, 3), offsets=(0.0, 0.5, 0.0), s
 PULL = (20.0, 10.0, 10.0)
 LIMITS = SafetyLimits()
 
+MOTORS = pytest.mark.parametrize("build", ["gm6020", pytest.param("sts", marks=pytest.mark.slow)], indirect=True)
+"""What one driver does for both families: the fast tests try it with the quicker of them."""
+
 
 class Twin:
     """A robot of GM6020 with what a robot of servos has."""
@@ -96,6 +99,7 @@ def read_felt(robot):
     return [cable.felt for cable in robot.driver.snapshot().cables]
 
 
+@MOTORS
 def test_a_copy_of_a_prepared_robot_goes_on_as_that_does(robot, prepared):
     """On which all tests here rest that begin with a prepared robot."""
 
@@ -112,6 +116,7 @@ def test_a_copy_of_a_prepared_robot_goes_on_as_that_does(robot, prepared):
     assert seen[0][1:] != seen[-1][1:]
 
 
+@MOTORS
 def test_tensions_are_measured_with_and_without_torque(robot):
     robot.run(0.3)
     assert robot.driver.mode is Mode.SAFE
@@ -143,6 +148,7 @@ def test_the_error_of_friction_is_removed(build):
     assert errors[1] < min(errors[0], 2.0)
 
 
+@MOTORS
 def test_one_cell_is_used_and_the_other_cables_are_estimated(build):
     robot = build(LoadCellSetup(port="cells", cables=(2,)))
     robot.prepare()
@@ -154,7 +160,11 @@ def test_one_cell_is_used_and_the_other_cables_are_estimated(build):
     assert cables[1].tension == pytest.approx(robot.twin.tensions[1], abs=1.0)
 
 
-@pytest.mark.parametrize("count", [6, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("build", "count"),
+    [("sts", 6), *(pytest.param(*row, marks=pytest.mark.slow) for row in (("gm6020", 6), ("gm6020", 20), ("sts", 20)))],
+    indirect=["build"],
+)
 def test_steps_of_the_tensions_raise_no_alarm(robot, count):
     robot.prepare()
     draw = np.random.default_rng(5)
@@ -197,7 +207,15 @@ def test_a_cell_that_fails_is_a_fault_and_is_never_used_silently(pulling, name):
     assert robot.is_off()
 
 
-@pytest.mark.parametrize("tension", [4.0, pytest.param(6.0, marks=pytest.mark.slow), 10.0])
+@pytest.mark.parametrize(
+    ("build", "tension"),
+    [
+        pytest.param(family, tension, marks=[] if (family, tension) == ("sts", 4.0) else [pytest.mark.slow])
+        for family in ("gm6020", "sts")
+        for tension in (4.0, 6.0, 10.0)
+    ],
+    indirect=["build"],
+)
 def test_a_cell_that_reads_0_at_a_low_tension_is_told_by_the_trunk_that_its_cable_bends(build, tension):
     """Friction hides such a tension from the motor, with servos up to 15 N of it; the lengths tell that it is there."""
     robot, pull = build(replace(CELLS, offsets=(0.0,) * 3, scales=(1.0,) * 3)), (tension,) * 3

@@ -13,7 +13,7 @@ TIME_BAR, LENGTH_BAR = 0.2, 3e-3
 PULL = (20.0, 10.0, 10.0)
 
 
-@pytest.mark.parametrize("has_terminal", [True, False])
+@pytest.mark.parametrize("has_terminal", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_servos_are_homed_and_pull(build_sts, has_terminal):
     robot = build_sts(has_terminal=has_terminal)
     robot.prepare()

@@ -105,6 +105,7 @@ def test_a_path_that_the_replay_does_not_confirm_is_refined(monkeypatch) -> None
     np.testing.assert_array_equal(again.points, solution.points)
 
 
+@pytest.mark.slow
 def test_base_pose_load_and_direction_are_met() -> None:
     case = {"theta_0": 1.2, "roll": 0.4, "loads": Loads(mass=0.02)}
     shape = pull_two(1, (0.04, 0.02), 1.0, 0.15, **case)

@@ -93,7 +93,7 @@ def plain_twist(design, first, second, theta_0, as_authors):
     return np.array(joints), taken < room
 
 
-@pytest.mark.parametrize("as_authors", [True, False])
+@pytest.mark.parametrize("as_authors", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_twist_is_algorithm_2_written_out(as_authors):
     """Also where several joints are full, one after the other, and where cable 1 has shut none."""
     n_full = set()

@@ -25,7 +25,9 @@ SHAPES = {
 }
 
 
-@pytest.fixture(params=SHAPES)
+@pytest.fixture(
+    params=[name if name in {"twist", "full"} else pytest.param(name, marks=pytest.mark.slow) for name in SHAPES]
+)
 def posed(request: pytest.FixtureRequest) -> tuple[Shape, float]:
     theta_0, law = SHAPES[request.param]
     return law(theta_0), theta_0

@@ -115,7 +115,11 @@ def test_overview_shares_its_time(series: Series) -> None:
 @pytest.mark.parametrize(
     ("name", "spans"),
     [
-        pytest.param(name, spans, marks=[] if spans == "even" or name == "overview.png" else [pytest.mark.slow])
+        pytest.param(
+            name,
+            spans,
+            marks=[] if spans == "even" or (name, spans) == ("overview.png", "beyond") else [pytest.mark.slow],
+        )
         for name in FIGURES
         for spans in ("even", "short", "beyond", "none")
     ],

@@ -74,7 +74,7 @@ def test_a_bent_cable_turns_by_the_taper_or_by_the_bend(angle):
     assert turn[0] == pytest.approx(abs(each - angle / 2), rel=1e-9)
 
 
-@pytest.mark.parametrize("mu", [0.1, 0.2, 0.4])
+@pytest.mark.parametrize("mu", [*(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.1, 0.2)), 0.4])
 def test_a_cable_pulled_in_slowly_loses_tension_as_a_capstan(mu):
     """Joints as stiff as the tension left: all bend alike and little, and the cable slides at all holes."""
     left = np.exp(-mu * np.cumsum(RelaxationRig(rub(mu)).friction.turn[0]))
@@ -94,7 +94,10 @@ def test_a_cable_pulled_in_slowly_loses_tension_as_a_capstan(mu):
     assert ratio == pytest.approx(math.exp(-5.11 * mu), rel=0.005)
 
 
-@pytest.mark.parametrize("name", presets.NAMES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow) if name == "spirob-1m" else name for name in presets.NAMES],
+)
 def test_tension_never_changes_at_a_hole_by_more_than_the_capstans(name):
     design = rub(0.15, presets.get(name))
     rig, rng = RelaxationRig(design), np.random.default_rng(1)
@@ -143,6 +146,7 @@ def test_a_trunk_without_friction_has_no_part_in_it():
     assert not rig.data.qfrc_applied.any()
 
 
+@pytest.mark.slow
 def test_hardly_any_friction_is_as_good_as_none():
     none, hardly = (RelaxationRig(rub(mu), theta_0=1.0, options=FAST).relax(TWIST) for mu in (0.0, 1e-7))
     np.testing.assert_allclose(hardly.shape.points, none.shape.points, rtol=0, atol=2e-5)
@@ -184,7 +188,7 @@ def test_release_needs_less_tension_than_the_pull():
 
 
 @pytest.mark.parametrize("timestep", [1e-3, 2e-3])
-@pytest.mark.parametrize("mu", [0.1, 0.4])
+@pytest.mark.parametrize("mu", [pytest.param(0.1, marks=pytest.mark.slow), 0.4])
 def test_jumps_to_full_pull_neither_diverge_nor_rattle(mu, timestep):
     rig = RelaxationRig(rub(mu), options=RelaxationOptions(timestep=timestep, damping_factor=1.0))
     start(rig)
@@ -196,7 +200,7 @@ def test_jumps_to_full_pull_neither_diverge_nor_rattle(mu, timestep):
     assert sum(warning.number for warning in rig.data.warning) == 0
 
 
-@pytest.mark.parametrize("mu", [0.1, 0.4])
+@pytest.mark.parametrize("mu", [pytest.param(0.1, marks=pytest.mark.slow), 0.4])
 def test_a_trunk_at_rest_stays(mu):
     rig = RelaxationRig(rub(mu), options=FAST)
     rig.relax(TWIST)
@@ -221,6 +225,7 @@ def test_pulling_in_sequence_twists_the_trunk_by_friction_alone():
     assert out_of_plane(shapes[0.15]) > 15e-3
 
 
+@pytest.mark.slow
 def test_the_order_of_pulling_matters_by_friction_alone():
     orders = [
         [LoadStep(pull=(0.06, SLACK, SLACK)), LoadStep(pull=(0.06, 0.03, SLACK))],

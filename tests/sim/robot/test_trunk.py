@@ -67,7 +67,7 @@ def _equilibrium(design, down):
     return solution.reshape(-1, 2)
 
 
-@pytest.mark.parametrize("tilt", [0.0, 45.0, 90.0])
+@pytest.mark.parametrize("tilt", [pytest.param(0.0, marks=pytest.mark.slow), 45.0, 90.0])
 @pytest.mark.parametrize("name", ["paper", "spirob-15"])
 def test_the_trunk_settles_where_its_weight_is_balanced(build_trunk, name, tilt):
     design = replace(presets.get(name), gripper=None)
@@ -102,7 +102,7 @@ def _swing(model, steps):
     return np.array(energy).T
 
 
-@pytest.mark.parametrize("tilt", [30.0, 60.0])
+@pytest.mark.parametrize("tilt", [pytest.param(30.0, marks=pytest.mark.slow), 60.0])
 def test_an_undamped_swing_keeps_its_energy(build_trunk, tilt):
     """Over 3 s it stays within 0.2 % of the weight times the length, and twice as close at half the step."""
     drift = []
@@ -149,7 +149,7 @@ def test_full_pull_stays_within_the_joints_limits(build_trunk, pull, tension, du
     assert 29.0 < _largest_bend(model, PAPER, duration, pull, tension) <= 33.0
 
 
-@pytest.mark.parametrize("tilt", [pytest.param(89.0, marks=pytest.mark.slow), 90.0, 90.5])
+@pytest.mark.parametrize("tilt", [*(pytest.param(tilt, marks=pytest.mark.slow) for tilt in (89.0, 90.0)), 90.5])
 @pytest.mark.parametrize("tension", [(0, 60, 60), (60, 0, 0)], ids=["ventral", "dorsal"])
 def test_a_horizontal_base_curls_without_harm(build_trunk, pull, tilt, tension):
     model = build_trunk(PAPER, tilt)
@@ -199,13 +199,14 @@ def test_without_it_a_curl_diverges(build_trunk, pull, capfd, tmp_path, monkeypa
     assert largest > math.radians(33.0)
 
 
-def test_the_joint_limit_is_a_cone(build_trunk, pull):
+@pytest.mark.parametrize("apart", [40, pytest.param(20, marks=pytest.mark.slow)])
+def test_the_joint_limit_is_a_cone(build_trunk, pull, apart):
     """Pulled with 60 N in any direction, weightless, all joints stop at the same angle."""
     model = build_trunk(BARE)
     model.opt.gravity[:] = 0.0
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
     largest = []
-    for towards in np.arange(0, 360, 20):
+    for towards in np.arange(0, 360, apart):
         data = mujoco.MjData(model)
         pull(model, BARE, _towards(math.radians(towards), 60.0))
         _step(model, data, 3.0)

@@ -283,7 +283,7 @@ def _wait(condition):
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.slow), signal.SIGKILL])
 def test_the_process_ends_with_the_one_that_reads(put, number):
     """Also where that one is killed and can end nothing."""
     before = signal.signal(signal.SIGINT, signal.SIG_DFL)  # Heard also where the tests run in the background.
@@ -343,9 +343,18 @@ def _assert_same(path):
 
 WHOLE = [(name, "whole") for name in SOUND]
 INCLUDED = [(name, "included") for name in SOUND if name != "the last"]  # MuJoCo looks halfway through an include.
+ROWS = WHOLE + INCLUDED
+FAST = {(name, "whole") for name in ("below", "both", "the last", "stripped", "by default")} | {("meshdir", "included")}
+"""Rows of which each differs from the others in more than a folder."""
 
 
-@pytest.mark.parametrize(("name", "where"), WHOLE + INCLUDED)
+@pytest.mark.parametrize(
+    ("name", "where"),
+    [
+        *(row for row in ROWS if row in FAST),
+        *(pytest.param(*row, marks=pytest.mark.slow) for row in ROWS if row not in FAST),
+    ],
+)
 def test_files_are_found_where_mujoco_finds_them(parts, put, name, where):
     compiler, mesh, picture, more = SOUND[name]
     assets = f"<asset>{MESH.format(mesh)}{MATERIAL.format(picture)}</asset>"

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import functools
 import math
 from itertools import pairwise
 
@@ -91,6 +92,12 @@ def strategy(request):
     return strategies.get(request.param)
 
 
+@functools.cache
+def run_plain(name):
+    """The log of a strategy whose first grip holds."""
+    return run(Hand(_task()), strategies.get(name))
+
+
 def _frozen(value):
     """A value as something that can be compared, arrays by their bytes."""
     if dataclasses.is_dataclass(value):
@@ -100,6 +107,11 @@ def _frozen(value):
     return tuple(map(_frozen, value)) if isinstance(value, tuple) else value
 
 
+@pytest.mark.parametrize(
+    "strategy",
+    ["flip-grip", *(pytest.param(name, marks=pytest.mark.slow) for name in NAMES if name != "flip-grip")],
+    indirect=True,
+)
 def test_the_same_state_and_observation_give_the_same_and_stay_as_they_are(strategy):
     plant = Hand(_task())
     observation = plant.reset()
@@ -122,14 +134,14 @@ def test_phases_come_in_order_and_the_object_ends_at_its_place(strategy):
 
 
 def test_milestones_come_in_order(strategy):
-    log = run(Hand(_task()), strategy)
+    log = run_plain(strategy.name)
     spans = [log.milestone_span(milestone) for milestone in Milestone if milestone is not Milestone.PUSHED]
     times = [time for span in spans for time in span]
     assert times == sorted(times)
 
 
 def test_commands_are_smooth_and_end_slack(strategy):
-    log = run(Hand(_task()), strategy)
+    log = run_plain(strategy.name)
     place = np.array([command.T_world_base[:3, 3] for command in log.commands])
     speed, tension = np.diff(place, axis=0) / DT, np.array([command.cable_tension for command in log.commands])
     assert np.abs(speed).max() < 0.6
@@ -140,7 +152,7 @@ def test_commands_are_smooth_and_end_slack(strategy):
 
 def test_only_the_flip_pulls_cables_and_it_bounds_their_lengths():
     for name in NAMES:
-        log = run(Hand(_task()), strategies.get(name))
+        log = run_plain(name)
         pulled = [command for command in log.commands if command.cable_tension.max() > 0]
         assert bool(pulled) == (name == "flip-grip")
         for command in pulled:
@@ -154,7 +166,7 @@ def test_an_object_beside_its_announced_place_is_gripped_where_it_is_seen(strate
 
 
 def test_a_failed_grip_is_tried_once_more_and_firmer(strategy):
-    once = run(Hand(_task()), strategy)
+    once = run_plain(strategy.name)
     log = run(Hand(_task(), grips=(False, True)), strategy)
     actions = [status.action for status in log.statuses]
     assert log.gave_up is None
@@ -177,7 +189,7 @@ def test_without_a_camera_the_weight_tells():
 
 
 def test_slip_is_answered_by_a_tighter_grip():
-    slack = run(Hand(_task()), strategies.get("tip-grip"))
+    slack = run_plain("tip-grip")
     start, _ = slack.span("transport", "hold")
     slipped = run(Hand(_task(), slips=(start + 1.7, 0.008)), strategies.get("tip-grip"))
     grips = [max(command.gripper for command in log.commands) for log in (slack, slipped)]

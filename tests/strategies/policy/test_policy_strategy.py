@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError, SurveyError
+from spiraltrunk.processes.pool import Outcome
 from spiraltrunk.strategies.policy.description import PolicyDescription
 from spiraltrunk.strategies.policy.memory import MODE, TIMES, begin_memory, build_inputs, enter_stage, observe
 from spiraltrunk.strategies.policy.network import Network
@@ -183,17 +185,23 @@ def test_filter_is_exact_for_any_step() -> None:
     assert whole.value[0] == pytest.approx(3.0 + (-2.0 + slope * 0.3) * math.exp(-3.0))
 
 
+def run_inline(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Outcome[Any, Any]]:
+    """An engine without processes, which take seconds to start."""
+    for job in jobs:
+        yield Outcome(job=job, result=work(job))
+
+
 def test_policy_in_a_survey(policy_file: Path, tmp_path: Path) -> None:
     name = f"policy:{policy_file}"
     plan = SurveyPlan(objects={"wrap-vertical": ("cylinder-60",), name: ("cylinder-60", "box-60")}, trials=4)
-    result = run_survey(plan, folder=tmp_path / "out", work=pretend)
+    result = run_survey(plan, folder=tmp_path / "out", work=pretend, engine=run_inline)
     assert {key: own["successes"] for key, own in result["strategies"].items()} == {"wrap-vertical": 4, name: 2}
     assert list(result["settings"]["policies"]) == [name]
-    assert run_survey(plan, folder=tmp_path / "out", work=pretend) == result
+    assert run_survey(plan, folder=tmp_path / "out", work=pretend, engine=run_inline) == result
     text = policy_file.with_suffix(".json")
     text.write_text(json.dumps(json.loads(text.read_text()) | {"longest": 50.0}))
     with pytest.raises(SurveyError, match="policies"):
-        run_survey(plan, folder=tmp_path / "out", work=pretend)
+        run_survey(plan, folder=tmp_path / "out", work=pretend, engine=run_inline)
 
 
 def pretend(entry: object) -> dict[str, object]:

@@ -39,6 +39,7 @@ class PlotTab:
         pass
 
 
+@pytest.mark.slow
 def test_a_plot_has_both_axes(studio, open_page):
     page = open_page(studio([PlotTab]))
     page.wait_for_timeout(4000)

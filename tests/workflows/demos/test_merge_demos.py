@@ -73,6 +73,7 @@ def test_merged_shards_are_the_demonstrations_bit_for_bit(shards: Path) -> None:
     assert merge(shards, "1", "2", "3") == result  # Once more changes nothing.
 
 
+@pytest.mark.slow
 def test_an_interrupted_merge_goes_on(shards: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     copied = []
 

@@ -192,8 +192,8 @@ def test_the_data_set_grows_with_the_episodes(fakes: ModuleType, tmp_path: Path)
 @pytest.mark.parametrize(
     ("name", "delay"),
     [
-        ("lerobot", 0.4),
-        pytest.param("robomimic", 0.0, marks=pytest.mark.slow),
+        pytest.param("lerobot", 0.4, marks=pytest.mark.slow),
+        ("robomimic", 0.0),
         pytest.param("minari", 0.9, marks=pytest.mark.slow),
     ],
 )
@@ -223,7 +223,7 @@ def test_a_kill_at_any_moment_loses_no_ended_trial(fakes: ModuleType, tmp_path: 
     assert digest(folder) == digest(tmp_path / "straight")
 
 
-@pytest.mark.parametrize("trials", [1, 5])
+@pytest.mark.parametrize("trials", [pytest.param(1, marks=pytest.mark.slow), 5])
 def test_a_kill_while_the_data_set_moves_in_is_gone_on_from(
     fakes: ModuleType, tmp_path: Path, original: Path, trials: int
 ) -> None:

@@ -63,6 +63,7 @@ def connect(file: RobotFile = FILE, machine: SimMachine | None = None, **options
         far.close()
 
 
+@pytest.mark.slow
 def test_it_homes_and_moves_its_cables():
     with connect() as robot:
         robot.prepare()
@@ -214,6 +215,7 @@ def test_a_strategy_that_needs_a_camera_is_refused_without_one(machine):
         run_on_hardware(robot, OBJECT, strategies.get("kick"))
 
 
+@pytest.mark.slow
 def test_a_camera_of_the_user_is_asked_with_the_time_of_the_run(machine):
     times = []
 

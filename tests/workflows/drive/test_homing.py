@@ -14,7 +14,10 @@ STRETCH = 3.66 / 2e4
 """Elastic elongation of the cables under the tension of homing [m]."""
 
 
-@pytest.mark.parametrize(("scale", "allowed"), [(0.5, 0.3e-3), (1.0, 0.4e-3), (2.0, 1.5e-3)])
+@pytest.mark.parametrize(
+    ("scale", "allowed"),
+    [*(pytest.param(*row, marks=pytest.mark.slow) for row in ((0.5, 0.3e-3), (1.0, 0.4e-3))), (2.0, 1.5e-3)],
+)
 @pytest.mark.parametrize("seed", [0, pytest.param(3, marks=pytest.mark.slow)])
 def test_homing_finds_the_straight_trunk_against_dry_friction(monkeypatch, scale, allowed, seed):
     """Half, all and twice of the assumed friction; without stirring 2 to 5 mm are left, and twice stalls."""

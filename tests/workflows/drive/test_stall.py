@@ -63,7 +63,7 @@ def test_a_drum_that_is_stuck_at_an_even_tension_is_stirred_and_told(monkeypatch
     assert noticed == {length: [(FaultKind.STALL, 0)], math.inf: []}
 
 
-@pytest.mark.parametrize("delay", [0.02, 0.2])
+@pytest.mark.parametrize("delay", [0.02, pytest.param(0.2, marks=pytest.mark.slow)])
 def test_a_cable_that_breaks_while_its_drum_is_stirred_is_noticed_in_time(monkeypatch, delay):
     """Cable 1 holds 12 N at rest, and is stirred whenever that is asked for; the bar is that of the self-test."""
     asked = itertools.chain([True], itertools.repeat(False))

@@ -43,7 +43,7 @@ def test_ids_and_directions_are_those_of_the_file():
     assert directions == MOTORS.directions
 
 
-@pytest.mark.parametrize(("most", "seen"), [(None, 25.0), (10.0, 10.0)])
+@pytest.mark.parametrize(("most", "seen"), [pytest.param(None, 25.0, marks=pytest.mark.slow), (10.0, 10.0)])
 def test_the_largest_tension_is_that_of_the_file(most, seen):
     with open_twin(cables=CableSetup(tension_max=most)) as robot:
         robot.prepare()
@@ -82,6 +82,7 @@ def test_soft_cables_of_the_file_are_the_twins_and_no_slip():
                 robot.raise_fault()
 
 
+@pytest.mark.slow
 def test_slack_of_the_file_is_in_the_cables_and_compensated():
     """The drum winds more, and the trunk is where it would be without slack."""
     slack, pull, ends = 0.012, 0.03, {}

@@ -50,6 +50,14 @@ def printable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(objective, "find_faults", lambda design: ())
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, Any]:
+    """A search that nothing interrupted."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(objective, "find_faults", lambda design: ())
+        return run_search(SETTINGS, tmp_path_factory.mktemp("search") / "whole", trials=Fake())
+
+
 def read(folder: Path) -> dict[str, Any]:
     return json.loads((folder / "optimize.json").read_text())
 
@@ -76,19 +84,20 @@ def test_it_finds_what_is_better_and_says_so(tmp_path: Path) -> None:
     assert read(tmp_path) == result
 
 
-@pytest.mark.parametrize("stop_at", [0, 5, *(pytest.param(one, marks=pytest.mark.slow) for one in (3, 7))])
-def test_an_interrupted_search_goes_on_as_if_it_had_not_been(tmp_path: Path, stop_at: int) -> None:
-    whole = run_search(SETTINGS, tmp_path / "whole", trials=Fake())
+@pytest.mark.parametrize("stop_at", [5, *(pytest.param(one, marks=pytest.mark.slow) for one in (0, 3, 7))])
+def test_an_interrupted_search_goes_on_as_if_it_had_not_been(
+    whole: Mapping[str, Any], tmp_path: Path, stop_at: int
+) -> None:
     with pytest.raises(KeyboardInterrupt):
         run_search(SETTINGS, tmp_path / "cut", trials=Fake(stop_at))
     assert len(read(tmp_path / "cut")["candidates"]) == min(stop_at, 6) if stop_at else True
     assert run_search(SETTINGS, tmp_path / "cut", trials=Fake()) == whole
 
 
-def test_more_candidates_go_on_with_the_same_search(tmp_path: Path) -> None:
+def test_more_candidates_go_on_with_the_same_search(whole: Mapping[str, Any], tmp_path: Path) -> None:
     run_search(replace(SETTINGS, candidates=3), tmp_path / "more", trials=Fake())
     more = run_search(SETTINGS, tmp_path / "more", trials=Fake())
-    assert more == run_search(SETTINGS, tmp_path / "whole", trials=Fake())
+    assert more == whole
 
 
 def test_what_cannot_be_printed_is_not_simulated_and_not_the_best(tmp_path: Path, monkeypatch) -> None:

@@ -91,6 +91,7 @@ def test_merged_shards_are_the_survey(shards: Path) -> None:
     assert {path.name for path in out.glob("[!.]*")} == set(FILES)
 
 
+@pytest.mark.slow
 def test_a_merged_survey_goes_on_as_the_whole_one(shards: Path, fakes: ModuleType, plan: SurveyPlan) -> None:
     merge(shards, "1", "2", "3")
     assert run_survey(plan, folder=shards / "out", work=fakes.raise_second)["complete"]

@@ -86,7 +86,7 @@ def test_without_a_folder_the_result_is_the_same(whole: Path, fakes: ModuleType,
 def test_what_was_cut_off_goes_on(whole: Path, fakes: ModuleType, plan: SurveyPlan, tmp_path: Path) -> None:
     cut = tmp_path / "cut"
     with pytest.raises(KeyboardInterrupt):
-        run_survey(plan, workers=1, folder=cut, work=fakes.work, watch=cut_after(4))
+        run_survey(plan, workers=1, folder=cut, work=fakes.work, engine=fakes.run_inline, watch=cut_after(4))
     held = load(cut)
     assert not held["complete"]
     assert len(held["rows"]) == sum(told["trials"] for told in held["strategies"].values()) == 4
@@ -291,12 +291,14 @@ def test_a_trial_that_breaks_is_a_failed_trial(fakes: ModuleType, plan: SurveyPl
         assert told["causes"] == {"simulation fault": 1}
 
 
-@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("workers", [0, *(pytest.param(count, marks=pytest.mark.slow) for count in (1, 2))])
 def test_a_missing_package_is_no_failure_of_a_strategy(
     workers: int, fakes: ModuleType, plan: SurveyPlan, tmp_path: Path
 ) -> None:
+    """Without workers the trials run in this process, whose faults are told as those of others are."""
+    engine = None if workers else fakes.run_inline
     with pytest.raises(ModuleNotFoundError) as caught:
-        run_survey(plan, workers=workers, folder=tmp_path / "out", work=fakes.miss_package)
+        run_survey(plan, workers=max(workers, 1), folder=tmp_path / "out", work=fakes.miss_package, engine=engine)
     assert caught.value.name == "coacd"
     rows = load(tmp_path / "out")["rows"]
     assert all(row["index"] != 1 for row in rows)

@@ -102,6 +102,7 @@ def test_a_process_ends_with_the_other_end_of_its_pipe_and_by_a_signal():
         assert heard.link._process.exitcode == 0
 
 
+@pytest.mark.slow
 def test_a_robot_whose_port_cannot_be_opened_tells_why():
     motors = MotorSetup(family="gm6020", ids=(1, 2, 3))
     heard = Heard(file=RobotFile(name="mine", bus="board:/dev/no-such-port", motors=motors))

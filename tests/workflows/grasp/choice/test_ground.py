@@ -86,7 +86,7 @@ STANDING = ("wrap-oblique-low", "wrap-oblique", "wrap-horizontal")
 LARGE_TRUNK = design_from_rules(arm_radius=0.055)
 
 
-@pytest.mark.parametrize("name", STANDING)
+@pytest.mark.parametrize("name", [STANDING[0], *(pytest.param(name, marks=pytest.mark.slow) for name in STANDING[1:])])
 def test_the_papers_standing_objects_stay_where_they_are(name):
     strategy = strategies.get(name)
     for shape in strategy.objects:
@@ -94,7 +94,7 @@ def test_the_papers_standing_objects_stay_where_they_are(name):
         assert choose_ground(PAPER, scene, strategy) is scene
 
 
-@pytest.mark.parametrize("name", ["wrap-horizontal", "sweep", "kick"])
+@pytest.mark.parametrize("name", ["wrap-horizontal", pytest.param("sweep", marks=pytest.mark.slow), "kick"])
 def test_a_long_trunk_hangs_clear_of_the_ground_at_its_start(name):
     """At the usual height its end would start 58 mm below the ground."""
     strategy = strategies.get(name)

@@ -18,7 +18,11 @@ from spiraltrunk.workflows.survey.row import build_empty_row
 def run_inline(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Outcome[Any, Any]]:
     """An engine without processes, which take seconds to start."""
     for job in jobs:
-        yield Outcome(job=job, result=work(job))
+        try:
+            outcome = Outcome(job=job, result=work(job))
+        except Exception as error:  # Told as the pool tells it.
+            outcome = Outcome(job=job, result=None, fault=f"{type(error).__name__}: {error}", error=error)
+        yield outcome
 
 
 def work(entry: Entry) -> dict[str, Any]:
