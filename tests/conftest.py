@@ -20,6 +20,7 @@ if not os.environ.get("MUJOCO_GL") and not os.environ.get("DISPLAY") and ctypes.
     os.environ["MUJOCO_GL"] = "egl"  # As the commands do; MuJoCo reads it once, when it is imported.
 
 settings.register_profile("spiraltrunk", deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("fast", settings.get_profile("spiraltrunk"), max_examples=40)
 settings.load_profile("spiraltrunk")
 
 HERE = Path(__file__).parent
@@ -30,6 +31,12 @@ WITHOUT_MODELS = (
     "sim/test_grasp", "sim/test_p", "strategies/push/test_push", "strategies/test_strategies", "workflows/survey/",
 )  # fmt: skip
 """Folders and files of tests that no model is compiled for."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Fewer examples of each law among the fast tests; every run draws others, and `make test-all` draws 100."""
+    if config.option.markexpr == "not slow":
+        settings.load_profile("fast")
 
 
 def uses_models(item: pytest.Item) -> bool:

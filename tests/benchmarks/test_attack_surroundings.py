@@ -31,6 +31,7 @@ def work(attack, tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_verb_holds_in_surroundings(attack, work, capsys) -> None:
     assert attack.main([str(work), "--commands", "design", "--surroundings", FEW]) == 0, capsys.readouterr().err
     rows = [json.loads(line) for line in (work / "runs.jsonl").read_text().splitlines()]

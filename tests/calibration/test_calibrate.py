@@ -59,6 +59,7 @@ def bent():
     return world, calibrate(PAPER, shapes, fitted, settings)
 
 
+@pytest.mark.slow
 def test_a_trunk_measured_exactly_is_found(bent):
     world, found = bent
     joints = dict(zip(found.names, found.fit.values - world.values, strict=True))
@@ -68,12 +69,14 @@ def test_a_trunk_measured_exactly_is_found(bent):
     assert abs(joints["hole"]) < 1e-3
 
 
+@pytest.mark.slow
 def test_the_error_on_shapes_held_out_falls_to_a_twentieth(bent):
     _, found = bent
     assert found.held_out.calibrated.mean() < found.held_out.uncalibrated.mean() / 20
     assert found.held_out.calibrated.mean() < 1e-3
 
 
+@pytest.mark.slow
 def test_the_calibrated_design_is_what_the_parameters_say(bent):
     _, found = bent
     said = {parameter.name: parameter.value for parameter in found.parameters}

@@ -271,6 +271,7 @@ def test_a_zero_has_no_sign(figure, shown):
     assert format_figure(figure, 1) == shown
 
 
+@pytest.mark.slow
 def test_a_move_that_ends_short_is_told(capsys):
     assert cli.main(["drive", "jog", "1", "60", "--tension-n", "5", "--hold-s", "0.2"]) == 0
     assert "mm from its target" in capsys.readouterr().err

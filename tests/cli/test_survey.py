@@ -49,6 +49,14 @@ def fakes(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plots take most of the time."""
+    monkeypatch.setattr(
+        "spiraltrunk.workflows.survey.results.write_figure", lambda figure, path: path.write_bytes(b"a plot")
+    )
+
+
+@pytest.fixture
 def is_inline(fakes: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     """The fake trials run in this process, as each other one takes seconds to start."""
     monkeypatch.setattr(engine, "run_jobs", fakes.run_inline)
@@ -171,7 +179,7 @@ def test_bad_input_is_refused(argv: list[str], told: str, tmp_path: Path, capsys
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.usefixtures("is_inline")
+@pytest.mark.usefixtures("is_inline", "undrawn")
 def test_another_surveys_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["survey", "--strategies", "wrap-vertical", "--workers", "1", "--out", str(tmp_path)]
     assert cli.main([*argv, "--trials", "1"]) == 0
@@ -199,7 +207,7 @@ def test_without_ray_its_extra_is_named(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.usefixtures("is_inline")
+@pytest.mark.usefixtures("is_inline", "undrawn")
 def test_shards_are_merged_and_surveys_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["survey", "--strategies", "wrap-vertical,kick", "--trials", "5", "--workers", "1", "--json"]
     folders = [str(tmp_path / name) for name in ("1", "2", "merged", "whole")]
@@ -221,7 +229,7 @@ def test_shards_are_merged_and_surveys_compared(tmp_path: Path, capsys: pytest.C
     assert "--merge needs --out" in capsys.readouterr().err
 
 
-@pytest.mark.usefixtures("is_inline")
+@pytest.mark.usefixtures("is_inline", "undrawn")
 @pytest.mark.parametrize(
     ("number", "code", "last"),
     [

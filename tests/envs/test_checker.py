@@ -52,6 +52,7 @@ def test_pictures_are_observed_and_rendered():
     depth.close()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="there, a display is found without variables")
 def test_pictures_without_a_context_are_refused_each_time():
     """In a process of its own, in which MuJoCo would abort at the second try."""

@@ -122,6 +122,7 @@ def test_damaged_cache_is_compiled_again(tmp_path: Path, suffix: str, damage: by
     assert all(file.read_bytes() != damage for file in damaged), "every process would compile again"
 
 
+@pytest.mark.slow
 def test_code_of_another_stamp_is_not_run(tmp_path: Path) -> None:
     """A process that is killed between writing the index and the code must not leave old code under the new stamp."""
     cache = tmp_path / "cache"

@@ -70,8 +70,8 @@ def test_without_a_second_process_this_one_compiles(tmp_path: Path, program: str
 @pytest.mark.parametrize(
     "begin",
     [
-        "os.kill(os.getpid(), 9)",
-        *(pytest.param(one, marks=pytest.mark.slow) for one in ("raise ValueError", "os._exit(3)")),
+        pytest.param(one, marks=pytest.mark.slow)
+        for one in ("os.kill(os.getpid(), 9)", "raise ValueError", "os._exit(3)")
     ],
 )
 def test_where_the_second_process_fails_this_one_compiles(tmp_path: Path, begin: str) -> None:

@@ -56,7 +56,8 @@ def test_what_the_page_claims_is_in_the_numbers(posture: str) -> None:
     assert rubbed["10"]["simulated"]["length"] > 1.3 * rubbed["10"]["simulated"]["tension"]
 
 
-@pytest.mark.parametrize("dorsal", [0.0, pytest.param(5.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("dorsal", [0.0, 5.0])
 def test_without_friction_model_and_simulation_agree(study: ModuleType, dorsal: float) -> None:
     posture, told = study.POSTURES["curled"], FIGURES["curled"]["0"][f"{dorsal:g}"]
     wrap = study.find_wrap(posture, 0.0)

@@ -26,6 +26,7 @@ def trial():
     return run_trial(PAPER, SHAPE, seed=0)
 
 
+@pytest.mark.slow
 def test_the_default_grasp_succeeds(trial):
     assert trial.verdict.reason == "success"
     assert trial.verdict.success
@@ -33,6 +34,7 @@ def test_the_default_grasp_succeeds(trial):
     assert trial.plant.model.neq == 0
 
 
+@pytest.mark.slow
 def test_the_object_went_where_the_verdict_says(trial):
     """Height and place read off the trace directly."""
     heights = np.array([sample.object_position[2] for sample in trial.plant.trace])
@@ -47,6 +49,7 @@ def _bytes(trace):
     return [np.asarray(getattr(sample, field.name)).tobytes() for sample in trace for field in fields(sample)]
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_trace_to_the_bit():
     """The shortest strategy; `tests/cli/test_grasp.py` compares the figures of the default one."""
     trial, again = (run_trial(PAPER, parse_object("ball-80"), strategy="kick", seed=0) for _ in range(2))

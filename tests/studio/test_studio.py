@@ -119,6 +119,7 @@ def test_the_server_answers_while_its_tabs_are_loaded(studio, open_page):
     page.get_by_role("button", name="Ball", pressed=True).wait_for()
 
 
+@pytest.mark.slow
 def test_tabs_that_cannot_be_loaded_are_a_notice(studio, open_page):
     def load():
         raise StudioError("a package is missing")
@@ -166,6 +167,7 @@ def send(page, value):
 HOSTILE = [{"value": 9999.0}, {"value": float("nan")}, {"value": "text"}, {"update_cb": []}, {"value": [1.0] * 99}]
 
 
+@pytest.mark.slow
 def test_values_off_the_scale_change_nothing(studio, open_page):
     page = open_page(studio([BallTab]))
     handle = TABS[0].size.handle

@@ -28,8 +28,8 @@ QUICK = ("drums", "horn")
 DENSITY = {material.name: material.density for material in (TPU, SILICONE, *RIGID.values())}
 """Density of each material [kg/m^3]."""
 
-SOME = ("trunk", "gripper", "shells", "housing", "drums", "horn", "adapter")
-"""What is worth a picture; the rest is made in the slow test."""
+SOME = ("trunk", "shells", "housing", "drums", "horn", "adapter")
+"""What is worth a picture but the gripper, which takes as long as half of it; the rest is made in the slow tests."""
 
 
 @pytest.fixture(scope="module")
@@ -38,12 +38,14 @@ def short():
     return replace(design, gripper=presets.PAPER.gripper)
 
 
-@pytest.fixture(scope="module")
-def exported(short, tmp_path_factory):
+@pytest.fixture(scope="module", params=[SOME, pytest.param((*SOME, "gripper"), marks=pytest.mark.slow)], ids=len)
+def exported(request, short, tmp_path_factory):
     """Most of the short robot in all formats, by one process."""
     folder = tmp_path_factory.mktemp("made") / "new" / "robot"
     told = []
-    result = export_robot(short, folder, Request(parts=SOME), progress=lambda what, done, total: told.append(what))
+    result = export_robot(
+        short, folder, Request(parts=request.param), progress=lambda what, done, total: told.append(what)
+    )
     return folder, result, told
 
 
@@ -81,7 +83,7 @@ def test_a_steps_volume_is_the_parts(exported):
     import build123d
 
     folder, result, _ = exported
-    for name in ("trunk_1", "gripper", "shell_02", "housing"):
+    for name in {"trunk_1", "gripper", "shell_02", "housing"} & result["checks"].keys():
         volume = 1e-9 * build123d.import_step(folder / "parts" / f"{name}.step").volume
         assert volume == pytest.approx(result["checks"][name]["volume_m3"], rel=1e-6)
 
@@ -125,7 +127,11 @@ def test_the_picture_is_a_picture(exported):
 
 
 def test_the_same_seed_makes_the_same_meshes(tmp_path, short, monkeypatch):
-    monkeypatch.setattr(export, "write_pictures", lambda *_, **__: None)  # They take as long as the meshes.
+    """Of one shell, and without pictures, which take as long."""
+    monkeypatch.setattr(export, "write_pictures", lambda *_, **__: None)
+    monkeypatch.setattr(
+        export, "build_parts", lambda *given: tuple(part for part in build_parts(*given) if part.name == "shell_03")
+    )
     request = Request(parts=("shells",), formats=("stl", "3mf"))
     shells = ("shell_03.stl", "shell_03.3mf")
 

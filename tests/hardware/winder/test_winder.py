@@ -16,7 +16,10 @@ from spiraltrunk.hardware.motors.motor_port import MotorState
 from spiraltrunk.hardware.winder.winder import WinderState, WinderTarget, build_winder, step
 
 PERIODS = pytest.mark.parametrize("period", [1e-3, 2e-3])
-STIFFNESSES = pytest.mark.parametrize("stiffness", [2e4, 5e3, 2e3, 500.0, 200.0])
+STIFFNESSES = pytest.mark.parametrize(
+    "stiffness",
+    [2e4, pytest.param(5e3, marks=pytest.mark.slow), 2e3, pytest.param(500.0, marks=pytest.mark.slow), 200.0],
+)
 """From a stop at the drum to the paper's trunk, which gives way by about 5 mm a newton."""
 
 SPREAD = 2 * 0.02 / 9.85e-3

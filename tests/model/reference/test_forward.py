@@ -93,13 +93,20 @@ def plain_twist(design, first, second, theta_0, as_authors):
     return np.array(joints), taken < room
 
 
-@pytest.mark.parametrize("as_authors", [True, pytest.param(False, marks=pytest.mark.slow)])
-def test_twist_is_algorithm_2_written_out(as_authors):
+@pytest.mark.parametrize(
+    ("as_authors", "inclinations"),
+    [
+        pytest.param(True, (70,), id="authors at 70"),
+        pytest.param(True, (120,), id="authors at 120", marks=pytest.mark.slow),
+        pytest.param(False, (70, 120), id="exact", marks=pytest.mark.slow),
+    ],
+)
+def test_twist_is_algorithm_2_written_out(as_authors, inclinations):
     """Also where several joints are full, one after the other, and where cable 1 has shut none."""
     n_full = set()
     for first in (0.0, 0.01, 0.03, 0.06, 0.1):
         for second in (0.005, 0.03, 0.06, 0.09, 0.12):
-            for theta_0 in (math.radians(70), math.radians(120)):
+            for theta_0 in map(math.radians, inclinations):
                 shape = reference.twist(PAPER, first, second, theta_0, as_authors=as_authors)
                 joints, has_room = plain_twist(PAPER, first, second, theta_0, as_authors)
                 np.testing.assert_allclose(shape.joint_rotation, joints, rtol=0, atol=2e-7)

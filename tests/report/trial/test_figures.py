@@ -168,6 +168,7 @@ def test_labels_never_touch(lengths: list[tuple[str, float]], letter: float) -> 
         assert [name for name, _, _ in labels] == [name for name, _ in lengths]
 
 
+@pytest.mark.slow
 def test_files_are_written(series: Series, tmp_path: Path) -> None:
     folder = tmp_path / "new" / "plots"
     paths = write_plots(series, folder)

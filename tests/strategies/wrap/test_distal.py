@@ -166,6 +166,7 @@ def test_a_wider_object_is_closed_round_by_sections_nearer_to_the_base() -> None
     assert pulls[1] > 1.2 * pulls[0]
 
 
+@pytest.mark.slow
 def test_a_flat_box_is_closed_round_as_the_cylinder_of_the_same_girth() -> None:
     girth = 2 * (100 + 30) / math.pi
     box, cylinder = (

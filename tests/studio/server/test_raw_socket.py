@@ -62,7 +62,7 @@ def open_socket(studio, *, query="", cookie=None):
     headers = {} if cookie is None else {"Cookie": cookie}
     with connect(
         host.replace("http", "ws", 1) + "/" + query, subprotocols=PROTOCOL, origin=host, additional_headers=headers,
-        max_size=None,
+        max_size=None, close_timeout=0.5,  # Unread messages keep the answer to a closing from being seen.
     ) as socket:  # fmt: skip
         socket.send(pack(CAMERA))  # A page of viser begins with it.
         yield socket

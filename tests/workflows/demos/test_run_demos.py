@@ -114,7 +114,7 @@ def test_successes_are_the_data_set(original: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["lerobot", *(pytest.param(name, marks=pytest.mark.slow) for name in ("robomimic", "minari"))]
+    "name", ["minari", *(pytest.param(name, marks=pytest.mark.slow) for name in ("lerobot", "robomimic"))]
 )
 def test_workers_and_interruptions_change_nothing(fakes: ModuleType, tmp_path: Path, name: str) -> None:
     plan = replace(PLAN, format=name)
@@ -189,12 +189,13 @@ def test_the_data_set_grows_with_the_episodes(fakes: ModuleType, tmp_path: Path)
     assert len({written for written, _ in counts}) > 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "delay"),
     [
-        pytest.param("lerobot", 0.4, marks=pytest.mark.slow),
+        ("lerobot", 0.4),
         ("robomimic", 0.0),
-        pytest.param("minari", 0.9, marks=pytest.mark.slow),
+        ("minari", 0.9),
     ],
 )
 def test_a_kill_at_any_moment_loses_no_ended_trial(fakes: ModuleType, tmp_path: Path, name: str, delay: float) -> None:

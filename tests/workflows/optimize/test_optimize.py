@@ -182,6 +182,7 @@ def test_a_damaged_journal_is_one_line(tmp_path: Path) -> None:
         run_search(settings, tmp_path, trials=Fake())
 
 
+@pytest.mark.slow
 def test_a_journal_whose_last_line_was_cut_off_goes_on(tmp_path: Path) -> None:
     whole = run_search(replace(SETTINGS, unseen=0), tmp_path / "whole", trials=Fake())
     run_search(replace(SETTINGS, candidates=3, unseen=0), tmp_path / "cut", trials=Fake())

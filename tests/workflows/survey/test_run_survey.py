@@ -18,7 +18,6 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.errors import OutputError, SurveyError
 from spiraltrunk.files.output_folder import open_output
-from spiraltrunk.processes.pool import run_jobs
 from spiraltrunk.workflows.survey.code_version import compute_code
 from spiraltrunk.workflows.survey.plan import SurveyPlan, derive_seed
 from spiraltrunk.workflows.survey.resume_log import FILES, Log
@@ -42,6 +41,14 @@ def timeless(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: timeless(part) for key, part in value.items() if "wall_s" not in key}
     return [timeless(part) for part in value] if isinstance(value, list) else value
+
+
+@pytest.fixture(autouse=True)
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plots take most of the time; those of the original are drawn, and those of merged surveys in their tests."""
+    monkeypatch.setattr(
+        "spiraltrunk.workflows.survey.results.write_figure", lambda figure, path: path.write_bytes(b"a plot")
+    )
 
 
 @pytest.fixture(scope="module")
@@ -142,11 +149,15 @@ def test_a_survey_does_not_go_on_with_other_code(
 def test_machines_with_other_code_do_not_join(
     fakes: ModuleType, plan: SurveyPlan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The processes of an engine compute what they run with; those of this machine's pool are not asked."""
+    """The processes of an engine compute what they run with; those of this machine's pool are not asked.
+
+    In place of both the trials run in this process.
+    """
     code = compute_code() | {"source": "0123456789abcdef"}
     monkeypatch.setattr("spiraltrunk.workflows.survey.run_survey.compute_code", lambda: code)
     with pytest.raises(SurveyError, match=r"'.*' has another spiraltrunk or other packages \(source differ"):
-        run_survey(plan, work=fakes.work, engine=run_jobs)
+        run_survey(plan, work=fakes.work, engine=fakes.run_inline)
+    monkeypatch.setattr("spiraltrunk.workflows.survey.run_survey.run_jobs", fakes.run_inline)
     assert run_survey(plan, work=fakes.work)["complete"]
 
 
