@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from spiraltrunk.calibration.noise_model import (
     Block,
@@ -55,6 +56,7 @@ def test_levers_are_what_errors_of_bends_do_to_the_trunk():
     np.testing.assert_allclose(levers, moved / np.linalg.norm(moved[-1]), atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_chain_that_the_model_does_not_express_gets_a_discrepancy_of_its_own():
     """And bends no parameter: with one discrepancy for all chains the estimate would be off by many deviations."""
     draw, sharp = np.random.default_rng(5), NoiseModel(noise=1e-4, discrepancy=6e-4, turn=2e-3, shift=3e-4)

@@ -88,7 +88,11 @@ def test_the_answer_is_the_result(tmp_path: Path, capsys: pytest.CaptureFixture[
         (["kick", "--fps", "30"], "demos.fps is 30; allowed: 1, 2, 5, 10, 25, 50"),
         (["kick", "--mode", "torque"], "unknown control mode 'torque'; known: delta-pose-tension"),
         (["kick", "--object", "banana"], "known: solids and files (cylinder:, "),
-        (["pinch", "--object", "cylinder-120"], "mm wide where the fingers grip; allowed: 0 to 40 mm"),
+        pytest.param(
+            ["pinch", "--object", "cylinder-120"],
+            "mm wide where the fingers grip; allowed: 0 to 40 mm",
+            marks=pytest.mark.slow,
+        ),
         (["kick", "--timestep-ms", "3"], "such as 0.5, 1 or 2"),
         (["kick", "--address", "auto"], "allowed: with --engine ray"),
         (["kick", "--shard", "5/4"], "allowed: I/N, as 2/16"),

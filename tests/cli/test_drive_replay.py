@@ -72,6 +72,7 @@ def test_the_figures_have_units_and_the_files_are_named(whole, replay, tmp_path)
     assert (told["hottest"], told["files"]) == ({"cable": 2, "temperature_degc": 64.0}, [])
 
 
+@pytest.mark.slow
 def test_a_plot_beside_its_log_leaves_the_run_s_files(whole, tmp_path, capsys):
     run = tmp_path / "run"
     with open_output(run, "drive", ["drive.mcap", "result.json"]) as output, output.draft() as draft:

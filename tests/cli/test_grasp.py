@@ -264,6 +264,7 @@ sys.exit(cli.main(["grasp", "kick", "--out", sys.argv[1]]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 @pytest.mark.usefixtures("played", "unplotted")
 def test_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -80,6 +80,7 @@ def test_read_only_package_keeps_its_code_in_the_temporary_folder(read_only_pack
         shutil.rmtree(temporary, ignore_errors=True)
 
 
+@pytest.mark.slow
 def test_without_any_folder_every_process_compiles(read_only_package: Path) -> None:
     folder = Path(tempfile.mkdtemp())
     try:

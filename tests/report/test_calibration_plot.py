@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 
 from spiraltrunk.report.calibration_plot import CalibrationBars, build_calibration_figure
 from spiraltrunk.report.joint_bench_plot import LoadedJoint, RingDown, build_loads_figure
@@ -26,6 +27,7 @@ def test_stiffness_and_errors_are_drawn_in_their_units(tmp_path):
     assert write_figure(figure, tmp_path / "a" / "c.png").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_each_joint_has_its_panel_with_readings_and_both_laws(tmp_path):
     bend = np.radians([0.0, 10.0, 20.0])
     joints = [

@@ -246,6 +246,7 @@ class Empty(Stub):
         return dataclasses.replace(seen, cable_pull=np.full(3, free_curl(PAPER, float(tension[1]))))
 
 
+@pytest.mark.slow
 def test_where_nothing_is_touched_it_lets_go_at_half_the_tension_and_reaches_further_twice():
     log = run(Empty(_task()), WrapVertical())
     actions = [status.action for status in log.statuses]

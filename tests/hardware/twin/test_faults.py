@@ -436,6 +436,7 @@ def test_faults_add_up(build: Callable[..., Setup]) -> None:
     assert all(decode_feedback(frame.data) is not None for frame in frames)
 
 
+@pytest.mark.slow
 def test_whatever_fails_the_twin_goes_on(build: Callable[..., Setup]) -> None:
     """Half a minute of random faults: every state stays finite, no cable pushes, every feedback is sound."""
     chance = random.Random(5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from spiraltrunk.report.page import build_heading, build_list, build_paragraphs, build_picture, build_table, write_page
 from spiraltrunk.report.shape.comparison import (
@@ -66,6 +67,7 @@ def test_an_overlay_draws_lines_and_dots():
     assert all(low < value < high for line in lines for value in line.get_ydata())
 
 
+@pytest.mark.slow
 def test_pictures_are_written(tmp_path):
     for build in (build_boxes_figure, build_overlay_figure):
         path = write_figure(build(judged(1)), tmp_path / "a.png")

@@ -102,6 +102,7 @@ def test_a_commanded_tension_is_held_and_let_go():
     np.testing.assert_allclose(free.shape.points, relax(PAPER).shape.points, rtol=0, atol=3e-4)
 
 
+@pytest.mark.slow
 def test_how_fast_and_how_damped_does_not_matter_without_friction():
     stages = [LoadStep(pull=(0.05, SLACK, SLACK)), LoadStep(pull=(0.05, 0.0, SLACK))]
     slow = relax(PAPER, stages, theta_0=0.5, options=RelaxationOptions(pull_speed=0.02))
@@ -111,6 +112,7 @@ def test_how_fast_and_how_damped_does_not_matter_without_friction():
     assert other.time < slow.time
 
 
+@pytest.mark.slow
 def test_it_is_deterministic():
     rig = RelaxationRig(PAPER, theta_0=0.3, options=FAST)
     stages = [LoadStep(pull=(0.03, SLACK, SLACK))]

@@ -48,6 +48,7 @@ def wait_for_taken(count):
     return TAKEN
 
 
+@pytest.mark.slow
 def test_a_dropped_file_goes_to_the_button_of_the_shown_tab_that_takes_it(studio, open_page):
     TAKEN.clear()
     kinds = (("Mesh", ".stl,.obj"), ("Take", ".csv"))

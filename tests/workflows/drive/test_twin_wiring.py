@@ -71,6 +71,7 @@ def test_the_speed_is_that_of_the_file():
     assert fastest[0.01] < 0.02
 
 
+@pytest.mark.slow
 def test_soft_cables_of_the_file_are_the_twins_and_no_slip():
     with open_twin(cables=CableSetup(stiffness=6e3)) as robot:
         assert {motor.stiffness for motor in robot.motors.motors} == {6e3}

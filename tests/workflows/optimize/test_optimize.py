@@ -100,6 +100,7 @@ def test_more_candidates_go_on_with_the_same_search(whole: Mapping[str, Any], tm
     assert more == whole
 
 
+@pytest.mark.slow
 def test_what_cannot_be_printed_is_not_simulated_and_not_the_best(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(objective, "find_faults", lambda design: ("wall too thin",) if design.n_section > 18 else ())
     fake = Fake()

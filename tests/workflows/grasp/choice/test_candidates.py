@@ -128,7 +128,8 @@ def test_a_far_place_counts_too(reach, cube):
     assert "beyond the arm's reach" in next(each.reason for each in found if each.strategy == "tip-grip")
 
 
-@pytest.mark.parametrize("mass", [200, pytest.param(400, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("mass", [200, 400])
 def test_the_mass_does_not_decide_over_which_ground_a_bottle_is_ranked(mass):
     """Fingers could hold the neck of the lighter one over a ground so low that no wrap reaches it."""
     found = rank_object(PAPER, parse_object(f"bottle:diameter_mm=65,height_mm=210,neck_mm=28,mass_g={mass}"))

@@ -21,7 +21,9 @@ def run_inline(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) ->
         try:
             outcome = Outcome(job=job, result=work(job))
         except Exception as error:  # Told as the pool tells it.
-            outcome = Outcome(job=job, result=None, fault=f"{type(error).__name__}: {error}", error=error)
+            outcome = Outcome(
+                job=job, result=None, fault=" ".join(f"{type(error).__name__}: {error}".split()), error=error
+            )
         yield outcome
 
 
