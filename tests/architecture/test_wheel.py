@@ -46,7 +46,6 @@ def find_one(folder: Path, pattern: str) -> Path:
     return found[0]
 
 
-@pytest.mark.slow
 def test_wheel_holds_every_module_and_data_file(built: Path) -> None:
     with zipfile.ZipFile(find_one(built, "*.whl")) as wheel:
         held = set(wheel.namelist())

@@ -13,7 +13,13 @@ PERIOD = 0.1
 pytestmark = pytest.mark.usefixtures("prepared_once")
 
 
-@pytest.mark.parametrize("minutes", [0.1, pytest.param(10.0, marks=[pytest.mark.slow, pytest.mark.timeout(7200)])])
+@pytest.mark.parametrize(
+    "minutes",
+    [
+        pytest.param(0.1, marks=pytest.mark.slow),
+        pytest.param(10.0, marks=[pytest.mark.slow, pytest.mark.timeout(7200)]),
+    ],
+)
 def test_constant_tensions_raise_no_alarm(minutes):
     with TwinRobot(PAPER, options=TwinOptions(seed=0)) as robot:
         robot.prepare()
