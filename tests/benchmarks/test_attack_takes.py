@@ -49,7 +49,7 @@ def attack_with(attack, work: Path, capsys, *more: str) -> dict:
 
 @pytest.mark.parametrize(
     "what",
-    [("validate", "csv", 40), ("calibrate", "bench", 20),
+    [("validate", "csv", 40), pytest.param(("calibrate", "bench", 20), marks=pytest.mark.slow),
      pytest.param(("validate", "c3d", 8), marks=pytest.mark.slow),
      pytest.param(("validate", "protocol", 60), marks=pytest.mark.slow),
      pytest.param(("validate", "csv", 2000), marks=pytest.mark.slow),

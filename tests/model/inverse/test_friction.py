@@ -19,6 +19,9 @@ from spiraltrunk.model.statics.loads import Loads
 PAPER = presets.PAPER
 MOST = PAPER.cable.tension_max
 
+PLANAR = replace(PAPER, cable=replace(PAPER.cable, angles=(0.0, np.pi)))
+"""Two cables have fewer orders: fewer starts to compute."""
+
 
 def pull_two(first: int, pulls: tuple[float, float], held: float, friction: float, **case) -> Shape:
     """The cable after ``first`` held by ``held`` N, then ``first`` pulled in, then the last cable, by the statics."""
@@ -75,6 +78,7 @@ def test_paths_replayed_by_the_statics_end_at_the_targets() -> None:
     np.testing.assert_array_equal(solution.status == Status.OUT_OF_REACH, left > 5e-5)
 
 
+@pytest.mark.slow
 def test_the_order_matters_and_friction_cannot_be_left_out() -> None:
     """The frictionless answer misses by centimetres, and so does the path in reverse order."""
     tip = pull_two(0, (0.06, 0.06), 0.0, 0.2).points[-1]
@@ -120,7 +124,7 @@ def test_base_pose_load_and_direction_are_met() -> None:
 
 
 def test_a_far_target_is_out_of_reach_by_no_less_than_the_trunk_is_short() -> None:
-    solution = inverse.solve(PAPER, [[0.0, -3.0, 0.0]], friction=0.2, options=inverse.InverseOptions(tries=2))
+    solution = inverse.solve(PLANAR, [[0.0, -3.0, 0.0]], friction=0.2, options=inverse.InverseOptions(tries=2))
     assert solution.status.tolist() == [Status.OUT_OF_REACH]
     assert 3.0 - PAPER.length <= solution.distance[0] < 3.0 - PAPER.length + 1e-3
 
@@ -131,13 +135,12 @@ def test_without_friction_nothing_changes_and_the_design_says_how_much_there_is(
     assert zero.path is None
     np.testing.assert_array_equal(plain.tension, zero.tension)
     np.testing.assert_array_equal(plain.points, zero.points)
-    planar = replace(PAPER, cable=replace(PAPER.cable, angles=(0.0, np.pi)))  # Fewer orders: fewer starts to compute.
-    rough = replace(planar, cable=replace(planar.cable, friction=0.2))
-    by_design, asked = inverse.solve(rough, tip), inverse.solve(planar, tip, friction=0.2)
+    rough = replace(PLANAR, cable=replace(PLANAR.cable, friction=0.2))
+    by_design, asked = inverse.solve(rough, tip), inverse.solve(PLANAR, tip, friction=0.2)
     np.testing.assert_array_equal(by_design.points, asked.points)
-    assert np.linalg.norm(inverse.solve(planar, tip).points - asked.points) > 1e-2
+    assert np.linalg.norm(inverse.solve(PLANAR, tip).points - asked.points) > 1e-2
     np.testing.assert_array_equal(
-        inverse.solve(rough, tip, friction=0.0).points, inverse.solve(planar, tip, friction=0.0).points
+        inverse.solve(rough, tip, friction=0.0).points, inverse.solve(PLANAR, tip, friction=0.0).points
     )
 
 
@@ -179,9 +182,8 @@ def test_turns_are_assigned_to_any_number_of_cables() -> None:
 
 
 def test_a_trunk_with_two_cables_meets_a_tip_of_its_plane() -> None:
-    planar = replace(PAPER, cable=replace(PAPER.cable, angles=(0.0, np.pi)))
-    shape = statics.solve(planar, pull=[0.05, 0.0], by_tension=[False, True], friction=0.2)
-    solution = inverse.solve(planar, shape.points[-1], friction=0.2)
+    shape = statics.solve(PLANAR, pull=[0.05, 0.0], by_tension=[False, True], friction=0.2)
+    solution = inverse.solve(PLANAR, shape.points[-1], friction=0.2)
     assert solution.distance < 5e-5
 
 
@@ -200,7 +202,7 @@ def test_shapes_and_solutions_are_printed_in_a_line() -> None:
     shape = statics.solve(PAPER, tension=[[1.0, 0, 0], [2.0, 0, 0]])
     assert repr(shape).startswith("Shape(batch (2,), 18 sections, 3 cables, tip x ")
     assert repr(shape).endswith("CONVERGED 2)")
-    solution = inverse.solve(PAPER, [0.1, -0.4, 0.05], friction=0.2)
+    solution = inverse.solve(PLANAR, [0.1, -0.4, 0.05], friction=0.2)
     assert len(repr(shape)) < 240
     assert len(repr(solution)) < 240
     assert "by" in repr(solution.path)

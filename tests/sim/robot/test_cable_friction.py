@@ -177,6 +177,7 @@ def test_a_pull_and_release_loses_energy_and_never_gains_any():
     assert paid > 0.9 * -lost
 
 
+@pytest.mark.slow
 def test_release_needs_less_tension_than_the_pull():
     rig = RelaxationRig(rub(0.15), options=FAST)
     pulled = rig.relax([LoadStep(pull=(0.06, SLACK, SLACK))])

@@ -40,6 +40,7 @@ def run():
         yield Run(robot)
 
 
+@pytest.mark.slow
 def test_thinking_at_rest_is_waited_for_and_in_motion_it_is_not(run):
     run.step([5.0, 2.0, 2.0], round(REST / CONTROL_PERIOD) + 2)
     before = run.seen.time
