@@ -68,6 +68,7 @@ from spiraltrunk.strategies.wrap.attempts import (
     go_on,
     has_toppled,
     is_jammed,
+    lift_further,
     may_rise,
     rise_further,
     stay_here,
@@ -229,7 +230,8 @@ class StandingWrap(MoveStrategy[StandingState]):
             state = replace(state, seen=seen)
         if action in ("level", "steady"):
             sequence = carry_upright(sequence, observation, self.plane.ground_gap)
-            sequence = _stiffen(sequence, state, observation) if action == "steady" else sequence
+            if action == "steady":
+                sequence = lift_further(_stiffen(sequence, state, observation), observation, state.stood)
         if action == "bring":
             sequence = center_place(sequence, observation, state.side, DISTAL_DRAG if state.is_distal else DRAG)
         if action == "lower":
