@@ -9,7 +9,7 @@ import pytest
 from spiraltrunk import strategies
 from spiraltrunk.control.loop import run
 from spiraltrunk.design.presets import PAPER
-from spiraltrunk.sim import SimPlant, ground_truth
+from spiraltrunk.sim import SimPlant, truth_kernel
 from spiraltrunk.sim.objects.catalogue import DEFAULT_OBJECT, parse_object
 from spiraltrunk.sim.sensors import SensorOptions, Sensors
 from spiraltrunk.workflows.grasp.world import draw_scene
@@ -98,20 +98,20 @@ def test_bends_are_the_angles_between_the_sections_axes(plant):
 @pytest.mark.parametrize(
     ("pair", "seen"),
     [
-        ((ground_truth.OBJECT, ground_truth.ROBOT), (True, False, False)),
-        ((ground_truth.GROUND, ground_truth.OBJECT), (False, True, False)),
-        ((ground_truth.ROBOT, ground_truth.GROUND), (False, False, True)),
-        ((ground_truth.TRUNK, ground_truth.GROUND), (False, False, False)),
-        ((ground_truth.OBJECT, ground_truth.TRUNK), (False, False, False)),
-        ((ground_truth.ROBOT, ground_truth.TRUNK), (False, False, False)),
-        ((ground_truth.OTHER, ground_truth.OBJECT), (False, False, False)),
+        ((truth_kernel.OBJECT, truth_kernel.ROBOT), (True, False, False)),
+        ((truth_kernel.GROUND, truth_kernel.OBJECT), (False, True, False)),
+        ((truth_kernel.ROBOT, truth_kernel.GROUND), (False, False, True)),
+        ((truth_kernel.TRUNK, truth_kernel.GROUND), (False, False, False)),
+        ((truth_kernel.OBJECT, truth_kernel.TRUNK), (False, False, False)),
+        ((truth_kernel.ROBOT, truth_kernel.TRUNK), (False, False, False)),
+        ((truth_kernel.OTHER, truth_kernel.OBJECT), (False, False, False)),
     ],
 )
 def test_a_pair_is_told_by_its_two_kinds(pair, seen):
-    kind = np.array([ground_truth.OTHER, *pair])
+    kind = np.array([truth_kernel.OTHER, *pair])
     for count in (1, 2):
         geom = np.tile(np.array([1, 2], np.int32), (count, 1))
-        assert ground_truth.read_contacts(geom, np.full(count, -1e-3), kind) == (1e-3, *seen)
+        assert truth_kernel.read_contacts(kind, geom, np.full(count, -1e-3)) == (1e-3, *seen)
 
 
 def test_readings_without_error_are_copies_and_draw_nothing():

@@ -14,9 +14,10 @@ from spiraltrunk.strategies.fingertip.plan import gripping_base
 from spiraltrunk.strategies.move_strategy import MoveState
 from spiraltrunk.strategies.scores import refuse
 from spiraltrunk.strategies.sensing import seen_position
-from spiraltrunk.strategies.wrap.assess import assess_hung, assess_standing, wrapped_width
+from spiraltrunk.strategies.wrap.assess import assess_hung, assess_standing
 from spiraltrunk.strategies.wrap.hung import WrapVertical
 from spiraltrunk.strategies.wrap.standing import StandingWrap
+from spiraltrunk.strategies.wrap.standing_model import wrapped_width
 
 
 def assess(strategy: Strategy[Any], task: Task) -> Assessment:
@@ -40,7 +41,7 @@ def measure_width(strategy: Strategy[Any], task: Task) -> float:
     """
     if isinstance(strategy, TipStrategy):
         return gripped_width(task)
-    return wrapped_width(task) if isinstance(strategy, StandingWrap) else task.target.width
+    return wrapped_width(task.target) if isinstance(strategy, StandingWrap) else task.target.width
 
 
 def plan_frames(strategy: Strategy[Any], observation: Observation) -> list[np.ndarray]:

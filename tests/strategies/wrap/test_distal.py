@@ -166,18 +166,22 @@ def test_a_wider_object_is_closed_round_by_sections_nearer_to_the_base() -> None
     assert pulls[1] > 1.2 * pulls[0]
 
 
-@pytest.mark.slow
-def test_a_flat_box_is_closed_round_as_the_cylinder_of_the_same_girth() -> None:
-    girth = 2 * (100 + 30) / math.pi
-    box, cylinder = (
+def test_a_flat_box_is_closed_round_by_its_girth_with_room_for_its_diagonal() -> None:
+    """Tensions and heights are those of the cylinder of its girth, the way aside that of the one round its corners."""
+    box, girth, corners = (
         [move for move in plan(name) if move.action == "curl"]
         for name in ("box:x_mm=100,y_mm=30,z_mm=150,mass_g=300",
-                     f"cylinder:diameter_mm={girth:.6f},height_mm=150,mass_g=300")
+                     f"cylinder:diameter_mm={2 * (100 + 30) / math.pi:.6f},height_mm=150,mass_g=300",
+                     f"cylinder:diameter_mm={math.hypot(100, 30):.6f},height_mm=150,mass_g=300")
     )  # fmt: skip
-    assert len(box) == len(cylinder)
-    for one, other in zip(box, cylinder, strict=True):
-        np.testing.assert_allclose(one.position, other.position, atol=5e-4)
+    assert len(box) == len(girth)
+    for one, other in zip(box, girth, strict=True):
         np.testing.assert_allclose(one.tension, other.tension, atol=0.05)
+        assert one.position[2] == pytest.approx(other.position[2], abs=5e-4)
+    pairs = [(one, other) for one in box for other in corners if np.allclose(one.tension, other.tension, atol=0.05)]
+    assert len(pairs) >= 6
+    for one, other in pairs:
+        np.testing.assert_allclose(one.position[:2], other.position[:2], atol=5e-4)
 
 
 def test_a_taller_object_is_wrapped_higher_and_in_a_flatter_plane() -> None:

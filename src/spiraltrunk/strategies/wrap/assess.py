@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 
-from spiraltrunk.control.messages import Target, Task
+from spiraltrunk.control.messages import Task
 from spiraltrunk.control.strategy import Assessment
 from spiraltrunk.design.rules import graspable_range, payload
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.object_measures import (
-    girth_width_between,
-    height_of,
     is_upright,
     topple_angle_of,
     widths_between,
@@ -19,6 +17,7 @@ from spiraltrunk.strategies.object_measures import (
 from spiraltrunk.strategies.scores import accept, margin_factor, refuse
 from spiraltrunk.strategies.wrap.distal_plan import find_rim
 from spiraltrunk.strategies.wrap.standing import StandingWrap
+from spiraltrunk.strategies.wrap.standing_model import loop_band, wrapped_width
 from spiraltrunk.strategies.wrap.unsteady import push_that_topples
 
 RATES = {"wrap-vertical": 0.98, "wrap-oblique-low": 0.95, "wrap-oblique": 0.92, "wrap-horizontal": 0.94}
@@ -78,7 +77,7 @@ def assess_standing(strategy: StandingWrap, task: Task) -> Assessment:
         return refuse("the object hangs; this wrap takes one that stands on the ground")
     if target.kind != "sphere" and not is_upright(target):
         return refuse("the object lies; this wrap takes one that stands")
-    (least, most), around = widths_between(target, *_loop_band(target)), wrapped_width(task)
+    (least, most), around = widths_between(target, *loop_band(target)), wrapped_width(target)
     unfit = _find_misfit(task, around)
     if unfit is not None:
         return refuse(unfit)
@@ -132,15 +131,6 @@ def wrapped_range(design: TrunkDesign) -> tuple[float, float]:
 def held_mass(design: TrunkDesign, width: float) -> float:
     """Largest mass of ``width`` [m] that a wrap holds [kg]."""
     return HELD_LOAD * payload(design, width)
-
-
-def wrapped_width(task: Task) -> float:
-    """Width of the cylinder of the same girth as a standing object in the middle half of its height [m]."""
-    return girth_width_between(task.target, *_loop_band(task.target))
-
-
-def _loop_band(target: Target) -> tuple[float, float]:
-    return 0.25 * height_of(target), 0.75 * height_of(target)
 
 
 def _find_misfit(task: Task, width: float) -> str | None:

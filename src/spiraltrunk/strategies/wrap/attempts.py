@@ -15,6 +15,7 @@ from spiraltrunk.strategies.moves import (
     advance,
     allow_time,
     base_position,
+    edit_moves,
     insert_next,
     shift_later,
 )
@@ -36,6 +37,10 @@ YIELD = 0.0004
 JAMMED = 10.0
 """Force on the base from which a distal wrap closes without moving the arm further [N] (ours): what is wide and short
 jams between the thick sections and the ground, and the arm's wrist would press with 60 to 140 N, its torque limit."""
+CUT = 0.015
+"""Rise that a lift lacks where its corner with the carry is rounded and the arm lags [m] (ours)."""
+SAG_MOST = 0.02
+"""Most by which a sagging object is lifted further [m] (ours)."""
 TOPPLED = math.radians(45.0)
 """Lean from which a standing object has toppled [rad]."""
 
@@ -86,6 +91,28 @@ def rise_further(sequence: MoveSequence) -> MoveSequence:
 def carry_higher(sequence: MoveSequence) -> MoveSequence:
     """The sequence with the remaining moves before the release as much higher as the test of the load has risen."""
     return shift_later(sequence, np.array([0.0, 0.0, _count_rises(sequence) * TEST]), PHASES[:3])
+
+
+def lift_further(sequence: MoveSequence, observation: Observation, stood: float) -> MoveSequence:
+    """The sequence lifted by what its corner takes, and by what the object, as a camera sees it, has risen too little.
+
+    Args:
+        sequence: moves, the present one before the lift.
+        observation: what is seen.
+        stood: height of the object's centre as the camera saw it stand [m].
+    """
+    sag = 0.0
+    if observation.camera is not None:
+        done = [move.action for move in sequence.moves[: sequence.index]]
+        rises = done[::-1].index("tighten") - done[::-1].index("try")
+        lost = TEST * rises - (float(observation.camera.position[2]) - stood)
+        sag = min(SAG_MOST, max(0.0, lost))
+    longer = 1.0 + (CUT + sag) / observation.task.goal.lift  # The speed stays as it was.
+    slower = edit_moves(
+        sequence, sequence.index + 1,
+        lambda move: replace(move, duration=longer * move.duration) if move.action == "lift" else move,
+    )  # fmt: skip
+    return shift_later(slower, np.array([0.0, 0.0, CUT + sag]), PHASES[2:3])
 
 
 def has_toppled(observation: Observation) -> bool:

@@ -33,6 +33,7 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, tilted_base
+from spiraltrunk.strategies.object_measures import widths_between
 from spiraltrunk.strategies.sensing import seen_position
 from spiraltrunk.strategies.wrap.hung_plan import wrap_move
 from spiraltrunk.strategies.wrap.standing_model import (
@@ -72,7 +73,7 @@ TIGHTEN = 0.9
 TAIL = 1.6
 """Pull that lifts the tail, over the one that shuts the last joint [-]."""
 ROOM = 1.12
-"""Width that the curling trunk leaves to the object, over its own [-]: a loose object yields to a light push."""
+"""Width that the curling trunk leaves to the object, over its largest [-]: a loose object yields to a light push."""
 TILTS = np.radians(np.arange(84.0, 65.0, -2.0))
 """Tilts of the base tried, from hanging, the flattest first [rad]."""
 BAND_GAP = 0.015
@@ -113,9 +114,11 @@ def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move,
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     low = height - band_heights(design, width, tilt, _tension(design, pulls[-1]))[0]
 
+    room = ROOM * max(width, widths_between(target, height, height)[1])
+
     def step(pull: float) -> _Step:
         tension = _tension(design, pull)
-        aside, ahead, _ = object_center(design, ROOM * width, tilt, tension)
+        aside, ahead, _ = object_center(design, room, tilt, tension)
         up = low if pull > pulls[-1] else height - band_heights(design, width, tilt, tension)[0]
         return _Step(tension=tension, position=frame @ np.array([-aside, -ahead, up]))
 

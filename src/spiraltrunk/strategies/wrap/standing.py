@@ -16,9 +16,9 @@ is felt, as the closed trunk may have pressed on the ground. An object that is n
 stands, grasped once more where it is then seen.
 
 Transport: equal cables turn the plane of the wrap towards level. Twice, the head turns by the lean that the camera
-sees. The arm lifts, carries and holds, with the ventral lengths held and the dorsal cable taut against them. Cable is
-taken in where a settling wrap would go slack, and none is paid out: the wrap of an object wider than the tail can reach
-round loosens in motion.
+sees. The arm lifts (further where the object was seen to sag), carries and holds, with the ventral lengths held and the
+dorsal cable taut against them. Cable is taken in where a settling wrap would go slack, and none is paid out: the wrap
+of an object wider than the tail can reach round loosens in motion.
 
 An object that is too short for the base to close beside it is taken by a distal wrap (`distal_plan`), in which the base
 closes once the object is borne.
@@ -30,7 +30,8 @@ open in the same time (40 ms as simulated, not measured on a real trunk). The ar
 
 Limits: upright objects of one width up to about 1 kg, from about 80 mm of height on, as the housing has to clear the
 ground. Slender objects are taken above their middle by the oblique wraps, where the head can turn away the whole lean.
-A box is taken for the cylinder of the same girth. A bottle is held at its shoulder and may slip where friction is low.
+What is not round is taken for the cylinder of the same girth. A bottle is held at its shoulder and may slip where
+friction is low.
 The trunk's cables pull in every direction. A camera sees where the object stands and how it leans.
 """
 
@@ -68,6 +69,7 @@ from spiraltrunk.strategies.wrap.attempts import (
     go_on,
     has_toppled,
     is_jammed,
+    lift_further,
     may_rise,
     rise_further,
     stay_here,
@@ -229,7 +231,8 @@ class StandingWrap(MoveStrategy[StandingState]):
             state = replace(state, seen=seen)
         if action in ("level", "steady"):
             sequence = carry_upright(sequence, observation, self.plane.ground_gap)
-            sequence = _stiffen(sequence, state, observation) if action == "steady" else sequence
+            if action == "steady":
+                sequence = lift_further(_stiffen(sequence, state, observation), observation, state.stood)
         if action == "bring":
             sequence = center_place(sequence, observation, state.side, DISTAL_DRAG if state.is_distal else DRAG)
         if action == "lower":

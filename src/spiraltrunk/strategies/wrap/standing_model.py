@@ -19,6 +19,7 @@ from spiraltrunk.model import statics
 from spiraltrunk.model.kinematics.cables import planar_lever
 from spiraltrunk.model.kinematics.frames import base_orientation
 from spiraltrunk.strategies.moves import tilted_base
+from spiraltrunk.strategies.object_measures import girth_width_between, height_of
 from spiraltrunk.strategies.wrap.hung_model import bisect, predict_wrap
 
 _AHEAD = np.array([0.0, 1.0, 0.0])
@@ -53,6 +54,16 @@ def shut_pull(design: TrunkDesign) -> np.ndarray:
 def cylinder_width(target: Target) -> float:
     """Width of an object, of a box that of the cylinder of the same girth, if the box is square [m]."""
     return target.width * (4 / math.pi if target.kind == "box" else 1.0)
+
+
+def wrapped_width(target: Target) -> float:
+    """Width of the cylinder of the same girth as a standing object in the middle half of its height [m]."""
+    return cylinder_width(target) if target.profile is None else girth_width_between(target, *loop_band(target))
+
+
+def loop_band(target: Target) -> tuple[float, float]:
+    """Heights between which a full wrap goes round an object, from its foot [m]."""
+    return 0.25 * height_of(target), 0.75 * height_of(target)
 
 
 def girth_width(target: Target, height: float) -> float:

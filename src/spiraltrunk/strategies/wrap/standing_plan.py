@@ -22,9 +22,9 @@ from spiraltrunk.strategies.wrap.hung_plan import wrap_move
 from spiraltrunk.strategies.wrap.standing_model import (
     cable_pulls,
     curl_tilt,
-    cylinder_width,
     object_center,
     shut_pull,
+    wrapped_width,
 )
 
 # All of these are ours, tuned in simulated trials.
@@ -155,7 +155,7 @@ def plan_moves(observation: Observation, plane: WrapPlane) -> tuple[Move, ...]:
 def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step, ...], float]:
     """Steps of the curl, and the final distance of the object from the base, level [m]."""
     design, target = observation.task.design, observation.task.target
-    width, shut = cylinder_width(target), float(shut_pull(design)[0])
+    width, shut = wrapped_width(target), float(shut_pull(design)[0])
     side = lateral_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     full = cable_pulls(design, STEPS[-1] * shut, 0.0)
