@@ -9,6 +9,9 @@ BIN := $(VENV)/bin
 PIP_INSTALL := -m pip install --quiet --disable-pip-version-check
 PYTEST := $(BIN)/python -m pytest -n $(JOBS) --maxprocesses=8 --dist worksteal
 
+# Where it is set, each of the tests' hundreds of processes would compile the package anew, and pytest every test.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .PHONY: help venv grasp test test-all check format bench trials docs studies clean distclean
 

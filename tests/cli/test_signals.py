@@ -156,6 +156,7 @@ def test_design(out: Path) -> None:
     assert_ended(running, signal.SIGTERM, out)
 
 
+@pytest.mark.slow
 def test_a_signal_to_process_and_group_is_one(out: Path) -> None:
     """As the command ``timeout`` sends it."""
     running = start(sys.executable, "-c", SLOW_WRITE, str(out))
@@ -165,6 +166,7 @@ def test_a_signal_to_process_and_group_is_one(out: Path) -> None:
     assert_ended(running, signal.SIGTERM, out)
 
 
+@pytest.mark.slow
 def test_without_hang_up_it_goes_on(out: Path) -> None:
     """As the command ``nohup`` starts it."""
     deaf = ("sh", "-c", "trap '' HUP; exec \"$@\"", "sh")

@@ -88,6 +88,7 @@ def load(folder: Path) -> dict[str, Any]:
     return json.loads((folder / "survey.json").read_text())
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("is_inline")
 def test_json_is_the_survey_without_its_trials(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["survey", "--strategies", "wrap-vertical", "--trials", "6", "--workers", "2", "--out", str(tmp_path)]
@@ -267,6 +268,7 @@ def test_a_signal_leaves_what_has_ended(
     assert json.loads(captured.out)["strategies"]["wrap-vertical"]["trials"] == 6
 
 
+@pytest.mark.slow
 def test_without_out_an_interrupted_survey_says_that_it_is_lost(
     fakes: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

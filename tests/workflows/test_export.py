@@ -126,6 +126,7 @@ def test_the_picture_is_a_picture(exported):
     assert 0.05 < (picture < 240).mean() < 0.6
 
 
+@pytest.mark.slow
 def test_the_same_seed_makes_the_same_meshes(tmp_path, short, monkeypatch):
     """Of one shell, and without pictures, which take as long."""
     monkeypatch.setattr(export, "write_pictures", lambda *_, **__: None)

@@ -107,9 +107,10 @@ def _frozen(value):
     return tuple(map(_frozen, value)) if isinstance(value, tuple) else value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "strategy",
-    ["flip-grip", *(pytest.param(name, marks=pytest.mark.slow) for name in NAMES if name != "flip-grip")],
+    NAMES,
     indirect=True,
 )
 def test_the_same_state_and_observation_give_the_same_and_stay_as_they_are(strategy):
