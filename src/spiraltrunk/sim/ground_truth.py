@@ -87,7 +87,6 @@ class TruthRecorder:
         self._joint_bend = np.zeros(design.n_joint)
         self._cables = as_slice([model.tendon(cable_name(c)).id for c in range(design.n_cable)])
         self._strings = {t for t in range(model.ntendon) if model.tendon(t).name.startswith("string_")}
-        self._object = model.body("object").id
         self.motors = as_slice([model.actuator(cable_name(c)).id for c in range(design.n_cable)])
         """Actuators of the cables."""
         self.arm_q = as_slice([int(model.joint(name).qposadr[0]) for name in arm_joints])
@@ -113,12 +112,8 @@ class TruthRecorder:
         """Restore the extremes."""
         self._penetration, self._bend, self._touches_robot, self._arm_touches_ground = extremes
 
-    def update_extremes(self, data: mujoco.MjData) -> None:
-        """Update the extremes with the present state."""
-        self._widen_extremes(data)
-
-    def _widen_extremes(self, data: mujoco.MjData) -> bool:
-        """Update the extremes; whether the object touches a support."""
+    def update_extremes(self, data: mujoco.MjData) -> bool:
+        """Update the extremes with the present state; whether the object touches a support in it."""
         contact = data.contact
         bend, seen = find_extremes(self._places, data.qpos, contact.geom, contact.dist, self._joint_bend)
         penetration, on_robot, touches_table, arm_on_ground = seen
@@ -134,12 +129,12 @@ class TruthRecorder:
             data: the state.
             arm_command: commanded positions of the arm's joints, shape (n_arm,) [rad].
         """
-        touches_table, slip = self._widen_extremes(data), np.zeros(3)
+        touches_table, slip = self.update_extremes(data), np.zeros(3)
         sample = Sample(
             time=data.time,
             qpos=data.qpos.copy(),
-            object_position=data.xpos[self._object].copy(),
-            object_axis=data.xmat[self._object, 0:9:3].copy(),
+            object_position=data.xpos[self._places.target].copy(),
+            object_axis=data.xmat[self._places.target, 0:9:3].copy(),
             joint_bend=self._joint_bend.copy(),
             cable_pull=self.straight_length - data.ten_length[self._cables],
             cable_tension=-data.actuator_force[self.motors],

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +18,6 @@ from spiraltrunk.control.messages import Command, Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design import presets
 from spiraltrunk.errors import ModelError, SurveyError
-from spiraltrunk.processes.pool import Outcome
 from spiraltrunk.strategies.policy.description import PolicyDescription
 from spiraltrunk.strategies.policy.memory import MODE, TIMES, begin_memory, build_inputs, enter_stage, observe
 from spiraltrunk.strategies.policy.network import Network
@@ -185,13 +184,9 @@ def test_filter_is_exact_for_any_step() -> None:
     assert whole.value[0] == pytest.approx(3.0 + (-2.0 + slope * 0.3) * math.exp(-3.0))
 
 
-def run_inline(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Outcome[Any, Any]]:
-    """An engine without processes, which take seconds to start."""
-    for job in jobs:
-        yield Outcome(job=job, result=work(job))
-
-
-def test_policy_in_a_survey(policy_file: Path, tmp_path: Path) -> None:
+def test_policy_in_a_survey(policy_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "workflows" / "survey" / "fakes")
+    run_inline = importlib.import_module("survey_fakes").run_inline
     name = f"policy:{policy_file}"
     plan = SurveyPlan(objects={"wrap-vertical": ("cylinder-60",), name: ("cylinder-60", "box-60")}, trials=4)
     result = run_survey(plan, folder=tmp_path / "out", work=pretend, engine=run_inline)

@@ -13,6 +13,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.moves import Move
 from spiraltrunk.strategies.wrap import attempts, standing, standing_plan
 from spiraltrunk.strategies.wrap.attempts import CUT, SAG_MOST, lift_further
 from spiraltrunk.strategies.wrap.standing import (
@@ -22,7 +23,7 @@ from spiraltrunk.strategies.wrap.standing import (
     WrapOblique,
     WrapObliqueLow,
 )
-from spiraltrunk.strategies.wrap.standing_model import object_center, shut_pull
+from spiraltrunk.strategies.wrap.standing_model import object_center, shut_pull, wrapped_width
 from spiraltrunk.strategies.wrap.standing_plan import TEST
 from spiraltrunk.strategies.wrap.unsteady import STEADY, push_that_topples
 from spiraltrunk.workflows.grasp.trial import run_trial
@@ -87,32 +88,31 @@ def test_a_heavier_object_is_gripped_harder() -> None:
     assert grips[1] > grips[0]
 
 
-def test_a_box_is_wrapped_as_the_cylinder_of_the_same_girth() -> None:
-    box, cylinder = (
-        STRATEGY.init(first_seen(name)).sequence.moves
-        for name in (
-            "box:x_mm=80,y_mm=80,z_mm=200,mass_g=300",
-            f"cylinder:diameter_mm={4 * 80 / np.pi:.9f},height_mm=200,mass_g=300",
-        )
+def plan_beside_cylinder(x_mm: int, y_mm: int, z_mm: int) -> tuple[list[Move], list[Move]]:
+    """Moves for a box, and for the cylinder whose girth, by its profile, is that of the box."""
+    round_one = first_seen().task.target
+    girth_mm = 2 * (x_mm + y_mm) * round_one.width / wrapped_width(round_one)
+    names = (
+        f"box:x_mm={x_mm},y_mm={y_mm},z_mm={z_mm},mass_g=300",
+        f"cylinder:diameter_mm={girth_mm / np.pi:.9f},height_mm={z_mm},mass_g=300",
     )
-    for one, other in zip(box, cylinder, strict=True):  # The cylinder's own girth is that of a polygon.
-        np.testing.assert_allclose(one.position, other.position, atol=2e-5)
-        np.testing.assert_allclose(one.tension, other.tension, rtol=2e-5)
+    box, cylinder = (list(STRATEGY.init(first_seen(name)).sequence.moves) for name in names)
+    return box, cylinder
+
+
+def assert_alike(moves: list[Move], others: list[Move]) -> None:
+    for one, other in zip(moves, others, strict=True):
+        np.testing.assert_allclose(one.position, other.position, atol=1e-6)
+        np.testing.assert_allclose(one.tension, other.tension, atol=1e-6)
+
+
+def test_a_box_is_wrapped_as_the_cylinder_of_the_same_girth() -> None:
+    assert_alike(*plan_beside_cylinder(80, 80, 200))
 
 
 def test_a_flat_box_is_wrapped_as_the_cylinder_of_the_same_girth_and_not_of_a_square_one() -> None:
-    box, cylinder = (
-        STRATEGY.init(first_seen(name)).sequence.moves
-        for name in (
-            "box:x_mm=100,y_mm=50,z_mm=230,mass_g=300",
-            f"cylinder:diameter_mm={2 * 150 / np.pi:.9f},height_mm=230,mass_g=300",
-        )
-    )
-    curls = [[move for move in moves if move.action == "curl"] for moves in (box, cylinder)]
-    assert len(curls[0]) == len(curls[1])
-    for one, other in zip(*curls, strict=True):
-        np.testing.assert_allclose(one.position, other.position, atol=2e-5)
-        np.testing.assert_allclose(one.tension, other.tension, rtol=2e-5)
+    moves = plan_beside_cylinder(100, 50, 230)
+    assert_alike(*([move for move in part if move.action == "curl"] for part in moves))
 
 
 def test_the_lift_makes_up_for_what_the_object_has_risen_too_little(start: tuple[StandingState, Observation]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +14,6 @@ from typing import Any
 import pytest
 
 from spiraltrunk.errors import SurveyError
-from spiraltrunk.processes.pool import Outcome
 from spiraltrunk.workflows.demos.merge_demos import merge_demos
 from spiraltrunk.workflows.demos.options import RecordingOptions
 from spiraltrunk.workflows.demos.run_demos import DemosPlan, run_demos
@@ -28,14 +26,9 @@ PLAN = DemosPlan(survey=SURVEY, recording=RecordingOptions(), format="lerobot")
 COUNT = 3
 
 
-def run_inline(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Outcome[Any, Any]]:
-    for job in jobs:
-        yield Outcome(job=job, result=work(job))
-
-
 def record(fakes: ModuleType, folder: Path, plan: DemosPlan) -> dict[str, Any]:
     work = partial(fakes.work, folder=folder / "episodes", recording=plan.recording)
-    return run_demos(plan, folder=folder, work=work, engine=run_inline)
+    return run_demos(plan, folder=folder, work=work, engine=fakes.run_inline)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,7 +22,6 @@ import pytest
 from spiraltrunk.design import presets
 from spiraltrunk.errors import OutputError, SurveyError, UnknownName
 from spiraltrunk.files.output_folder import open_output
-from spiraltrunk.processes.pool import Outcome
 from spiraltrunk.workflows.demos.options import RecordingOptions
 from spiraltrunk.workflows.demos.recording.episode_file import load_episode
 from spiraltrunk.workflows.demos.run_demos import DemosPlan, run_demos
@@ -54,13 +53,7 @@ run_demos(plan, folder=sys.argv[2], workers=2, work=work)
 
 def run(fakes: ModuleType, folder: Path, plan: DemosPlan = PLAN, **options: Any) -> dict[str, Any]:
     work = partial(fakes.work, folder=folder / "episodes", recording=plan.recording)
-    return run_demos(plan, folder=folder, **{"work": work, "engine": run_inline, **options})
-
-
-def run_inline(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Outcome[Any, Any]]:
-    """An engine without processes, which take seconds to start."""
-    for job in jobs:
-        yield Outcome(job=job, result=work(job))
+    return run_demos(plan, folder=folder, **{"work": work, "engine": fakes.run_inline, **options})
 
 
 def cut_after(count: int) -> Callable[[Sequence[Any]], None]:
@@ -119,7 +112,7 @@ def test_successes_are_the_data_set(original: Path) -> None:
 def test_workers_and_interruptions_change_nothing(fakes: ModuleType, tmp_path: Path, name: str) -> None:
     plan = replace(PLAN, format=name)
     run(fakes, tmp_path / "one", plan)
-    run(fakes, tmp_path / "three", plan, workers=3, engine=None if name == "robomimic" else run_inline)
+    run(fakes, tmp_path / "three", plan, workers=3, engine=None if name == "robomimic" else fakes.run_inline)
     with pytest.raises(KeyboardInterrupt):
         run(fakes, tmp_path / "cut", plan, watch=cut_after(5))
     partly = json.loads((tmp_path / "cut" / "result.json").read_text())

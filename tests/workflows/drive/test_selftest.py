@@ -28,7 +28,7 @@ def show(name: str, result: FaultResult) -> None:
 
 
 LATER = {"duplicate", "reorder", "delay", "frame_loss_1_percent", "20_missed_cycles", "encoder_wrap"}
-"""Covered by fast tests: milder than the faults of the bus that are tried, or, the last, beside the turn count."""
+"""Slow, as the fast tests try harsher faults of the bus, and another fault of the encoder."""
 
 MARKED = [
     pytest.param(name, marks=pytest.mark.slow) if scenario.has_cells or name in LATER else name

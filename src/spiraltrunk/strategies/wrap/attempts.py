@@ -104,8 +104,8 @@ def lift_further(sequence: MoveSequence, observation: Observation, stood: float)
     sag = 0.0
     if observation.camera is not None:
         done = [move.action for move in sequence.moves[: sequence.index]]
-        rises = done[::-1].index("tighten") - done[::-1].index("try")
-        lost = TEST * rises - (float(observation.camera.position[2]) - stood)
+        since_tight = done[-done[::-1].index("tighten") :]
+        lost = TEST * since_tight.count("try") - (float(observation.camera.position[2]) - stood)
         sag = min(SAG_MOST, max(0.0, lost))
     longer = 1.0 + (CUT + sag) / observation.task.goal.lift  # The speed stays as it was.
     slower = edit_moves(

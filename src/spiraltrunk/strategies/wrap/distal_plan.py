@@ -113,7 +113,6 @@ def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move,
     side = lateral_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     low = height - band_heights(design, width, tilt, _tension(design, pulls[-1]))[0]
-
     room = ROOM * max(width, widths_between(target, height, height)[1])
 
     def step(pull: float) -> _Step:

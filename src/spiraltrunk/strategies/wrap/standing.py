@@ -31,8 +31,7 @@ open in the same time (40 ms as simulated, not measured on a real trunk). The ar
 Limits: upright objects of one width up to about 1 kg, from about 80 mm of height on, as the housing has to clear the
 ground. Slender objects are taken above their middle by the oblique wraps, where the head can turn away the whole lean.
 What is not round is taken for the cylinder of the same girth. A bottle is held at its shoulder and may slip where
-friction is low.
-The trunk's cables pull in every direction. A camera sees where the object stands and how it leans.
+friction is low. The cables pull in every direction. A camera sees where the object stands and how it leans.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from spiraltrunk.design.toml import format_design
 from spiraltrunk.errors import OutputError, SurveyError
 from spiraltrunk.files.atomic import write_text
 from spiraltrunk.files.output_folder import STATE, OutputFolder, open_output
-from spiraltrunk.files.results import Progress, ignore_progress
+from spiraltrunk.files.results import Progress, format_json, ignore_progress
 from spiraltrunk.processes.pool import Engine, run_jobs
 from spiraltrunk.workflows.demos.dataset.formats import Format, get_format
 from spiraltrunk.workflows.demos.dataset.layout import Episodes, Layout
@@ -220,8 +220,8 @@ class _Run:
 
     def _write_about(self, draft: Path, result: dict[str, Any]) -> None:
         write_text(draft / "trunk.toml", format_design(self._plan.survey.design))
-        write_text(draft / SETTINGS, _format_json(_compute_settings(self._plan)))
-        write_text(draft / RESULT, _format_json(result))
+        write_text(draft / SETTINGS, format_json(_compute_settings(self._plan)) + "\n")
+        write_text(draft / RESULT, format_json(result) + "\n")
 
     def _compute_result(self, files: Sequence[Path], names: Sequence[str]) -> dict[str, Any]:
         plan, rows = self._plan, sort_rows(self._plan.survey, self._rows or ())
@@ -303,10 +303,6 @@ def _read_object(path: Path, keys: set[str]) -> dict[str, Any] | None:
 
 def _refuse_file(path: Path) -> SurveyError:
     return SurveyError(f"--out: {str(path)!r} is of no demonstrations; {_ALLOWED}")
-
-
-def _format_json(value: dict[str, Any]) -> str:
-    return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
 
 def _describe_difference(name: str, there: Any, asked: Any) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -15,6 +16,7 @@ from spiraltrunk.control.encoding import parse_control_mode
 from spiraltrunk.control.messages import CameraObservation, Command, Observation, Task
 from spiraltrunk.design import presets
 from spiraltrunk.design.toml import format_design
+from spiraltrunk.processes.pool import Outcome
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
@@ -35,6 +37,12 @@ from spiraltrunk.workflows.survey.row import build_empty_row
 
 N_ARM, N_STATE = 7, 20
 """Joints of the arm, and numbers of the simulator's state."""
+
+
+def run_inline(work: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Outcome[Any, Any]]:
+    """An engine without processes, which take seconds to start."""
+    for job in jobs:
+        yield Outcome(job=job, result=work(job))
 
 
 @cache
