@@ -7,6 +7,7 @@ section's own frame, so that another shape only moves them.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple, final
 
@@ -15,7 +16,7 @@ import numpy as np
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.model.kinematics.frames import bend_rotation, section_frames
 
-_FACETS, _FEW_FACETS, _MANY = 48, 20, 60
+_FACETS, _FEW_FACETS, _MANY = 36, 20, 60
 """Facets round a section, those of a trunk of many sections, and how many are many."""
 
 _THIN_FACETS = 12
@@ -75,27 +76,33 @@ def build_trunk_surfaces(design: TrunkDesign, frames: np.ndarray) -> TrunkSurfac
     )  # fmt: skip
 
 
-def build_rods(segments: np.ndarray, radius: float) -> Surface:
-    """Thin square rods along lines, which any renderer draws fast.
+def build_rods(lines: Sequence[np.ndarray], radii: Sequence[float]) -> list[Surface]:
+    """Thin square rods along lines, which any renderer draws fast; one surface for each line.
 
     Args:
-        segments: ends of each straight piece, shape (n, 2, 3) [m]; pieces without a length are left out.
-        radius: half the diagonal of their cross-section [m].
+        lines: ends of the straight pieces of each line, shape (n, 2, 3) [m]; pieces without a length are left out.
+        radii: half the diagonal of each line's cross-section [m].
     """
+    segments = np.concatenate(lines)
+    radius = np.repeat(radii, [len(line) for line in lines])
     along = segments[:, 1] - segments[:, 0]
     length = np.linalg.norm(along, axis=1)
-    segments, along = segments[length > 0.0], along[length > 0.0] / length[length > 0.0, None]
+    is_long = length > 0.0
+    along = along[is_long] / length[is_long, None]
     least = np.eye(3)[np.abs(along).argmin(axis=1)]
     first = np.cross(along, least)
     first /= np.linalg.norm(first, axis=1)[:, None]
     second = np.cross(along, first)
-    corners = radius * np.stack([first, second, -first, -second], axis=1)
-    vertices = segments[:, :, None] + corners[:, None]
+    corners = radius[is_long, None, None] * np.stack([first, second, -first, -second], axis=1)
+    vertices = segments[is_long][:, :, None] + corners[:, None]
     here = np.arange(4)
     beside = (here + 1) % 4
     sides = np.concatenate([np.stack([here, beside, here + 4], -1), np.stack([beside, beside + 4, here + 4], -1)])
-    faces = 8 * np.arange(len(segments))[:, None, None] + sides
-    return Surface(vertices.reshape(-1, 3), faces.reshape(-1, 3))
+    faces = 8 * np.arange(len(vertices))[:, None, None] + sides
+    ends = np.cumsum([len(line) for line in lines])
+    counts = np.diff(np.concatenate([[0], np.cumsum(is_long)])[[0, *ends]])
+    parts = np.split(vertices, np.cumsum(counts)[:-1])
+    return [Surface(part.reshape(-1, 3), faces[: len(part)].reshape(-1, 3)) for part in parts]
 
 
 def _revolve(profile: list[tuple[float, float]], facets: int) -> Surface:
@@ -123,7 +130,7 @@ def _cylinder(start: float, end: float, radius: float) -> list[tuple[float, floa
 def _place(part: Surface, frames: np.ndarray, scale: np.ndarray) -> Surface:
     """Copies of a part, scaled, in frames of shape (k, 4, 4)."""
     local = scale[:, None, None] * part.vertices
-    placed = np.einsum("kij,knj->kni", frames[:, :3, :3], local) + frames[:, None, :3, 3]
+    placed = local @ np.swapaxes(frames[:, :3, :3], 1, 2) + frames[:, None, :3, 3]
     first = len(part.vertices) * np.arange(len(frames))
     return Surface(placed.reshape(-1, 3), (first[:, None, None] + part.faces).reshape(-1, 3))
 
@@ -141,21 +148,21 @@ def _build_gripper(design: TrunkDesign, tip: np.ndarray) -> Surface | None:
     gripper = design.gripper
     if gripper is None:
         return None
-    frames, surfaces = [], []
     begin = np.concatenate([[0.0], np.cumsum(gripper.phalanx_length)[:-1]])
-    for angle in 2 * math.pi * np.arange(gripper.n_finger) / gripper.n_finger:
-        aside = gripper.mount_radius * np.array([math.cos(angle), math.sin(angle)])
-        for start, length, width in zip(begin, gripper.phalanx_length, gripper.phalanx_width, strict=True):
-            frame = tip.copy()
-            frame[:3, 3] += tip[:3, :3] @ np.array([design.section_length[-1] + start, *aside])
-            frames.append(frame)
-            bevel = min(width, length) / 5
-            radius = float(width) / 2
-            surfaces.append(_revolve(
-                [(0.0, 0.0), (0.0, radius - bevel), (bevel, radius), (float(length) - bevel, radius),
-                 (float(length), radius - bevel), (float(length), 0.0)], _THIN_FACETS,
-            ))  # fmt: skip
-    return _join([_place(one, frame[None], np.ones(1)) for one, frame in zip(surfaces, frames, strict=True)])
+    angle = 2 * math.pi * np.arange(gripper.n_finger) / gripper.n_finger
+    aside = gripper.mount_radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    surfaces = []
+    for start, length, width in zip(begin.tolist(), gripper.phalanx_length, gripper.phalanx_width, strict=True):
+        bevel, radius = min(width, length) / 5, float(width) / 2
+        phalanx = _revolve(
+            [(0.0, 0.0), (0.0, radius - bevel), (bevel, radius), (float(length) - bevel, radius),
+             (float(length), radius - bevel), (float(length), 0.0)], _THIN_FACETS,
+        )  # fmt: skip
+        frames = np.tile(tip, (gripper.n_finger, 1, 1))
+        local = np.insert(aside, 0, design.section_length[-1] + start, axis=1)
+        frames[:, :3, 3] += local @ tip[:3, :3].T
+        surfaces.append(_place(phalanx, frames, np.ones(gripper.n_finger)))
+    return _join(surfaces)
 
 
 def _build_mount(design: TrunkDesign, facets: int) -> Surface:

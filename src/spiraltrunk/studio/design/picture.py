@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, final, get_args
+from typing import Any, Literal, NamedTuple, final, get_args
 
 import numpy as np
 
@@ -59,6 +59,21 @@ _CLEAR = 0.35
 """Opacity of the trunk before its construction [-]."""
 
 
+_SCALE = (128, 128, 128)
+"""Colour of the scale's bar."""
+
+
+class _Line(NamedTuple):
+    """A line of the picture."""
+
+    segments: np.ndarray
+    """Ends of its straight pieces in the scene, shape (n, 2, 3) [m]."""
+    color: tuple[int, int, int]
+    """Red, green and blue, 0 to 255."""
+    radius: float
+    """Half the diagonal of its cross-section [m]."""
+
+
 @final
 class DesignPicture:
     """Nodes below ``/design``."""
@@ -66,7 +81,8 @@ class DesignPicture:
     def __init__(self, page: Page) -> None:
         self._page = page
         self._fitted = 0.0
-        self._n_cable = 0
+        self._lines: set[str] = set()
+        self._label: Any = None
         self._drawn: dict[str, Any] = {}
         self._boxes: dict[str, tuple[np.ndarray, np.ndarray]] = {}
         self._shown = ("", False)
@@ -82,8 +98,8 @@ class DesignPicture:
             plane[:3, 3] = _find_room(design), 0.0, -design.length / 2
         with self._page.client.atomic():
             mount = None if is_curled else surfaces.mount
-            self._draw_trunk(surfaces, pose, _CLEAR if is_curled and with_construction else None, mount, radius)
-            self._draw_construction(lines, plane, radius)
+            self._draw_trunk(surfaces, pose, _CLEAR if is_curled and with_construction else None, mount)
+            self._draw_lines(_list_lines(surfaces.cables, pose, lines, plane, radius))
             low, high = self._bounds()
             self._draw_scale(low, high)
             self._frame((view, with_construction), low, high)
@@ -109,24 +125,23 @@ class DesignPicture:
             self.fit()
 
     def _draw_trunk(
-        self, surfaces: TrunkSurfaces, pose: np.ndarray, opacity: float | None, mount: Surface | None, radius: float
+        self, surfaces: TrunkSurfaces, pose: np.ndarray, opacity: float | None, mount: Surface | None
     ) -> None:
         odd, even = surfaces.sections
         parts = {"odd": odd, "even": even, "joints": surfaces.joints, "gripper": surfaces.gripper, "mount": mount}
         for name, surface in parts.items():
             self._put_mesh(name, surface, pose, opacity)
-        for i in range(max(len(surfaces.cables), self._n_cable)):
-            line = surfaces.cables[i] if i < len(surfaces.cables) else None
-            self._put_line(f"cable_{i}", line, pose, parse_color(COLORS[i % len(COLORS)]), radius)
-        self._n_cable = len(surfaces.cables)
 
-    def _draw_construction(self, lines: Construction | None, pose: np.ndarray, radius: float) -> None:
-        if lines is None:
-            for name in _LINES:
-                self._remove(name)
-            return
-        for name, color in _LINES.items():
-            self._put_line(name, getattr(lines, name), pose, color, radius if name in _THICK else radius / 3)
+    def _draw_lines(self, lines: dict[str, _Line]) -> None:
+        """Draw lines in the place of those that were there."""
+        for name in self._lines - lines.keys():
+            self._remove(name)
+        self._lines = set(lines)
+        rods = build_rods([line.segments for line in lines.values()], [line.radius for line in lines.values()])
+        for (name, line), rod in zip(lines.items(), rods, strict=True):
+            box = self._put(name, rod, line.color, None)
+            if name == "outer":
+                self._boxes[name] = box
 
     def _draw_scale(self, low: np.ndarray, high: np.ndarray) -> None:
         """A bar of a round length below the picture."""
@@ -135,44 +150,30 @@ class DesignPicture:
         length = max(each * power for each in (1.0, 2.0, 5.0) if each * power <= size / 2)
         start = np.array([low[0], low[1], low[2] - 0.04 * float(high[2] - low[2])])
         bar = np.stack([start, start + np.array([length, 0.0, 0.0])])
-        self._put_line("scale", bar, np.eye(4), (128, 128, 128), 0.004 * size)
-        self._drawn["scale label"] = self._page.scene.add_label(
-            "/design/scale_label", f"{1e3 * length:g} mm", position=tuple(bar.mean(axis=0)), anchor="top-center"
-        )
+        self._put("scale", build_rods([bar[None]], [0.004 * size])[0], _SCALE, None)
+        if self._label is None:
+            self._label = self._page.scene.add_label("/design/scale_label", "", anchor="top-center")
+        self._label.text, self._label.position = f"{1e3 * length:g} mm", bar.mean(axis=0)
 
     def _put_mesh(self, name: str, surface: Surface | None, pose: np.ndarray, opacity: float | None) -> None:
         if surface is None:
             self._remove(name)
             return
-        self._boxes[name] = self._put(name, surface, pose, _PARTS[name], opacity)
-
-    def _put_line(
-        self, name: str, line: np.ndarray | None, pose: np.ndarray, color: tuple[int, int, int], radius: float
-    ) -> None:
-        """Draw one line of shape (n, k), or several of shape (m, n, k), of 2 or 3 coordinates; None removes it."""
-        if line is None:
-            self._remove(name)
-            return
-        lines = line[None] if line.ndim == 2 else line
-        segments = np.stack([lines[:, :-1], lines[:, 1:]], axis=2).reshape(-1, 2, line.shape[-1])
-        if line.shape[-1] == 2:
-            segments = np.concatenate([segments, np.zeros((len(segments), 2, 1))], axis=-1)
-        box = self._put(name, build_rods(segments, radius), pose, color, None)
-        if name == "outer":
-            self._boxes[name] = box
+        placed = Surface(_transform(surface.vertices, pose), surface.faces)
+        self._boxes[name] = self._put(name, placed, _PARTS[name], opacity)
 
     def _put(
-        self, name: str, surface: Surface, pose: np.ndarray, color: tuple[int, int, int], opacity: float | None
+        self, name: str, surface: Surface, color: tuple[int, int, int], opacity: float | None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Draw a surface, and return its bounds."""
-        vertices = _transform(surface.vertices, pose)
+        """Draw a surface that is in the scene's frame, and return its bounds."""
+        vertices = surface.vertices.astype(np.float32)
         drawn = self._drawn.get(name)
         if drawn is not None and np.array_equal(drawn.faces, surface.faces):
             drawn.vertices, drawn.opacity = vertices, opacity  # What is as it was is not sent.
         else:
             self._drawn[name] = self._page.scene.add_mesh_simple(
-                f"/design/{name}", vertices, surface.faces, color=color, opacity=opacity, cast_shadow=False,
-                receive_shadow=False,
+                f"/design/{name}", vertices, surface.faces, color=color, opacity=opacity, material="toon5",
+                cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
         return vertices.min(axis=0), vertices.max(axis=0)
 
@@ -198,4 +199,28 @@ def _reach(design: TrunkDesign) -> float:
 
 
 def _transform(points: np.ndarray, pose: np.ndarray) -> np.ndarray:
-    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3], np.float32)
+    return np.asarray(points @ pose[:3, :3].T + pose[:3, 3])
+
+
+def _list_lines(
+    cables: np.ndarray, cable_pose: np.ndarray, lines: Construction | None, plane: np.ndarray, radius: float
+) -> dict[str, _Line]:
+    """Cables, and the lines of the construction where it is shown."""
+    listed = {
+        f"cable_{i}": _Line(_split(line, cable_pose), parse_color(COLORS[i % len(COLORS)]), radius)
+        for i, line in enumerate(cables)
+    }
+    if lines is not None:
+        for name, color in _LINES.items():
+            segments = _split(getattr(lines, name), plane)
+            listed[name] = _Line(segments, color, radius if name in _THICK else radius / 3)
+    return listed
+
+
+def _split(line: np.ndarray, pose: np.ndarray) -> np.ndarray:
+    """Straight pieces in the scene of one line, shape (n, k), or several, shape (m, n, k), of 2 or 3 coordinates."""
+    lines = line[None] if line.ndim == 2 else line
+    segments = np.stack([lines[:, :-1], lines[:, 1:]], axis=2).reshape(-1, 2, line.shape[-1])
+    if line.shape[-1] == 2:
+        segments = np.concatenate([segments, np.zeros((len(segments), 2, 1))], axis=-1)
+    return _transform(segments, pose)

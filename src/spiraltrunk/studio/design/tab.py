@@ -20,6 +20,9 @@ from spiraltrunk.studio.page.page import Page
 _REST = 0.7
 """Time without a change after which the design is checked [s]."""
 
+_AFTER = 0.1
+"""Time after which figures and boxes follow the picture [s]: laid out together, they would delay it by as much."""
+
 
 @final
 class DesignTab:
@@ -37,6 +40,7 @@ class DesignTab:
         self._is_shown = False
         self._checked: tuple[TrunkDesign, tuple[str, ...]] | None = None
         self._is_checking = False
+        self._is_due = False
 
     def build(self) -> None:
         """Add all controls."""
@@ -100,14 +104,23 @@ class DesignTab:
             self._parameters.show(design)
 
     def _take_design(self, design: TrunkDesign) -> None:
+        if self._is_shown:
+            self._draw()
+            self._page.client.flush()
+        if not self._is_due:
+            self._is_due = True
+            self._page.later("design figures", self._show_figures, _AFTER)
+        self._page.later("design check", self._check, _REST)
+
+    def _show_figures(self) -> None:
+        """Show what is written about the design that the page has by now."""
+        self._is_due = False
+        design = self._page.design
         with self._page.client.atomic():
-            if self._is_shown:
-                self._draw()
             self._figures.content = format_figures(design)
             self._files.show(design)
             self._parameters.show(design)
         self._show_warnings()
-        self._page.later("design check", self._check, _REST)
 
     def _draw(self) -> None:
         self._picture.draw(self._page.design, cast(View, self._view.value), self._construction.value)
