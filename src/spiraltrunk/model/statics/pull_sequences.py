@@ -17,7 +17,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from spiraltrunk.checks import read_numbers
 from spiraltrunk.design.trunk import TrunkDesign
@@ -82,6 +81,8 @@ def pull_ventral(
         design: the trunk; cable 1 dorsal, the others mirroring each other.
         lengthening: lengthening of cable 1 from rest, 0 to 1.01 times that of full curl [m].
     """
+    from scipy.optimize import brentq  # Takes 0.3 s: not at the start.
+
     prepared = prepare(design)
     check_ventral(design, prepared)
     lengthening = _read_pull("lengthening", lengthening, prepared.ventral_stroke)

@@ -19,7 +19,6 @@ import math
 from typing import final
 
 import numpy as np
-from scipy.optimize import brentq
 
 from spiraltrunk.control.messages import Observation
 from spiraltrunk.design.trunk import TrunkDesign
@@ -68,6 +67,8 @@ def find_flip(design: TrunkDesign, mass: float, turn: float) -> tuple[np.ndarray
     Raises:
         ModelError: where no cable pulls ventral, or none pulls hard enough.
     """
+    from scipy.optimize import brentq  # Takes 0.3 s: not at the start.
+
     ventral, trunk = find_ventral(design).astype(float), carry_gripper(design)
 
     def curl(tension: float) -> Shape:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import nnls
 
 from spiraltrunk.control.messages import Target
 from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
@@ -36,6 +35,8 @@ def cable_pulls(design: TrunkDesign, ventral: float, aside: float) -> np.ndarray
     Raises:
         ModelError: where the cables cannot pull that way.
     """
+    from scipy.optimize import nnls  # Takes 0.3 s: not at the start.
+
     across = design.cable_direction[:, 1:].T
     tension, missing = nnls(across, np.array([-ventral, aside]))
     if missing > 1e-9 * max(1.0, abs(ventral), abs(aside)):

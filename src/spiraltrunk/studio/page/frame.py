@@ -40,6 +40,9 @@ mark(30);
 """
 """Viser's row of buttons does not show which was pressed last, and leaves room for a label: the page mends both."""
 
+_LATER = 0.7
+"""Time after which the tabs that are not shown are built [s]: before, they would delay the one that is."""
+
 
 @final
 class Frame:
@@ -109,7 +112,7 @@ class Frame:
         titles = [title for title in (shown, first, *self._tabs) if title in self._tabs]
         self.show(titles[0])
         for title in tuple(self._unbuilt):
-            self._page.post(lambda title=title: self._build(title))  # type: ignore[misc]
+            self._page.later(f"build {title}", lambda title=title: self._build(title), _LATER)  # type: ignore[misc]
 
     def save(self) -> None:
         """Keep the settings of all tabs."""
