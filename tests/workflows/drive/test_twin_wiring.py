@@ -10,7 +10,8 @@ import pytest
 from spiraltrunk.design.presets import PAPER
 from spiraltrunk.errors import DesignError
 from spiraltrunk.hardware.motors.gm6020 import compute_feedback_id
-from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
+from spiraltrunk.hardware.setup.cable_setup import CableSetup
+from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile
 from spiraltrunk.hardware.winder.slack import compensate_slack
 from spiraltrunk.workflows.drive.robot import RENEWAL
 from spiraltrunk.workflows.drive.twin.twin_robot import TwinOptions, TwinRobot

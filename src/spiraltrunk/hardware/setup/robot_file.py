@@ -13,7 +13,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, final
 
-from spiraltrunk.checks import check_number, check_numbers, check_text, check_type
+from spiraltrunk.checks import check_number, check_text, check_type
 from spiraltrunk.design.schema import MILLI, MOST_BYTES, Key, Kind, convert_error, parse_toml, read_table
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, DriveError, Unquoted
@@ -25,6 +25,7 @@ from spiraltrunk.hardware.motors.motor_port import MotorDataSheet
 from spiraltrunk.hardware.motors.pwm_servo import ServoCalibration
 from spiraltrunk.hardware.motors.sts.codec import ID_MAX
 from spiraltrunk.hardware.motors.sts.models import MODELS
+from spiraltrunk.hardware.setup.cable_setup import CableSetup
 from spiraltrunk.hardware.setup.load_cell_setup import LoadCellSetup
 
 FAMILIES = ("gm6020", "sts")
@@ -35,12 +36,6 @@ ARMS = ("panda", "franky")
 
 ADAPTERS = ("socketcan", "gs_usb", "slcan")
 """CAN adapters, whose bus has motors and no board; the other buses of python-can carry twins."""
-
-STIFFNESS_LEAST, STIFFNESS_MOST = 5e3, 2e5
-"""Range of a cable's stiffness [N/m] (ours): 0.6 m of 1 mm braid have 2e4, of steel rope some 1e5."""
-
-LEAST_FLOOR = 0.1
-"""Least pretension of a robot file [N] (ours): less holds no cable on its drum."""
 
 _KILO = Decimal("1e3")
 
@@ -101,35 +96,6 @@ class MotorSetup:
     def signs(self) -> tuple[int, ...]:
         """Direction of each motor."""
         return (1,) * len(self.ids) if self.directions is None else self.directions
-
-
-@explain_fields
-@final
-@dataclass(frozen=True, kw_only=True)
-class CableSetup:
-    """The cables; each limit can only be lower than that of the design, its drum and the motor."""
-
-    tension_floor: float | None = None
-    """Pretension [N]; None for the winder's own."""
-    tension_max: float | None = None
-    """Largest tension that is set [N]; commands may ask for more, as for a motor that is weaker."""
-    speed_max: float | None = None
-    """Largest speed of a cable [m/s]."""
-    stiffness: float | None = None
-    """Tension per elongation of cable, drum and gears with the motor at rest, measured [N/m]; None for 2e4."""
-    slack: tuple[float, ...] = ()
-    """Residual slack of each cable at its full stroke, from -0.1 to 0.1 [m]; none by default. See `winder.slack`."""
-
-    def __post_init__(self) -> None:
-        if self.tension_floor is not None:
-            check_number("cables.tension_floor", self.tension_floor, least=LEAST_FLOOR, below=100.0)
-        if self.tension_max is not None:
-            check_number("cables.tension_max", self.tension_max, above=0.0, most=1e4)
-        if self.speed_max is not None:
-            check_number("cables.speed_max", self.speed_max, above=0.0, most=100.0)
-        if self.stiffness is not None:
-            check_number("cables.stiffness", self.stiffness, least=STIFFNESS_LEAST, most=STIFFNESS_MOST)
-        check_numbers("cables.slack", self.slack, above=-0.1, most=0.0999)
 
 
 @explain_fields

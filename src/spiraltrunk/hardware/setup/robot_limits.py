@@ -8,7 +8,8 @@ from spiraltrunk.design.drum import size_drum
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.hardware.safety.limits import SafetyLimits
-from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile, check_motor_count, load_robot_file
+from spiraltrunk.hardware.setup.cable_setup import CableSetup
+from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile, check_motor_count, load_robot_file
 from spiraltrunk.hardware.winder.drum import DrumGeometry
 from spiraltrunk.hardware.winder.gains import CABLE_STIFFNESS
 from spiraltrunk.hardware.winder.limits import WinderLimits

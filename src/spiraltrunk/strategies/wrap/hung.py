@@ -28,19 +28,15 @@ from typing import final
 import numpy as np
 
 from spiraltrunk.control.messages import Command, Observation
-from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design.rules import GRAVITY
-from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
+from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.strategies.move_strategy import BORNE, LoadState, MoveStrategy
 from spiraltrunk.strategies.moves import (
-    Move,
-    MoveSequence,
     advance,
     base_position,
     base_velocity,
     begin,
     command_at,
-    edit_moves,
     fraction,
     insert_next,
     raise_tension,
@@ -57,15 +53,17 @@ from spiraltrunk.strategies.sensing import (
     weight,
 )
 from spiraltrunk.strategies.timing import travel_time
-from spiraltrunk.strategies.wrap.hung_model import free_curl, unrolled_center
+from spiraltrunk.strategies.wrap.hung_model import free_curl
 from spiraltrunk.strategies.wrap.hung_plan import (
     BACK_OFF,
     HEFT,
     NEAR_TILTED,
     OVERSHOOT,
+    bring_higher,
+    ease_and_open,
     lowering_time,
-    plan_grip,
     plan_wrap,
+    sag_correction,
     touch_speed,
     wrap_again,
 )
@@ -99,16 +97,6 @@ TIP_LEAST = 0.02
 """Displacement from which the object is moved before it is set down [-]."""
 TIP_RISE = 0.08
 """Rise of the base for that displacement [-]."""
-EASE = 0.5
-"""Tension kept at touch-down, over the tension that carried the object [-]."""
-EASE_RISE = 0.12
-"""Rise of the base meanwhile [-]."""
-EASE_TIME = 0.4
-"""Duration of the easing [s]."""
-OPEN_TIME = 3.0
-"""Duration of the opening [s]: opened faster, the trunk flings a cylinder against the rim of its place, and its joints
-do not open from the base on."""
-
 _SMOOTHING = 0.2
 """Weight of a new reading in the exponential mean of the load, at 50 readings a second [-]."""
 _LEVER_SMOOTHING = 0.1
@@ -298,31 +286,8 @@ def _correct_position(state: WrapState, observation: Observation) -> WrapState:
     offset, task = _load_offset(state, observation), observation.task
     sequence = shift_later(state.sequence, -offset * task.target.axis)
     if any(move.action == "rise on" for move in sequence.moves[: sequence.index]):
-        sequence = shift_later(sequence, _sag_correction(observation))
-    return replace(state, offset=offset, sequence=_bring_higher(task.design, sequence, NEAR_TILTED * abs(offset)))
-
-
-def _bring_higher(design: TrunkDesign, sequence: MoveSequence, rise: float) -> MoveSequence:
-    """The sequence with the slow lowering from higher by ``rise`` [m]."""
-    up = np.array([0.0, 0.0, rise])
-    longer = lowering_time(design, up, 0.0 * up)
-
-    def change(move: Move) -> Move:
-        if move.action == "bring":
-            return replace(move, position=move.position + up)
-        return replace(move, duration=move.duration + longer) if move.action == "lower" else move
-
-    return edit_moves(sequence, sequence.index + 1, change)
-
-
-def _sag_correction(observation: Observation) -> np.ndarray:
-    """Displacement of the base that corrects for joints opened further than planned by the load, shape (3,) [m]."""
-    design, width = observation.task.design, observation.task.target.width
-    down, ahead = base_directions(observation)
-    wrap = plan_grip(observation)[1]
-    planned = unrolled_center(design, width, float(wrap.pull[ventral_cables(design)].mean()))
-    lower, further = unrolled_center(design, width, ventral_pull(observation)) - planned
-    return np.asarray(-lower * down - further * ahead)
+        sequence = shift_later(sequence, sag_correction(observation))
+    return replace(state, offset=offset, sequence=bring_higher(task.design, sequence, NEAR_TILTED * abs(offset)))
 
 
 def _is_near(state: WrapState, observation: Observation) -> bool:
@@ -345,7 +310,7 @@ def _set_down(state: WrapState, observation: Observation) -> WrapState:
     sequence, design = state.sequence, observation.task.design
     way = math.copysign(TIP * _tipping_displacement(state, observation), state.offset)
     if state.is_moved or state.offset == 0.0 or abs(way) < TIP_LEAST * design.length:
-        return replace(state, sequence=_ease(sequence, observation))
+        return replace(state, sequence=ease_and_open(sequence, observation))
     along = way * observation.task.target.axis
     up = -TIP_RISE * design.length * base_directions(observation)[0]
     touched = np.array([*sequence.move.position[:2], base_position(sequence, observation.time)[2]])
@@ -365,20 +330,3 @@ def _tipping_displacement(state: WrapState, observation: Observation) -> float:
     if target.kind == "sphere":
         return 0.0
     return tipping_displacement(target.length, target.width, height, state.offset)
-
-
-def _ease(sequence: MoveSequence, observation: Observation) -> MoveSequence:
-    """Slacken and rise at touch-down, then open there and back off.
-
-    An unloaded, tight trunk climbs up the object to the housing. A trunk that is drawn up while its tip is still curled
-    drags the object along.
-    """
-    length, down = observation.task.design.length, base_directions(observation)[0]
-    position = base_position(sequence, observation.time) + -EASE_RISE * length * down
-    eased = EASE * sequence.move.tension
-    ease = replace(
-        sequence.move, action="ease", milestone=Milestone.RELEASED, duration=EASE_TIME, position=position, tension=eased
-    )
-    back = BACK_OFF * length * observation.T_world_base[:3, 1]
-    uncurl = replace(ease, action="uncurl", duration=OPEN_TIME, position=position + back, tension=0.0 * eased)
-    return advance(insert_next(sequence, (ease, uncurl)), observation.time)

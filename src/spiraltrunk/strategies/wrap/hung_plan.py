@@ -11,11 +11,11 @@ import numpy as np
 
 from spiraltrunk.control.messages import Observation, Target
 from spiraltrunk.control.strategy import Milestone
-from spiraltrunk.design.trunk import TrunkDesign
-from spiraltrunk.strategies.moves import Move, MoveSequence, edit_moves, insert_next
-from spiraltrunk.strategies.sensing import base_directions, find_ventral
+from spiraltrunk.design.trunk import TrunkDesign, ventral_cables
+from spiraltrunk.strategies.moves import Move, MoveSequence, advance, base_position, edit_moves, insert_next
+from spiraltrunk.strategies.sensing import base_directions, find_ventral, ventral_pull
 from spiraltrunk.strategies.timing import still_time, stretch, travel_time
-from spiraltrunk.strategies.wrap.hung_model import Wrap, predict_wrap, wrap_tension
+from spiraltrunk.strategies.wrap.hung_model import Wrap, predict_wrap, unrolled_center, wrap_tension
 
 # All of these are ours, tuned in simulated trials.
 BASE_BEND = 0.80
@@ -63,6 +63,15 @@ joints bear 12 N m. From 0.035 on, some meet that limit, and long trunks before 
 FALL = 1.5
 """Duration of the lowering times that speed over its way [-]: a minimum-jerk path that begins at a speed keeps it over
 two fifths of its time at 1.5."""
+EASE = 0.5
+"""Tension kept at touch-down, over the tension that carried the object [-]."""
+EASE_RISE = 0.12
+"""Rise of the base meanwhile [-]."""
+EASE_TIME = 0.4
+"""Duration of the easing [s]."""
+OPEN_TIME = 3.0
+"""Duration of the opening [s]: opened faster, the trunk flings a cylinder against the rim of its place, and its joints
+do not open from the base on."""
 LEAVE_SPEED = 0.5
 """Greatest speed at which the open trunk leaves [m/s]."""
 LEAVE_ACCELERATION = 1.6
@@ -188,6 +197,46 @@ def touch_speed(design: TrunkDesign) -> float:
 def lowering_time(design: TrunkDesign, above: np.ndarray, low: np.ndarray) -> float:
     """Duration of the lowering at `touch_speed` between two positions of the base, each (3,) [m] [s]."""
     return FALL * float(np.linalg.norm(low - above)) / touch_speed(design)
+
+
+def bring_higher(design: TrunkDesign, sequence: MoveSequence, rise: float) -> MoveSequence:
+    """The sequence with the slow lowering from higher by ``rise`` [m]."""
+    up = np.array([0.0, 0.0, rise])
+    longer = lowering_time(design, up, 0.0 * up)
+
+    def change(move: Move) -> Move:
+        if move.action == "bring":
+            return replace(move, position=move.position + up)
+        return replace(move, duration=move.duration + longer) if move.action == "lower" else move
+
+    return edit_moves(sequence, sequence.index + 1, change)
+
+
+def sag_correction(observation: Observation) -> np.ndarray:
+    """Displacement of the base that corrects for joints opened further than planned by the load, shape (3,) [m]."""
+    design, width = observation.task.design, observation.task.target.width
+    down, ahead = base_directions(observation)
+    wrap = plan_grip(observation)[1]
+    planned = unrolled_center(design, width, float(wrap.pull[ventral_cables(design)].mean()))
+    lower, further = unrolled_center(design, width, ventral_pull(observation)) - planned
+    return np.asarray(-lower * down - further * ahead)
+
+
+def ease_and_open(sequence: MoveSequence, observation: Observation) -> MoveSequence:
+    """Slacken and rise at touch-down, then open there and back off.
+
+    An unloaded, tight trunk climbs up the object to the housing. A trunk that is drawn up while its tip is still curled
+    drags the object along.
+    """
+    length, down = observation.task.design.length, base_directions(observation)[0]
+    position = base_position(sequence, observation.time) + -EASE_RISE * length * down
+    eased = EASE * sequence.move.tension
+    ease = replace(
+        sequence.move, action="ease", milestone=Milestone.RELEASED, duration=EASE_TIME, position=position, tension=eased
+    )
+    back = BACK_OFF * length * observation.T_world_base[:3, 1]
+    uncurl = replace(ease, action="uncurl", duration=OPEN_TIME, position=position + back, tension=0.0 * eased)
+    return advance(insert_next(sequence, (ease, uncurl)), observation.time)
 
 
 def _base_beside(

@@ -8,17 +8,15 @@ Reach: the arm brings the trunk beside the object, the head tilted for the wante
 the object. The arm moves sideways until the cables' lengths show a touch, and retreats by as much as the trunk pressed.
 What topples easily is not touched (`unsteady`).
 
-Prehension: ventral tension grows, and the arm follows the model so that the curling trunk leaves the object in place.
-Tensions wait for the arm, which lags behind its commands (`arm_lag`). A loose object falls over at half a newton; one
-that is pressed on is dragged along, out of a wide wrap. A trunk that comes down on a handle or a rim yields upwards,
-and the arm stops where a distal wrap jams. After tightening, a small rise tests the load, and rises further where none
-is felt, as the closed trunk may have pressed on the ground. An object that is not held is set down, let go and, if it
-stands, grasped once more where it is then seen.
+Prehension: ventral tension grows, and the arm follows the model so that the curling trunk leaves the object in place: a
+loose one falls over at half a newton. Tensions wait for the arm, which lags behind its commands (`arm_lag`). A trunk
+that comes down on a handle or a rim yields upwards, and the arm stops where a distal wrap jams. After tightening, a
+small rise tests the load, and rises further where none is felt: the closed trunk may have pressed on the ground. An
+object that is not held is let go and, if it stands, grasped once more where it is then seen.
 
 Transport: equal cables turn the plane of the wrap towards level. Twice, the head turns by the lean that the camera
-sees. The arm lifts (further where the object was seen to sag), carries and holds, with the ventral lengths held and the
-dorsal cable taut against them. Cable is taken in where a settling wrap would go slack, and none is paid out: the wrap
-of an object wider than the tail can reach round loosens in motion.
+sees. The arm lifts (further where the object sagged), carries and holds, with the ventral lengths held and the dorsal
+cable taut against them. Cable is taken in where a settling wrap would go slack, and none is paid out.
 
 An object that is too short for the base to close beside it is taken by a distal wrap (`distal_plan`), in which the base
 closes once the object is borne.
@@ -28,10 +26,11 @@ bears it. Then tension falls in small steps (`opening`): the arm presses the obj
 which unwinds last, until it holds by little and the trunk springs open. Joints damped in proportion to their stiffness
 open in the same time (40 ms as simulated, not measured on a real trunk). The arm then retreats.
 
-Limits: upright objects of one width up to about 1 kg, from about 80 mm of height on, as the housing has to clear the
-ground. Slender objects are taken above their middle by the oblique wraps, where the head can turn away the whole lean.
-What is not round is taken for the cylinder of the same girth. A bottle is held at its shoulder and may slip where
-friction is low. The cables pull in every direction. A camera sees where the object stands and how it leans.
+Limits: upright objects up to about 1 kg, from about 80 mm of height on, as the housing has to clear the ground.
+Slender ones are taken above their middle by the oblique wraps, where the head can turn away the whole lean. What is not
+round is taken for the cylinder of the same girth, however it is turned, and is mostly not held where a wide side points
+along the way from the arm (`benchmarks/turned_objects.py`). The cables pull in every direction. A camera sees where the
+object stands and how it leans.
 """
 
 from __future__ import annotations

@@ -7,7 +7,8 @@ from typing import final
 
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.hardware.motors.load_cell import LoadCellSettings
-from spiraltrunk.hardware.setup.robot_file import CableSetup, MotorSetup, RobotFile
+from spiraltrunk.hardware.setup.cable_setup import CableSetup
+from spiraltrunk.hardware.setup.robot_file import MotorSetup, RobotFile
 from spiraltrunk.hardware.setup.robot_limits import build_winders, choose_period
 from spiraltrunk.hardware.winder.winder import Winder
 
