@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from spiraltrunk.hardware.setup.robot_file import RobotFile
     from spiraltrunk.studio.page.page import Page
     from spiraltrunk.studio.page.tab import Tab
+    from spiraltrunk.studio.robot.hub import RobotHub
 
 
 def add_verb(verbs: Any) -> None:
@@ -47,14 +48,21 @@ def _run(arguments: argparse.Namespace) -> Answer:
 
     warnings.filterwarnings("ignore", message=r"Queued a \w+ on a closed connection")  # By a page that closes.
     design = load_design(arguments.design)
-    file, hubs = _load_robot(arguments.robot, design), []
+    file, opening = _load_robot(arguments.robot, design), threading.Lock()
+    hubs: list[RobotHub] = []
+
+    def open_hub() -> RobotHub:
+        from spiraltrunk.studio.robot.hub import RobotHub
+
+        with opening:
+            if not hubs:
+                hubs.append(RobotHub(design, file, without_watchdog=arguments.without_watchdog))
+        return hubs[0]
 
     def load_tabs() -> Sequence[Callable[[Page], Tab]]:
-        from spiraltrunk.studio.robot.hub import RobotHub
         from spiraltrunk.studio.tabs import build_tabs
 
-        hubs.append(RobotHub(design, file, without_watchdog=arguments.without_watchdog))
-        return build_tabs(hubs[0])
+        return build_tabs(open_hub)
 
     studio = Studio(design, load_tabs, StudioOptions(host=arguments.host, port=arguments.port))
     try:
