@@ -123,7 +123,7 @@ def judge(rows: Sequence[dict[str, Any]]) -> Outcome | None:
         return Outcome(kind="held", words=f"held and set down, {held} of {len(rows)}", strategies=tried)
     causes = ", ".join(dict.fromkeys(_name_cause(row) for row in rows if not row["success"]))
     kind = "held" if first["success"] else "failed"
-    return Outcome(kind=kind, words=f"{causes}; {held} of {len(rows)} succeeded", strategies=tried)
+    return Outcome(kind=kind, words=f"{held} of {len(rows)} succeeded, else {causes}", strategies=tried)
 
 
 def _name_cause(row: dict[str, Any]) -> str:

@@ -83,9 +83,9 @@ def test_a_thing_that_failed_once_is_not_told_as_held(study: ModuleType) -> None
     failed = row(success=False, held=False, cause="slipped")
     assert study.judge([]) is None
     assert study.judge([row(), row()]).words == "held and set down, 2 of 2"
-    assert study.judge([row(), failed]).words == "slipped; 1 of 2 succeeded"
+    assert study.judge([row(), failed]).words == "1 of 2 succeeded, else slipped"
     assert study.judge([failed, row()]).kind == "failed"  # The gallery shows the first world.
-    assert study.judge([row(success=False, cause="dropped")]).words == "dropped after the hold; 0 of 1 succeeded"
+    assert study.judge([row(success=False, cause="dropped")]).words == "0 of 1 succeeded, else dropped after the hold"
     assert study.judge([row(success=False, held=False, cause="refused", attempts=[])]).kind == "refused"
 
 

@@ -237,3 +237,22 @@ def test_the_large_stop_by_keyboard(opened):
                 break
             page.wait_for_timeout(100)
         assert Stop() in asked, key
+
+
+def test_keys_of_tabs_and_commands_hold_where_a_box_has_the_focus(opened):
+    page, *_ = opened
+    for kind, key, title in (("Ratio m", "Alt+3", "Grasp"), ("Preset", "Alt+2", "Shape")):
+        show(page, "Design")
+        boxes = page.locator("input").filter(visible=True)
+        if kind == "Preset":
+            boxes.first.click()
+            page.keyboard.press("Escape")
+        else:
+            page.locator("input[aria-label='Ratio m']").filter(visible=True).first.focus()
+        assert page.evaluate("document.activeElement.tagName") == "INPUT"
+        page.keyboard.press(key)
+        page.get_by_role("button", name=title, exact=True, pressed=True).wait_for()
+    show(page, "Design")
+    boxes.first.focus()
+    page.keyboard.press("Control+K")
+    page.get_by_placeholder("Search").or_(page.get_by_text("Show Shape")).first.wait_for()

@@ -133,19 +133,24 @@ def held_mass(design: TrunkDesign, width: float) -> float:
     return HELD_LOAD * payload(design, width)
 
 
+def _compare(width: float, limit: float) -> str:
+    """By how much a width passes a limit [m], and both, in as many digits as tell them apart."""
+    digits = 0 if abs(width - limit) >= 1e-3 else 1
+    by, width, limit = (1e3 * each for each in (abs(width - limit), width, limit))
+    return f"{by:.{digits}f} mm: {width:.{digits}f} mm, it wraps {limit:.{digits}f} mm"
+
+
 def _find_misfit(task: Task, width: float) -> str | None:
     """What of width or mass is out of the trunk's range; None where nothing is."""
     least, most = wrapped_range(task.design)
     if width > most:
-        by = 1e3 * (width - most)
-        return f"too wide for the trunk by {by:.0f} mm: {1e3 * width:.0f} mm, it wraps {1e3 * most:.0f} mm"
+        return f"too wide for the trunk by {_compare(width, most)}"
     if width < least:
-        by = 1e3 * (least - width)
-        return f"too thin for the trunk by {by:.0f} mm: {1e3 * width:.0f} mm, it wraps {1e3 * least:.0f} mm or more"
+        return f"too thin for the trunk by {_compare(width, least)} or more"
     heaviest = held_mass(task.design, width)
     if task.target.mass > heaviest:
-        by = 1e3 * (task.target.mass - heaviest)
-        return f"too heavy by {by:.0f} g: the trunk holds {1e3 * heaviest:.0f} g at that width"
+        by = max(1, round(1e3 * (task.target.mass - heaviest)))
+        return f"too heavy by {by} g: the trunk holds {1e3 * heaviest:.0f} g at that width"
     return None
 
 

@@ -81,6 +81,16 @@ if (!document.getElementById("spiraltrunk-access")) {
       chart.redraw(false, true);
     }
   };
+  document.addEventListener("keydown", (event) => {
+    const isKey = event.altKey ? /^Digit[1-9]$/.test(event.code) : event.ctrlKey && event.code === "KeyK";
+    if (!isKey || !event.target.closest?.("input, textarea, select")) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    document.activeElement.blur();
+    const { key, code, altKey, ctrlKey, metaKey, shiftKey } = event;
+    const again = { key, code, altKey, ctrlKey, metaKey, shiftKey, bubbles: true, cancelable: true };
+    document.body.dispatchEvent(new KeyboardEvent("keydown", again));
+  }, true);
   let waits = false;
   const look = () => {
     if (waits) return;
@@ -95,7 +105,8 @@ if (!document.getElementById("spiraltrunk-access")) {
 """Heads of folders take the focus and open by Enter or Space, and a folder that was opened or closed is found so after
 another tab or a reload; sliders, number boxes and viser's icons have a name; labels, ends of sliders, tabs and notices
 have a contrast of 5 and more to the ground (viser's: 3.0 and more). A plot is laid out without a width first, and loses
-an axis where data arrive before it has one: its axes are computed again."""
+an axis where data arrive before it has one: its axes are computed again. The keys of tabs and commands also hold where
+a box has the focus, which viser leaves to it."""
 
 _ICONS = {
     "tabler-icon-list-search": "Commands (Ctrl+K)", "tabler-icon-adjustments": "Connection, view and scene tree",

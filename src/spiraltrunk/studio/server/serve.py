@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import socket
 import threading
 from collections.abc import Callable
@@ -29,6 +30,9 @@ _HEADERS = {
 }  # fmt: skip
 """Headers of every answer: no foreign page may show the studio in a frame, and no address with a token is passed on."""
 
+_FOREIGN = (errno.EADDRNOTAVAIL, errno.EAFNOSUPPORT)
+"""Errors of an address that this computer has not."""
+
 _STARTING = threading.Lock()
 
 
@@ -47,6 +51,9 @@ def open_port(host: str, port: int) -> socket.socket:
     except OSError as error:
         opened.close()
         reason = error.strerror or error
+        if error.errno in _FOREIGN or isinstance(error, socket.gaierror):
+            allowed = "an address of this computer, such as 127.0.0.1 or 0.0.0.0"
+            raise StudioError(f"host is {host}: {reason}; allowed: {allowed}") from None
         raise StudioError(
             f"port {port} of {host} cannot be opened: {reason}; end what uses it, or give another by --port"
         ) from None
