@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import final
 
 import numpy as np
@@ -12,6 +13,9 @@ from spiraltrunk.studio.page.page import Page
 
 FIELD = math.radians(75.0)
 """Vertical field of view of a page, as viser has it [rad]."""
+
+SETTLED = 1.0
+"""Time after which the view that a page reports is this tab's [s] (ours): before, it may be that of the tab before."""
 
 
 @final
@@ -23,9 +27,11 @@ class TabCamera:
         self._page = page
         self._field = field
         self._position, self._look_at = np.asarray(position, float), np.asarray(look_at, float)
+        self._since = -math.inf
 
     def show(self) -> None:
         """Move the page's camera to this tab's view."""
+        self._since = time.monotonic()
         camera = self._page.client.camera
         with self._page.client.atomic():
             camera.up_direction = np.array([0.0, 0.0, 1.0])
@@ -34,7 +40,9 @@ class TabCamera:
             camera.fov = self._field
 
     def keep(self) -> None:
-        """Store the present view as this tab's."""
+        """Store the present view as this tab's; not of a tab that was shown for a moment alone."""
+        if time.monotonic() - self._since < SETTLED:
+            return
         camera = self._page.client.camera
         self._position, self._look_at = np.array(camera.position), np.array(camera.look_at)
 
