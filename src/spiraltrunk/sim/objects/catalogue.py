@@ -209,7 +209,8 @@ def _split_measures(kind: str, text: str) -> dict[str, str]:
         if not equals or name in given:
             more = "".join(f"[,{name}={_WORDS.get(name, '')}]" for name in options)
             got = part.strip() or Unquoted("empty, between or after commas")
-            raise DesignError("measure of the object", got=got, allowed=f"each measure once: {_form(kind)}{more}")
+            form = f"name=value, each measure once: {_form(kind)}{more}"
+            raise DesignError("measure of the object", got=got, allowed=form)
         given[name] = value
     missing = [name for name in MEASURES[kind] if name not in given]
     if missing:

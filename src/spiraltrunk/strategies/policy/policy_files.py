@@ -38,7 +38,8 @@ def load_policy(path: str | Path) -> tuple[PolicyDescription, dict[str, Network]
     """
     place = Path(path)
     if place.suffix != SUFFIX:
-        raise DesignError("policy", got=str(path), allowed=f"a file that ends in {SUFFIX}")
+        got = str(path) if place.name else Unquoted("no file")
+        raise DesignError("policy", got=got, allowed=f"a file that ends in {SUFFIX}")
     data = _read_limited(place, WEIGHTS_MOST)
     text = _read_limited(place.with_suffix(".json"), TEXT_MOST)
     try:
