@@ -21,10 +21,9 @@ cable taut against them. Cable is taken in where a settling wrap would go slack,
 An object that is too short for the base to close beside it is taken by a distal wrap (`distal_plan`), in which the base
 closes once the object is borne.
 
-Release: the object is set upright over its place once more. Under tension control, the arm lowers it until the ground
+Release: the object is set upright over its place once more. The arm lowers it under tension control until the ground
 bears it. Then tension falls in small steps (`opening`): the arm presses the object on the ground and follows the tail,
-which unwinds last, until it holds by little and the trunk springs open. Joints damped in proportion to their stiffness
-open in the same time (40 ms as simulated, not measured on a real trunk). The arm then retreats.
+which unwinds last, until it holds by little and the trunk springs open (in 40 ms as simulated). The arm then retreats.
 
 Limits: upright objects up to about 1 kg, from about 80 mm of height on, as the housing has to clear the ground.
 Slender ones are taken above their middle by the oblique wraps, where the head can turn away the whole lean. What is not
