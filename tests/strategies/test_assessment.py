@@ -53,6 +53,7 @@ def _assess(name, *args, **kwargs):
         ("flip-grip", _task(0.03, 0.03, 0.02, ground=None), "the object hangs; the fingers take what rests on"),
         ("tip-grip", _task(0.03, 0.03, 0.02, design=replace(PAPER, gripper=None)), "the trunk has no gripper"),
         ("wrap-horizontal", _task(0.165, 0.24, 0.5), "too wide for the trunk by 12 mm: 165 mm, it wraps 153 mm"),
+        ("wrap-horizontal", _task(0.1529, 0.24, 0.5), "too wide for the trunk by 0.2 mm: 152.9 mm, it wraps 152.7 mm"),
         ("wrap-oblique", _task(0.02, 0.24, 0.1), "too thin for the trunk by 13 mm: 20 mm, it wraps 33 mm or more"),
         ("wrap-oblique", _task(0.06, 0.24, 1.6), "too heavy by 86 g: the trunk holds 1514 g at that width"),
         ("wrap-oblique-low", _task(0.04, 0.24, 0.02), "would topple at 0.027 N; the closing trunk pushes with"),

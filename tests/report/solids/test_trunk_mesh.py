@@ -7,7 +7,7 @@ import trimesh
 from spiraltrunk.design import presets
 from spiraltrunk.design.spiral import points
 from spiraltrunk.report.shape.construction import build_construction, curled_pose
-from spiraltrunk.report.solids.trunk_mesh import build_trunk_surfaces, curl_frames
+from spiraltrunk.report.solids.trunk_mesh import build_rods, build_trunk_surfaces, curl_frames
 
 DESIGNS = [presets.get(name) for name in presets.NAMES]
 
@@ -60,3 +60,19 @@ def test_construction_shows_the_sections_and_the_smallest_object():
     ray = lines.rays[0, 1] - lines.rays[0, 0]
     cosine = slope @ ray / np.linalg.norm(slope) / np.linalg.norm(ray)
     assert np.arccos(cosine) == pytest.approx(np.arctan(1 / design.spiral.b), abs=1e-5)
+
+
+def test_rods_of_several_lines_are_those_of_each_and_leave_out_pieces_without_a_length():
+    points = np.random.default_rng(3).normal(size=(5, 2, 3))
+    lines, radii = [points[:3], points[3:]], [0.1, 0.2]
+    lines[0][1, 1] = lines[0][1, 0]
+    rods = build_rods(lines, radii)
+    assert [len(rod.vertices) for rod in rods] == [2 * 8, 2 * 8]
+    assert [len(rod.faces) for rod in rods] == [2 * 8, 2 * 8]
+    for rod, line, radius in zip(rods, lines, radii, strict=True):
+        (alone,) = build_rods([line], [radius])
+        assert np.array_equal(rod.vertices, alone.vertices)
+        assert np.array_equal(rod.faces, alone.faces)
+        kept = line[np.any(line[:, 0] != line[:, 1], axis=1)]
+        away = rod.vertices.reshape(-1, 2, 4, 3) - kept[:, :, None]
+        assert np.linalg.norm(away, axis=-1) == pytest.approx(radius)

@@ -135,8 +135,8 @@ def held_mass(design: TrunkDesign, width: float) -> float:
 
 def _compare(width: float, limit: float) -> str:
     """By how much a width passes a limit [m], and both, in as many digits as tell them apart."""
-    digits = 0 if abs(width - limit) >= 1e-3 else 1
     by, width, limit = (1e3 * each for each in (abs(width - limit), width, limit))
+    digits = next((n for n in range(6) if round(by, n) > 0 and round(width, n) != round(limit, n)), 6)
     return f"{by:.{digits}f} mm: {width:.{digits}f} mm, it wraps {limit:.{digits}f} mm"
 
 

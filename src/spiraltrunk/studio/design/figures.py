@@ -22,7 +22,7 @@ def list_figures(design: TrunkDesign) -> list[tuple[str, str, str]]:
         ("Graspable", f"{_mm(smallest)} to {_mm(largest)} mm", "Widths that the trunk wraps"),
         ("Payload", f"{payload(design):.3g} kg", "At the smallest object; fitted to the paper's one number"),
         ("Length", f"{_mm(design.length)} mm", "Straight trunk, without housing and gripper"),
-        ("Mass", f"{format_figure(1e3 * design.total_mass, 4)} g", "Sections and gripper"),
+        ("Mass", f"{_format(1e3 * design.total_mass, 4)} g", "Sections and gripper"),
         ("Sections", f"{design.n_section}, ratio {design.k_p:.3f}", "Each is the ratio times the one before"),
         ("Width", f"{_mm(design.base_width)} to {_mm(design.tip_width)} mm", "From the base to the tip"),
         ("Tip gripper", gripper, "Widths that the fingers enclose"),
@@ -75,9 +75,9 @@ def format_legend() -> str:
 
 
 def _mm(length: float) -> str:
-    return format_figure(1e3 * length, 3)
+    return _format(1e3 * length, 3)
 
 
-def format_figure(value: float, digits: int) -> str:
+def _format(value: float, digits: int) -> str:
     """A positive number with some significant digits, and all of those before the point: no exponent."""
     return f"{value:.0f}" if value >= 10.0**digits else f"{value:.{digits}g}"
