@@ -52,6 +52,7 @@ def _run(arguments: argparse.Namespace) -> Answer:
 def _compare(name: str, about: Description) -> dict[str, Any]:
     """What a trunk takes, beside what the object asks for."""
     from spiraltrunk.design import graspable_range, load_design, payload
+    from spiraltrunk.strategies.wrap.assess import held_mass, wrapped_range
 
     design = load_design(name)
     least, most = graspable_range(design)
@@ -63,6 +64,8 @@ def _compare(name: str, about: Description) -> dict[str, Any]:
         "wrap_widths_m": [least, most],
         "wrap_width_m": girth,
         "payload_kg": payload(design, girth) if is_wrapped else None,
+        "held_widths_m": list(wrapped_range(design)),
+        "held_mass_kg": held_mass(design, girth) if is_wrapped else None,
         "finger_width_m": fingers,
     }
 
@@ -116,13 +119,20 @@ def _falls(tilt: float) -> str:
 
 
 def _list_design(design: dict[str, Any]) -> list[tuple[str, str]]:
-    least, most = design["wrap_widths_m"]
     name, girth = design["name"], design["wrap_width_m"]
-    fingers, payload = design["finger_width_m"], design["payload_kg"]
-    told = f"{1e3 * least:.0f} to {1e3 * most:.0f} mm wide; this is as a cylinder of {1e3 * girth:.0f} mm"
-    carried = "" if payload is None else f", payload {1e3 * payload:.0f} g"
+    fingers, payload, held = design["finger_width_m"], design["payload_kg"], design["held_mass_kg"]
+    around, holds = (
+        "{:.0f} to {:.0f} mm wide".format(*(1e3 * width for width in design[key]))
+        for key in ("wrap_widths_m", "held_widths_m")
+    )
+    most, least = ("" if mass is None else f", {1e3 * mass:.0f} g" for mass in (payload, held))
     opened = "no fingers" if fingers is None else f"up to {1e3 * fingers:.0f} mm wide"
-    return [(f"wraps of {name}", told + carried), (f"fingers of {name}", opened)]
+    return [
+        ("wraps as", f"a cylinder of {1e3 * girth:.0f} mm"),
+        (f"{name} goes round", f"{around}{most}, by the paper's formulas"),
+        (f"{name} holds", f"{holds}{least}, as far as simulated trials tell"),
+        (f"fingers of {name}", opened),
+    ]
 
 
 def _format_profile(profile: dict[str, Any]) -> str:
