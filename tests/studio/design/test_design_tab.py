@@ -43,6 +43,11 @@ def box_of(page, label):
     return row.get_by_role("textbox").last
 
 
+def fill(box, text):
+    box.fill(text)
+    box.press("Enter")
+
+
 def wait_until(holds, seconds=30.0):
     end = time.monotonic() + seconds
     while not holds() and time.monotonic() < end:
@@ -56,7 +61,7 @@ def test_a_rule_by_keyboard_changes_picture_figures_and_file(open_design, take_p
     page.wait_for_timeout(500)
     before = take_picture(page, "before")
     box = box_of(page, "Ratio m")
-    box.fill("2.5")
+    fill(box, "2.5")
     wait_until(lambda: tab._page.design == replace(change_rules(presets.PAPER, m=2.5), name="my-paper"))
     page.get_by_text("32.6 to 268 mm").wait_for(state="detached", timeout=LONG)
     page.wait_for_timeout(500)
@@ -67,7 +72,7 @@ def test_a_rule_by_keyboard_changes_picture_figures_and_file(open_design, take_p
     download.value.save_as(file)
     saved = parse_design(file.read_bytes(), file)
     assert saved == tab._page.design
-    box.fill("1")
+    fill(box, "1")
     wait_until(lambda: tab._page.design != saved)
     page.locator("input[type=file]").first.set_input_files(file)
     wait_until(lambda: tab._page.design == saved)
@@ -76,11 +81,11 @@ def test_a_rule_by_keyboard_changes_picture_figures_and_file(open_design, take_p
 def test_a_refused_change_is_told_and_goes_back(open_design):
     page, tab = open_design()
     box = box_of(page, "Turns")
-    box.fill("5")
+    fill(box, "5")
     wait_until(lambda: tab._page.design.n_section == 60)
     wide = tab._page.design
     ratio = box_of(page, "Ratio m")
-    ratio.fill("0.2")
+    fill(ratio, "0.2")
     page.get_by_role("alert").filter(has_text="width of the tip").wait_for(timeout=LONG)
     assert tab._page.design == wide
     wait_until(lambda: ratio.input_value() == "1.531")

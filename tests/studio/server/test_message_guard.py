@@ -18,14 +18,18 @@ class FakeClient:
     """A client of viser that keeps what passes the guard."""
 
     def __init__(self):
-        self.handlers, self.passed, self.sent, self.complaints = {}, [], [], []
+        self.handlers, self.passed, self.sent, self.complaints, self.texts = {}, [], [], [], []
         self.gui = SimpleNamespace(
             _current_file_upload_states={}, _handle_gui_updates=self._update,
             _handle_file_transfer_start=lambda _, message: self.passed.append(message),
             _handle_file_transfer_part=lambda _, message: self.passed.append(message),
         )  # fmt: skip
         self._websock_connection = self
-        guard_client(self, self.complaints.append)
+        guard_client(self, self.complaints.append, self._take_text)
+
+    def _take_text(self, uuid, text):
+        self.texts.append((uuid, text))
+        return uuid == "box"
 
     async def _update(self, _, message):
         self.passed.append(message)
@@ -77,6 +81,14 @@ def test_values_pass(client, value):
     assert len(client.passed) == 1
     assert client.complaints == []
     assert is_plain(value)
+
+
+def test_a_text_that_the_page_takes_does_not_reach_viser(client):
+    for uuid, value in (("box", "12abc"), ("name", "12abc"), ("box", 12.0)):
+        client.send(_messages.GuiUpdateMessage(uuid=uuid, updates={"value": value}))
+    assert client.texts == [("box", "12abc"), ("name", "12abc")]
+    assert [(each.uuid, each.updates["value"]) for each in client.passed] == [("name", "12abc"), ("box", 12.0)]
+    assert client.complaints == []
 
 
 @pytest.mark.parametrize("message", [announce(MOST_UPLOAD + 1), announce(-1), announce(10, -1), announce(10, 10**9)])

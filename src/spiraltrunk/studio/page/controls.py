@@ -48,17 +48,31 @@ class Scale:
         """Label with unit, in which no line breaks."""
         return label_with_unit(self.label, self.unit)
 
+    @property
+    def allowed(self) -> str:
+        """The range with its unit, in words."""
+        return f"{self.least:g} to {self.most:g} {self.unit}".rstrip()
+
     def accepts(self, value: float) -> bool:
         """Whether a value lies on the scale."""
         return math.isfinite(value) and self.least <= value <= self.most
+
+    def refuse(self, text: str) -> str:
+        """Why a text is no value of the scale, and what is."""
+        given = " ".join(text.split())[:40]
+        try:
+            float(given)
+        except ValueError:
+            return f"{self.label} was {given!r}; allowed: a number, {self.allowed}, with a point for decimals"
+        return f"{self.label} was {given}; allowed: {self.allowed}"
 
 
 @final
 class Slider:
     """A slider with a number box; a value off its scale, or one that is refused, is reported and taken back.
 
-    Nothing is reported, and nothing is written into the box, while the person types: on the way to "60" they type a
-    "6".
+    The box sends its value when it is complete, by Enter or when it is left. Nothing is reported, and nothing is
+    written into the box, while the person drags.
     """
 
     def __init__(self, page: Page, scale: Scale, value: float, on_change: Callable[[float], None]) -> None:
@@ -82,6 +96,7 @@ class Slider:
         self.handle.precision = scale.precision
         self._key = f"slider {self.handle._impl.uuid}"
         self.handle.on_update(lambda _: page.later(self._key, self._take))
+        page.on_text(self.handle._impl.uuid, self)
 
     @property
     def value(self) -> float:
@@ -110,6 +125,10 @@ class Slider:
         self._scale = scale
         self.handle.min, self.handle.max = float(scale.least), float(scale.most)
         self.set(self._value)
+
+    def read_text(self, text: str) -> None:
+        """Refuse what was typed and is no value of the scale; the box has gone back by itself."""
+        self._page.notice(self._scale.refuse(text))
 
     @property
     def _shown(self) -> float:
@@ -141,9 +160,7 @@ class Slider:
     def _check(self, given: float) -> None:
         scale = self._scale
         if not scale.accepts(given):
-            raise StudioError(
-                f"{scale.label} was {given:g}; allowed: {scale.least:g} to {scale.most:g} {scale.unit}".rstrip()
-            )
+            raise StudioError(scale.refuse(f"{given:g}"))
 
     def _refuse(self, given: float, reason: str) -> None:
         """Tell a refusal where the refused value still stands."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
-from typing import Any, Literal, final
+from typing import Any, Literal, Protocol, final
+from weakref import WeakValueDictionary
 
 from viser import ClientHandle, GuiApi, SceneApi
 
@@ -28,6 +29,13 @@ _PATIENCE = 5.0
 _log = logging.getLogger("spiraltrunk")
 
 
+class TextReader(Protocol):
+    """A control of numbers that is told which text it got in the place of one."""
+
+    def read_text(self, text: str) -> None:
+        """Take or refuse the text; called in the page's thread."""
+
+
 @final
 class Page:
     """One open page: its controls, scene, design, and the work that it started.
@@ -45,6 +53,7 @@ class Page:
         self._listeners: list[Callable[[TrunkDesign], None]] = []
         self._jobs: set[Job] = set()
         self._closing: list[Callable[[], None]] = []
+        self._readers: WeakValueDictionary[str, TextReader] = WeakValueDictionary()
         self._queue = ActQueue(self.try_act)
         self._timers: dict[str, threading.Timer] = {}
         self._lock = threading.Lock()
@@ -64,6 +73,17 @@ class Page:
     def on_design(self, listener: Callable[[TrunkDesign], None]) -> None:
         """Call ``listener`` with each new design."""
         self._listeners.append(listener)
+
+    def on_text(self, uuid: str, reader: TextReader) -> None:
+        """Give ``reader`` the texts that a control of that identity gets in place of numbers, as long as it lives."""
+        self._readers[uuid] = reader
+
+    def take_text(self, uuid: str, text: str) -> bool:
+        """Hand on a text that came in place of a number; whether it has a reader."""
+        reader = self._readers.get(uuid)
+        if reader is not None:
+            self.post(lambda: reader.read_text(text))
+        return reader is not None
 
     def later(self, key: str, act: Callable[[], None], seconds: float = 0.0) -> None:
         """Run ``act`` in the page's thread; one that waits under the same key is replaced.

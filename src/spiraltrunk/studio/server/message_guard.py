@@ -24,17 +24,29 @@ def refuse_tunnels(server: ViserServer) -> None:
         server._websock_server.unregister_handler(kind)
 
 
-def guard_client(client: ClientHandle, complain: Callable[[str], None]) -> None:
-    """Check the messages of a page before viser acts on them; what is refused is reported and changes nothing."""
-    _Guard(client, complain).install()
+def guard_client(
+    client: ClientHandle, complain: Callable[[str], None], take_text: Callable[[str, str], bool] = lambda *_: False
+) -> None:
+    """Check the messages of a page before viser acts on them; what is refused is reported and changes nothing.
+
+    Args:
+        client: the page.
+        complain: gets each reason.
+        take_text: gets identity and text of each control that sends a text, and returns whether it was meant for it
+            alone: what a number box cannot take comes as the text that was typed.
+    """
+    _Guard(client, complain, take_text).install()
 
 
 @final
 class _Guard:
-    def __init__(self, client: ClientHandle, complain: Callable[[str], None]) -> None:
+    def __init__(
+        self, client: ClientHandle, complain: Callable[[str], None], take_text: Callable[[str, str], bool]
+    ) -> None:
         self._gui = client.gui
         self._connection = client._websock_connection
         self._complain = complain
+        self._take_text = take_text
 
     def install(self) -> None:
         pairs: tuple[tuple[type, Any, Any], ...] = (
@@ -50,6 +62,9 @@ class _Guard:
         """Pass on a new value of a control; any other property is the server's."""
         if set(message.updates) != {"value"} or not is_plain(message.updates["value"]):
             self._complain("a control sent what is no number, text or choice; nothing was changed")
+            return
+        value = message.updates["value"]
+        if isinstance(value, str) and self._take_text(message.uuid, value):
             return
         await self._gui._handle_gui_updates(client_id, message)
 
