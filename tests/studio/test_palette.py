@@ -41,7 +41,7 @@ SETS = {
     "trunk and the missed place": (BODY, SHUT, MISSED),
     "lines of Measure": (RMSE, MEASURED),
     "overlay of Measure": (MEASURED, GAP),
-    "notices": tuple(_COLORS.values()),
+    "notices": tuple(dict.fromkeys(_COLORS.values())),
     "states of the robot": tuple(_BADGES[name][0] for name in ("safe", "homing", "armed", "fault")),
     "string and body": (STRING_COLOR, BODY),
 }

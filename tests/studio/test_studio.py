@@ -11,7 +11,8 @@ from urllib.request import Request, urlopen
 import pytest
 
 from spiraltrunk.errors import StudioError
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_button
+from spiraltrunk.studio.page.buttons import add_button
+from spiraltrunk.studio.page.controls import Choice, Scale, Slider
 
 TABS = []
 SCALE = Scale(label="Size", unit="mm", least=1, most=100, step=0.1, hint="Size of the ball")
@@ -104,6 +105,25 @@ def test_an_error_is_a_notice_and_a_closed_page_closes_its_tabs(studio, open_pag
 
 
 @pytest.mark.slow
+def test_a_refusal_replaces_the_last_one_and_goes_by_itself_and_an_error_stays(studio, open_page):
+    page = open_page(studio([BallTab]))
+    refusals = page.get_by_role("alert").filter(has_text="the ball is flat")
+    for _ in range(3):
+        page.get_by_role("button", name="Fail").click()
+        page.wait_for_timeout(500)
+        assert refusals.count() == 1
+    TABS[0].page.notice("the export failed")
+    type_size(page, "60")
+    refusals.wait_for(state="detached", timeout=4000)
+    page.get_by_role("button", name="Fail").click()
+    refusals.wait_for()
+    page.wait_for_timeout(5000)
+    assert refusals.count() == 1, "there is time to read it"
+    refusals.wait_for(state="detached", timeout=10_000)
+    assert page.get_by_role("alert").filter(has_text="the export failed").is_visible()
+
+
+@pytest.mark.slow
 def test_the_server_answers_while_its_tabs_are_loaded(studio, open_page):
     loaded = threading.Event()
 
@@ -164,7 +184,13 @@ def send(page, value):
     asyncio.run_coroutine_threadsafe(connection._handle_incoming_message(connection.client_id, message), loop).result(5)
 
 
-HOSTILE = [{"value": 9999.0}, {"value": float("nan")}, {"value": "text"}, {"update_cb": []}, {"value": [1.0] * 99}]
+NO_VALUE = "a control sent what is no number, text or choice; nothing was changed"
+
+HOSTILE = [
+    ({"value": 9999.0}, "Size was 9999; allowed: 1 to 100 mm"), ({"value": float("nan")}, NO_VALUE),
+    ({"value": "text"}, "Size was 'text'; allowed: a number, 1 to 100 mm"), ({"update_cb": []}, NO_VALUE),
+    ({"value": "9" * 60}, f"Size was {'9' * 40}; allowed: 1 to 100 mm"), ({"value": [1.0] * 99}, NO_VALUE),
+]  # fmt: skip
 
 
 @pytest.mark.slow
@@ -172,14 +198,14 @@ def test_values_off_the_scale_change_nothing(studio, open_page):
     page = open_page(studio([BallTab]))
     handle = TABS[0].size.handle
     callbacks = list(handle._impl.update_cb)
-    for value in HOSTILE:
+    for value, words in HOSTILE:
         send(page, value)
         wait_until(lambda: handle.value == 20.0)
         assert TABS[0].size.value == 20.0
         assert handle._impl.update_cb == callbacks
-    notices = page.get_by_text("1 to 100 mm").or_(page.get_by_text("nothing was changed"))
-    wait_until(lambda: notices.count() == len(HOSTILE))
-    assert page.get_by_text("Size was 'text'; allowed: a number, 1 to 100 mm").count() == 1
+        page.get_by_text(words).wait_for()
+    notices = page.get_by_role("alert").filter(has_text="That did not work")
+    wait_until(lambda: notices.count() == 1)
 
 
 def fetch(address, **headers):

@@ -118,7 +118,7 @@ class Studio:
                 return
             page = Page(client, self._design)
             self._pages[client.client_id] = (page, "")
-        guard_client(client, page.notice, page.take_text)
+        guard_client(client, lambda reason: page.notice(reason, "refusal"), page.take_text)
         asked = ask_page(client)
         name, settings = self._store.enter(asked, secrets.token_hex(8))
         with self._lock:

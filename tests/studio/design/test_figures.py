@@ -12,7 +12,7 @@ from spiraltrunk.errors import DesignError, StudioError
 from spiraltrunk.studio.design.figures import find_gap, format_figures, format_warnings, list_figures
 from spiraltrunk.studio.design.files import OWN, find_preset, name_file, read_upload, rename
 from spiraltrunk.studio.design.parameters import space_cables
-from spiraltrunk.studio.page.controls import clean_name
+from spiraltrunk.studio.page.buttons import clean_name
 
 
 def test_figures_are_the_designs():

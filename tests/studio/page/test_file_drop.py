@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("viser", reason="viser is not installed")
 
-from spiraltrunk.studio.page.controls import add_upload
+from spiraltrunk.studio.page.buttons import add_upload
 
 TAKEN = []
 

@@ -8,7 +8,20 @@ import pytest
 pytest.importorskip("viser", reason="viser is not installed")
 
 from spiraltrunk.design import presets
+from spiraltrunk.errors import DriveError, OutputError, StudioError
 from spiraltrunk.studio.page.page import Page
+
+
+class FakeClient(SimpleNamespace):
+    """A client of viser that keeps which notices are shown, and for how long [s]."""
+
+    def __init__(self):
+        super().__init__(gui=None, scene=None, shown={})
+
+    def add_notification(self, title, text, *, color, auto_close_seconds):
+        self.shown[text] = auto_close_seconds
+        return SimpleNamespace(remove=lambda: self.shown.pop(text))
+
 
 LONG = 30.0
 """Longest wait for a thread of a busy computer [s]."""
@@ -16,7 +29,7 @@ LONG = 30.0
 
 @pytest.fixture
 def page():
-    one = Page(SimpleNamespace(gui=None, scene=None), presets.PAPER)
+    one = Page(FakeClient(), presets.PAPER)
     yield one
     one.close()
 
@@ -70,3 +83,31 @@ def test_a_closed_page_starts_no_timer(page):
     page.later("slider", lambda: seen.append(1), 0.01)
     assert page._timers == {}
     assert seen == []
+
+
+def test_one_refusal_at_a_time_is_shown_and_errors_stay(page):
+    def act(error):
+        def fail():
+            raise error
+
+        page.take("act", fail)
+        run_to(page)
+
+    act(StudioError("the first"))
+    assert page.client.shown == {"the first": 8.0}
+    act(StudioError("the second"))
+    assert page.client.shown == {"the second": 8.0}
+    act(OutputError("the disc is full"))
+    act(DriveError("no bus"))
+    kept = {"the disc is full": None, "no bus": None}
+    assert page.client.shown == {"the second": 8.0, **kept}
+    page.clear_refusal()
+    page.clear_refusal()
+    assert page.client.shown == kept
+    page.post(fail_at_work)
+    run_to(page)
+    assert page.client.shown == {**kept, "the work failed": None}
+
+
+def fail_at_work():
+    raise StudioError("the work failed")

@@ -11,7 +11,8 @@ from spiraltrunk.design import TrunkDesign, format_design, presets
 from spiraltrunk.design.schema import MOST_BYTES
 from spiraltrunk.design.toml import parse_design
 from spiraltrunk.errors import StudioError
-from spiraltrunk.studio.page.controls import Choice, add_button, add_upload
+from spiraltrunk.studio.page.buttons import add_button, add_upload
+from spiraltrunk.studio.page.controls import Choice
 from spiraltrunk.studio.page.page import Page
 
 OWN = "own design"

@@ -12,7 +12,8 @@ from spiraltrunk.cad.output.make_part import FORMATS
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.studio.design.files import name_file
 from spiraltrunk.studio.design.jobs import ALL, make_archive
-from spiraltrunk.studio.page.controls import Choice, add_button
+from spiraltrunk.studio.page.buttons import add_button
+from spiraltrunk.studio.page.controls import Choice
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.scratch import make_scratch

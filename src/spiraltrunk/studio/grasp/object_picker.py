@@ -11,7 +11,8 @@ from spiraltrunk.errors import ModelError, StudioError
 from spiraltrunk.sim.objects.catalogue import CATALOGUE, DEFAULT_OBJECT, SOLIDS, ObjectSpec, parse_object
 from spiraltrunk.sim.objects.meshes.mesh_file import AXES, COLLIDES, UNITS
 from spiraltrunk.studio.grasp.jobs import read_upload
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_upload
+from spiraltrunk.studio.page.buttons import add_upload
+from spiraltrunk.studio.page.controls import Choice, Scale, Slider
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
 

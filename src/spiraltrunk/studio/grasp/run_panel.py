@@ -13,7 +13,8 @@ from spiraltrunk.studio.grasp.player import Player
 from spiraltrunk.studio.grasp.request import GraspRequest
 from spiraltrunk.studio.grasp.stage_view import StageView
 from spiraltrunk.studio.grasp.texts import START, describe_frame, describe_phases, describe_result, format_figures
-from spiraltrunk.studio.page.controls import Scale, Slider, add_button
+from spiraltrunk.studio.page.buttons import add_button
+from spiraltrunk.studio.page.controls import Scale, Slider
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.workflows.grasp.recording import RATE, Frames, Recording, join_frames

@@ -9,7 +9,7 @@ from spiraltrunk.files.results import format_json
 from spiraltrunk.studio.grasp.jobs import Progress, draw_film, draw_replay, draw_strip
 from spiraltrunk.studio.grasp.kept import KeptGrasp
 from spiraltrunk.studio.grasp.request import GraspRequest
-from spiraltrunk.studio.page.controls import add_button
+from spiraltrunk.studio.page.buttons import add_button
 from spiraltrunk.studio.page.job import STOPPED, Job, Work
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.workflows.grasp.recording import Recording
@@ -77,7 +77,7 @@ class SavePanel:
 
     def _start(self, name: str, work: Work, *arguments: Any) -> None:
         if self._job is not None:
-            self._page.notice("one file at a time: wait for the one that is being made, or stop it", "warning")
+            self._page.notice("one file at a time: wait for the one that is being made, or stop it", "refusal")
             return
         self._show(f"Making *{name}* ...", 0.0)
         self._job = self._page.start(

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, final
 
 from spiraltrunk.studio.measure import texts
-from spiraltrunk.studio.page.controls import add_button
+from spiraltrunk.studio.page.buttons import add_button
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
 

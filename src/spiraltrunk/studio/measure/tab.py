@@ -18,7 +18,8 @@ from spiraltrunk.studio.measure.picture import MeasurePicture
 from spiraltrunk.studio.measure.runner import Runner
 from spiraltrunk.studio.measure.take_folder import TakeFolder, find_folder, keep_folder
 from spiraltrunk.studio.measure.view import Compared, CompareView
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider, add_button, add_upload
+from spiraltrunk.studio.page.buttons import add_button, add_upload
+from spiraltrunk.studio.page.controls import Choice, Scale, Slider
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
@@ -248,9 +249,9 @@ class MeasureTab:
     def _is_ready(self) -> bool:
         """Whether there are takes and nothing else runs; says so where not."""
         if not self._takes.takes:
-            self._page.notice("there is no take; upload one, or record a virtual session", "warning")
+            self._page.notice("there is no take; upload one, or record a virtual session", "refusal")
         elif self._runner.is_busy:
-            self._page.notice("other work runs; wait, or stop it", "warning")
+            self._page.notice("other work runs; wait, or stop it", "refusal")
         return bool(self._takes.takes) and not self._runner.is_busy
 
     def _download_report(self) -> None:

@@ -95,7 +95,7 @@ class Slider:
         )
         self.handle.precision = scale.precision
         self._key = f"slider {self.handle._impl.uuid}"
-        self.handle.on_update(lambda _: page.later(self._key, self._take))
+        self.handle.on_update(lambda _: page.take(self._key, self._take))
         page.on_text(self.handle._impl.uuid, self)
 
     @property
@@ -128,7 +128,7 @@ class Slider:
 
     def read_text(self, text: str) -> None:
         """Refuse what was typed and is no value of the scale; the box has gone back by itself."""
-        self._page.notice(self._scale.refuse(text))
+        self._page.notice(self._scale.refuse(text), "refusal")
 
     @property
     def _shown(self) -> float:
@@ -152,6 +152,7 @@ class Slider:
         try:
             self._check(given)
             self._on_change(given)
+            self._page.clear_refusal()
         except SpiralTrunkError as error:
             self._value = before
             reason = str(error)
@@ -166,7 +167,7 @@ class Slider:
         """Tell a refusal where the refused value still stands."""
         if float(self.handle.value) == given:
             self.handle.value = self._shown
-            self._page.notice(reason)
+            self._page.notice(reason, "refusal")
 
 
 @final
@@ -178,10 +179,11 @@ class Switch:
 
         An error of ours that it raises takes the value back.
         """
+        self._page = page
         self._on_change = on_change
         self._value = value
         self.handle: Any = page.gui.add_checkbox(label, value, hint=hint)
-        self.handle.on_update(lambda _: page.later(f"switch {self.handle._impl.uuid}", self._take))
+        self.handle.on_update(lambda _: page.take(f"switch {self.handle._impl.uuid}", self._take))
 
     @property
     def value(self) -> bool:
@@ -201,6 +203,7 @@ class Switch:
         self._value = given
         try:
             self._on_change(given)
+            self._page.clear_refusal()
         except SpiralTrunkError:
             self.set(not given)
             raise
@@ -229,7 +232,7 @@ class TextBox:
         self._most = most
         self._on_change = on_change
         self.handle: Any = page.gui.add_text(label, value, hint=hint)
-        self.handle.on_update(lambda _: page.later(f"text {self.handle._impl.uuid}", self._take, REST))
+        self.handle.on_update(lambda _: page.take(f"text {self.handle._impl.uuid}", self._take, REST))
 
     @property
     def value(self) -> str:
@@ -251,6 +254,7 @@ class TextBox:
             if len(given) > self._most:
                 raise StudioError(f"{self._label} has {len(given)} characters; allowed: {self._most}")
             self._on_change(given)
+            self._page.clear_refusal()
         except SpiralTrunkError:
             self.set(before)
             raise
@@ -270,7 +274,7 @@ class Choice:
         self._value = value if value in options else options[0]
         self.handle: Any = page.gui.add_dropdown(label, tuple(options), initial_value=self._value, hint=hint)
         key = f"choice {self.handle._impl.uuid}"
-        self.handle.on_update(lambda _: page.later(key, self._take))
+        self.handle.on_update(lambda _: page.take(key, self._take))
 
     @property
     def value(self) -> str:
@@ -301,48 +305,13 @@ class Choice:
             return
         if given not in self.options:
             self.handle.value = self._value
-            self._page.notice(f"{self._label} was {given[:80]!r}; allowed: {', '.join(self.options)}")
+            self._page.notice(f"{self._label} was {given[:80]!r}; allowed: {', '.join(self.options)}", "refusal")
             return
         self._value = given
         self._on_change(given)
-
-
-def add_button(page: Page, label: str, act: Callable[[], None], *, hint: str, **options: Any) -> Any:
-    """Add a button whose act runs in the page's thread; further clicks while it waits count once."""
-    handle = page.gui.add_button(label, hint=hint, **options)
-    handle.on_click(lambda _: page.later(f"button {handle._impl.uuid}", act))
-    return handle
-
-
-def add_upload(page: Page, label: str, act: Callable[[str, bytes], None], *, hint: str, most: int, kinds: str) -> Any:
-    """Add a button by which the person sends a file; ``act`` gets its name, which is no path, and its content.
-
-    Args:
-        page: the page.
-        label: label of the button.
-        act: called in the page's thread with each file.
-        hint: one line that explains it.
-        most: largest size [bytes]; a larger file is told and left.
-        kinds: endings that the browser offers, such as ".toml".
-    """
-    handle = page.gui.add_upload_button(label, hint=hint, mime_type=kinds)
-
-    def take() -> None:
-        sent = handle.value
-        if len(sent.content) > most:
-            raise StudioError(f"{clean_name(sent.name)} has {len(sent.content)} bytes; allowed: {most}")
-        act(clean_name(sent.name), sent.content)
-
-    handle.on_upload(lambda _: page.later(f"upload {handle._impl.uuid}", take))
-    return handle
+        self._page.clear_refusal()
 
 
 def label_with_unit(label: str, unit: str) -> str:
     """Label with its unit in brackets, which stay in one line."""
     return f"{label} [{unit.replace(' ', _NO_BREAK)}]" if unit else label
-
-
-def clean_name(name: str) -> str:
-    """A file's name for a text, without folders and of letters, digits, points, dashes and underscores alone."""
-    kept = "".join(each if each.isalnum() or each in "._-" else "_" for each in name.replace("\\", "/").split("/")[-1])
-    return kept[-80:].lstrip(".") or "file"

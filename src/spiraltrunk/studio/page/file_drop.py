@@ -13,7 +13,9 @@ if (!window.spiraltrunkDrop) {
   const listInputs = () => [...document.querySelectorAll("input[type=file]")].filter((one) => one.accept);
   const takes = (input, name) => input.accept.split(",").some((ending) => name.toLowerCase().endsWith(ending.trim()));
   const tell = (text) => {
+    document.getElementById("spiraltrunk-drop-note")?.remove();
     const note = document.createElement("div");
+    note.id = "spiraltrunk-drop-note";
     note.setAttribute("role", "alert");
     note.textContent = text;
     note.style.cssText = "position: fixed; left: 18px; bottom: 18px; z-index: 9999; max-width: 420px; padding: 12px;"

@@ -8,20 +8,30 @@ from collections.abc import Callable
 from typing import Any, Literal, Protocol, final
 from weakref import WeakValueDictionary
 
-from viser import ClientHandle, GuiApi, SceneApi
+from viser import ClientHandle, GuiApi, NotificationHandle, SceneApi
 
 from spiraltrunk.design import TrunkDesign
-from spiraltrunk.errors import SpiralTrunkError
+from spiraltrunk.errors import DriveError, RunError, SpiralTrunkError
 from spiraltrunk.studio.page.act_queue import ActQueue
 from spiraltrunk.studio.page.job import Job, Work
 
-Kind = Literal["error", "warning", "done"]
-"""Kinds of notices."""
+Kind = Literal["error", "refusal", "warning", "done"]
+"""Kinds of notices; a refusal is of what a person gave, and an error of what was under way."""
 
-_COLORS: dict[Kind, tuple[int, int, int]] = {"error": (213, 94, 0), "warning": (230, 159, 0), "done": (0, 158, 115)}
+_COLORS: dict[Kind, tuple[int, int, int]] = {
+    "error": (213, 94, 0), "refusal": (213, 94, 0), "warning": (230, 159, 0), "done": (0, 158, 115),
+}  # fmt: skip
 """Colours of notices, of the palette of Okabe and Ito, that colour-blind people tell apart."""
 
-_TITLES: dict[Kind, str] = {"error": "That did not work", "warning": "Note", "done": "Done"}
+_TITLES: dict[Kind, str] = {
+    "error": "That did not work", "refusal": "That did not work", "warning": "Note", "done": "Done"
+}  # fmt: skip
+
+_SHOWN = 8.0
+"""Time after which a notice that needs no answer goes [s]."""
+
+_SERIOUS = (OSError, RunError, DriveError)
+"""Errors that are told until they are closed, also where an act of a person met them."""
 
 _PATIENCE = 5.0
 """Time that a page's thread has to end [s]."""
@@ -57,6 +67,7 @@ class Page:
         self._queue = ActQueue(self.try_act)
         self._timers: dict[str, threading.Timer] = {}
         self._lock = threading.Lock()
+        self._refusal: NotificationHandle | None = None
         self.is_closed = False
 
     @property
@@ -107,6 +118,19 @@ class Page:
         if seconds <= 0.0:
             self._queue.put(key, act)
 
+    def take(self, key: str, act: Callable[[], None], seconds: float = 0.0) -> None:
+        """Run ``act``, which takes what a person gave, as `later` does; an error of it is a refusal."""
+
+        def take() -> None:
+            try:
+                act()
+            except _SERIOUS:
+                raise
+            except SpiralTrunkError as error:
+                self.notice(str(error), "refusal")
+
+        self.later(key, take, seconds)
+
     def _fire(self, key: str, act: Callable[[], None]) -> None:
         """Hand on an act whose time has come, where none has replaced it; its timer, which calls this, is forgotten."""
         with self._lock:
@@ -116,11 +140,24 @@ class Page:
         self._queue.put(key, act)
 
     def notice(self, text: str, kind: Kind = "error", title: str | None = None) -> None:
-        """Show a message that stays until it is closed, or for some seconds where it needs no answer."""
+        """Show a message: an error until it is closed, others for some seconds; a refusal replaces the last one."""
         if self.is_closed:
             return
-        seconds = None if kind == "error" else 8.0
-        self.client.add_notification(title or _TITLES[kind], text, color=_COLORS[kind], auto_close_seconds=seconds)
+        if kind == "refusal":
+            self.clear_refusal()
+        seconds = None if kind == "error" else _SHOWN
+        shown = self.client.add_notification(
+            title or _TITLES[kind], text, color=_COLORS[kind], auto_close_seconds=seconds
+        )
+        if kind == "refusal":
+            self._refusal = shown
+
+    def clear_refusal(self) -> None:
+        """Remove the last refusal: what was given since has been taken."""
+        with self._lock:
+            last, self._refusal = self._refusal, None
+        if last is not None:
+            last.remove()
 
     def start(
         self, work: Work, *arguments: Any, on_report: Callable[[Any], None], on_end: Callable[[Any, str | None], None]

@@ -9,7 +9,8 @@ from typing import Any, final
 from spiraltrunk.design import TrunkDesign
 from spiraltrunk.errors import DriveError, StudioError
 from spiraltrunk.hardware.setup.poses import NAME_MAX, Pose, find_pose, load_poses, save_pose
-from spiraltrunk.studio.page.controls import Choice, TextBox, add_button
+from spiraltrunk.studio.page.buttons import add_button
+from spiraltrunk.studio.page.controls import Choice, TextBox
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.workflows.drive.gamepad_jog import compute_pull_limits
 from spiraltrunk.workflows.drive.remote.requests import Move, Request

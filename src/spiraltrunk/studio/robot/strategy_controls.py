@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any, final
 
 from spiraltrunk import strategies
-from spiraltrunk.studio.page.controls import Choice, add_button
+from spiraltrunk.studio.page.buttons import add_button
+from spiraltrunk.studio.page.controls import Choice
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.robot.texts import format_closed, format_run
 from spiraltrunk.workflows.drive.remote.requests import Request, Run

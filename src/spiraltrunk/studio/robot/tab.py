@@ -10,7 +10,8 @@ from typing import Any, final
 from spiraltrunk.errors import StudioError
 from spiraltrunk.hardware.safety.states import Mode
 from spiraltrunk.studio.drawing.camera import aim_at_trunk
-from spiraltrunk.studio.page.controls import Choice, add_button
+from spiraltrunk.studio.page.buttons import add_button
+from spiraltrunk.studio.page.controls import Choice
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.studio.robot.gauges import Gauges

@@ -95,7 +95,7 @@ class ShapePicture:
             given, most = np.array(self._handle.position, float), 1.5 * self._design.length
             if not np.isfinite(given).all():
                 self.place_handle(self._tip)
-                self._page.notice("the tip was dragged to what is no place; nothing was changed")
+                self._page.notice("the tip was dragged to what is no place; nothing was changed", "refusal")
                 return
             away = float(np.linalg.norm(given))
             self._on_drag(given if away <= most else given * (most / away), is_end)
