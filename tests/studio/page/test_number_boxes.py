@@ -155,3 +155,16 @@ def test_the_server_does_not_write_into_a_box_that_is_typed_in(opened):
     page.wait_for_timeout(2 * REST)
     box.press("Escape")
     assert box.input_value() == "7"
+
+
+def test_a_box_that_is_gone_is_not_written_into(opened, caplog):
+    page, box, _ = opened
+    type_text(box, "3")
+    box.press("Enter")
+    page.wait_for_timeout(300)
+    BoxTab.slider.set(7.0)  # Written once the person rests.
+    BoxTab.slider.handle.remove()
+    page.wait_for_timeout(REST)
+    assert page.get_by_role("alert").filter(has_text="An error in the studio").count() == 0
+    assert BoxTab.taken == [3.0]
+    assert caplog.records == []

@@ -9,6 +9,8 @@ import pytest
 from viser import transforms
 
 from spiraltrunk.design import presets
+from spiraltrunk.studio.design.parameters import space_cables
+from spiraltrunk.studio.design.tab import DesignTab
 from spiraltrunk.studio.page.page import Page
 from spiraltrunk.studio.shape import tab as shape_tab
 from spiraltrunk.studio.shape.compile_models import compile_models
@@ -84,6 +86,35 @@ def test_a_cable_is_pulled_and_trunk_words_and_handles_follow(open_shape, take_p
     assert (np.abs(take_picture(page, "less") - before).max(axis=-1) > 40).sum() > 2000
     page.get_by_role("tab", name="Mean and differences").click()
     page.wait_for_function("[...document.querySelectorAll('input')].some((one) => one.value == '169.9')")
+
+
+@pytest.mark.slow
+def test_a_reload_with_another_design_writes_into_nothing_that_is_gone(studio, open_page, monkeypatch):
+    compile_models(lambda _: None, presets.PAPER)
+    monkeypatch.setattr(shape_tab, "_compiled", {False})
+    one = studio([DesignTab, ShapeTab], first="Shape")
+    page = open_page(one)
+    page.get_by_text("Tension of cable").wait_for(timeout=LONG)
+    told = []
+    page.on("console", lambda message: told.append(message.text))
+    page.get_by_role("button", name="Design", exact=True).click()
+    (open_one, _), *_ = one._pages.values()
+    four = space_cables(presets.PAPER, 4)
+    open_one.post(lambda: open_one.set_design(four))
+    page.get_by_role("button", name="Shape", exact=True).click()
+    boxes = page.locator("input[type=text]:visible")
+    page.get_by_text("Cable 4").filter(visible=True).first.wait_for(timeout=LONG)
+    boxes.first.fill("40")
+    boxes.first.press("Enter")
+    page.wait_for_timeout(1500)
+    before = read_pulls(page)
+    assert (len(before), before[0]) == (4, 40.0)
+    page.reload()
+    page.get_by_text("Cable 4").filter(visible=True).first.wait_for(timeout=LONG)
+    page.wait_for_timeout(1500)
+    assert read_pulls(page) == before
+    assert [text for text in told if "non-existent" in text] == []
+    assert any("Connected" in text for text in told), "the console is heard"
 
 
 @pytest.mark.slow

@@ -135,8 +135,14 @@ class Slider:
         """The value with the digits of the box."""
         return min(max(round(self._value, self._scale.precision), self._scale.least), self._scale.most)
 
+    @property
+    def _is_removed(self) -> bool:
+        return bool(self.handle._impl.removed)
+
     def _show(self) -> None:
-        """Write the value into the control, once the person rests."""
+        """Write the value into the control, once the person rests; one that is gone by then is left."""
+        if self._is_removed:
+            return
         rest = self._touched + REST - time.monotonic()
         if rest > 0.0:
             self._page.later(f"{self._key} shows", self._show, rest)
@@ -165,7 +171,7 @@ class Slider:
 
     def _refuse(self, given: float, reason: str) -> None:
         """Tell a refusal where the refused value still stands."""
-        if float(self.handle.value) == given:
+        if not self._is_removed and float(self.handle.value) == given:
             self.handle.value = self._shown
             self._page.notice(reason, "refusal")
 

@@ -98,10 +98,13 @@ class Frame:
         self.save()
 
     def restore(self, settings: dict[str, Any], first: str = "") -> None:
-        """Take settings of an earlier page, and show its tab; a new page shows the tab ``first``."""
-        for title in tuple(self._unbuilt) if settings else ():
+        """Take settings of an earlier page, and show its tab; a new page shows the tab ``first``.
+
+        A tab takes its settings before the next one is built. Otherwise the design that the first one takes would
+        replace what the others have just added, and viser's client reports updates of what the same message removes.
+        """
+        for title, tab in self._tabs.items() if settings else ():
             self._build(title)
-        for tab in self._tabs.values():
             kept = settings.get(tab.name)
             if isinstance(kept, dict):
                 self._page.try_act(lambda tab=tab, kept=kept: tab.apply_settings(kept))  # type: ignore[misc]

@@ -41,22 +41,22 @@ class CableControls:
             pull: first pull of each cable, shape (n_cable,) [m].
             on_change: called with all pulls [m] when one was changed.
         """
-        self._pull, self._on_change = np.array(pull), on_change
+        self._on_change = on_change
         self._modes = build_cable_modes(design)
         self._most = design.cable_stroke
+        self._pull = np.clip(np.array(pull), -self._most, self._most)
         stroke = 1e3 * self._most
         hint = "Cable pulled in since the straight trunk; below 0 it is let out, and slack where the trunk needs less"
         with folders[0]:
             self._cables = [
-                Slider(page, _scale(f"Cable {i + 1}", stroke, hint), 0.0, partial(self._take_cable, i))
-                for i in range(design.n_cable)
+                Slider(page, _scale(f"Cable {i + 1}", stroke, hint), _to_mm(value), partial(self._take_cable, i))
+                for i, value in enumerate(self._pull)
             ]
         with folders[1]:
             self._sliders = [
-                Slider(page, self._scale_mode(i, name), 0.0, partial(self._take_mode, i))
-                for i, name in enumerate(self._modes.names)
+                Slider(page, self._scale_mode(i, name), _to_mm(value), partial(self._take_mode, i))
+                for i, (name, value) in enumerate(zip(self._modes.names, self._modes.read(self._pull), strict=True))
             ]
-        self.show(pull)
 
     def show(self, pull: np.ndarray) -> None:
         """Show pulls (n_cable,) [m]; the sliders show them to a tenth of a millimetre."""

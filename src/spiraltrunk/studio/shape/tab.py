@@ -39,14 +39,14 @@ class ShapeTab:
 
     def __init__(self, page: Page) -> None:
         self._page = page
-        self._state = _start_state(page.design)
         self._is_shown = self._is_compiling = False
         self._target: tuple[float, bool] | None = None
         self._settings: dict[str, Any] | None = None
 
     def build(self) -> None:
         """Add all controls; the scene is drawn when the tab is shown."""
-        gui, state = self._page.gui, self._state
+        gui, state = self._page.gui, _start_state(self._page.design)
+        self._state = state
         self._words = gui.add_html("")
         pulls = gui.add_button_group("Pull", tuple(_PULLS), hint="Pulls of the paper at one click")
         pulls.on_click(lambda _: self._page.later("shape pull", lambda: self._take_preset(str(pulls.value))))
