@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("viser", reason="viser is not installed")
 
 from spiraltrunk.report.style import COLORS
+from spiraltrunk.studio.design.picture import _LINES, _PARTS, CABLE
 from spiraltrunk.studio.drawing.trunk_view import BODY, GHOST, linear_color
 from spiraltrunk.studio.grasp.stage_view import STRING_COLOR
 from spiraltrunk.studio.measure.error_scale import GAP, color_distances
@@ -81,6 +82,18 @@ def test_colours_that_mean_different_things_look_different(name, vision):
     places = [find_place(color, vision) for color in SETS[name]]
     least = min(np.linalg.norm(one - other) for one, other in combinations(places, 2))
     assert least > LEAST_DIFFERENCE
+
+
+@pytest.mark.parametrize("vision", VISIONS)
+def test_cables_of_a_design_differ_from_its_lines_and_sections(vision):
+    cable = find_place(CABLE, vision)
+    others = (*_LINES.values(), *(_PARTS[name] for name in ("odd", "even", "joints", "gripper")))
+    assert min(np.linalg.norm(cable - find_place(other, vision)) for other in others) > 2 * LEAST_DIFFERENCE
+
+
+def test_cables_of_a_design_are_seen_on_light_and_dark_ground():
+    assert compute_contrast(CABLE, "white") > 4.5
+    assert compute_contrast(CABLE, "#141414") > 3
 
 
 @pytest.mark.parametrize("vision", VISIONS)

@@ -9,9 +9,10 @@ pytest.importorskip("viser", reason="viser is not installed")
 from spiraltrunk.design import format_design, graspable_range, presets
 from spiraltrunk.design.edit import change_field
 from spiraltrunk.errors import DesignError, StudioError
-from spiraltrunk.studio.design.figures import find_gap, format_figures, format_warnings, list_figures
+from spiraltrunk.studio.design.figures import find_gap, format_figures, format_legend, format_warnings, list_figures
 from spiraltrunk.studio.design.files import OWN, find_preset, name_file, read_upload, rename
 from spiraltrunk.studio.design.parameters import space_cables
+from spiraltrunk.studio.design.picture import CABLE
 from spiraltrunk.studio.page.buttons import clean_name
 
 
@@ -35,6 +36,14 @@ def test_warnings_are_text_and_never_html():
     assert "&lt;script&gt;" in format_warnings(["<script>"], False)
     assert "No warnings" in format_warnings([], False)
     assert "Checking" in format_warnings([], True)
+
+
+def test_the_legend_names_the_cables_and_the_construction_where_it_is_shown():
+    for with_construction in (True, False):
+        legend = format_legend(with_construction)
+        assert f"background:rgb{CABLE}" in legend
+        assert "cables" in legend
+        assert ("backbone" in legend) == with_construction
 
 
 def test_a_changed_preset_has_another_name():

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from html import escape
 
 from spiraltrunk.design import TrunkDesign, graspable_range, payload
-from spiraltrunk.studio.design.picture import BACKBONE, INNER, OBJECT, OUTER, RAY, TANGENT
+from spiraltrunk.studio.design.picture import BACKBONE, CABLE, INNER, OBJECT, OUTER, RAY, TANGENT
 
 _LINES = (
     (OUTER, "outer contour r = a e^(bθ)"), (BACKBONE, "backbone k r"), (INNER, "inner contour one turn further in"),
@@ -64,12 +64,13 @@ def format_warnings(warnings: Sequence[str], is_checking: bool) -> str:
     return f'<div class="warnings" style="font-size:0.8em;margin:0 0.6rem 0.4rem 0.6rem">{body}</div>'
 
 
-def format_legend() -> str:
-    """HTML of the construction's colours."""
+def format_legend(with_construction: bool) -> str:
+    """HTML of the colours of the cables and, where it is shown, of the construction."""
+    lines = ((CABLE, "cables"), *(_LINES if with_construction else ()))
     words = [
         f'<span style="white-space:nowrap"><span style="display:inline-block;width:1.1em;height:3px;'
         f'vertical-align:middle;background:rgb{color}"></span> {escape(text)}</span>'
-        for color, text in _LINES
+        for color, text in lines
     ]
     return f'<div style="font-size:0.75em;margin:0 0.6rem 0.4rem 0.6rem;line-height:1.5">{" &ensp;".join(words)}</div>'
 

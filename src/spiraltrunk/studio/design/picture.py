@@ -16,8 +16,6 @@ from spiraltrunk.report.solids.trunk_mesh import (
     build_trunk_surfaces,
     curl_frames,
 )
-from spiraltrunk.report.style import COLORS
-from spiraltrunk.studio.drawing.trunk_view import parse_color
 from spiraltrunk.studio.page.page import Page
 
 View = Literal["curled", "straight"]
@@ -26,6 +24,10 @@ VIEWS: tuple[View, ...] = get_args(View)
 
 OUTER, BACKBONE, INNER, TANGENT, OBJECT = (0, 114, 178), (213, 94, 0), (0, 158, 115), (230, 159, 0), (204, 121, 167)
 """Colours of the construction's lines, of the palette of Okabe and Ito."""
+
+CABLE = (150, 30, 240)
+"""Colour of the cables: violet, apart from all lines and parts in any colour vision, with a contrast of 5 to the light
+ground and of 3 to the dark one."""
 
 RAY, QUAD = (140, 146, 152), (90, 98, 106)
 """Colours of its rays and of its sections."""
@@ -206,10 +208,7 @@ def _list_lines(
     cables: np.ndarray, cable_pose: np.ndarray, lines: Construction | None, plane: np.ndarray, radius: float
 ) -> dict[str, _Line]:
     """Cables, and the lines of the construction where it is shown."""
-    listed = {
-        f"cable_{i}": _Line(_split(line, cable_pose), parse_color(COLORS[i % len(COLORS)]), radius)
-        for i, line in enumerate(cables)
-    }
+    listed = {f"cable_{i}": _Line(_split(line, cable_pose), CABLE, radius) for i, line in enumerate(cables)}
     if lines is not None:
         for name, color in _LINES.items():
             segments = _split(getattr(lines, name), plane)

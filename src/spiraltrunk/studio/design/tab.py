@@ -53,7 +53,7 @@ class DesignTab:
             page, "Construction", True, lambda _: self._draw(),
             hint="The spiral's contours, its rays and the outlines of the sections",
         )  # fmt: skip
-        self._legend: Any = page.gui.add_html(format_legend())
+        self._legend: Any = page.gui.add_html(format_legend(self._construction.value))
         self._figures: Any = page.gui.add_html(format_figures(design))
         self._warnings: Any = page.gui.add_html(format_warnings([], True))
         self._parameters.build_rules(design)
@@ -124,8 +124,9 @@ class DesignTab:
 
     def _draw(self) -> None:
         self._picture.draw(self._page.design, cast(View, self._view.value), self._construction.value)
-        if self._legend.visible != self._construction.value:
-            self._legend.visible = self._construction.value
+        legend = format_legend(self._construction.value)
+        if self._legend.content != legend:
+            self._legend.content = legend
 
     def _check(self) -> None:
         """Look for faults in a thread of its own, one check at a time."""
