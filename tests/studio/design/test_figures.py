@@ -7,13 +7,15 @@ import pytest
 pytest.importorskip("viser", reason="viser is not installed")
 
 from spiraltrunk.design import format_design, graspable_range, presets
-from spiraltrunk.design.edit import change_field
+from spiraltrunk.design.edit import change_field, change_rules
 from spiraltrunk.errors import DesignError, StudioError
 from spiraltrunk.studio.design.figures import find_gap, format_figures, format_legend, format_warnings, list_figures
 from spiraltrunk.studio.design.files import OWN, find_preset, name_file, read_upload, rename
+from spiraltrunk.studio.design.make_options import PAGE_OPTIONS
 from spiraltrunk.studio.design.parameters import space_cables
 from spiraltrunk.studio.design.picture import CABLE
 from spiraltrunk.studio.page.buttons import clean_name
+from spiraltrunk.workflows.export.faults import find_faults
 
 
 def test_figures_are_the_designs():
@@ -36,6 +38,22 @@ def test_warnings_are_text_and_never_html():
     assert "&lt;script&gt;" in format_warnings(["<script>"], False)
     assert "No warnings" in format_warnings([], False)
     assert "Checking" in format_warnings([], True)
+
+
+@pytest.mark.parametrize(
+    ("rules", "words"),
+    [
+        ({"turns": 2.5}, "'Gripper at the tip' switched off"), ({"m": 0.6}, "a finer nozzle"),
+        ({"arm_radius": 0.2}, "a larger bed (set by the command export)"),
+    ],
+)  # fmt: skip
+def test_warnings_name_the_controls_of_the_page(rules, words):
+    design = change_rules(presets.PAPER, **rules)
+    told, typed = " ".join(find_faults(design, PAGE_OPTIONS)), " ".join(find_faults(design))
+    assert words in told
+    assert "--" not in told
+    assert "[gripper]" not in told
+    assert "--" in typed, "the command line's own words stay"
 
 
 def test_the_legend_names_the_cables_and_the_construction_where_it_is_shown():

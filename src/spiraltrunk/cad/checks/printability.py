@@ -72,7 +72,7 @@ def check_part(part: Part, solid: Any, mesh: Trimesh, expected: float, options: 
         faults.append(f"its volume is {volume:.1f} mm^3; allowed: within 1 % of {expected:.1f}")
     elif abs(mesh.volume - volume) > max(VOLUME_ERROR * volume, mesh.area * options.tolerance):
         faults.append(
-            f"its mesh encloses {mesh.volume:.1f} mm^3 of {volume:.1f}; allowed: 1 % off, a finer --tolerance-mm"
+            f"its mesh encloses {mesh.volume:.1f} mm^3 of {volume:.1f}; allowed: 1 % off, {options.remedies.tolerance}"
         )
     crossings, wall, at = probe(mesh)
     if crossings:
@@ -81,7 +81,7 @@ def check_part(part: Part, solid: Any, mesh: Trimesh, expected: float, options: 
         faults.append(
             f"{part.name_place(at[2])}at z = {at[2]:.1f} mm and {np.hypot(at[0], at[1]):.1f} mm from its axis: "
             f"{wall:.2f} mm thick, {options.least_wall - wall:.2f} mm too thin; "
-            f"allowed: at least {options.least_wall:g} mm, two nozzles: {part.thinnest}"
+            f"allowed: at least {options.least_wall:g} mm, two nozzles: {part.thinnest or options.remedies.nozzle}"
         )
     size = mesh.extents
     faults += [] if part.material.is_cast else _check_bed(size, options)
@@ -147,4 +147,5 @@ def _check_bed(size: np.ndarray, options: MakeOptions) -> list[str]:
     if wide <= max(x, y) and narrow <= min(x, y) and size[2] <= z:
         return []
     measures = " x ".join(f"{value:.1f}" for value in size)
-    return [f"it measures {measures} mm; allowed: at most {x:g} x {y:g} x {z:g} mm, the bed: a larger --bed-mm"]
+    most = f"{x:g} x {y:g} x {z:g} mm, the bed: {options.remedies.bed}"
+    return [f"it measures {measures} mm; allowed: at most {most}"]

@@ -92,6 +92,24 @@ class Flange:
 @explain_fields
 @final
 @dataclass(frozen=True, kw_only=True)
+class Remedies:
+    """What refusals advise, in the words of where a person sets it; by default those of the command line."""
+
+    nozzle: str = "a finer --nozzle-mm"
+    """How walls may be thinner."""
+    bed: str = "a larger --bed-mm"
+    """How parts may be larger."""
+    tall_bed: str = "a larger --bed-mm Z"
+    """How parts may be taller."""
+    tolerance: str = "a finer --tolerance-mm"
+    """How meshes come nearer to the solids."""
+    bare: str = "no [gripper]"
+    """How a trunk has no gripper."""
+
+
+@explain_fields
+@final
+@dataclass(frozen=True, kw_only=True)
 class MakeOptions:
     """Options of making the parts; lengths in mm."""
 
@@ -126,6 +144,8 @@ class MakeOptions:
     """The gripper's servo."""
     flange: Flange = field(default_factory=Flange)
     """The arm's flange."""
+    remedies: Remedies = field(default_factory=Remedies)
+    """What refusals advise."""
 
     def __post_init__(self) -> None:
         check_number("nozzle_mm", self.nozzle, least=0.05, most=1.5)

@@ -36,8 +36,8 @@ class Part:
     """Origin of its frame in that of the straight trunk, whose base joint is at 0 [mm]."""
     turn: float = 0.0
     """Rotation about x into the frame of the straight trunk [rad]."""
-    thinnest: str = "a finer --nozzle-mm"
-    """Which setting makes its thinnest wall thicker, for the error message."""
+    thinnest: str = ""
+    """Which setting makes its thinnest wall thicker, for the error message; empty where a finer nozzle alone helps."""
     checks_walls: bool = True
     """Whether its walls must be two nozzles thick; cast parts have no such limit."""
     landmarks: tuple[tuple[float, str], ...] = ()

@@ -83,14 +83,15 @@ def find_seat(design: TrunkDesign, options: MakeOptions) -> TipSeat:
         clearance=options.clearance, bore=bore,
     )  # fmt: skip
     if seat.bore < options.hole / 2:
-        hint = "a wider tip, a finer --nozzle-mm or no [gripper]"
+        hint = f"a wider tip, {options.remedies.nozzle} or {options.remedies.bare}"
         raise too_small("gripper: radius of the hole in its tenon", seat.bore, options.hole / 2, hint)
     solid, scale = design.solid, 1e3 * float(design.scale[-1])
     cone = seat.outer * math.tan(solid.lean_proximal)
     left = scale * solid.length - seat.plate - seat.depth - cone
     if left < options.wall:
         what = f"trunk, section {design.n_section}: floor under the gripper's socket"
-        raise too_small(what, left, options.wall, "a longer tip section, a finer --nozzle-mm or no [gripper]")
+        hint = f"a longer tip section, {options.remedies.nozzle} or {options.remedies.bare}"
+        raise too_small(what, left, options.wall, hint)
     return seat
 
 
@@ -204,7 +205,7 @@ def build_gripper(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]
         name="gripper", group="gripper", what=f"plate with turning tenon and {gripper.n_finger} fingers", material=TPU,
         form=shifted(form, (0, 0, deep)), at=(0.0, 0.0, at - deep),
         landmarks=((at - deep, "tenon"), (at, "plate"), *((z, f"finger joint {j + 1}") for j, z in enumerate(ends))),
-        thinnest="a finer --nozzle-mm, or a larger gripper.finger_width_mm or gripper.stiffness_nm_per_rad",
+        thinnest=f"{options.remedies.nozzle}, or a larger gripper.finger_width_mm or gripper.stiffness_nm_per_rad",
     )  # fmt: skip
     return (part,)
 

@@ -43,7 +43,7 @@ def build_trunk(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
         (float(body.starts[n]), f"section {n + 1}" if n == 0 else f"joint {n} and section {n + 1}")
         for n in range(design.n_section)
     )
-    parts = []
+    parts, finer = [], options.remedies.nozzle
     for k, (low, high) in enumerate(pairwise(planes)):
         form = _piece(body, tools, low, high)
         form = Cut(form=form.form, tools=(*form.tools, *(hole for pin in pins for hole in pin.holes(low, high))))
@@ -54,7 +54,7 @@ def build_trunk(design: TrunkDesign, options: MakeOptions) -> tuple[Part, ...]:
             name=f"trunk_{k + 1}", group="trunk", what=f"sections {_span(body, low, high)} over their elastic joints",
             material=TPU, form=turned(lowered, "x", math.pi) if is_turned else lowered, at=(0.0, 0.0, at),
             turn=math.pi if is_turned else 0.0, landmarks=names,
-            thinnest="a finer --nozzle-mm, a wider tip (fewer turns or a larger base) or a larger joint.radius_mm",
+            thinnest=f"{finer}, a wider tip (fewer turns or a larger base) or a larger joint.radius_mm",
         )  # fmt: skip
         parts.append(part)
     return tuple(parts)
@@ -109,7 +109,7 @@ def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]
     if width > min(x, y):
         raise DesignError(
             "trunk", got=Unquoted(f"{width:.1f} mm wide at section 1"),
-            allowed=f"at most {min(x, y):g} mm, the bed: a larger --bed-mm or a narrower base",
+            allowed=f"at most {min(x, y):g} mm, the bed: {options.remedies.bed} or a narrower base",
         )  # fmt: skip
     bottom = float(body.profile[0][1])
     ranges = [_cut_range(design, body, n, options) for n in range(1, design.n_section - 1)]
@@ -123,7 +123,7 @@ def _split(design: TrunkDesign, body: Body, options: MakeOptions) -> list[float]
             return cuts
     raise DesignError(
         "trunk", got=Unquoted(f"no set of sections that each fit {tall:g} mm"),
-        allowed="a bed at least as high as two sections: a larger --bed-mm Z",
+        allowed=f"a bed at least as high as two sections: {options.remedies.tall_bed}",
     )  # fmt: skip
 
 

@@ -61,7 +61,7 @@ def gripper_of(task: Task) -> GripperDesign:
     """
     gripper = task.design.gripper
     if gripper is None:
-        raise ModelError("this trunk has no gripper; allowed: a design with [gripper]")
+        raise ModelError("this trunk has no gripper; allowed: a design with a gripper")
     return gripper
 
 

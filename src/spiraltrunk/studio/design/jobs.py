@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from spiraltrunk.design import TrunkDesign
+from spiraltrunk.studio.design.make_options import PAGE_OPTIONS
 from spiraltrunk.workflows.export.archive import export_archive
 from spiraltrunk.workflows.export.export import FORMATS, Request
 
@@ -29,5 +30,5 @@ def make_archive(report: Callable[[Any], None], design: TrunkDesign, parts: str,
     """
     formats = FORMATS if kind == ALL else (kind,)
     workers = min(_MOST_WORKERS, len(os.sched_getaffinity(0)))
-    request = Request(parts=(parts,), formats=formats, workers=workers)
+    request = Request(parts=(parts,), formats=formats, options=PAGE_OPTIONS, workers=workers)
     return export_archive(design, request, folder=folder, progress=lambda *step: report(step))

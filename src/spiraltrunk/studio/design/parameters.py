@@ -20,6 +20,9 @@ Vary = Callable[[TrunkDesign], TrunkDesign]
 Change = Callable[[Vary], None]
 """Changes the design by a function of it, or raises the error of the design."""
 
+GRIPPER = "Gripper at the tip"
+"""Label of the switch of the gripper."""
+
 _RULES = {
     "m": ("Ratio m", "", 1.0, "Largest object of the tip gripper over its width; small for a slender tip"),
     "delta_theta": ("Angle Δθ", "deg", math.pi / 180, "Angle per section; it moves to the nearest for whole sections"),
@@ -163,9 +166,7 @@ class Parameters:
         def take(is_there: bool) -> None:
             self._change(lambda old: change_gripper(old, self._spare if is_there else None))
 
-        switch = Switch(
-            self._page, "Gripper at the tip", design.gripper is not None, take, hint="A trunk with or without fingers"
-        )
+        switch = Switch(self._page, GRIPPER, design.gripper is not None, take, hint="A trunk with or without fingers")
 
         def write(shown: TrunkDesign) -> None:
             switch.set(shown.gripper is not None)

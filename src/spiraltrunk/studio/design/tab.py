@@ -11,6 +11,7 @@ from spiraltrunk.design.toml import parse_design
 from spiraltrunk.errors import DesignError
 from spiraltrunk.studio.design.figures import find_gap, format_figures, format_legend, format_warnings
 from spiraltrunk.studio.design.files import DesignFiles, rename
+from spiraltrunk.studio.design.make_options import PAGE_OPTIONS
 from spiraltrunk.studio.design.parameters import Parameters, Vary
 from spiraltrunk.studio.design.parts import PartExport
 from spiraltrunk.studio.design.picture import VIEWS, DesignPicture, View
@@ -139,7 +140,7 @@ class DesignTab:
             from spiraltrunk.workflows.export.faults import find_faults
 
             try:
-                faults = find_faults(design)
+                faults = find_faults(design, PAGE_OPTIONS)
             except Exception as error:  # A check that itself fails is told as one.
                 faults = (f"the check of the parts failed: {error}",)
             self._page.post(lambda: self._take_faults(design, faults))

@@ -244,7 +244,8 @@ def _summarise(design: TrunkDesign, request: Request, made: Sequence[MadePart], 
         "print_time_h": {name: hours for name, (_, hours) in estimates.items()},
         "curl_overlap_m": check_curl(design).depth,
         "agreement": None,
-        "options": {**asdict(options), "bed": list(options.bed)},
+        "options": {name: value for name, value in asdict(options).items() if name != "remedies"}
+        | {"bed": list(options.bed)},
         "formats": list(request.formats),
         "spiraltrunk": spiraltrunk.__version__,
     }
