@@ -187,6 +187,14 @@ def test_a_board_that_has_tripped_is_cleared_while_the_robot_is_safe(hub, studio
     monkeypatch.setattr(hub_module, "RobotLink", TrippedLink)
     IdleLink.asked.clear()
     page = open_page(studio([partial(RobotTab, hub=hub)]))
+    clear = page.get_by_role("button", name="I found the cause: clear the fault", exact=True)
+    assert clear.count() == 0, "no robot is connected"
     press(page, "Connect")
-    press(page, "I found the cause: clear the fault")
+    clear.wait_for(timeout=PATIENT)
+    assert find_mode(hub) is Mode.SAFE
+    assert page.get_by_text("No torque. Home it first.").is_visible(), "the board's trip is no fault of the robot"
+    assert page.get_by_role("button", name="Home", exact=True).is_visible()
+    assert ("page 1", Clear) not in IdleLink.asked
+    clear.click(timeout=PATIENT)
     wait_until(lambda: ("page 1", Clear) in IdleLink.asked)
+    assert page.get_by_role("alert").filter(has_text="That did not work").count() == 0

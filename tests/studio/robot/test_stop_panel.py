@@ -89,5 +89,15 @@ def test_stop_stays_over_the_page(studio, open_page):
 def test_the_window_of_viser_is_not_needed(studio, open_page):
     page = open_page(studio([StopTab]))
     page.get_by_role("button", name="STOP").wait_for()
-    page.evaluate("window.spiraltrunkStop.id = 'none'")
+    page.evaluate("window.spiraltrunkStop.id = 'none'")  # As in the narrow layout before its window was opened.
+    page.wait_for_timeout(500)
+    assert page.evaluate(HELD)
+    stop = page.locator("#spiraltrunk-stop")
+    assert (stop.inner_text(), stop.get_attribute("data-lost")) == ("STOP (Esc)", "false")
     press(page)
+    page.wait_for_timeout(500)
+    assert StopTab.pressed == 1, "one click stops once"
+    assert page.evaluate(HELD)
+    page.keyboard.press("Escape")
+    page.wait_for_timeout(1000)
+    assert StopTab.pressed >= 2
