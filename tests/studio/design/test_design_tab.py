@@ -1,6 +1,7 @@
 """The tab of the design in a real browser: its main act by keys and clicks."""
 
 import io
+import math
 import time
 import zipfile
 from dataclasses import replace
@@ -10,7 +11,7 @@ import pytest
 pytest.importorskip("viser", reason="viser is not installed")
 
 from spiraltrunk.design import presets
-from spiraltrunk.design.edit import change_rules
+from spiraltrunk.design.edit import change_rules, read_rules
 from spiraltrunk.design.toml import parse_design
 from spiraltrunk.studio.design.tab import DesignTab
 
@@ -76,6 +77,35 @@ def test_a_rule_by_keyboard_changes_picture_figures_and_file(open_design, take_p
     wait_until(lambda: tab._page.design != saved)
     page.locator("input[type=file]").first.set_input_files(file)
     wait_until(lambda: tab._page.design == saved)
+
+
+def find_distance(tab):
+    camera = tab._page.client.camera
+    return math.dist(camera.position, camera.look_at)
+
+
+def test_the_camera_follows_the_size_at_rest_unless_a_person_moved_it(open_design):
+    page, tab = open_design()
+    page.wait_for_timeout(1500)
+    first, box = find_distance(tab), box_of(page, "Arm radius [mm]")
+    fill(box, "27")  # 0.61 of the size before: too little a change to move the camera while a slider is dragged.
+    wait_until(lambda: find_distance(tab) == pytest.approx(27 / 44 * first, rel=0.02))
+    fill(box, "36")
+    page.wait_for_timeout(2500)
+    assert find_distance(tab) == pytest.approx(36 / 44 * first, rel=0.02)
+    page.mouse.move(400, 500)
+    page.mouse.down()
+    page.mouse.move(520, 470, steps=5)
+    page.mouse.up()
+    page.wait_for_timeout(1500)
+    turned = tuple(tab._page.client.camera.position)
+    for size in ("15", "120"):
+        fill(box, size)
+        wait_until(lambda size=size: read_rules(tab._page.design).arm_radius == pytest.approx(float(size) / 1e3))
+        page.wait_for_timeout(1500)
+        assert tuple(tab._page.client.camera.position) == pytest.approx(turned)
+    page.get_by_role("checkbox", name="Construction").uncheck()
+    wait_until(lambda: find_distance(tab) > 2 * first)
 
 
 def test_a_refused_change_is_told_and_goes_back(open_design):

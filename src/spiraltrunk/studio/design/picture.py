@@ -57,6 +57,12 @@ _MARGIN = 1.12
 _GROWN = (0.55, 1.25)
 """Ratios of the picture's size to the fitted one beyond which it is fitted again [-]."""
 
+_OFF = 1.5
+"""Ratio of the camera's distance to the fitted one beyond which it is fitted again at rest [-]."""
+
+_SAME = 0.01
+"""Move of the camera, as a share of its distance, from which on a person moved it [-]."""
+
 _CLEAR = 0.35
 """Opacity of the trunk before its construction [-]."""
 
@@ -83,6 +89,7 @@ class DesignPicture:
     def __init__(self, page: Page) -> None:
         self._page = page
         self._fitted = 0.0
+        self._fits: list[np.ndarray] = []
         self._lines: set[str] = set()
         self._label: Any = None
         self._drawn: dict[str, Any] = {}
@@ -90,7 +97,10 @@ class DesignPicture:
         self._shown = ("", False)
 
     def draw(self, design: TrunkDesign, view: View, with_construction: bool) -> None:
-        """Draw a design; the camera moves where the view changes, or the size by more than `_GROWN`."""
+        """Draw a design; the camera moves where the view changes, or the size by more than `_GROWN`.
+
+        Where a person moved the camera, it stays until the view changes.
+        """
         is_curled = view == "curled"
         surfaces = build_trunk_surfaces(design, curl_frames(design, 1.0 if is_curled else 0.0))
         pose = _PAPER_TO_SCENE @ curled_pose(design) if is_curled else _BASE_TO_SCENE
@@ -109,20 +119,40 @@ class DesignPicture:
     def fit(self) -> None:
         """Move the camera so that all is seen."""
         low, high = self._bounds()
-        camera = self._page.client.camera
-        middle, size = (low + high) / 2, float(np.max(high[[0, 2]] - low[[0, 2]]))
-        distance = _MARGIN * size / 2 / math.tan(_FOV / 2) + float(high[1] - low[1]) / 2
+        camera, middle = self._page.client.camera, (low + high) / 2
+        position = middle + _find_distance(low, high) * np.array([0.14, -0.98, 0.14])
         with self._page.client.atomic():
             camera.fov = _FOV
             camera.up_direction = np.array([0.0, 0.0, 1.0])
-            camera.position = middle + distance * np.array([0.14, -0.98, 0.14])
+            camera.position = position
             camera.look_at = middle
-        self._fitted = size
+        self._fits.append(np.concatenate([position, middle]))
+        self._fitted = float(np.max(high[[0, 2]] - low[[0, 2]]))
+
+    def settle(self) -> None:
+        """Fit the camera again once the design rests, where it is far too near or too far, and no person moved it.
+
+        While a slider is dragged fast, the camera that the page reports may be one of some fits before; viser sends no
+        position that equals the reported one, so that the page can be left with another.
+        """
+        camera, is_fitted = self._page.client.camera, self._is_fitted()
+        distance = float(np.linalg.norm(np.array(camera.position) - np.array(camera.look_at)))
+        self._fits = self._fits[-1:]
+        if is_fitted and not 1 / _OFF < distance / _find_distance(*self._bounds()) < _OFF:
+            self.fit()
+
+    def _is_fitted(self) -> bool:
+        """Whether the camera stands as one of the fits since the last rest left it: no person moved it."""
+        camera = self._page.client.camera
+        present = np.concatenate([camera.position, camera.look_at])
+        most = _SAME * float(np.linalg.norm(present[:3] - present[3:]))
+        return any(np.abs(present - fit).max() < most for fit in self._fits)
 
     def _frame(self, shown: tuple[str, bool], low: np.ndarray, high: np.ndarray) -> None:
         size = float(np.max(high[[0, 2]] - low[[0, 2]]))
         least, most = _GROWN
-        if shown != self._shown or not least * self._fitted < size < most * self._fitted:
+        is_off = not least * self._fitted < size < most * self._fitted
+        if shown != self._shown or (is_off and self._is_fitted()):
             self._shown = shown
             self.fit()
 
@@ -188,6 +218,12 @@ class DesignPicture:
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         boxes = self._boxes.values()
         return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+def _find_distance(low: np.ndarray, high: np.ndarray) -> float:
+    """Distance of the camera from the middle of bounds of shape (3,) at which they are all seen [m]."""
+    size = float(np.max(high[[0, 2]] - low[[0, 2]]))
+    return _MARGIN * size / 2 / math.tan(_FOV / 2) + float(high[1] - low[1]) / 2
 
 
 def _find_room(design: TrunkDesign) -> float:

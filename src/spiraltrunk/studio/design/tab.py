@@ -108,6 +108,7 @@ class DesignTab:
         if self._is_shown:
             self._draw()
             self._page.client.flush()
+            self._page.later("design camera", self._settle, _REST)
         if not self._is_due:
             self._is_due = True
             self._page.later("design figures", self._show_figures, _AFTER)
@@ -128,6 +129,10 @@ class DesignTab:
         legend = format_legend(self._construction.value)
         if self._legend.content != legend:
             self._legend.content = legend
+
+    def _settle(self) -> None:
+        if self._is_shown:
+            self._picture.settle()
 
     def _check(self) -> None:
         """Look for faults in a thread of its own, one check at a time."""
