@@ -86,6 +86,7 @@ def test_the_calibrated_design_is_what_the_parameters_say(bent):
     assert found.design.gripper is not None
 
 
+@pytest.mark.slow
 def test_rest_alone_tells_neither_cables_nor_mass():
     _, shapes = _measure(RESTS)
     found = calibrate(PAPER, shapes, np.array([take.endswith("_1") for take in shapes.take]))

@@ -30,6 +30,7 @@ def test_servos_are_homed_and_pull(build_sts, has_terminal):
     assert robot.is_off()
 
 
+@pytest.mark.slow
 def test_an_encoder_that_wraps_makes_no_jump(build_sts):
     pulls = []
     for start in (1000, 4095):

@@ -58,6 +58,7 @@ def digest(folder: Path) -> dict[str, str]:
     return {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
 
 
+@pytest.mark.slow
 def test_merged_shards_are_the_demonstrations_bit_for_bit(shards: Path) -> None:
     result = merge(shards, "3", "1", "2")
     assert result == json.loads((shards / "whole" / "result.json").read_text())

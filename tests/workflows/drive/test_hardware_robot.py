@@ -83,6 +83,7 @@ def test_limits_of_the_file_hold():
     assert 4.0 < max(weak) < 8.0 * 1.15
 
 
+@pytest.mark.slow
 def test_slack_is_wound_in_besides():
     slack = (0.008, 0.0, 0.0)
     with connect(replace(FILE, cables=CableSetup(slack=slack))) as robot:
