@@ -1,7 +1,8 @@
 """Puts a search for a trunk into validation/trunk_search.md, with its figures.
 
-`spiraltrunk optimize --out FOLDER ...` searches. Then `python docs/studies/make_search.py FOLDER`. Without a folder the
-page is made from search.json.
+`spiraltrunk optimize --out FOLDER ...` searches, `python docs/studies/study_search_fingers.py FOLDER` tries the preset
+with large fingers in the same worlds. Then `python docs/studies/make_search.py FOLDER`. Without a folder the page is
+made from search.json.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from spiraltrunk.workflows.optimize.tables import format_markdown
 
 STUDIES = Path(__file__).parent
 RESULT = STUDIES / "search.json"
+FINGERS = STUDIES / "search_fingers.json"
 PAGE = STUDIES.parent / "validation" / "trunk_search.md"
 IMAGES = STUDIES.parent / "images"
 
@@ -37,7 +39,11 @@ def main(folders: Sequence[str]) -> int:
             shutil.copyfile(folder / f"{name}.png", IMAGES / f"search_{name}.png")
     result = json.loads(RESULT.read_text())
     page = PAGE.read_text()
-    texts = {"settings": format_settings(result), "space": format_space(), "table": format_table(result)}
+    fingers = json.loads(FINGERS.read_text())
+    texts = {
+        "settings": format_settings(result), "space": format_space(), "table": format_table(result),
+        "fingers": format_fingers(fingers, result["best"]),
+    }  # fmt: skip
     for name, text in texts.items():
         page = put_section(page, name, text)
     write_text(PAGE, page)
@@ -65,6 +71,16 @@ def format_space() -> str:
 def format_table(result: dict[str, Any]) -> str:
     """All candidates, and the comparison."""
     return format_markdown(result).rstrip("\n")
+
+
+def format_fingers(fingers: dict[str, Any], best: int) -> str:
+    """The preset with large fingers beside the best candidate."""
+    low, high, difference = (f"{100 * fingers['best'][key]:+.0f}" for key in ("low", "high", "difference"))
+    return (
+        f"In the same worlds the preset `{fingers['design']}` takes {fingers['successes']} of {fingers['trials']} "
+        f"({100 * fingers['low']:.0f} to {100 * fingers['high']:.0f} %). Candidate {best} differs from it by "
+        f"{difference} % ({low} to {high} %, paired), p = {fingers['best']['p']:.2g}."
+    )
 
 
 def put_section(page: str, name: str, text: str) -> str:
