@@ -245,6 +245,7 @@ def run_until(folder: Path, last: int) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_a_kill_at_any_moment_costs_no_file(tmp_path: Path) -> None:
     """Nothing of the user's is lost, what is there is whole, and the next run goes on."""
     write(tmp_path / "all", OLD)

@@ -46,6 +46,7 @@ def run(folder: Path, program: str = "small.tell()", *, begin: str = "pass", **v
     return done.stdout
 
 
+@pytest.mark.slow
 def test_second_process_compiles_and_this_one_loads(tmp_path: Path) -> None:
     assert run(tmp_path) == "True 1\n"
     assert run(tmp_path) == "True 1\n"  # Both kernels come from the disc now.

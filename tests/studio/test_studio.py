@@ -93,6 +93,7 @@ def test_a_page_shows_its_first_tab_and_changes_with_its_controls(studio, open_p
     assert (abs(after - before).sum(axis=2) > 60).mean() > 0.005
 
 
+@pytest.mark.slow
 def test_an_error_is_a_notice_and_a_closed_page_closes_its_tabs(studio, open_page):
     one = studio([BallTab])
     page = open_page(one)

@@ -14,6 +14,7 @@ PULL = (20.0, 10.0, 10.0)
 
 
 @pytest.mark.parametrize("has_terminal", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_servos_are_homed_and_pull(build_sts, has_terminal):
     robot = build_sts(has_terminal=has_terminal)
     robot.prepare()

@@ -193,6 +193,7 @@ def machine() -> SimMachine:
     return machine
 
 
+@pytest.mark.slow
 def test_a_strategy_runs_and_is_not_judged(machine, tmp_path):
     path, strategy = tmp_path / "drive.mcap", Curl()
     with connect(machine=machine) as robot:
@@ -233,6 +234,7 @@ def test_a_camera_of_the_user_is_asked_with_the_time_of_the_run(machine):
     assert [seen.camera.time for seen in trial.log.observations] == pytest.approx([t - 0.03 for t in times])
 
 
+@pytest.mark.slow
 def test_a_camera_that_fails_ends_the_run(machine):
     def look(time):
         return None if time < 0.2 else "a cup"

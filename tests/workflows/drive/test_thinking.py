@@ -55,6 +55,7 @@ def test_thinking_at_rest_is_waited_for_and_in_motion_it_is_not(run):
         run.step([9.0, 2.0, 2.0])
 
 
+@pytest.mark.slow
 def test_thinking_for_ever_at_rest_stops_the_robot(run):
     run.step([5.0, 2.0, 2.0], round(REST / CONTROL_PERIOD) + 2)
     held = run.robot.clock.now()

@@ -90,6 +90,7 @@ def test_a_robot_is_told_and_closed():
     heard.link.close()
 
 
+@pytest.mark.slow
 def test_a_process_ends_with_the_other_end_of_its_pipe_and_by_a_signal():
     cut, killed = Heard(), Heard()
     cut.wait(cut.states)

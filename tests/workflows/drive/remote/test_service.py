@@ -88,6 +88,7 @@ def armed(armed_once):
     bench.run(1.5, answers=False)
 
 
+@pytest.mark.slow
 def test_a_jog_winds_its_cable_and_the_others_follow(armed):
     armed.ask(Limit(tension=20.0, speed=0.05))
     armed.ask(Jog(0, 0.02))
