@@ -36,6 +36,9 @@ BAR = 0.100
 
 ATTEMPTS = 3
 
+FAULT = 1
+"""Exit code of a host that a fault ended."""
+
 ROBOT = """
 schema = 1
 name = "twin on a serial line"
@@ -112,7 +115,9 @@ def stop(folder: Path, end: Callable[[Host], None]) -> tuple[Host, float]:
                 host.process.wait(60)
                 time.sleep(0.3)
                 assert time.monotonic() - host.seen.last_torque > 0.1, "torque stays on"
-                return host, max(0.0, host.seen.last_torque - ended)
+                # A computer under load may be late just then, so that the host ends by a fault before it is ended.
+                if host.process.returncode != FAULT or attempt == ATTEMPTS:
+                    return host, max(0.0, host.seen.last_torque - ended)
         if attempt == ATTEMPTS:
             pytest.skip(f"this computer is too slow for a twin in real time: {host.process.returncode}")
     raise AssertionError
@@ -128,9 +133,10 @@ def test_a_signal_stops_safely(number: signal.Signals, tmp_path: Path) -> None:
     def end(host: Host) -> None:
         host.process.send_signal(number)
         assert host.process.stderr is not None
-        said.extend(host.process.stderr.read().splitlines())
+        said[:] = host.process.stderr.read().splitlines()
 
     host, took = stop(tmp_path, end)
+    print(*said, sep="\n")
     code, word = ENDS[number]
     assert host.process.returncode == code
     assert said[-1] == f"spiraltrunk: {word}"
