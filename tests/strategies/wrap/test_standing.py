@@ -305,9 +305,10 @@ def test_a_falling_plane_is_wrapped_higher_where_its_base_will_sink(monkeypatch:
     assert height[1] - height[0] == pytest.approx(usual * PAPER.length * (tilt[0] - tilt[1]))
 
 
+@pytest.mark.parametrize("ahead", [0.02, -0.02])
 @pytest.mark.parametrize("tilt_deg", [60, 84, 104, 130])
-def test_the_gap_to_the_housing_is_that_of_its_surface(tilt_deg: float) -> None:
-    tilt, housing, center = np.radians(tilt_deg), PAPER.housing, np.array([0.09, 0.02, -0.1])
+def test_the_gap_to_the_housing_is_that_of_its_surface(tilt_deg: float, ahead: float) -> None:
+    tilt, housing, center = np.radians(tilt_deg), PAPER.housing, np.array([0.09, ahead, -0.1])
     rotation = tilted_base(np.array([0.0, 1.0, 0.0]), tilt)
     turn, along = np.radians(np.arange(0, 360, 1)), np.linspace(0.0, housing.length, 23) + housing.neck_length
     x, y, z = rotation.T
