@@ -123,7 +123,7 @@ def test_a_tall_object_is_gripped_at_the_height_that_is_seen():
         top = GROUND + shape.length + 2 * rise
         assert seen.target.profile.total_height == pytest.approx(top - GROUND)
         assert top + 2 * SEEN_ERROR < tip_height(seen) < top + 2 * SEEN_ERROR + 0.25 * PAPER.gripper.finger_length
-    low = announce(kind="cylinder", width=0.03, length=0.11, design=PAPER)
+    low = announce(kind="cylinder", width=0.03, length=0.07, design=PAPER)
     assert find_seen_task(low, low.target.position + np.array([0.0, 0.0, 0.004]), UP) is low
 
 

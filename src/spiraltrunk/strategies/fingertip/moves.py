@@ -23,7 +23,7 @@ CHECK = 0.6
 """Time to observe and to weigh the lifted object [s]: one camera observation at least, and torques are noisy."""
 LOOK_AGAIN = 1.2
 """Time to observe an object that was let go [s]: two camera observations at least, and it may roll."""
-TALL = 0.06
+TALL = 0.05
 """Height from which an object counts as tall [m]: over it the base is near the end of the arm's reach, where an elbow
 that is nearly straight turns faster than the base moves, and it leaves as slowly as it lifts."""
 HOVER = 2.0

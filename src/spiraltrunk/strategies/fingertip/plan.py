@@ -30,7 +30,7 @@ SIZE_ERROR = 0.10
 """Largest excess of the object's size over the announced one [-]."""
 FALLEN = math.radians(30.0)
 """Angle between announced and seen axis from which the object has fallen over [rad]."""
-SEEN_ERROR = 0.006
+SEEN_ERROR = 0.004
 """Largest error of the observed height of the object's middle [m]."""
 SAFETY = 3.0
 """Announced friction over the friction that the grip counts on [-]."""
