@@ -34,6 +34,11 @@ class Target:
     """Coefficient of friction that strategies may assume [-]."""
     profile: ObjectProfile | None = None
     """Sections, centre of mass and stability in the pose in which it is presented; None where they are unknown."""
+    longer_side: float = 0.0
+    """Longer side of the least rectangle round an object that stands, seen from above [m]; 0 where it is unknown."""
+    side_yaw: float | None = None
+    """Angle of that side from the world's x, counterclockwise from above [rad]; None for a round object, and where it
+    is unknown."""
 
 
 @explain_fields

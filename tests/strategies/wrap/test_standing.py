@@ -103,8 +103,13 @@ def plan_beside_cylinder(x_mm: int, y_mm: int, z_mm: int) -> tuple[list[Move], l
         f"box:x_mm={x_mm},y_mm={y_mm},z_mm={z_mm},mass_g=300",
         f"cylinder:diameter_mm={girth_mm / np.pi:.9f},height_mm={z_mm},mass_g=300",
     )
-    box, cylinder = (list(STRATEGY.init(first_seen(name)).sequence.moves) for name in names)
+    box, cylinder = (list(STRATEGY.init(_untold(first_seen(name))).sequence.moves) for name in names)
     return box, cylinder
+
+
+def _untold(seen: Observation) -> Observation:
+    """The observation of an object whose yaw is unknown, which is approached from ahead."""
+    return replace(seen, task=replace(seen.task, target=replace(seen.task.target, side_yaw=None)))
 
 
 def assert_alike(moves: list[Move], others: list[Move]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -37,6 +38,9 @@ LYING_COS = 0.5
 LEVEL = 1e-3
 """Largest sine of the angle between an object's axis and the ground at which it counts as level (ours) [-]."""
 
+_UP = np.array([1.0, 0.0, 0.0])
+"""The direction of a standing object's frame that is up."""
+
 _Z_TO_X = UPRIGHT.T
 """Rotation that turns z onto x."""
 
@@ -50,8 +54,25 @@ def present(shape: ObjectSpec, orientation: str) -> ObjectSpec:
     if orientation == "upright":
         return _reframe(shape, _Z_TO_X, up="x") if shape.up == "z" else shape
     if shape.up == "x" and shape.pose:
-        return _reframe(shape, _lay_frame(shape.solid, np.array([1.0, 0.0, 0.0])), up="z")
+        return _reframe(shape, _lay_frame(shape.solid, _UP), up="z")
     return shape
+
+
+def find_longer_side(shape: ObjectSpec) -> tuple[float, float | None]:
+    """Longer side of the least rectangle round an object that stands, its x axis up, seen from above.
+
+    Returns:
+        Its extent [m], and its angle from the world's x while the object's yaw is 0 [rad]; None for a round object.
+    """
+    return (max(shape.size[1:]), None) if shape.kind in ROUND else _find_longer_side(shape.solid)
+
+
+@lru_cache(maxsize=64)
+def _find_longer_side(solid: Solid) -> tuple[float, float]:
+    ahead = _lay_frame(solid, _UP)[0]
+    points = np.vstack([hull_of_geom(geom)[0] for geom in solid.geoms if geom.collides])
+    x, y, _ = (UPRIGHT @ ahead).tolist()
+    return float(np.ptp(points @ ahead)), math.atan2(y, x)
 
 
 def natural_orientation(shape: ObjectSpec) -> str:

@@ -14,12 +14,16 @@ from spiraltrunk.design.rules import GRAVITY
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import DesignError, Unquoted
 from spiraltrunk.sim.mujoco_log import compile_spec, first_line
+from spiraltrunk.sim.objects.presentation import find_longer_side
 from spiraltrunk.sim.objects.profile import compute_profile
 from spiraltrunk.sim.robot.arm import add_arm
 from spiraltrunk.sim.robot.materials import SOLIMP, SOLREF
 from spiraltrunk.sim.robot.trunk import add_trunk, tune_joint_limits
 from spiraltrunk.sim.scene.options import ASIDE, LIFT, PLACE_ASIDE, PLACE_RISE, SceneOptions
 from spiraltrunk.sim.scene.supports import add_ground, add_hung_object, add_table, rest_height
+
+PEDESTAL_SIZE, PEDESTAL_CENTER = (0.13, 0.12), (-0.04, 0.0)
+"""Half extents and centre of the pedestal, level [m] (ours)."""
 
 
 def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
@@ -30,9 +34,11 @@ def build_task(design: TrunkDesign, options: SceneOptions) -> Task:
     if not is_hung:
         position[2] = rest_height(options, shape)
     axis = np.array([math.cos(options.yaw), math.sin(options.yaw), 0.0])
+    longer_side, side_yaw = find_longer_side(shape) if is_upright else (0.0, None)
     target = Target(
         kind=shape.kind, width=shape.width, length=shape.size[0], mass=shape.mass, position=position,
         axis=np.array([0.0, 0.0, 1.0]) if is_upright else axis, profile=compute_profile(shape, options.orientation),
+        longer_side=longer_side, side_yaw=None if side_yaw is None else side_yaw + options.yaw,
     )  # fmt: skip
     aside = np.array([0.0, ASIDE, 0.0])
     beside = np.array([0.0, PLACE_ASIDE, PLACE_RISE]) if is_hung else aside
@@ -152,6 +158,6 @@ def _add_surroundings(spec: mujoco.MjSpec, design: TrunkDesign) -> None:
     half = design.arm.base_height / 2
     if half > 0:
         world.add_geom(
-            name="pedestal", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.13, 0.12, half], pos=[-0.04, 0, half],
+            name="pedestal", type=mujoco.mjtGeom.mjGEOM_BOX, size=[*PEDESTAL_SIZE, half], pos=[*PEDESTAL_CENTER, half],
             rgba=[0.30, 0.33, 0.38, 1],
         )  # fmt: skip

@@ -35,6 +35,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, tilted_base
 from spiraltrunk.strategies.object_measures import widths_between
 from spiraltrunk.strategies.sensing import seen_position
+from spiraltrunk.strategies.wrap.approach import approach_direction
 from spiraltrunk.strategies.wrap.hung_plan import wrap_move
 from spiraltrunk.strategies.wrap.standing_model import (
     band_heights,
@@ -56,7 +57,6 @@ from spiraltrunk.strategies.wrap.standing_plan import (
     TEST,
     WrapPlane,
     housing_sink,
-    lateral_direction,
     move_time,
 )
 
@@ -83,6 +83,9 @@ HIGHEST = 0.75
 HEADROOM = 1.0
 """Distance of the wrap's middle below the object's top, where the ground leaves room for it, over the radius of its
 first section [-]: nearer to the rim the round sections slip over it."""
+TURN = 1.1
+"""Duration of the turn over that of a full wrap [-]: the base ends lower, and joint 2 would come to its greatest speed,
+from which it brakes too hard."""
 LEAVE = 1.5
 """Duration of the retreat upwards over that of a full wrap [-]: the base of a distal wrap is nearer to the arm's foot,
 where joint 2 moves further for the same way."""
@@ -110,7 +113,7 @@ def plan_distal_moves(observation: Observation, plane: WrapPlane) -> tuple[Move,
     design, target = observation.task.design, observation.task.target
     width, loose, pulls = _choose_pulls(observation.task, plane)
     tilt, height = _choose_tilt(observation.task, plane, width, pulls[-1])
-    side = lateral_direction(observation)
+    side = approach_direction(observation, is_distal=True)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     low = height - band_heights(design, width, tilt, _tension(design, pulls[-1]))[0]
     room = ROOM * max(width, widths_between(target, height, height)[1])
@@ -205,7 +208,7 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
     ground = float(target.position[2] - target.length / 2) if goal.ground is None else goal.ground
     start, place = (np.array([*where[:2], ground]) for where in (seen_position(observation), goal.place))
     open_, tight, held, loose = steps[0], *steps[-3:]
-    side = lateral_direction(observation)
+    side = approach_direction(observation, is_distal=True)
     clear, near, beyond = (way * design.length * side for way in (-CLEARANCE, -NEAR, OVERSHOOT))
     high, test, slack = goal.lift * _UP, TEST * _UP, open_.tension
     touch, tried, lowered = start + open_.position, start + held.position + test, place + held.position
@@ -216,7 +219,7 @@ def _moves(observation: Observation, steps: tuple[_Step, ...], rotation: np.ndar
         return wrap_move(action, move_time(design, action), position, tension, rotation)
 
     return (
-        move("turn", touch + clear + high, slack),
+        wrap_move("turn", TURN * move_time(design, "turn"), touch + clear + high, slack, rotation),
         move("descend", touch + clear, slack),
         move("near", touch + near, slack),
         move("touch", touch + beyond, slack),

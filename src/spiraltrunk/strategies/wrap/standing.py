@@ -27,8 +27,8 @@ which unwinds last, until it holds by little and the trunk springs open (in 40 m
 
 Limits: upright objects up to about 1 kg, from about 80 mm of height on, as the housing has to clear the ground.
 Slender ones are taken above their middle by the oblique wraps, where the head can turn away the whole lean. What is not
-round is taken for the cylinder of the same girth, however it is turned, and is mostly not held where a wide side points
-along the way from the arm (`benchmarks/turned_objects.py`). The cables pull in every direction. A camera sees where the
+round is taken for the cylinder of the same girth, from a direction that suits how it is turned (`approach`), as far as
+the arm can turn. The cables pull in every direction. A camera sees where the
 object stands and how it leans.
 """
 
@@ -59,6 +59,7 @@ from spiraltrunk.strategies.moves import (
 )
 from spiraltrunk.strategies.sensing import measure_lean, seen_position, ventral_tension, weight
 from spiraltrunk.strategies.stiffening import hold_lengths
+from spiraltrunk.strategies.wrap.approach import approach_direction
 from spiraltrunk.strategies.wrap.arm_lag import Tensions, delay_tension
 from spiraltrunk.strategies.wrap.attempts import (
     PRESS,
@@ -78,7 +79,7 @@ from spiraltrunk.strategies.wrap.distal_plan import find_height, plan_distal_mov
 from spiraltrunk.strategies.wrap.light_object import describe_no_load, is_off_ground, is_too_light
 from spiraltrunk.strategies.wrap.opening import plan_opening, press_down, right
 from spiraltrunk.strategies.wrap.set_down import DISTAL_DRAG, DRAG, center_place, is_on_ground, set_down_clear
-from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, lateral_direction, plan_moves
+from spiraltrunk.strategies.wrap.standing_plan import OVERSHOOT, WrapPlane, plan_moves
 from spiraltrunk.strategies.wrap.unsteady import is_unsteady, stop_before
 from spiraltrunk.strategies.wrap.upright import carry_upright
 
@@ -163,7 +164,7 @@ class StandingWrap(MoveStrategy[StandingState]):
     def init(self, observation: Observation) -> StandingState:
         """Plan positions and tensions from design and object."""
         moves, is_distal = _plan(observation, self.plane)
-        task, side, unsteady = observation.task, lateral_direction(observation), is_unsteady(observation)
+        task, side, unsteady = observation.task, approach_direction(observation, is_distal), is_unsteady(observation)
         moves = stop_before(moves, OVERSHOOT * task.design.length * side) if unsteady else moves
         height = find_height(task, self.plane) if is_distal else self.plane.opening_height * task.target.length
         return StandingState(

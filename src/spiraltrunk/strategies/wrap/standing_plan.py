@@ -18,6 +18,7 @@ from spiraltrunk.errors import ModelError
 from spiraltrunk.strategies.moves import Move, tilted_base
 from spiraltrunk.strategies.sensing import seen_position
 from spiraltrunk.strategies.timing import stretch
+from spiraltrunk.strategies.wrap.approach import approach_direction
 from spiraltrunk.strategies.wrap.hung_plan import wrap_move
 from spiraltrunk.strategies.wrap.standing_model import (
     cable_pulls,
@@ -136,12 +137,6 @@ def move_time(design: TrunkDesign, action: str) -> float:
     return TIMES[action] * stretch(design) ** (LONG_TURN if action == "turn" else 1)
 
 
-def lateral_direction(observation: Observation) -> np.ndarray:
-    """Horizontal unit vector of the lateral curl of a hanging trunk, to the right of ventral, shape (3,) [-]."""
-    left = np.array([*observation.T_world_base[:2, 2], 0.0])
-    return -left / np.linalg.norm(left)
-
-
 def plan_moves(observation: Observation, plane: WrapPlane) -> tuple[Move, ...]:
     """All moves from a hanging trunk over grasp and release to the trunk beside the object.
 
@@ -160,7 +155,7 @@ def _plan_steps(observation: Observation, plane: WrapPlane) -> tuple[tuple[_Step
     """Steps of the curl, and the final distance of the object from the base, level [m]."""
     design, target = observation.task.design, observation.task.target
     width, shut = wrapped_width(target), float(shut_pull(design)[0])
-    side = lateral_direction(observation)
+    side = approach_direction(observation)
     frame = np.column_stack([side, np.cross(_UP, side), _UP])
     full = cable_pulls(design, STEPS[-1] * shut, 0.0)
     slope, section = _choose_loop(design, plane, width, full)
@@ -206,7 +201,7 @@ def _moves(
 ) -> tuple[Move, ...]:
     design, goal, target = observation.task.design, observation.task.goal, observation.task.target
     ground = float(target.position[2] - target.length / 2) if goal.ground is None else goal.ground
-    side, open_, last = lateral_direction(observation), steps[0], steps[-1]
+    side, open_, last = approach_direction(observation), steps[0], steps[-1]
     start, place = (np.array([*where[:2], ground]) for where in (seen_position(observation), goal.place))
     clear, near, beyond = (way * design.length * side for way in (-CLEARANCE, -NEAR, OVERSHOOT))
     high, test = goal.lift * _UP, TEST * _UP

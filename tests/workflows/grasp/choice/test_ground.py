@@ -1,7 +1,9 @@
 """The ground is as high as the arm allows for what is lifted from it."""
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from spiraltrunk import strategies
@@ -90,8 +92,39 @@ LARGE_TRUNK = design_from_rules(arm_radius=0.055)
 def test_the_papers_standing_objects_stay_where_they_are(name):
     strategy = strategies.get(name)
     for shape in strategy.objects:
-        scene = draw_scene(parse_object(shape), 0, strategy=strategy)
+        scene = replace(draw_scene(parse_object(shape), 0, strategy=strategy), yaw=math.radians(30.0))
         assert choose_ground(PAPER, scene, strategy) is scene
+
+
+@pytest.mark.parametrize("name", [STANDING[0], *(pytest.param(name, marks=pytest.mark.slow) for name in STANDING[1:])])
+def test_what_is_approached_turned_stands_where_the_arm_has_room(name):
+    """At the usual place the base would come beside the arm's foot, and the wrist to its pedestal."""
+    strategy, arm = strategies.get(name), ArmReach(PAPER)
+    scene = replace(draw_scene(parse_object("box-80"), 0, strategy=strategy), yaw=math.radians(80.0))
+    chosen = choose_ground(PAPER, scene, strategy)
+    assert chosen.position[0] >= scene.position[0] + 0.06
+    assert chosen.offset == scene.offset
+    before, after = (place._find_ease(PAPER, each, strategy, arm) for each in (scene, chosen))
+    assert before < 0.6
+    assert after >= 1.0
+
+
+def test_a_choice_among_strategies_has_that_place_too():
+    box = parse_object("box:x_mm=80,y_mm=80,z_mm=240,mass_g=300")
+    auto = Auto(PAPER)
+    scene = replace(draw_scene(box, 0, strategy=auto), yaw=math.radians(80.0))
+    chosen = set_ground(PAPER, scene, auto)
+    assert chosen.position[0] >= scene.position[0] + 0.06
+    straight = replace(scene, yaw=math.radians(30.0))
+    assert set_ground(PAPER, straight, auto).position == scene.position
+
+
+def test_the_wrist_keeps_from_the_pedestal():
+    frame = np.eye(4)
+    frame[:3, 3] = 0.28 + 0.09 + 0.05, 0.0, 0.8  # The wrist is 0.28 m behind the base, the pedestal's side at 0.09 m.
+    assert place._find_pedestal_gap(frame) == pytest.approx(0.05)
+    frame[0, 3] = 0.3
+    assert place._find_pedestal_gap(frame) == 0.0
 
 
 @pytest.mark.parametrize("name", ["wrap-horizontal", pytest.param("sweep", marks=pytest.mark.slow), "kick"])

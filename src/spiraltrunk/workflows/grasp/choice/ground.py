@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from spiraltrunk import strategies
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.errors import ModelError
@@ -17,7 +18,11 @@ from spiraltrunk.sim.plant import SimPlant
 from spiraltrunk.sim.robot.arm_ik import ArmReach
 from spiraltrunk.sim.scene.build import build_task
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.assessment import assess
+from spiraltrunk.strategies.wrap.approach import is_turned
+from spiraltrunk.strategies.wrap.standing import StandingWrap
 from spiraltrunk.workflows.grasp.choice.auto import Auto
+from spiraltrunk.workflows.grasp.choice.candidates import list_strategies
 from spiraltrunk.workflows.grasp.choice.place import choose_place
 
 GROUNDS = (0.60, 0.45, 0.30)
@@ -45,6 +50,7 @@ def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
     """
     if not isinstance(strategy, Auto):
         return choose_ground(design, options, strategy)
+    options = _place_for_wrap(design, options, strategy)
     try:
         if choose_ground(design, options, strategy) is options:
             return options  # All candidates reach over the usual ground, or the scene has its own.
@@ -52,6 +58,22 @@ def set_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
         pass  # Over no ground does the arm reach high enough for all candidates; the ranking finds for which it does.
     scenes = (_with_ground(options, ground) for ground in list_grounds(design, ArmReach(design)))
     return max(scenes, key=lambda scene: _best_score(design, scene, strategy))
+
+
+def _place_for_wrap(design: TrunkDesign, options: SceneOptions, auto: Auto) -> SceneOptions:
+    """The scene with the object where an approach that is turned suits the arm, if a wrap is to take it."""
+    task = auto.grasp_task(build_task(design, options))
+    if options.support != "ground" or options.ground != GROUNDS[0] or not is_turned(task):
+        return options
+    names = list_strategies(options.support)
+    found = {name: assess(strategies.get(name), task) for name in names}
+    best = strategies.get(max(names, key=lambda name: found[name].score))
+    if not isinstance(best, StandingWrap) or not found[best.name].feasible:
+        return options
+    try:
+        return choose_place(design, options, best, ArmReach(design))
+    except ModelError:  # The ranking tells why.
+        return options
 
 
 def choose_ground(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any]) -> SceneOptions:

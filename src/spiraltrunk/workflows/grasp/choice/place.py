@@ -14,12 +14,16 @@ from spiraltrunk.control.messages import Observation, Task
 from spiraltrunk.control.strategy import Strategy
 from spiraltrunk.design.trunk import TrunkDesign
 from spiraltrunk.sim.robot.arm_ik import ArmReach
-from spiraltrunk.sim.scene.build import build_task
+from spiraltrunk.sim.scene.build import PEDESTAL_CENTER, PEDESTAL_SIZE, build_task
 from spiraltrunk.sim.scene.options import SceneOptions
+from spiraltrunk.strategies.wrap.standing_plan import WRIST
 
 AHEAD = (0.0, 0.05, 0.10, 0.15, 0.20)
 """Displacements of the object along the world's y, ahead of a standing wrap's base, in the order in which they are
 tried [m] (ours)."""
+
+BESIDE = tuple((x, y) for x in (0.06, 0.12, 0.18, 0.24) for y in (0.0, 0.10))
+"""Further displacements along the world's x and y, for approaches that are turned [m] (ours)."""
 
 MARGIN = np.radians(13.0)
 """Distance of every joint from the ends of its range, on the way of an object that stands where it is announced [rad]
@@ -28,6 +32,10 @@ MARGIN = np.radians(13.0)
 GEARING = 3.3
 """Largest share of its speed that a joint may use for 1 m/s of the base, on the same way [s/m] (ours): at 4.1, a curl
 passed the arm's limit of acceleration. The paper's trunk needs 3.2."""
+
+PEDESTAL_ROOM = 0.15
+"""Level gap between the arm's wrist, taken as a point, and its pedestal at the ends of all moves [m] (ours): twice the
+wrist's radius, as the object stands up to 30 mm off; without turns it is 167 mm at least."""
 
 _PERIOD, _STEPS = 0.1, 60
 """Period [s] and largest number of steps of the inverse kinematics on the way from one frame to the next."""
@@ -42,9 +50,9 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
         ModelError: where the strategy cannot plan for the object.
     """
     best, most = options, -np.inf
-    for ahead in AHEAD:
-        x, y, z = options.position
-        tried = options if ahead == 0.0 else replace(options, position=(x, y + ahead, z))
+    x, y, z = options.position
+    for aside, ahead in (*((0.0, ahead) for ahead in AHEAD), *BESIDE):
+        tried = options if aside == ahead == 0.0 else replace(options, position=(x + aside, y + ahead, z))
         ease = _find_ease(design, tried, strategy, arm)
         if ease is None or ease >= 1.0:
             return tried
@@ -56,8 +64,8 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
 def _find_ease(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any], arm: ArmReach) -> float | None:
     """Ease of the planned path for the arm: from 1 on it keeps `MARGIN` and `GEARING` [-]; None where none is known.
 
-    Least distance of a joint from the ends of its range over `MARGIN`, or `GEARING` over the largest one, whichever is
-    less.
+    Least distance of a joint from the ends of its range over `MARGIN`, `GEARING` over the largest one, or the gap to
+    the pedestal over `PEDESTAL_ROOM`, whichever is less.
     """
     path = strategy.base_path(_observe_start(strategy.grasp_task(build_task(design, options)), arm))
     if path is None or arm.limits.position is None:
@@ -65,6 +73,7 @@ def _find_ease(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
     low, high = arm.limits.position
     q, ease = arm.home, np.inf
     for frame in path:
+        ease = min(ease, _find_pedestal_gap(frame) / PEDESTAL_ROOM)
         for _ in range(_STEPS):
             before, q = q, arm.follow(q, frame, _PERIOD)
             margin = float(np.minimum(q - low, high - q).min())
@@ -72,6 +81,13 @@ def _find_ease(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
             if np.abs(q - before).max() < 1e-3:
                 break
     return ease
+
+
+def _find_pedestal_gap(frame: np.ndarray) -> float:
+    """Level distance from the pedestal of the arm's wrist behind a frame of the base, shape (4, 4) [m]."""
+    wrist = frame[:2, 3] - WRIST[1] * frame[:2, 0]
+    outside = np.maximum(np.abs(wrist - PEDESTAL_CENTER) - PEDESTAL_SIZE, 0.0)
+    return float(np.linalg.norm(outside))
 
 
 def _observe_start(task: Task, arm: ArmReach) -> Observation:
