@@ -115,6 +115,11 @@ def test_after_a_failed_try_comes_the_next():
     assert second.outcome == ""
 
 
+def test_after_fingers_failed_a_wrap_comes_first():
+    log = _run(Hand(_task(0.036, 0.12), holds=(False, False)), "tip-grip", "pinch", "wrap-horizontal")
+    assert [each.strategy for each in log.state.attempts][:2] == ["tip-grip", "wrap-horizontal"]
+
+
 def test_the_arm_is_brought_back_before_the_next_try():
     plant = Hand(_task(), holds=(False, False, True))
     log = _run(plant, "tip-grip", "pinch")

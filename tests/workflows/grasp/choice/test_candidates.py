@@ -59,8 +59,8 @@ def test_a_standing_cylinder_is_for_the_wraps(reach):
 
 @pytest.mark.parametrize("length", [*(pytest.param(one, marks=pytest.mark.slow) for one in (112, 122)), 128])
 def test_a_standing_thing_with_a_handle_is_for_the_wraps(length):
-    """A mug is wider across its handle than it is tall, and stands all the same."""
-    found = rank_object(PAPER, parse_object(f"box:x_mm={length},y_mm=80,z_mm=95,mass_g=300"))
+    """A mug is not round across its handle, and stands all the same."""
+    found = rank_object(PAPER, parse_object(f"box:x_mm={length},y_mm=80,z_mm=140,mass_g=300"))
     assert {each.strategy for each in found if each.feasible} == {"wrap-oblique-low", "wrap-oblique", "wrap-horizontal"}
 
 
@@ -70,6 +70,27 @@ def test_a_thing_that_is_longer_than_the_loop_is_wide_is_refused_by_its_corners(
     assert not any(each.feasible for each in found)
     told = "too long for the trunk's loop by 17 mm: 170 mm across, with handle and corners; it goes round 153 mm"
     assert {each.reason for each in found if each.strategy.startswith("wrap")} == {told}
+
+
+@pytest.mark.parametrize(
+    ("measures", "told"),
+    [
+        ("x_mm=100,y_mm=70,z_mm=150,mass_g=800", "too heavy by 229 g: the trunk holds 571 g for a thing with unequal"),
+        ("x_mm=135,y_mm=50,z_mm=150,mass_g=200", "too long for the trunk's loop by 5 mm: its longer side is 135 mm"),
+        ("x_mm=90,y_mm=85,z_mm=100,mass_g=200", "too short for its width: 100 mm tall, a loop of 111 mm needs 111 mm"),
+    ],
+)  # fmt: skip
+def test_what_wraps_lost_in_trials_is_refused(measures, told):
+    found = rank_object(PAPER, parse_object(f"box:{measures}"))
+    reasons = {each.reason for each in found if each.strategy.startswith("wrap")}
+    assert len(reasons) == 1
+    assert next(iter(reasons)).startswith(told)
+
+
+def test_square_ones_of_the_same_mass_or_height_are_taken():
+    for measures in ("x_mm=84,y_mm=84,z_mm=150,mass_g=800", "x_mm=70,y_mm=70,z_mm=85,mass_g=200"):
+        found = rank_object(PAPER, parse_object(f"box:{measures}"))
+        assert {each.strategy for each in found if each.feasible} >= {"wrap-oblique-low"}, measures
 
 
 def test_what_was_tried_is_left_out(reach, cube):
@@ -108,7 +129,7 @@ def test_a_heavier_cube_scores_less(reach):
 
 def test_an_object_without_a_plan_has_the_plans_reason():
     low = next(
-        each for each in rank_object(PAPER, parse_object("cylinder:diameter_mm=150,height_mm=40,mass_g=300"))
+        each for each in rank_object(PAPER, parse_object("cylinder:diameter_mm=80,height_mm=40,mass_g=300"))
         if each.strategy == "wrap-horizontal"
     )  # fmt: skip
     assert not low.feasible

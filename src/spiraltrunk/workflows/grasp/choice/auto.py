@@ -260,12 +260,14 @@ def _remember(state: AutoState, command: Command) -> tuple[AutoState, Command]:
 def _begin_try(state: AutoState, candidates: tuple[Candidate, ...], observation: Observation, task: Task) -> AutoState:
     """Plan the first feasible candidate that has a plan, or end where there is none."""
     low = float(seen_position(observation)[2])
-    for best in (each.strategy for each in candidates if each.feasible):
+    failed = {strategies.get(attempt.strategy).holds for attempt in state.attempts}
+    able = [strategies.get(each.strategy) for each in candidates if each.feasible]
+    for best in sorted(able, key=lambda each: each.holds in failed):  # Fingers that failed seldom hold it otherwise.
         try:
-            inner = strategies.get(best).init(observation)
+            inner = best.init(observation)
         except ModelError:
             continue
-        attempt = Attempt(strategy=best, began=observation.time, task=task, candidates=candidates)
+        attempt = Attempt(strategy=best.name, began=observation.time, task=task, candidates=candidates)
         return replace(state, attempts=(*state.attempts, attempt), inner=inner, low=low)
     return replace(state, is_done=True, gave_up=_describe_end(state, candidates))
 
