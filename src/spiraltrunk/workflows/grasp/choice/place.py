@@ -53,7 +53,7 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
     x, y, z = options.position
     for aside, ahead in (*((0.0, ahead) for ahead in AHEAD), *BESIDE):
         tried = options if aside == ahead == 0.0 else replace(options, position=(x + aside, y + ahead, z))
-        ease = _find_ease(design, tried, strategy, arm)
+        ease = _find_ease(design, tried, strategy, arm, least=most)
         if ease is None or ease >= 1.0:
             return tried
         if ease > most:
@@ -61,11 +61,14 @@ def choose_place(design: TrunkDesign, options: SceneOptions, strategy: Strategy[
     return best
 
 
-def _find_ease(design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any], arm: ArmReach) -> float | None:
+def _find_ease(
+    design: TrunkDesign, options: SceneOptions, strategy: Strategy[Any], arm: ArmReach, least: float = -np.inf
+) -> float | None:
     """Ease of the planned path for the arm: from 1 on it keeps `MARGIN` and `GEARING` [-]; None where none is known.
 
     Least distance of a joint from the ends of its range over `MARGIN`, `GEARING` over the largest one, or the gap to
-    the pedestal over `PEDESTAL_ROOM`, whichever is less.
+    the pedestal over `PEDESTAL_ROOM`, whichever is less. A path whose ease falls to ``least`` is
+    not followed further.
     """
     path = strategy.base_path(_observe_start(strategy.grasp_task(build_task(design, options)), arm))
     if path is None or arm.limits.position is None:
@@ -80,6 +83,8 @@ def _find_ease(design: TrunkDesign, options: SceneOptions, strategy: Strategy[An
             ease = min(ease, margin / MARGIN, GEARING / max(arm.find_gearing(q), 1e-9))
             if np.abs(q - before).max() < 1e-3:
                 break
+        if ease <= least:
+            return ease
     return ease
 
 
