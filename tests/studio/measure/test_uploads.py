@@ -47,10 +47,10 @@ def send(studio, open_page):
 
 def read_notice(page):
     """Text of the notice below its title: one line that says what is allowed, names no path of ours, and is seen."""
-    notice = page.get_by_role("alert").filter(has_text="That did not work")
+    notice = page.get_by_role("alert").filter(has_text="Not accepted")
     notice.wait_for(timeout=LONG)
     text = notice.inner_text().split("\n")
-    assert text[0] == "That did not work"
+    assert text[0] == "Not accepted"
     assert len(text) == 2
     assert "upload_" not in text[1]
     assert "allowed: " in text[1] or "choose its run: " in text[1]
@@ -92,6 +92,7 @@ def test_damaged_and_foreign_files_are_told_one_by_one(send, virtual, c3d):
         told = read_notice(page)
         print(name, len(content), told)
         assert word in told
+        assert page.get_by_text("uploaded successfully").count() == 0
         page.get_by_text("No takes.").wait_for()
     page.get_by_text("Uploading").wait_for(state="detached", timeout=LONG)  # Nothing waits for what was refused.
     send("rest-045_1.csv", whole).get_by_text("mean RMSE").wait_for(timeout=LONG)

@@ -92,7 +92,7 @@ def test_what_is_no_value_is_told_once_and_the_box_goes_back(opened, key):
         told.filter(has_text=words).wait_for()
         assert box.input_value() == "1.531"
         page.wait_for_timeout(REST)
-        assert told.all_inner_texts() == [f"That did not work\n{words}"], "it takes the place of the last one"
+        assert told.all_inner_texts() == [f"Not accepted\n{words}"], "it takes the place of the last one"
         assert box.input_value() == "1.531"
     assert BoxTab.taken == []
     type_text(box, "2.5")

@@ -198,8 +198,9 @@ class ObjectPicker:
         if shape is None:
             reason = name_upload(str(reason), upload.name)
             self._notes.content = f"*{upload.name}* cannot be used: {reason}"
-            self._page.notice(f"{upload.name}: {reason}")
+            self._page.notice(f"{upload.name}: {reason}", "refusal")
             return
+        self._page.clear_refusal()
         self._shape = shape
         size = " x ".join(f"{1e3 * extent:.0f}" for extent in shape.size)
         warnings = "".join(f"\n- {name_upload(warning, upload.name)}" for warning in shape.warnings)

@@ -165,6 +165,7 @@ class RunPanel:
         if result is None:
             self._show_end(reason)
             return
+        self._page.clear_error("grasp")
         self._show_result(result)
         if self._frames is not None and self._meshes is not None:
             title = f"{request.title}: {result['reason']}"
@@ -182,7 +183,7 @@ class RunPanel:
             self._result.content = f"**Stopped.**{rest}"
         else:
             self._result.content = f"**Not run:** {reason}"
-            self._page.notice(str(reason))
+            self._page.tell_failure(reason or "the grasp ended without a result", "grasp")
         self._result.visible = True
 
     def _open_timeline(self, frames: Frames) -> None:

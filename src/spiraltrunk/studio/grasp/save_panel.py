@@ -97,6 +97,7 @@ class SavePanel:
         self._job = None
         self._state.visible = self._bar.visible = self._stop.visible = False
         if content is not None:
+            self._page.clear_error("save")
             self._page.download(name, content)
         elif reason != STOPPED:
-            self._page.notice(f"{name}: {reason}")
+            self._page.notice(f"{name}: {reason}", topic="save")
