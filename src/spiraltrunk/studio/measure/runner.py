@@ -10,7 +10,6 @@ from spiraltrunk.studio.page.buttons import add_button
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.page import Page
 
-
 TOPIC = "measure"
 """Topic of the tab's errors, which the next work that succeeds removes."""
 

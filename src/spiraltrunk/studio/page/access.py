@@ -63,7 +63,8 @@ if (!document.getElementById("spiraltrunk-access")) {
   const nameBoxes = () => {
     for (const label of document.querySelectorAll("label[for]")) {
       const root = document.getElementById(label.htmlFor);
-      if (!root) label.closest(".mantine-Flex-root")?.querySelector("input")?.setAttribute("aria-label", label.textContent);
+      const box = root ? null : label.closest(".mantine-Flex-root")?.querySelector("input");
+      box?.setAttribute("aria-label", label.textContent);
       if (!root?.querySelector("[role=slider]")) continue;
       for (const part of root.parentElement.querySelectorAll("[role=slider], input[inputmode]"))
         if (part.getAttribute("aria-label") !== label.textContent) part.setAttribute("aria-label", label.textContent);

@@ -95,7 +95,7 @@ class Slider:
         )
         self.handle.precision = scale.precision
         self._key = f"slider {self.handle._impl.uuid}"
-        self.handle.on_update(lambda _: page.take(self._key, self._take))
+        self.handle.on_update(self._note)
         page.on_text(self.handle._impl.uuid, self)
 
     @property
@@ -148,6 +148,12 @@ class Slider:
             self._page.later(f"{self._key} shows", self._show, rest)
         elif float(self.handle.value) != self._shown:
             self.handle.value = self._shown
+
+    def _note(self, event: Any) -> None:
+        """A value has come; nothing is written over one of a person that is not taken yet."""
+        if event.client is not None:
+            self._touched = time.monotonic()
+        self._page.take(self._key, self._take)
 
     def _take(self) -> None:
         given = float(self.handle.value)
