@@ -12,7 +12,8 @@ import pytest
 
 from spiraltrunk.errors import StudioError
 from spiraltrunk.studio.page.buttons import add_button
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.controls import Choice, Slider
+from spiraltrunk.studio.page.scale import Scale
 
 TABS = []
 SCALE = Scale(label="Size", unit="mm", least=1, most=100, step=0.1, hint="Size of the ball")

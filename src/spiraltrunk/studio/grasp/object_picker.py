@@ -12,9 +12,10 @@ from spiraltrunk.sim.objects.catalogue import CATALOGUE, DEFAULT_OBJECT, SOLIDS,
 from spiraltrunk.sim.objects.meshes.mesh_file import AXES, COLLIDES, UNITS
 from spiraltrunk.studio.grasp.jobs import read_upload
 from spiraltrunk.studio.page.buttons import add_upload
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.controls import Choice, Slider
 from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
 
 BY_MEASURES = "by its measures"

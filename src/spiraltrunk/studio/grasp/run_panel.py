@@ -24,10 +24,11 @@ from spiraltrunk.studio.grasp.texts import (
     format_figures,
 )
 from spiraltrunk.studio.page.buttons import add_button
-from spiraltrunk.studio.page.controls import Scale, Slider
+from spiraltrunk.studio.page.controls import Slider
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.workflows.grasp.recording import RATE, Frames, Recording, join_frames
 
 SLOW = 3

@@ -20,10 +20,11 @@ from spiraltrunk.studio.grasp.run_panel import RunPanel
 from spiraltrunk.studio.grasp.save_panel import SavePanel
 from spiraltrunk.studio.grasp.stage_view import CAMERA, FIELD, LOOK_AT, StageView
 from spiraltrunk.studio.grasp.texts import RANKING, describe_choice, format_ranking
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.controls import Choice, Slider
 from spiraltrunk.studio.page.job import STOPPED, Job
 from spiraltrunk.studio.page.markdown import escape_markdown
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.workflows.grasp.choice.auto import AUTO
 from spiraltrunk.workflows.grasp.choice.candidates import STAGES, Candidate
 from spiraltrunk.workflows.grasp.recording import Recording

@@ -19,8 +19,9 @@ from spiraltrunk.studio.measure.runner import TOPIC, Runner
 from spiraltrunk.studio.measure.take_folder import TakeFolder, find_folder, keep_folder
 from spiraltrunk.studio.measure.view import Compared, CompareView
 from spiraltrunk.studio.page.buttons import add_button, add_upload
-from spiraltrunk.studio.page.controls import Choice, Scale, Slider
+from spiraltrunk.studio.page.controls import Choice, Slider
 from spiraltrunk.studio.page.page import Page
+from spiraltrunk.studio.page.scale import Scale
 from spiraltrunk.studio.page.theme import GRAY
 from spiraltrunk.studio.server.message_guard import MOST_UPLOAD
 from spiraltrunk.workflows.validate.overlay import RunOverlay
