@@ -22,6 +22,7 @@ if (!document.getElementById("spiraltrunk-access")) {
     html { overflow: hidden; }
     body { position: fixed; inset: 0; overflow: clip; }
     .mantine-Notifications-root { max-height: calc(100% - 2em); overflow-y: auto; }
+    .mantine-ScrollArea-content { box-sizing: border-box; padding-right: 5px; }
     [data-folder]:focus-visible, [role=slider]:focus-visible { outline: 3px solid #56B4E9; outline-offset: 2px; }`;
   document.head.append(style);
   const read = () => {
@@ -115,7 +116,7 @@ another tab or a reload; sliders, boxes and viser's icons have a name; labels, e
 have a contrast of 5 and more to the ground (viser's: 3.0 and more). A plot is laid out without a width first, and loses
 an axis where data arrive before it has one: its axes are computed again. The keys of tabs and commands also hold where
 a box has the focus, which viser leaves to it; the arrow keys of a slider or a tab do not turn the scene. The page does
-not scroll, however many notices stand on it."""
+not scroll, however many notices stand on it, and the scroll bar of the panel covers none of its controls."""
 
 _ICONS = {
     "tabler-icon-list-search": "Commands (Ctrl+K)", "tabler-icon-adjustments": "Connection, view and scene tree",
